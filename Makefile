@@ -1,0 +1,136 @@
+# Everything here works from a clean clone: Python >= 3.11, make and a package registry are all it asks for.
+# It writes inside this folder only (and in pip's own cache, where there is one).
+
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.ONESHELL:
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+PYTHON ?= python3
+# Where python3 is too old a newer one may stand beside it; an interpreter asked for by name is not replaced.
+PYTHONS := $(PYTHON) $(if $(filter file,$(origin PYTHON)),python3.13 python3.12 python3.11)
+JOBS ?= 2
+EXTRAS := fast,sweep,test,lint,docs
+
+# Caches and settings of the tools stay in the tree; a home that is empty or read-only is fine.
+LOCAL := $(CURDIR)/.venv/var
+export MPLBACKEND := Agg
+export MPLCONFIGDIR := $(LOCAL)/matplotlib
+export IPYTHONDIR := $(LOCAL)/ipython
+export JUPYTER_CONFIG_DIR := $(LOCAL)/jupyter
+export JUPYTER_DATA_DIR := $(LOCAL)/jupyter
+export JUPYTER_RUNTIME_DIR := $(LOCAL)/jupyter/runtime
+export PYTHONNOUSERSITE := 1
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_USER := 0
+unexport PYTHONHOME PYTHONPATH PIP_TARGET PIP_PREFIX
+
+# Only pip keeps the user's cache, so that a second clone is quick.
+USER_CACHE := $(XDG_CACHE_HOME)
+export XDG_CACHE_HOME := $(LOCAL)/cache
+
+RUN := .venv/bin/python
+# Old pips pin the build tools by PIP_CONSTRAINT, new ones by PIP_BUILD_CONSTRAINT.
+PIP := XDG_CACHE_HOME="$(USER_CACHE)" PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt \
+  $(RUN) -m pip install --quiet
+PYTEST := $(RUN) -m pytest --basetemp="$(LOCAL)/pytest"
+
+.PHONY: help
+help: ## this list
+	@sed -n 's/^\([a-z]*\): .*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-16s %s\n", $$1, $$2 }'
+	@echo "  PYTHON=python3.12 names the interpreter (make clean first), JOBS=8 the test processes."
+
+# ---- set-up ----------------------------------------------------------------------------------------------
+
+.PHONY: setup
+setup: .venv/.dev ## create .venv with everything for work on the package
+
+# The environment is made anew when this folder was moved or its interpreter has gone.
+ifneq "$(shell test -x .venv/bin/python && cat .venv/.made 2>/dev/null)" "$(CURDIR)"
+.PHONY: .venv/.made
+endif
+
+.venv/.made:
+	@python=
+	for candidate in $(PYTHONS); do
+	  if "$$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python=$$candidate; break; fi
+	done
+	if [ -z "$$python" ]; then
+	  echo "squama needs Python 3.11 or newer, and $(PYTHON) is $$($(PYTHON) --version 2>/dev/null || echo 'not there'): install one, or name it with make PYTHON=..." >&2
+	  exit 1
+	fi
+	rm -rf .venv
+	if ! said=$$("$$python" -m venv .venv 2>&1); then
+	  if "$$python" -c 'from ensurepip import version' 2>/dev/null; then echo "$$said" >&2; rm -rf .venv; exit 1; fi
+	  rm -rf .venv
+	  ask="$$python cannot make virtual environments: install the package python3-venv (apt-get install python3-venv), then run make again"
+	  if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then echo "$$ask" >&2; exit 1; fi
+	  echo "installing python3-venv, which $$python needs to make .venv"
+	  export DEBIAN_FRONTEND=noninteractive
+	  { apt-get update -qq && apt-get install -y -qq python3-venv; } >/dev/null || { echo "$$ask" >&2; exit 1; }
+	  "$$python" -m venv .venv >/dev/null || { rm -rf .venv; echo "$$ask" >&2; exit 1; }
+	fi
+	mkdir -p "$(LOCAL)"
+	echo "$(CURDIR)" > $@
+
+.venv/.run: .venv/.made pyproject.toml constraints.txt
+	@echo "installing squama and what it needs to run in .venv"
+	$(PIP) --editable .
+	touch $@
+
+.venv/.dev: .venv/.made pyproject.toml constraints.txt
+	@echo "installing squama with its tools for tests, checks and docs in .venv"
+	$(PIP) --editable '.[$(EXTRAS)]'
+	touch .venv/.run $@
+
+# ---- use -------------------------------------------------------------------------------------------------
+
+.PHONY: demo
+demo: .venv/.run ## the main job on examples/pla_on_vps.toml: summary, picture, CSV and netCDF in out/
+	@mkdir -p out
+	.venv/bin/squama twist examples/pla_on_vps.toml \
+	  --plot out/pla_on_vps.png --csv out/pla_on_vps.csv --netcdf out/pla_on_vps.nc | tee out/pla_on_vps.txt
+
+.PHONY: paper
+paper: .venv/.run ## the paper's figures and the table of its claims, in out/paper
+	@mkdir -p out
+	.venv/bin/squama paper -o out/paper
+
+# ---- checks ----------------------------------------------------------------------------------------------
+
+.PHONY: test
+test: lint pytest docs ## everything a change must pass: lint, the tests, the docs
+
+.PHONY: lint
+lint: .venv/.dev ## ruff and mypy --strict
+	$(RUN) -m ruff check .
+	$(RUN) -m ruff format --check .
+	$(RUN) -m mypy --strict
+
+.PHONY: pytest
+pytest: .venv/.dev
+	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable
+
+.PHONY: docs
+docs: .venv/.dev ## the documentation, in docs/_build/html
+	$(RUN) -m sphinx -q -W --keep-going -b html -d docs/_build/doctrees docs docs/_build/html
+
+.PHONY: verify
+verify: .venv/.dev ## the long checks: slow tests, then the planted errors
+	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable -m slow tests
+	$(RUN) tests/mutants/run.py
+
+.PHONY: mutants
+mutants: .venv/.dev ## plant one error at a time and show that the tests catch it
+	$(RUN) tests/mutants/run.py
+
+.PHONY: bench
+bench: .venv/.dev ## how fast it is (pytest-benchmark)
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PYTEST) benchmarks/ --benchmark-only
+
+.PHONY: clean
+clean: ## remove .venv, out/ and all that was built
+	rm -rf .venv .stamps out dist docs/_build docs/api .mypy_cache .ruff_cache .hypothesis .benchmarks
+	find . -name .git -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,39 @@
+"""Warm curves of 200 points: the solved path with all its variables, and the labelled answer of ``squama.twist``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import squama
+from squama.curve import Case, curve, path
+from squama.model.solution import solve_twisting
+
+BEAM = squama.Beam.from_ratios()
+
+
+def test_curve_of_200_points(benchmark) -> None:
+    case = Case(BEAM.pitch, BEAM.torsional_rigidity, BEAM.joint_stiffness, BEAM.eta, BEAM.scale.theta0)
+    columns = [np.array([v]) for v in BEAM.ratios.values()]
+
+    def run() -> None:
+        solved = solve_twisting(*columns, np.array([0.5]), law="edge", sense="+")
+        curve(case, path(case, solved, None, 0.5, "edge", 0.01, None), points=200, at=None)
+
+    benchmark(run)
+
+
+def test_evaluation_of_200_points(benchmark) -> None:
+    case = Case(BEAM.pitch, BEAM.torsional_rigidity, BEAM.joint_stiffness, BEAM.eta, BEAM.scale.theta0)
+    columns = [np.array([v]) for v in BEAM.ratios.values()]
+    solved = path(case, solve_twisting(*columns, np.array([0.5]), law="edge", sense="+"), None, 0.5, "edge", 0.01, None)
+    benchmark(lambda: curve(case, solved, points=200, at=None))
+
+
+def test_twist_with_all_contacts_and_labels(benchmark) -> None:
+    benchmark(lambda: squama.twist(BEAM, mu=0.5))
+
+
+def test_forces_at_200_points(benchmark) -> None:
+    theta = np.linspace(0.18, 1.2, 200)
+    ratios = BEAM.ratios
+    benchmark(lambda: squama.forces(theta, mu=0.5, **ratios))

@@ -1,0 +1,93 @@
+"""Mechanics of biomimetic scale-covered beams: twisting and bending with Coulomb friction.
+
+The public names, in the order in which data flows; each is imported when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from squama._version import __version__
+from squama.errors import InputError, SquamaError, ValidityWarning
+
+if TYPE_CHECKING:
+    from squama.api import Contact, Ends, Forces, contact, ends, forces
+    from squama.derivatives import Gradient, gradient
+    from squama.design import Beam, Friction, Joint, Scale, Substrate
+    from squama.engines import Solved, solve
+    from squama.model.outcome import End
+    from squama.response import bend, twist
+    from squama.store import read, save
+    from squama.study.stored import open_sweep
+    from squama.study.sweep import sweep
+    from squama.symbols import SYMBOLS
+
+_HOME = {
+    "Scale": "design",
+    "Substrate": "design",
+    "Joint": "design",
+    "Friction": "design",
+    "Beam": "design",
+    "contact": "api",
+    "Contact": "api",
+    "forces": "api",
+    "Forces": "api",
+    "ends": "api",
+    "Ends": "api",
+    "solve": "engines",
+    "Solved": "engines",
+    "gradient": "derivatives",
+    "Gradient": "derivatives",
+    "End": "model.outcome",
+    "twist": "response",
+    "bend": "response",
+    "sweep": "study.sweep",
+    "open_sweep": "study.stored",
+    "save": "store",
+    "read": "store",
+    "SYMBOLS": "symbols",
+}
+
+__all__ = [
+    "SYMBOLS",
+    "Beam",
+    "Contact",
+    "End",
+    "Ends",
+    "Forces",
+    "Friction",
+    "Gradient",
+    "InputError",
+    "Joint",
+    "Scale",
+    "Solved",
+    "SquamaError",
+    "Substrate",
+    "ValidityWarning",
+    "__version__",
+    "bend",
+    "contact",
+    "ends",
+    "forces",
+    "gradient",
+    "open_sweep",
+    "read",
+    "save",
+    "solve",
+    "sweep",
+    "twist",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        message = f"module 'squama' has no attribute {name!r}"
+        raise AttributeError(message)
+    value = getattr(import_module(f"squama.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,47 @@
+"""The commands and where they live; each is imported when it is called."""
+
+from __future__ import annotations
+
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
+
+from squama._version import __version__
+
+COMMANDS = {
+    "new": "Write a commented example of a beam file.",
+    "twist": "Twist a beam: torque, locking and friction, from a beam file.",
+    "bend": "Bend a beam towards its scales: moment, locking and friction, from a beam file.",
+    "ends": "Find where many designs engage and how they end, from a table.",
+    "sweep": "Solve a beam over ranges of parameters, into a store that can be resumed.",
+    "map": "Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.",
+    "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",
+}
+"""Names of the commands and what they do; each is the function of that name in the module of that name."""
+
+
+def make() -> App:
+    """Return the program."""
+    app = App(
+        name="squama",
+        version=__version__,
+        help="Mechanics of scale-covered beams in twisting and bending, with friction.",
+        help_epilogue='Start with "squama new beam.toml", then "squama twist beam.toml".',
+        help_format="plaintext",
+        default_parameter=Parameter(negative=(), show_default=False),
+        suppress_keyboard_interrupt=False,
+    )
+    for name, text in COMMANDS.items():
+        app.command(f"squama.cli.{name}:{name}", name=name, help=text)
+    return app
+
+
+def usage_problem(error: CycloptsError) -> str:
+    """Return what is wrong with a command line, in one line."""
+    chain = " ".join(("squama", *(error.command_chain or ())))
+    see = f'see "{chain} --help"'
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        return f"{' '.join(error.unused_tokens)}: is more than the command takes; {see}"
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        return f"{error.argument.name}: is missing or has no value; {see}"
+    text = " ".join(str(error).split())
+    return text if text.endswith("?") else f"{text.rstrip('.')}; {see}"

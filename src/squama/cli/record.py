@@ -1,0 +1,94 @@
+"""Results as JSON: valid everywhere, so no number (NaN) is null and infinity is the text "inf"."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from squama.design import Beam
+
+
+def show(record: Mapping[str, Any]) -> None:
+    """Print a record on standard output, nothing else."""
+    sys.stdout.write(json.dumps(plain(record), allow_nan=False, indent=1) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """Return nested values as JSON knows them."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    return value
+
+
+def response(file: str, beam: Beam, law: str, laws: Mapping[str, xr.Dataset], written: Sequence[str]) -> dict[str, Any]:
+    """Return all there is to say about a twisted or bent beam.
+
+    Parameters
+    ----------
+    file : str
+        The beam's file.
+    beam : Beam
+        The beam as computed, flags included.
+    law : str
+        The law whose curve is given.
+    laws : mapping
+        Responses by law.
+    written : sequence of str
+        The files that were written.
+
+    Returns
+    -------
+    dict
+        ``figures``: single figures of the curve, a list of them each for a family over ``mu``; ``laws``: the same for
+        each law; ``curve``: the points, a list of lists for a family; ``units`` for all of them; ``beam``: the input in
+        SI units and radians; ``derived``: what follows from it.
+    """
+    data = laws[law]
+    twisting = data.attrs["load"] == "twisting"
+    derived = {
+        **beam.ratios,
+        "zeta": beam.zeta,
+        "slenderness": beam.slenderness,
+        "length": beam.length,
+        "K_theta": beam.joint_stiffness if twisting else beam.bending_joint_stiffness,
+        "rigidity": beam.torsional_rigidity if twisting else beam.bending_rigidity,
+    }
+    if twisting:
+        derived |= {"C_f": beam.C_f, "C_w": beam.C_w, "J": beam.J, "I": beam.I, "G_B": beam.G_B}
+    return {
+        "file": file,
+        **{key: data.attrs[key] for key in ("load", "law", "sense", "margin") if key in data.attrs},
+        "squama_version": data.attrs["squama_version"],
+        "mu": data["mu"].values,
+        "warnings": data.attrs["warnings"].splitlines(),
+        "beam": beam.model_dump(),
+        "derived": derived,
+        "figures": _figures(data),
+        "laws": {name: _figures(response) for name, response in laws.items()},
+        "curve": {str(name): data[name].values for name in data.data_vars if "point" in data[name].dims},
+        "units": {str(name): data[name].attrs.get("units", "") for name in data.variables},
+        "written": list(written),
+    }
+
+
+def _figures(data: xr.Dataset) -> dict[str, Any]:
+    from squama.model.outcome import SENTENCES, End
+
+    figures: dict[str, Any] = {
+        str(name): data[name].values for name in data.data_vars if "point" not in data[name].dims
+    }
+    ends = figures["end"].tolist()
+    figures["sentence"] = [SENTENCES[End(end)] for end in ends] if isinstance(ends, list) else SENTENCES[End(ends)]
+    return figures

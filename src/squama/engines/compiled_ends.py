@@ -1,0 +1,242 @@
+"""Ends of many paths in lock-step: the same looks, in the same places, as :mod:`squama.model.ends` takes.
+
+Dips that might hide an end between two samples are rare; such designs are left to the numpy engine (LEFT).
+"""
+
+from __future__ import annotations
+
+import math
+
+from squama.engines import compiled_lanes as lanes
+from squama.engines.compiled_kernel import compiled, inlined
+from squama.engines.compiled_lanes import (
+    BEST,
+    CODE,
+    FA,
+    FB,
+    FC,
+    FIRST,
+    FOLD,
+    LOW,
+    OK,
+    P1,
+    P2,
+    QQ,
+    R1,
+    R2,
+    S1,
+    S2,
+    THETA0,
+    THETA_F,
+    TURN,
+    X0,
+    X1,
+    X_END,
+    A,
+    B,
+    C,
+    W,
+    X,
+)  # fmt: skip
+from squama.model.outcome import CODES, End
+from squama.model.solve import Array
+
+FRICTIONAL, KINEMATIC, STATIC, OFF_TIP, OFF_SIDE, OTHER, RELEASED, RANGE, NONE = map(
+    CODES.index,
+    (
+        End.FRICTIONAL,
+        End.KINEMATIC,
+        End.STATIC,
+        End.OFF_TIP,
+        End.OFF_SIDE,
+        End.OTHER,
+        End.RELEASED,
+        End.RANGE,
+        End.NONE,
+    ),
+)
+LEFT = -1.0
+"""Stands in CODE for a design that is left to the numpy engine."""
+NEVER = 1e6
+SAFETY, DEEP, COINCIDE = 0.25, 0.5, 1e-11
+
+
+@compiled
+def gather(w: Array, table: Array, index: Array, start: int, count: int, rows: int) -> None:
+    """Bring rows of the designs index[start : start + count] into a block; the last design fills it up."""
+    for i in range(W):
+        n = index[start + min(i, count - 1)]
+        for row in range(rows):
+            w[row * W + i] = table[n, row]
+
+
+@compiled
+def scatter(w: Array, table: Array, index: Array, start: int, count: int, first: int, last: int) -> None:
+    """Put rows first..last of a block back."""
+    for i in range(count):
+        n = index[start + i]
+        for row in range(first // W, last // W + 1):
+            table[n, row] = w[row * W + i]
+
+
+@compiled
+def scan(w: Array, steps: Array, beyond: int, folded: bool, plates: bool) -> None:
+    """Sample the paths up to ``beyond`` samples past their ends, and tell what was seen.
+
+    FIRST is the sample at which the path has ended, A..B the interval before it and C one sample earlier (A = B = X0
+    for a path that has ended where it begins), FOLD the first sample without a root; NEVER where there is none.
+    OK = 1 where the samples are so smooth that nothing can hide between them and the end is settled, 2 where that is
+    so and a fold comes first; else 0. CODE = LEFT where a margin or the root dips between samples.
+    """
+    for i in range(W):
+        w[FIRST + i], w[FOLD + i], w[CODE + i] = NEVER, NEVER, 0.0
+        w[P1 + i] = w[P2 + i] = w[R1 + i] = w[R2 + i] = math.nan
+        w[A + i] = w[B + i] = w[C + i] = w[X0 + i]
+        w[FA + i] = w[FB + i] = w[FC + i] = math.nan
+        w[S1 + i] = w[S2 + i] = 1.0
+    for s in range(steps.size):
+        for i in range(W):
+            w[X + i] = w[X0 + i] + (w[X1 + i] - w[X0 + i]) * steps[s]
+        lanes.look(w, folded, plates)
+        left = 0
+        for i in range(W):
+            low, q2, x, first = w[LOW + i], w[QQ + i], w[X + i], w[FIRST + i]
+            a, b, c, d = w[P2 + i], w[P1 + i], w[R2 + i], w[R1 + i]
+            # dips at the sample before, on the way to the end
+            dip = _dip(a, b, low) | ((not folded) & _dip(c, d, q2))
+            w[CODE + i] = LEFT if dip & (s <= first) else w[CODE + i]
+            # A..B moves on until the end is between
+            on = first == NEVER
+            w[C + i], w[FC + i] = w[A + i] if on else w[C + i], w[FA + i] if on else w[FC + i]
+            w[A + i], w[FA + i] = w[B + i] if on else w[A + i], w[FB + i] if on else w[FA + i]
+            w[B + i], w[FB + i] = x if on else w[B + i], low if on else w[FB + i]
+            first = float(s) if on & (not low > 0) else first
+            turned = (not folded) & (not q2 >= 0) & (w[FOLD + i] == NEVER) & (s <= first + 4) & (first > 0)
+            fold = float(s) if turned else w[FOLD + i]
+            # both intervals beside the sample before must be safe from its bend, as far as the path goes
+            bend2 = SAFETY * abs(q2 - 2 * d + c)
+            steep = (d > bend2) & (-q2 > bend2) & (fold == first)
+            steeper = (c > bend2) & (-d > bend2) & (fold == first)
+            smooth2 = (min(c, d) > bend2) | (first < s - 1) | ((first == s - 1) & steeper)
+            smooth2 &= (min(d, q2) > bend2) | (first < s) | ((first == s) & steep)
+            smooth2 |= (s < 2) | folded
+            w[S2 + i] = w[S2 + i] if smooth2 else 0.0
+            w[FIRST + i], w[FOLD + i] = first, fold
+            w[P2 + i], w[P1 + i], w[R2 + i], w[R1 + i] = b, low, d, q2
+            left += 1 if s < first + beyond else 0
+        _calm(w, s, lanes.RATE, 0)
+        _calm(w, s, lanes.D, 2 * W)
+        _calm(w, s, lanes.TIP, 4 * W)
+        _calm(w, s, lanes.SIDE, 6 * W)
+        _calm(w, s, TURN, 8 * W)
+        if left == 0:
+            break
+    for i in range(W):
+        folds = (w[FOLD + i] == w[FIRST + i]) & (w[FOLD + i] < NEVER)
+        ended = (w[FIRST + i] < NEVER) | folded
+        ok = ended & (w[S2 + i] > 0) & ((w[S1 + i] > 0) | folds)
+        w[OK + i] = (2.0 if folds else 1.0) if ok else 0.0
+
+
+@inlined
+def _calm(w: Array, s: int, margin: int, past: int) -> None:
+    """Keep S1 where a margin cannot vanish in the two intervals beside the sample before, as far as the path goes."""
+    one, two = lanes.PAST + past, lanes.PAST + past + W
+    for i in range(W):
+        now, b, a, first = w[margin + i], w[one + i], w[two + i], w[FIRST + i]
+        bend = SAFETY * abs(now - 2 * b + a)
+        smooth = ((min(a, b) > bend) | (first < s)) & ((min(b, now) > bend) | (first <= s)) | (s < 2)
+        w[S1 + i] = w[S1 + i] if smooth else 0.0
+        w[one + i], w[two + i] = now, b
+
+
+@inlined
+def _dip(left: float, middle: float, right: float) -> bool:
+    bottom = middle - (right - left) * (right - left) / (8 * (right + left - 2 * middle))
+    return (middle > 0) & (middle <= left) & (middle < right) & (bottom < DEEP * middle)
+
+
+@compiled
+def bracket_folds(w: Array, steps: Array) -> None:
+    """Bracket of the fold where FOLD tells of one, or where one lies within the bracket of the end; else FOLD = 0."""
+    for i in range(W):
+        n, span = int(min(w[FOLD + i], steps.size - 1.0)), w[X1 + i] - w[X0 + i]
+        fold = w[FOLD + i] < NEVER
+        w[FOLD + i] = 1.0 if fold else 0.0
+        w[R1 + i] = w[X0 + i] + span * steps[max(n - 1, 0)] if fold else w[A + i]
+        w[R2 + i] = w[X0 + i] + span * steps[n] if fold else w[B + i]
+    for part in range(1, 8):
+        for i in range(W):
+            w[X + i] = w[A + i] + (w[B + i] - w[A + i]) * (part / 8)
+        lanes.square(w)
+        for i in range(W):
+            hit = (w[FOLD + i] == 0) & (w[B + i] > w[A + i]) & (w[FIRST + i] < NEVER) & (not w[LOW + i] > 0)
+            w[FOLD + i] = 1.0 if hit else w[FOLD + i]
+            w[R2 + i] = w[X + i] if hit else w[R2 + i]
+    for i in range(W):
+        if w[FOLD + i] > 0:
+            w[A + i], w[B + i] = w[R1 + i], w[R2 + i]
+
+
+@compiled
+def find_folds(w: Array) -> None:
+    """Solve for the folds and set up the folded paths (THETA_F, X0, X1)."""
+    for i in range(W):
+        w[X + i] = w[A + i]
+        w[C + i], w[FC + i] = w[A + i], math.nan
+    lanes.square(w)
+    for i in range(W):
+        w[FA + i] = w[LOW + i]
+        w[X + i] = w[B + i]
+    lanes.square(w)
+    for i in range(W):
+        w[FB + i] = w[LOW + i]
+    lanes.start_root(w)
+    for _ in range(200):
+        lanes.square(w)
+        if lanes.next_root(w):
+            break
+    for i in range(W):
+        w[THETA_F + i] = w[BEST + i]
+        tau = math.sqrt(w[BEST + i] - w[THETA0 + i])
+        w[X0 + i], w[X1 + i] = -tau, tau
+
+
+@compiled
+def solve_ends(w: Array, folded: bool, plates: bool, sweeps: int) -> None:
+    """Solve for the ends in their brackets (X_END) and name them (CODE); OK = 0 where that takes more sweeps."""
+    lanes.start_root(w)
+    for i in range(W):
+        # nothing to solve where the path has ended at its start or does not end
+        if (w[FIRST + i] == 0) | (w[FIRST + i] == NEVER):
+            w[OK + i], w[BEST + i] = 1.0, w[X0 + i] if w[FIRST + i] == 0 else w[X1 + i]
+            w[A + i], w[B + i], w[X + i] = w[BEST + i], w[BEST + i], w[BEST + i]
+    for _ in range(sweeps):
+        lanes.look(w, folded, plates)
+        if lanes.next_root(w):
+            break
+    for i in range(W):
+        w[X_END + i] = w[X + i] = w[BEST + i]
+    lanes.figures(w, folded, plates)
+    for i in range(W):
+        if w[CODE + i] != LEFT:
+            w[CODE + i] = _name(w, i, folded)
+
+
+@inlined
+def _name(w: Array, i: int, folded: bool) -> float:
+    if w[FIRST + i] == NEVER:
+        return float(RELEASED if folded else RANGE)
+    names = (KINEMATIC, FRICTIONAL, OFF_TIP, OFF_SIDE, RANGE)
+    values = (w[lanes.RATE + i], w[lanes.D + i], w[lanes.TIP + i], w[lanes.SIDE + i], w[TURN + i])
+    found, least = -1, math.inf
+    for n in range(5):
+        value = values[n]
+        if not value > COINCIDE:
+            found = names[n]
+            break
+        if value < least:
+            found, least = names[n], value
+    if (found == FRICTIONAL) & (w[FIRST + i] == 0):
+        found = STATIC
+    return float(found)

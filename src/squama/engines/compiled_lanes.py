@@ -1,0 +1,277 @@
+"""Blocks of designs in lock-step: one flat array holds a row of lanes for every quantity.
+
+All loops run over the lanes of a block, without branches, on rows of one array whose distances are constants: that is
+what LLVM needs to compute several designs in one instruction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from squama.engines.compiled_kernel import OPS, compiled, decay, edge, inlined, plate
+from squama.model import twisting
+from squama.model.mechanics import forces
+from squama.model.neighbours import gap, on_edges
+from squama.model.paths import FoldedTwist, Twist
+from squama.model.solve import Array
+
+W = 64
+"""Lanes of a block."""
+# the design, in units of k pitches, and the range of its path
+ETA, BETA, LAM, SA, CA, THETA0, THETA_F, MU, K, X0, X1 = (W * n for n in range(11))
+# what is known of its end, and the bracket of a root (X_C: the cut-off, once the end is known)
+X_END, CODE, REACH, B, A, C, FA, FB, FC, FIRST, FOLD = (W * n for n in range(11, 22))
+X_C = B
+"""The cut-off, once the end is known, stands in the row of one end of its bracket."""
+FEW, CARRIED = 15, 22
+"""Rows that travel between a block and the table of all designs: without the bracket, and with it."""
+STILL = 1e-13
+"""Relative step of an interpolation after which no further one is made: its own error is far smaller."""
+X, LOW, QQ, T, OK, BEST, LOADE = (W * n for n in range(22, 29))
+THETA, LOAD, D, FORCE, TORQUE, SLIP, RATE, TIP, SIDE, TURN = (W * n for n in range(29, 39))
+S0, S1, S2, P1, P2, R1, R2, COS, SIN, COSJ, SINJ, H, HALF, LEAN, SN = (W * n for n in range(39, 54))
+PAST = W * 54
+"""Ten rows: the five margins at the two samples before."""
+ROWS = 64
+
+
+@inlined
+def _twist(w: Array, i: int) -> Twist:
+    return Twist(w[ETA + i], w[BETA + i], w[LAM + i], w[SA + i], w[CA + i], w[THETA0 + i], 1.0)
+
+
+@inlined
+def _whole(w: Array, i: int) -> Twist:
+    """Return the same with lengths in pitches."""
+    k = w[K + i]
+    return Twist(w[ETA + i] * k, w[BETA + i] * k, w[LAM + i] * k, w[SA + i], w[CA + i], w[THETA0 + i], 1.0)
+
+
+@inlined
+def _folded(w: Array, i: int) -> FoldedTwist:
+    return FoldedTwist(w[ETA + i], w[BETA + i], w[LAM + i], w[SA + i], w[CA + i], w[THETA0 + i], w[THETA_F + i], 1.0)
+
+
+@inlined
+def _lower(a: float, b: float) -> float:
+    """Return the smaller of two, or b where it is no number."""
+    return a if a < b else b
+
+
+def _over(body: Callable[..., None]) -> Callable[[Array, bool, bool], None]:
+    """Run a body over the lanes of a block: on open or folded paths, with either law."""
+
+    @compiled
+    def run(w: Array, folded: bool, plates: bool) -> None:
+        if folded:
+            if plates:
+                for i in range(W):
+                    row = _folded(w, i)
+                    body(w, i, row.open, row.solve(w[X + i], OPS), plate)
+            else:
+                for i in range(W):
+                    row = _folded(w, i)
+                    body(w, i, row.open, row.solve(w[X + i], OPS), edge)
+        elif plates:
+            for i in range(W):
+                one = _twist(w, i)
+                body(w, i, one, one.solve(w[X + i], OPS), plate)
+        else:
+            for i in range(W):
+                one = _twist(w, i)
+                body(w, i, one, one.solve(w[X + i], OPS), edge)
+
+    return run
+
+
+@inlined
+def _look(w: Array, i: int, row: Twist, solved: Any, law: Any) -> None:
+    theta, r, q, per_x = solved
+    pt = row.at_root(theta, r, q, per_x, law, OPS)
+    tip, side = row.places(pt)
+    balance = -(pt.M_N + w[MU + i] * pt.M_f)
+    w[RATE + i], w[D + i], w[TIP + i], w[SIDE + i], w[TURN + i] = pt.load_rate, balance, tip, side, pt.turn
+    w[LOW + i] = _lower(_lower(tip, side), _lower(pt.turn, _lower(pt.load_rate, balance)))
+    w[QQ + i] = r.q2
+
+
+@inlined
+def _figures(w: Array, i: int, row: Twist, solved: Any, law: Any) -> None:
+    theta, r, q, per_x = solved
+    pt = row.at_root(theta, r, q, per_x, law, OPS)
+    f = forces(pt, row.theta0, w[MU + i])
+    tip, side = row.places(pt)
+    w[THETA + i], w[LOAD + i], w[D + i], w[FORCE + i], w[TORQUE + i] = theta, pt.load, f.D, f.f, f.torque
+    w[RATE + i], w[TIP + i], w[SIDE + i], w[TURN + i] = pt.load_rate, tip, side, pt.turn
+
+
+@inlined
+def _push(w: Array, i: int, row: Twist, solved: Any, law: Any) -> None:
+    theta, r, q, per_x = solved
+    pt = row.at_root(theta, r, q, per_x, law, OPS)
+    w[FORCE + i] = forces(pt, row.theta0, w[MU + i]).f * pt.slip_rate
+
+
+look = _over(_look)
+"""Smallest margin LOW and squared root QQ at X."""
+figures = _over(_figures)
+"""All figures of the contact at X."""
+push = _over(_push)
+"""Friction force times slip rate, FORCE, at X."""
+
+
+@compiled
+def engage(w: Array) -> None:
+    """Neighbour that is met first (K; 0 for none) and its twist (LOADE), as ``neighbours.first_engagement``."""
+    far = 1.0
+    for i in range(W):
+        w[REACH + i] = max(1.0, math.floor(math.sqrt(w[ETA + i] * w[ETA + i] + 4 * w[BETA + i] * w[BETA + i])))
+        w[K + i] = 0.0
+        w[LOADE + i] = math.inf
+    for i in range(W):
+        far = max(far, w[REACH + i])
+    for i in range(W):
+        w[T + i] = OPS.tan(w[THETA0 + i] / 2)
+    for n in range(1, int(far) + 1):
+        k, asked = float(n), 0
+        for i in range(W):
+            sa, ca = w[SA + i], w[CA + i]
+            r = twisting.root(w[T + i], sa, ca, w[ETA + i] / k, w[BETA + i] / k, w[LAM + i] / k)
+            q = OPS.sqrt(r.q2)
+            phi = 2 * OPS.atan(r.S / (r.H + q)) / k
+            first = (r.H + q > 0) & (k <= w[REACH + i]) & (phi < w[LOADE + i])
+            w[OK + i] = phi if first else math.nan
+            asked += 1 if first else 0
+        if asked == 0:
+            continue
+        for i in range(W):
+            eta, beta, lam = w[ETA + i] / k, w[BETA + i] / k, w[LAM + i] / k
+            sa, ca = w[SA + i], w[CA + i]
+            r = twisting.root(w[T + i], sa, ca, eta, beta, lam)
+            c = twisting.contact(r, OPS.sqrt(r.q2), sa, ca, eta, beta, lam)
+            on = (abs(c.p) <= beta) & (c.s >= 0) & (c.s <= eta) & (w[OK + i] < w[LOADE + i])
+            w[LOADE + i] = w[OK + i] if on else w[LOADE + i]
+            w[K + i] = k if on else w[K + i]
+
+
+@compiled
+def square(w: Array) -> None:
+    """Square of the root at X on the open path (negative beyond a fold)."""
+    for i in range(W):
+        w[LOW + i] = _twist(w, i).root(w[X + i], OPS).q2
+
+
+@compiled
+def not_met(w: Array, folded: bool) -> None:
+    """How far neighbour FIRST is from being met at X (LOW); in QQ whether it lies on its edges there."""
+    for i in range(W):
+        if folded:
+            theta, r, q, _ = _folded(w, i).solve(w[X + i], OPS)
+        else:
+            theta, r, q, _ = _twist(w, i).solve(w[X + i], OPS)
+        phi = 2 * OPS.atan(r.S / (r.H + q)) / w[K + i]
+        w[LOW + i] = -gap(_whole(w, i), w[FIRST + i], theta, phi, OPS)
+        w[QQ + i] = 1.0 if on_edges(_whole(w, i), w[FIRST + i], theta, phi) else 0.0
+
+
+@inlined
+def _lines(w: Array, i: int, u: float, r: twisting.Root) -> None:
+    c = 1 / (1 + u * u)
+    w[COS + i], w[SIN + i] = (1 - u * u) * c, 2 * u * c
+    w[LEAN + i] = w[SA + i] * w[CA + i] * r.cs
+    w[H + i] = r.H + w[LEAN + i]
+    w[SN + i] = r.S
+    w[HALF + i] = r.G / 2
+
+
+@compiled
+def lines(w: Array, folded: bool) -> None:
+    """Terms of the contact conditions of all neighbours at X, as in ``neighbours._crossed``."""
+    near = 0
+    for i in range(W):
+        near += 1 if w[K + i] == 1 else 0
+    if near == W:
+        if folded:
+            for i in range(W):
+                _, r, q, _ = _folded(w, i).solve(w[X + i], OPS)
+                _lines(w, i, r.S / (r.H + q), r)
+        else:
+            for i in range(W):
+                _, r, q, _ = _twist(w, i).solve(w[X + i], OPS)
+                _lines(w, i, r.S / (r.H + q), r)
+        return
+    for i in range(W):
+        if folded:
+            theta, r, q, _ = _folded(w, i).solve(w[X + i], OPS)
+        else:
+            theta, r, q, _ = _twist(w, i).solve(w[X + i], OPS)
+        _lines(w, i, OPS.tan(OPS.atan(r.S / (r.H + q)) / w[K + i]), _whole(w, i).root(theta, OPS))
+
+
+@inlined
+def line(w: Array, i: int, j: float) -> float:
+    """Contact condition of neighbour j times j, and the sine and cosine of the next."""
+    c, d = w[COSJ + i], w[SINJ + i]
+    w[COSJ + i] = c * w[COS + i] - d * w[SIN + i]
+    w[SINJ + i] = d * w[COS + i] + c * w[SIN + i]
+    value: float = (w[HALF + i] - j * w[SN + i]) * c + (w[H + i] - j * w[LEAN + i]) * d - w[HALF + i]
+    return value
+
+
+@compiled
+def start_root(w: Array) -> None:
+    """First place to look for the zero between A (positive) and B, if C (beyond A) is a third known point."""
+    for i in range(W):
+        w[T + i] = _place(w, i, w[A + i], w[FA + i], w[B + i], w[FB + i], w[C + i], w[FC + i])
+        w[X + i] = w[A + i] + w[T + i] * (w[B + i] - w[A + i])
+        w[OK + i] = 0.0
+        w[BEST + i] = w[A + i]
+
+
+@inlined
+def _place(w: Array, i: int, x1: float, f1: float, x2: float, f2: float, x3: float, f3: float) -> float:  # noqa: ARG001
+    """Fraction of the way from x1 to x2: inverse quadratic interpolation where it is safe, else half (Chandrupatla)."""
+    xi = (x1 - x2) / (x3 - x2)
+    phi = (f1 - f2) / (f3 - f2)
+    t = f1 / (f1 - f2) * (f3 / (f3 - f2)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
+    return t if (phi * phi < xi) & ((1 - phi) * (1 - phi) < 1 - xi) else 0.5
+
+
+@compiled
+def next_root(w: Array) -> bool:
+    """Take in the value LOW at X, choose the next X; whether all lanes have converged (their zeros are in BEST)."""
+    left = 0
+    for i in range(W):
+        value = w[LOW + i]
+        f = value if value == value else -1.0  # noqa: PLR0124
+        x, x1, f1, x2, f2 = w[X + i], w[A + i], w[FA + i], w[B + i], w[FB + i]
+        same = (f > 0) == (f1 > 0)
+        x3, f3 = x1 if same else x2, f1 if same else f2
+        x2, f2 = x2 if same else x1, f2 if same else f1
+        best = x if abs(f) < abs(f2) else x2
+        tol = 2e-15 * abs(best) + 1e-300
+        width = abs(x2 - x)
+        t = _place(w, i, x, f, x2, f2, x3, f3)
+        # the next place itself is the zero, to all digits, where the interpolation hardly moves any more
+        near = (t * width <= STILL * abs(x)) & (t >= 0) & (abs(f) <= 1e-4 * abs(f1))
+        best = x + t * (x2 - x) if near else best
+        edge_t = tol / width
+        t = max(edge_t, min(1 - edge_t, t))
+        done = w[OK + i] > 0
+        w[BEST + i] = w[BEST + i] if done else best
+        now = done | near | (width <= 2 * tol) | (f == 0)
+        w[OK + i] = 1.0 if now else 0.0
+        w[A + i], w[FA + i], w[B + i], w[FB + i], w[X + i] = x, f, x2, f2, x + t * (x2 - x)
+        left += 0 if now else 1
+    return left == 0
+
+
+@compiled
+def spread(w: Array, node: float) -> None:
+    """Place of a node of the rule in y between X0 and the cut-off; P1 is the reach to the pole, P2 the last y."""
+    for i in range(W):
+        p, fall = decay(w[P2 + i] * node)
+        w[X + i] = w[X0 + i] + w[P1 + i] * fall
+        w[R1 + i] = w[P1 + i] * w[P2 + i] * p

@@ -1,0 +1,1 @@
+"""Pure algebra of the mechanics, generic over the number type."""

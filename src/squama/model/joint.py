@@ -1,0 +1,181 @@
+"""The embedded part of a scale: stiffness of its joint and stiffening of the bar, as scaling laws.
+
+The laws are fits, not derivations. Each stands in the table `LAWS` with its source and the range in
+which it was used or checked; `outside` says in words where a design leaves that range.
+
+What the checks showed (finite elements at the geometry of the paper's Fig. 6b, eta = 3, true plate
+thickness): K_theta 0.96 of the law at t_s/d = .004, L/d = .18; 1.23 to .76 of it over t_s/d = .002 to
+.016; .78 to 1.33 over L/d = .09 to .36. C_f 1.42 against 1.45. So even within its range K_theta may be a
+third off: give `joint.stiffness` where it is known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+
+class Limit(NamedTuple):
+    """One ratio of the design and where it may lie for a law to be trusted."""
+
+    ratio: str
+    low: float
+    high: float
+    reason: str
+
+    def message(self, law: str, value: float) -> str:
+        """Say in one line that a ratio is outside its limit."""
+        span = f"{self.low:g} to {self.high:g}"
+        return f"{law}: {self.ratio} = {value:.3g} is outside its range, {span} ({self.reason})"
+
+
+class Law(NamedTuple):
+    """A scaling law: what it gives, how, from where, and its limits."""
+
+    name: str
+    formula: str
+    source: str
+    limits: tuple[Limit, ...]
+    remedy: str
+    value: Callable[..., float]
+
+
+def stiffness_twisting(youngs_modulus: float, scale_thickness: float, half_width: float, embedded: float) -> float:
+    """Stiffness of a scale's joint in a twisted beam, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        E_B of the substrate, Pa.
+    scale_thickness : float
+        t_s, m.
+    half_width : float
+        b, m: half the scale's width.
+    embedded : float
+        L, m.
+
+    Returns
+    -------
+    float
+        K_theta, N m (per rad).
+
+    Notes
+    -----
+    Source: paper, text after Eq. 7. Range: 0 < L << 2t and t_s << l + L; see `LAWS`.
+    """
+    return 3.62 * youngs_modulus * scale_thickness**2 * half_width * math.pow(embedded / scale_thickness, 1.55)
+
+
+def stiffness_bending(youngs_modulus: float, scale_thickness: float, width: float, embedded: float) -> float:
+    """Stiffness of a scale's joint in a bent beam, K = 0.66 E_B w t_s^2 (L/t_s)^1.75.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        E_B of the substrate, Pa.
+    scale_thickness : float
+        t_s, m.
+    width : float
+        w = 2b, m: the scale's full width.
+    embedded : float
+        L, m.
+
+    Returns
+    -------
+    float
+        K, N m (per rad).
+
+    Notes
+    -----
+    Source: the bending papers (docs, theory: bending). Range: 0 < L << 2t and t_s << l + L; see `LAWS`.
+    """
+    return 0.66 * youngs_modulus * width * scale_thickness**2 * math.pow(embedded / scale_thickness, 1.75)
+
+
+def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
+    """Stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda.
+
+    Parameters
+    ----------
+    zeta, beta, lam : float
+        L/d, b/d and t/d.
+
+    Returns
+    -------
+    float
+        C_f, a plain number, at least 1.
+
+    Notes
+    -----
+    Source: paper, text before Eq. 13. Range: see `LAWS`.
+    """
+    return 1 + 1.33 * zeta * beta / lam
+
+
+def inclusion_bending(zeta: float, beta: float, lam: float) -> float:  # noqa: ARG001 - one call for both loads
+    """Stiffening of the bent bar: 1, the bending theory has no such factor (docs, theory: bending)."""
+    return 1.0
+
+
+_SHALLOW = Limit("L/(2t)", 0.0, 0.56, "made for L << 2t; the deepest tab checked had 0.56")
+_SLENDER = Limit("t_s/(l + L)", 0.0, 0.05, "made for t_s << l + L")
+
+LAWS: Mapping[str, Law] = {
+    "stiffness twisting": Law(
+        "joint stiffness K_theta",
+        "3.62 E_B t_s^2 b (L/t_s)^1.55",
+        "paper, text after Eq. 7",
+        (
+            Limit("t_s/d", 0.002, 0.016, "finite elements there: 1.23 to 0.76 of the law"),
+            Limit("L/d", 0.09, 0.36, "finite elements there: 0.78 to 1.33 of the law"),
+            _SHALLOW,
+            _SLENDER,
+        ),
+        "give joint.stiffness if you know it",
+        stiffness_twisting,
+    ),
+    "inclusion twisting": Law(
+        "inclusion factor C_f",
+        "1 + 1.33 zeta beta / lambda",
+        "paper, text before Eq. 13",
+        (Limit("zeta beta/lambda", 0.0, 1.0, "the paper used 0.34 and 0.97; checked at 0.34 only"), _SHALLOW),
+        "give joint.inclusion_factor if you know it",
+        inclusion_twisting,
+    ),
+    "stiffness bending": Law(
+        "joint stiffness K",
+        "0.66 E_B w t_s^2 (L/t_s)^1.75",
+        "the bending papers (docs, theory: bending)",
+        (_SHALLOW, _SLENDER),
+        "give joint.stiffness if you know it",
+        stiffness_bending,
+    ),
+    "inclusion bending": Law(
+        "inclusion factor", "1", "docs, theory: bending", (), "give joint.inclusion_factor", inclusion_bending
+    ),
+}
+
+
+def outside(law: Law, ratios: Mapping[str, float]) -> list[str]:
+    """Name every limit of a law that a design breaks.
+
+    Parameters
+    ----------
+    law : Law
+        A row of `LAWS`.
+    ratios : mapping
+        The value of each ratio by its name in the limits, e.g. ``{"L/d": 0.18, ...}``.
+
+    Returns
+    -------
+    list of str
+        One line per broken limit, ending with the remedy; empty inside the range.
+    """
+    # the limits themselves belong to the range, also where a ratio was rounded on its way here
+    slack = 1e-9
+    return [
+        f"{limit.message(law.name, ratios[limit.ratio])}; {law.remedy}"
+        for limit in law.limits
+        if not limit.low * (1 - slack) <= ratios[limit.ratio] <= limit.high * (1 + slack)
+    ]

@@ -1,0 +1,73 @@
+"""Balance, torque and margins of any contact: what twisting and bending share.
+
+All in units of the joint stiffness K_theta and the pitch d.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from squama.model.outcome import End
+from squama.model.paths import Ops, Point
+from squama.model.twisting import Number
+
+
+class Row(Protocol):
+    """What a contact must offer; see :mod:`squama.model.paths`."""
+
+    @property
+    def eta(self) -> Number:
+        """Overlap ratio."""
+
+    @property
+    def theta0(self) -> Number:
+        """Initial inclination, rad."""
+
+    @property
+    def ENDS(self) -> tuple[End, ...]:
+        """Names of the margins, in their order."""
+
+    def point(self, x: Number, law: str, ops: Ops) -> Point:
+        """Contact at the path parameter."""
+
+    def places(self, pt: Point) -> tuple[Number, ...]:
+        """Margins of the place of the contact on its edges."""
+
+    def theta(self, x: Number) -> Number:
+        """Inclination at the path parameter."""
+
+    def parameter(self, theta: Number, ops: Ops) -> Number:
+        """Path parameter of an inclination on the first branch."""
+
+
+class Forces(NamedTuple):
+    """``D`` = -(M_N + mu M_f); ``N`` normal and ``f`` friction force (K_theta/d); ``torque`` the scales' part."""
+
+    D: Number
+    N: Number
+    f: Number
+    torque: Number
+
+
+def forces(pt: Point, theta0: Number, mu: Number) -> Forces:
+    """Balance one scale while the contact slides (paper Eqs. 7, 12 and 14; sign as in docs, theory: forces)."""
+    D = -(pt.M_N + mu * pt.M_f)
+    lift = pt.theta - theta0
+    N = lift / D
+    f = mu * N
+    return Forces(D, N, f, (lift * pt.theta_rate + f * pt.slip_rate) / pt.load_rate)
+
+
+def mu_lock(pt: Point) -> Number:
+    """Coefficient of friction that locks the contact at this point."""
+    return -pt.M_N / pt.M_f
+
+
+def margins(row: Row, x: Number, mu: Number, law: str, ops: Ops) -> tuple[Number, ...]:
+    """Quantities that are positive until the end they are named after in ``row.ENDS``."""
+    return named_margins(row, row.point(x, law, ops), mu)
+
+
+def named_margins(row: Row, pt: Point, mu: Number) -> tuple[Number, ...]:
+    """Return the margins of a contact that is already evaluated."""
+    return (pt.load_rate, -(pt.M_N + mu * pt.M_f), *row.places(pt), pt.turn)[: len(row.ENDS)]

@@ -1,0 +1,40 @@
+"""How a curve ends: named outcomes, each with its sentence."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class End(StrEnum):
+    """Why the path of a contact ends."""
+
+    FRICTIONAL = "frictional lock"
+    KINEMATIC = "kinematic lock"
+    STATIC = "static lock"
+    OFF_TIP = "off tip edge"
+    OFF_SIDE = "off side edge"
+    OTHER = "other contact"
+    RELEASED = "released"
+    RANGE = "range end"
+    NONE = "no engagement"
+
+    @property
+    def locks(self) -> bool:
+        """Whether the beam is locked there."""
+        return self in (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
+
+
+CODES: tuple[End, ...] = tuple(End)
+"""Ends in the order of their integer codes (position = code)."""
+
+SENTENCES: dict[End, str] = {
+    End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",
+    End.KINEMATIC: "the geometry allows no further rotation of the scales: the beam is locked",
+    End.STATIC: "friction holds the contact as soon as the scales touch: the beam locks at engagement",
+    End.OFF_TIP: "the contact runs off the end of the tip edge before any lock; the model ends here",
+    End.OFF_SIDE: "the contact runs off the end of the side edge before any lock; the model ends here",
+    End.OTHER: "another pair of plate edges or faces comes into contact; the model of one contact ends here",
+    End.RELEASED: "beyond the fold the scales come back to their initial inclination and the contact opens",
+    End.RANGE: "the asked range ends (or half a turn of scale or beam is reached) before any lock",
+    End.NONE: "the tip edge of a scale never rests on a side edge of a neighbour in this sense of loading",
+}

@@ -1,0 +1,188 @@
+"""The path a contact follows: one row per kind of contact, all with the same face.
+
+A row is a named tuple of ratios (floats or arrays; lengths in units of the pitch). Its ``point(x, law, ops)`` gives
+the contact at the path parameter x: inclination, load angle per pitch (twist phi or bend psi), their rates, the
+slip rate and the moments per unit force. Balance, locks, torque, work and RED are the same for every row and live
+in :mod:`squama.model.mechanics`.
+
+``margins`` are the quantities that stay positive along the path; the first to vanish ends it, and ``ENDS`` names
+them in the same order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.model import twisting
+from squama.model.laws import LAWS
+from squama.model.outcome import End
+from squama.model.twisting import Number
+
+
+class Ops(NamedTuple):
+    """Elementary functions of one number type."""
+
+    sqrt: Callable[[Number], Number]
+    sin: Callable[[Number], Number]
+    cos: Callable[[Number], Number]
+    tan: Callable[[Number], Number]
+    atan: Callable[[Number], Number]
+
+
+TWIST_ENDS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE)
+ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan)
+FLOAT = Ops(math.sqrt, math.sin, math.cos, math.tan, math.atan)
+
+
+class Point(NamedTuple):
+    """A contact on its path; rates are per unit of the path parameter, lengths in pitches.
+
+    ``theta``, ``load`` (phi or psi, per pitch), ``theta_rate``, ``load_rate``, ``slip_rate`` (>= 0), ``M_N``, ``M_f``
+    moments of a unit normal and friction force pair about the base line, ``p``, ``s`` places of the contact on the
+    tip edge and along the other scale, ``q`` root of the contact condition, ``turn`` > 0 while the
+    twist is below half a turn per pitch.
+    """
+
+    theta: Number
+    load: Number
+    theta_rate: Number
+    load_rate: Number
+    slip_rate: Number
+    M_N: Number
+    M_f: Number
+    p: Number
+    s: Number
+    q: Number
+    turn: Number
+
+
+class Twist(NamedTuple):
+    """Tip edge on the side edge of neighbour k, followed by x = theta (there is no fold on the way)."""
+
+    eta: Number
+    beta: Number
+    lam: Number
+    sa: Number
+    ca: Number
+    theta0: Number
+    k: Number = 1
+
+    @property
+    def ENDS(self) -> tuple[End, ...]:
+        """Names of the margins."""
+        return TWIST_ENDS
+
+    @property
+    def ratios(self) -> tuple[Number, ...]:
+        """``sa, ca, eta, beta, lam`` in units of k pitches, as the kernel takes them."""
+        return self.sa, self.ca, self.eta / self.k, self.beta / self.k, self.lam / self.k
+
+    def root(self, theta: Number, ops: Ops) -> twisting.Root:
+        """Terms of the contact condition at the inclination ``theta``."""
+        return twisting.root(ops.tan(theta / 2), *self.ratios)
+
+    def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
+        """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
+        r = self.root(x, ops)
+        q = ops.sqrt(r.q2)
+        return x, r, q, 1 / q
+
+    def point(self, x: Number, law: str, ops: Ops) -> Point:
+        """Return the contact at the inclination ``x`` on the branch that starts at engagement."""
+        return self.at_root(*self.solve(x, ops), law, ops)
+
+    def at_root(self, theta: Number, r: twisting.Root, q: Number, per_x: Number, law: str, ops: Ops) -> Point:
+        """Return the contact at the root ``q``; ``per_x`` turns the kernel's rates into rates per unit of x."""
+        ratios = self.ratios
+        c = twisting.contact(r, q, *ratios)
+        m = LAWS[law](c, ratios[2], ops.sqrt)
+        k = self.k
+        return Point(
+            theta,
+            2 * ops.atan(c.u) / k,
+            q * per_x,
+            c.phi_rate * per_x / k,
+            m.slip_rate * per_x * k,
+            m.M_N * k,
+            m.M_f * k,
+            c.p * k,
+            c.s * k,
+            q,
+            r.H + q,
+        )
+
+    def places(self, pt: Point) -> tuple[Number, Number]:
+        """Margins of the place on the tip edge and on the side edge."""
+        return self.beta - abs(pt.p), self.eta / 2 - abs(pt.s - self.eta / 2)
+
+    def theta(self, x: Number) -> Number:
+        """Inclination at the path parameter."""
+        return x
+
+    def parameter(self, theta: Number, ops: Ops) -> Number:  # noqa: ARG002
+        """Path parameter of an inclination on the branch that starts at engagement."""
+        return theta
+
+
+class FoldedTwist(NamedTuple):
+    """The same contact followed through a fold at ``theta_f``: theta = theta_f - x^2, x from - to +.
+
+    q^2 = x^2 E with E the divided difference of q^2 between theta and theta_f, so q = -x sqrt(E) keeps its digits
+    and its sign at the fold.
+    """
+
+    eta: Number
+    beta: Number
+    lam: Number
+    sa: Number
+    ca: Number
+    theta0: Number
+    theta_f: Number
+    k: Number = 1
+
+    @property
+    def ENDS(self) -> tuple[End, ...]:
+        """Names of the margins."""
+        return TWIST_ENDS
+
+    @property
+    def open(self) -> Twist:
+        """The row of the same contact without its fold."""
+        return Twist(self.eta, self.beta, self.lam, self.sa, self.ca, self.theta0, self.k)
+
+    def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
+        """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
+        row = self.open
+        theta = self.theta_f - x * x
+        r, f = row.root(theta, ops), row.root(self.theta_f, ops)
+        sa, ca, eta, beta, lam = row.ratios
+        # divided differences between theta and theta_f of sin, cos and the terms built from them
+        half = -x * x / 2
+        sinc = ops.sin(half + 1e-300) / (half + 1e-300)
+        d_sn, d_cs = ops.cos(self.theta_f + half) * sinc, -ops.sin(self.theta_f + half) * sinc
+        d_S = ca * d_sn
+        d_H = sa * lam * d_sn + ca * (beta - sa) * d_cs
+        d_G = 2 * (d_S * (beta * sa + eta * ca * r.cs) + f.S * eta * ca * d_cs + lam * (ca * ca - sa * sa) * d_cs)
+        d_q2 = d_H * (r.H + f.H) - d_S * (r.G - r.S) - f.S * (d_G - d_S)
+        root_E = ops.sqrt(-d_q2)
+        return theta, r, -x * root_E, 2 / root_E
+
+    def point(self, x: Number, law: str, ops: Ops) -> Point:
+        """Return the contact at the path parameter ``x``."""
+        return self.open.at_root(*self.solve(x, ops), law, ops)
+
+    def places(self, pt: Point) -> tuple[Number, Number]:
+        """Margins of the place on the tip edge and on the side edge."""
+        return self.open.places(pt)
+
+    def theta(self, x: Number) -> Number:
+        """Inclination at the path parameter."""
+        return self.theta_f - x * x
+
+    def parameter(self, theta: Number, ops: Ops) -> Number:
+        """Path parameter of an inclination on the branch that starts at engagement."""
+        return -ops.sqrt(self.theta_f - theta)

@@ -1,0 +1,178 @@
+"""Every other contact of the rigid plates: edges on edges and corners on faces of all overlapping scales.
+
+Scale 1 and scale 1 + k are rectangles; in the axes of scale 1 the other has the base midpoint o and the axes k_IJ.
+Each of the 24 feature pairs has a signed distance that changes sign when the features meet; a change counts where
+the meeting place lies within both features. Along a path the first such change is the first other contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.model.solve import Array
+
+CORNERS = ("D", "A", "C", "B")
+EDGES = ("DA", "CB", "DC", "AB")
+_MIRRORED_CORNERS = ("A", "D", "B", "C")
+_MIRRORED_EDGES = ("DA", "CB", "AB", "DC")
+_KIND = {"DA": "base edge", "CB": "tip edge", "DC": "side edge", "AB": "side edge"}
+TIP_SIDE = 8 + 4 * EDGES.index("CB") + EDGES.index("DC")
+"""Position of the tip-side pair among the feature pairs."""
+_ROUNDS = 4
+_PARALLEL = 1e-14
+
+
+class Touch(NamedTuple):
+    """First other contact: neighbour ``k``, ``pair`` in words, path parameter ``x``, inclination and twist."""
+
+    k: int
+    pair: str
+    x: float
+    theta: float
+    phi: float
+
+
+class Plates(NamedTuple):
+    """Shape and place of the scales: ratios with lengths in pitches, sine and cosine of alpha."""
+
+    eta: float
+    beta: float
+    lam: float
+    sa: float
+    ca: float
+
+    @property
+    def reach(self) -> int:
+        """Farthest scale that can be touched."""
+        return max(1, int(np.hypot(self.eta, 2 * self.beta)))
+
+
+def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
+    """Signed gaps of the 24 feature pairs and whether the meeting place lies within both features.
+
+    Parameters
+    ----------
+    theta, phi
+        Inclination and twist per pitch, shape (m,).
+    k
+        Neighbours, shape (n,).
+
+    Returns
+    -------
+    gap, inside
+        Shape (24, n, m): 4 corners of the other scale on the face of scale 1, 4 corners of scale 1 on the other
+        face, 16 edges on edges (of scale 1 first).
+    """
+    eta, beta, lam, sa, ca = plates
+    k = k[:, None]
+    st, ct = np.sin(theta), np.cos(theta)
+    S, C1 = np.sin(k * phi), -2 * np.sin(k * phi / 2) ** 2
+    z = np.stack([ca * ct, sa + 0 * ct, -ca * st])
+    # k_IJ = cos + (1 - cos) z_I z_J, and the turn about z (clockwise) in the off-diagonal terms
+    M = -C1 * (z[:, None, None] * z[None, :, None])
+    M += np.eye(3)[:, :, None, None] * (1 + C1)
+    for i, j, m in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        M[i, j] += S * z[m]
+        M[j, i] -= S * z[m]
+    o = lam * np.stack([S * (-sa * ct) + C1 * st, S * ca + 0 * C1 * st, S * (sa * st) + C1 * ct]) + k * z[:, None]
+    corners = np.array([[0.0, 0.0, eta, eta], [-beta, beta, -beta, beta], [0.0] * 4])[:, :, None, None]
+    # where features meet at a corner, rounding must not let all of them miss
+    tol = 1e-9 * (eta + beta)
+    # corners of the other scale in the axes of scale 1, and the other way round
+    theirs = o[:, None] + corners[0] * M[:, None, 0] + corners[1] * M[:, None, 1]
+    ours = (M[:, :, None] * (corners - o[:, None])[:, None]).sum(axis=0)
+    x, y, h = np.concatenate([theirs, ours], axis=1)
+    gap, inside = [h], [(x >= -tol) & (x <= eta + tol) & (abs(y) <= beta + tol)]
+    # edges of the other scale: a point on the axis through the middle, direction, range of the place along it
+    Q = np.stack([o, o + eta * M[:, 0], o - beta * M[:, 1], o + beta * M[:, 1]], axis=1)
+    d = M[:, (1, 1, 0, 0)]
+    low = np.array([-beta, -beta, 0.0, 0.0])[:, None, None] - tol
+    high = np.array([beta, beta, eta, eta])[:, None, None] + tol
+    for e, at in enumerate((0.0, eta, -beta, beta)):
+        across, along = (0, 1) if e < 2 else (1, 0)
+        off, da = Q[across] - at, d[across]
+        square = da * da + d[2] * d[2] + 1e-300
+        gap.append((off * d[2] - Q[2] * da) / np.sqrt(square))
+        w = -(off * da + Q[2] * d[2]) / square
+        v = Q[along] + w * d[along]
+        within = abs(v) <= beta + tol if e < 2 else (v >= -tol) & (v <= eta + tol)
+        # where lines become parallel the gap changes sign without a meeting
+        inside.append((w >= low) & (w <= high) & within & (square > _PARALLEL))
+    return np.concatenate(gap), np.concatenate(inside)
+
+
+def name(pair: int, k: int, mirrored: bool) -> str:
+    """Feature pair in words, with the paper's corner letters (those of the mirror image in the other sense)."""
+    corners, edges = (CORNERS, EDGES) if not mirrored else (_MIRRORED_CORNERS, _MIRRORED_EDGES)
+
+    def edge(i: int, scale: int) -> str:
+        return f"{_KIND[edges[i]]} {edges[i][0]}{scale}{edges[i][1]}{scale}"
+
+    other = 1 + k
+    if pair < 8:
+        corner, face = (other, 1) if pair < 4 else (1, other)
+        return f"corner {corners[pair % 4]}{corner} on the face of scale {face}"
+    return f"{edge((pair - 8) // 4, 1)} on {edge((pair - 8) % 4, other)}"
+
+
+def first_touch(
+    plates: Plates,
+    at: Callable[[Array], tuple[Array, Array]],
+    x: Array,
+    *,
+    follows: int,
+    mirrored: bool = False,
+) -> Touch | None:
+    """Find the first contact that comes in along a path, other than the one that is followed.
+
+    Parameters
+    ----------
+    at
+        Inclination and twist at the path parameters.
+    x
+        Samples of the path parameter, ascending; the first has a small positive twist.
+    follows
+        Neighbour whose tip-side contact is followed, 0 for none.
+    """
+    k = np.arange(1, plates.reach + 1)
+    best: tuple[float, int, int] | None = None
+    for i, n, j in _changes(plates, at, x, k, follows):
+        if best is not None and x[j] > best[0]:
+            continue
+        hit = _refine(plates, at, float(x[j]), float(x[j + 1]), int(k[n]), i)
+        if hit is not None and (best is None or hit < best[0]):
+            best = hit, i, int(k[n])
+    if best is None:
+        return None
+    theta, phi = at(np.array([best[0]]))
+    return Touch(best[2], name(best[1], best[2], mirrored), best[0], float(theta[0]), float(phi[0]))
+
+
+def _changes(
+    plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, k: Array, follows: int
+) -> list[tuple[int, int, int]]:
+    """Feature pair, neighbour and sample before each change of sign near both features, in path order."""
+    gap, inside = gaps(plates, *at(x), k)
+    change = (gap[..., :-1] > 0) != (gap[..., 1:] > 0)
+    change &= inside[..., :-1] | inside[..., 1:]
+    if follows:
+        change[TIP_SIDE, follows - 1] = False
+    found = np.argwhere(change)
+    return [(int(i), int(n), int(j)) for i, n, j in found[np.argsort(found[:, 2], kind="stable")]]
+
+
+def _refine(
+    plates: Plates, at: Callable[[Array], tuple[Array, Array]], a: float, b: float, k: int, i: int
+) -> float | None:
+    """Solve one change of sign by repeated subdivision; None where the features miss each other."""
+    for _ in range(_ROUNDS):
+        x = np.linspace(a, b, 33)
+        gap = gaps(plates, *at(x), np.array([k]))[0][i, 0]
+        j = int(np.argmax((gap[:-1] > 0) != (gap[1:] > 0)))
+        a, b, g0, g1 = float(x[j]), float(x[j + 1]), gap[j], gap[j + 1]
+    root = a + (b - a) * float(g0 / (g0 - g1)) if g0 != g1 else a
+    inside = gaps(plates, *at(np.array([root])), np.array([k]))[1][i, 0, 0]
+    return root if inside else None

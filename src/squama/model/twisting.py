@@ -1,0 +1,121 @@
+r"""Twisting: the tip edge of a scale on the side edge of the scale k pitches further on.
+
+Frame: z is the torsion axis, y points out of the scaled face, the base midpoint of scale 1 is
+``(0, lam, 0)``. Scale 1 has the unit vectors n_X (base to tip), n_Y (along the width), n_Z = n_X x n_Y
+(out of the upper face); scale 2 is scale 1 turned by phi about z and moved by one pitch along it.
+Seen from the scale, the torsion axis is ``(zX, zY, zZ) = (cos a cos th, sin a, -cos a sin th)``, and every
+cosine between the two scales, ``k_IJ = n_I . R(phi) n_J``, follows from it (Rodrigues).
+
+Contact condition (paper Eq. 6, halved), with half-angle tangents t = tan(theta/2), u = tan(phi/2):
+
+.. math::  (G - S) u^2 - 2 H u + S = 0, \qquad q^2 = H^2 - S (G - S), \qquad u = S / (H + q),
+
+with S = cos a sin th, H = sin a (eta + lam sin th) + zX (beta - sin a), and
+G = beta sin 2a sin th + eta cos^2 a sin 2th + 2 lam cos 2a cos th. The root q is positive from engagement to
+the fold, where it vanishes, and negative beyond; along the path d(theta) : d(phi) = q : V with
+V = eta k_XX - s k_YY, so nothing is singular at a fold (q = 0) or at the kinematic lock (V = 0).
+
+Everything here is + - * / and ``sqrt``, which the caller passes in: floats, arrays, complex step, mpmath and
+compiled code all execute this one source. Lengths are in units of the pitch (of k pitches for neighbour k).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+Number = Any  # float, complex, ndarray, mpmath.mpf, ...
+Sqrt = Callable[[Number], Number]
+
+
+class Root(NamedTuple):
+    """Terms of the contact condition at one inclination; ``q2`` < 0 where no twist satisfies it."""
+
+    sn: Number
+    cs: Number
+    S: Number
+    H: Number
+    G: Number
+    q2: Number
+
+
+class Contact(NamedTuple):
+    """A tip edge resting on a side edge. Rates are per unit of one common, unnamed path parameter.
+
+    ``u`` = tan(phi/2); ``p``, ``s`` places on tip and side edge; ``theta_rate``, ``phi_rate``; ``a_rate``,
+    ``c_rate`` sliding along side and tip edge (a = eta - s, c = beta + p); ``slip_x``, ``slip_y`` the slip's
+    components along the side edge and along the tip edge; ``k_IJ`` cosines between the two scales;
+    ``J2`` = 1 - k_YX^2.
+    """
+
+    u: Number
+    p: Number
+    s: Number
+    theta_rate: Number
+    phi_rate: Number
+    a_rate: Number
+    c_rate: Number
+    slip_x: Number
+    slip_y: Number
+    k_YY: Number
+    k_YZ: Number
+    k_ZX: Number
+    k_ZY: Number
+    k_ZZ: Number
+    J2: Number
+
+
+def root(t: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Root:
+    """Return the terms of the contact condition (paper Eq. 6) at ``t`` = tan(theta/2).
+
+    Parameters
+    ----------
+    t, sa, ca, eta, beta, lam
+        tan(theta/2), sin and cos of alpha, overlap ratio, half width and half thickness over the pitch.
+    """
+    w = 1 / (1 + t * t)
+    sn = 2 * t * w
+    cs = (1 - t * t) * w
+    S = ca * sn
+    zX = ca * cs
+    H = sa * (eta + lam * sn) + zX * (beta - sa)
+    G = 2 * (S * (beta * sa + eta * zX) + lam * (ca * ca - sa * sa) * cs)
+    return Root(sn, cs, S, H, G, H * H - S * (G - S))
+
+
+def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Contact:
+    """Return the contact at the root ``q`` of the contact condition: places, rates and cosines.
+
+    Parameters
+    ----------
+    r, q
+        Terms of the contact condition and the signed root of ``r.q2``: + before the fold, - beyond it.
+    sa, ca, eta, beta, lam
+        As in :func:`root`.
+    """
+    sn, cs = r.sn, r.cs
+    u = r.S / (r.H + q)
+    # sine and versine of phi, and the torsion axis in the scale's own axes
+    h = 2 * u / (1 + u * u)
+    v = u * h
+    zX = ca * cs
+    zZ = -r.S
+    k_YX = v * zX * sa - h * zZ
+    k_YY = 1 - v * (1 - sa * sa)
+    k_YZ = v * sa * zZ + h * zX
+    k_ZX = v * zX * zZ + h * sa
+    k_ZY = v * sa * zZ - h * zX
+    k_ZZ = 1 - v * (1 - zZ * zZ)
+    J2 = 1 - k_YX * k_YX
+    # M1 - D2 along n_Y1; a = eta - s in a form that keeps its digits where the contact is near the tip
+    e_Y = (beta - sa) - beta * v * (ca * ca) - lam * ca * h
+    a = (eta * v * (1 - zX * zX) - eta * k_YX * k_YX - lam * (sa * cs * h - sn * v) + zX + k_YX * e_Y) / J2
+    s = eta - a
+    p = s * k_YX - e_Y
+    V = a * k_YY + eta * v * (zX * zX - sa * sa)
+    # velocities at the contact: theta turns both scales about their bases, phi turns scale 2 about z
+    slip_x = V * (beta * ca * sn - lam * sa * cs) - q * eta * k_ZX
+    slip_y = V * ca * (lam + eta * sn) + q * s * k_YZ
+    c_rate = (slip_y - k_YX * slip_x) / J2
+    a_rate = (slip_x - k_YX * slip_y) / J2
+    return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, k_YY, k_YZ, k_ZX, k_ZY, k_ZZ, J2)

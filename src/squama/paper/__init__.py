@@ -1,0 +1,1 @@
+"""Figures and claims of published papers, computed anew."""

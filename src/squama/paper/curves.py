@@ -1,0 +1,153 @@
+"""Figs. 4 and 6: friction force and torque against twist rate, both force laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squama import response
+from squama.design import Beam
+from squama.paper.fe_points import FePoints
+from squama.plot.style import (
+    COLUMN,
+    DASHES,
+    GREY,
+    INK,
+    PAGE,
+    finite_max,
+    key,
+    law_keys,
+    letter,
+    new_figure,
+    shades,
+    styled,
+)
+
+POINTS = 300
+NEAR = 1e-3
+"""Curves are drawn to this margin before a lock."""
+ABOVE = 2.0
+MARKERS = "osD^v<>p"
+
+
+def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str], points: int = POINTS) -> xr.Dataset:
+    """Twist a beam with each coefficient of friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
+    runs = [response.twist(beam, mu=mus, law=law, margin=NEAR, points=points) for law in laws]
+    data = xr.concat(runs, dim=xr.Variable("law", list(laws)), combine_attrs="drop_conflicts")
+    return data.assign(
+        ratio=data["phi"] / data["phi_e"],
+        T_K=data["T_scales"] / beam.joint_stiffness,
+        K_K=(data["K_t"] - beam.torsional_rigidity) / (beam.joint_stiffness * beam.pitch),
+        T_GI=data["T"] / (beam.G_B * beam.I),
+    )
+
+
+def _lines(ax: Axes, data: xr.Dataset, x: str, y: str, *, asymptotes: bool = False) -> None:
+    colours = shades(data.sizes["mu"])
+    for law in data["law"].values:
+        for i, colour in enumerate(colours):
+            line = data.sel(law=law).isel(mu=i)
+            ax.plot(line[x].values, line[y].values, color=colour, linestyle=DASHES[str(law)])
+            if asymptotes and law == "plate" and line["end"] == "frictional lock":
+                end = float(line["phi_end"] / line["phi_e"])
+                ax.axvline(end, color=colour, linewidth=0.8, linestyle=":", zorder=0)
+
+
+def _keys(data: xr.Dataset) -> list[object]:
+    mus = [float(mu) for mu in data["mu"].values]
+    handles: list[object] = [key(rf"$\mu$ = {mu:g}", color=c) for mu, c in zip(mus, shades(len(mus)), strict=True)]
+    return handles + list(law_keys([str(law) for law in data["law"].values]))
+
+
+@styled
+def fig4(data: xr.Dataset) -> Figure:
+    """Draw the friction force against the twist rate over that at engagement."""
+    figure = new_figure(1.45 * COLUMN, 3.1)
+    ax = figure.subplots()
+    _lines(ax, data, "ratio", "f0", asymptotes=True)
+    ax.set_xlim(1, 1.04 * float((data["phi_end"] / data["phi_e"]).max()))
+    ax.set_ylim(0, 12)
+    ax.set_xlabel(r"Twist rate over that at engagement $\Phi/\Phi_e$ (1)")
+    ax.set_ylabel(r"Friction force $\bar{f}_0 = f\,l/K_\theta$ (1)")
+    handles = [*_keys(data), key("lock, plate law", linestyle=":", linewidth=0.8)]
+    figure.legend(handles=handles, loc="outside right upper")
+    return figure
+
+
+@styled
+def fig6a(data: xr.Dataset) -> Figure:
+    """Draw the scales' part of the torque and of the stiffness, over K_theta."""
+    figure = new_figure(PAGE, 3.0)
+    axes = figure.subplots(1, 2)
+    for ax, name, top in zip(axes, ("T_K", "K_K"), (30, 600), strict=True):
+        _lines(ax, data.where(data["ratio"] >= 1), "ratio", name)
+        ax.set_xlim(1, 1.04 * float((data["phi_end"] / data["phi_e"]).max()))
+        ax.set_ylim(0, top)
+        ax.set_xlabel(r"Twist rate over that at engagement $\Phi/\Phi_e$ (1)")
+    axes[0].set_ylabel(r"Torque of the scales $T_s/K_\theta$ (1)")
+    axes[1].set_ylabel(r"Stiffness of the scales $\mathrm{d}T_s/\mathrm{d}\varphi\,/K_\theta$ (1)")
+    letter(axes[0], "(a)")
+    letter(axes[1], "(b)")
+    figure.legend(handles=_keys(data), loc="outside lower center", ncols=8)
+    return figure
+
+
+@styled
+def fig6b(parts: dict[float, xr.Dataset], points: FePoints | None) -> Figure:
+    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points if there are any."""
+    n = len(parts)
+    figure = new_figure(PAGE if n > 1 else 0.6 * PAGE, 3.4)
+    axes = np.atleast_1d(np.asarray(figure.subplots(1, n, sharey=True)))
+    top = 0.0
+    for ax, name, (eta, data) in zip(axes, "abcd", parts.items(), strict=False):
+        _lines(ax, data, "Phi", "T_GI")
+        rate = np.array([0.0, finite_max(data["Phi"].values)])
+        bare = float(data["T_GI"].values.flat[1] / data["Phi"].values.flat[1])
+        ax.plot(rate, bare * rate, color=GREY, linewidth=1, linestyle=(0, (1, 1.2)))
+        top = max(top, _readable(data))
+        letter(ax, rf"({name}) $\eta$ = {eta:g}")
+        ax.set_xlabel(r"Twist rate $\Phi$ (rad/m)")
+        for i, mu in enumerate(data["mu"].values):
+            last = data.isel(mu=i, law=-1)
+            if str(last["end"].values) not in ("frictional lock", "kinematic lock", "static lock"):
+                ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=shades(data.sizes["mu"])[i])
+            if points is not None:
+                mine = (points.eta == eta) & (points.mu == mu)
+                colour = shades(data.sizes["mu"])[i]
+                ax.plot(
+                    points.rate[mine],
+                    points.load[mine],
+                    linestyle="",
+                    marker=MARKERS[i % len(MARKERS)],
+                    markersize=3.5,
+                    markerfacecolor=colour,
+                    markeredgecolor=INK,
+                    markeredgewidth=0.6,
+                    zorder=4,
+                )
+                top = max(top, finite_max(points.load[mine], 0.0))
+        ax.set_xlim(0, None)
+    axes[0].set_ylim(0, 1.05 * top)
+    axes[0].set_ylabel(r"Torque $T/(G_B I)$, $I$ polar moment (rad/m)")
+    data = next(iter(parts.values()))
+    handles = [*_keys(data), key("no contact", color=GREY, linewidth=1, linestyle=(0, (1, 1.2)))]
+    handles.append(key("off the tip edge (edge law)", linestyle="", marker="x"))
+    if points is None:
+        axes[0].text(0.03, 0.97, "no finite element\npoints given", transform=axes[0].transAxes, va="top", color=GREY)
+    else:
+        handles.append(
+            key(f"finite elements ({Path(points.source).name[-30:]})", linestyle="", marker="o", markersize=3.5)
+        )
+    figure.legend(handles=handles, loc="outside lower center", ncols=4 if n > 1 else 3)
+    return figure
+
+
+def _readable(data: xr.Dataset) -> float:
+    """Largest torque to be seen: twice that of the curve with the least friction, or less if all stay below."""
+    loads = data["T_GI"].values
+    return min(ABOVE * finite_max(loads[:, 0]), finite_max(loads))

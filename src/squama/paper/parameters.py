@@ -1,0 +1,68 @@
+"""The designs of the paper's figures, and what its text leaves open, as chosen here."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from squama.design import Beam
+
+LAWS = ("plate", "edge")
+"""The paper's law first; the energy-consistent one beside it."""
+MARGIN = 0.01
+"""Cut-off before a lock of every RED (docs, theory: energy); the paper does not say where it stopped."""
+
+FIG4_MUS = (0.2, 0.4, 0.6, 0.8, 1.0)
+FIG5_ETAS = (2.0, 3.0, 4.0, 6.0)
+FIG5_SCAN = np.geomspace(1.5, 8.0, 80)
+FIG5_ALPHAS = tuple(np.radians([5.0, 15.0, 30.0, 45.0, 60.0]))
+FIG5_ALPHA_SCAN = np.radians(np.linspace(1.0, 70.0, 139))
+FIG5A_MUS = (0.2, 0.5, 1.0, 2.0, 4.8)
+FIG5B_MUS = (0.2, 0.5, 1.0, 2.0, 4.5)
+FIG6A_MUS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+FIG6B_ETAS = (2.0, 3.0)
+FIG6B_MUS = (0.0, 0.2, 0.5)
+FIG7_MUS = np.linspace(0.0, 6.0, 121)
+FIG7_ETAS = np.linspace(1.5, 8.0, 91)
+FIG7_ALPHAS = np.radians(np.linspace(1.0, 75.0, 112))
+BENDING_MUS = (0.3, 0.6, 1.0, 2.0)
+BENDING_ETAS = np.geomspace(1.5, 10.0, 60)
+PLA_ON_PLA = (0.12, 0.38)
+"""Measured static friction of printed PLA on PLA."""
+
+
+@functools.cache
+def main() -> Beam:
+    """Return the beam of Figs. 4, 5, 6a and 7."""
+    return Beam.from_ratios(
+        eta=3,
+        beta=1.25,
+        lam=0.45,
+        zeta=0.35,
+        slenderness=35,
+        alpha="45 deg",
+        theta0="10 deg",
+        width="32 mm",
+        thickness="16 mm",
+        youngs_modulus="25 GPa",
+        poisson_ratio=0.25,
+    )
+
+
+@functools.cache
+def fig6b(eta: float) -> Beam:
+    """Return a beam of Fig. 6b, whose overlap ratios the paper does not name."""
+    return Beam.from_ratios(
+        eta=eta,
+        beta=0.6,
+        lam=0.32,
+        zeta=0.18,
+        slenderness=45,
+        alpha="45 deg",
+        theta0="10 deg",
+        width="32 mm",
+        thickness="16 mm",
+        youngs_modulus="25 GPa",
+        poisson_ratio=0.25,
+    )

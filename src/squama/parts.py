@@ -1,0 +1,202 @@
+"""The parts of a scale-covered beam: frozen, validated data.
+
+Inputs are checked at the door and stored in SI units (m, rad, Pa, N m). Numbers in Python are SI; text
+carries its unit ("45 deg", "60 mm"). In a file a unit is always needed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from numbers import Integral
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
+
+from squama import beamfile
+from squama.errors import InputError
+from squama.units import Bounds, Dimension, QuantityError, bounded, shown
+
+Quantity = float | str
+"""A number in SI units, or text with a unit."""
+
+SIZE = Bounds(1e-9, 1e6, "more than 0; 1 nm to 1000 km", closed=True)
+DEPTH = Bounds(0.0, 1e6, "0 or more, up to 1000 km", closed=True)
+QUARTER = Bounds(0.0, math.pi / 2, "0 to 90 deg, exclusive")
+MODULUS = Bounds(1e-6, 1e15, "more than 0; 1e-6 Pa to 1e15 Pa", closed=True)
+POISSON = Bounds(-1.0, 0.5, "-1 to 0.5, exclusive")
+STIFFNESS = Bounds(1e-18, 1e15, "more than 0; 1e-18 N m to 1e15 N m", closed=True)
+FACTOR = Bounds(1e-3, 1e3, "more than 0; 0.001 to 1000", closed=True, example="1.4")
+FRICTION = Bounds(0.0, 10.0, "0 to 10", closed=True)
+RATIO = Bounds(1e-9, 1e9, "more than 0; 1e-9 to 1e9", closed=True, example="1.2")
+
+
+def _read(dimension: Dimension, bounds: Bounds) -> BeforeValidator:
+    def read(value: object, info: ValidationInfo) -> float:
+        return bounded(value, dimension, bounds, bare=(info.context or {}).get("bare", True))
+
+    return BeforeValidator(read)
+
+
+def whole(value: object) -> int:
+    """Return a number of scales, or refuse what is not a whole number of 2 or more."""
+    if isinstance(value, Integral) and 2 <= int(value) <= 1_000_000:
+        return int(value)
+    text = repr(value) if isinstance(value, float) else shown(value)
+    raise QuantityError(text, "is not a whole number from 2 to 1000000; write e.g. 25")
+
+
+def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
+    """Return positive plain numbers by name, or refuse them with one line per mistake."""
+    ratios: dict[str, float] = {}
+    problems = []
+    for name, value in given.items():
+        try:
+            ratios[name] = bounded(value, Dimension.RATIO, RATIO)
+        except QuantityError as error:
+            problems.append(f"{name} = {error.shown}: {error.reason}")
+    if problems:
+        raise InputError("\n".join(problems))
+    return ratios
+
+
+Size = Annotated[float, _read(Dimension.LENGTH, SIZE)]
+Depth = Annotated[float, _read(Dimension.LENGTH, DEPTH)]
+Angle = Annotated[float, _read(Dimension.ANGLE, QUARTER)]
+
+
+class Part(BaseModel):
+    """Frozen data whose every mistake is an InputError with one line per mistake."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    _root: ClassVar[str | None] = None
+
+    def __init__(self, /, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            lines = beamfile.explain(error.errors(include_url=False), self._root)
+            raise InputError("\n".join(lines)) from None
+
+    # this mark lets pydantic fill nested models itself, so that a mistake keeps its full path
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        message = f"{type(self).__name__} is frozen; make a changed copy with beam.replace(...)"
+        raise AttributeError(message)
+
+
+class Scale(Part):
+    """One scale: a rigid rectangular plate, partly embedded.
+
+    Parameters
+    ----------
+    length : float or str
+        Exposed length l, m.
+    embedded : float or str
+        Embedded length L, m; 0 or more.
+    width : float or str
+        Full width 2b, m.
+    thickness : float or str
+        Thickness t_s, m; it enters the joint's stiffness only.
+    alpha : float or str
+        Angle between the cross-section and the scale's width, rad; 0 to 90 deg, exclusive.
+    theta0 : float or str
+        Inclination at rest, rad; 0 to 90 deg, exclusive.
+
+    Raises
+    ------
+    InputError
+        A value that is missing, of the wrong dimension or out of range.
+    """
+
+    _root = "scale"
+    length: Size
+    embedded: Depth
+    width: Size
+    thickness: Size
+    alpha: Angle
+    theta0: Angle
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            length: Quantity,
+            embedded: Quantity,
+            width: Quantity,
+            thickness: Quantity,
+            alpha: Quantity,
+            theta0: Quantity,
+        ) -> None: ...
+
+
+class Substrate(Part):
+    """The bar under the scales: rectangular, elastic, isotropic.
+
+    Parameters
+    ----------
+    width : float or str
+        Width, m.
+    thickness : float or str
+        Full thickness 2t, m.
+    youngs_modulus : float or str
+        E_B, Pa.
+    poisson_ratio : float
+        nu; -1 to 0.5, exclusive.
+
+    Raises
+    ------
+    InputError
+        A value that is missing, of the wrong dimension or out of range.
+    """
+
+    _root = "substrate"
+    width: Size
+    thickness: Size
+    youngs_modulus: Annotated[float, _read(Dimension.PRESSURE, MODULUS)]
+    poisson_ratio: Annotated[float, _read(Dimension.RATIO, POISSON)]
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, width: Quantity, thickness: Quantity, youngs_modulus: Quantity, poisson_ratio: Quantity
+        ) -> None: ...
+
+
+class Joint(Part):
+    """The elastic joint of a scale; what is not given comes from the laws of `squama.model.joint`.
+
+    Parameters
+    ----------
+    stiffness : float or str, optional
+        K_theta, N m (per rad); used in twisting and in bending.
+    inclusion_factor : float, optional
+        C_f; used in twisting and in bending.
+    """
+
+    _root = "joint"
+    stiffness: Annotated[float, _read(Dimension.TORQUE, STIFFNESS)] | None = None
+    inclusion_factor: Annotated[float, _read(Dimension.RATIO, FACTOR)] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, stiffness: Quantity | None = None, inclusion_factor: Quantity | None = None) -> None: ...
+
+
+class Friction(Part):
+    """Friction between the scales.
+
+    Parameters
+    ----------
+    mu : float, optional
+        Coefficient of friction (static = kinetic), 0 to 10; None if the file does not give it.
+    """
+
+    _root = "friction"
+    mu: Annotated[float, _read(Dimension.RATIO, FRICTION)] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, mu: Quantity | None = None) -> None: ...

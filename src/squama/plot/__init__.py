@@ -1,0 +1,35 @@
+"""Figures of results, ready to print: labelled data in, a matplotlib figure out. Nothing is computed here.
+
+Figures are made without pyplot, so they leave no state behind and need no display. matplotlib is loaded when one
+of the names is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from squama.plot.maps import red_figure
+    from squama.plot.regimes import lock_lines_figure, regime_figure
+    from squama.plot.response import response_figure
+    from squama.plot.style import save_figure
+    from squama.plot.sweep import map_figure
+
+_HOME = {
+    "response_figure": "response",
+    "regime_figure": "regimes",
+    "lock_lines_figure": "regimes",
+    "red_figure": "maps",
+    "map_figure": "sweep",
+    "save_figure": "style",
+}
+
+__all__ = ["lock_lines_figure", "map_figure", "red_figure", "regime_figure", "response_figure", "save_figure"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        message = f"module 'squama.plot' has no attribute {name!r}"
+        raise AttributeError(message)
+    return getattr(import_module(f"squama.plot.{_HOME[name]}"), name)

@@ -1,0 +1,163 @@
+"""Regime maps (paper Fig. 5), and the lock lines of twisting beside those of bending."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squama.model.solve import Array
+from squama.plot.style import (
+    ACCENT,
+    DASHES,
+    GREY,
+    INK,
+    PAGE,
+    key,
+    law_keys,
+    letter,
+    new_figure,
+    shades,
+    styled,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHOWN = ("frictional lock", "static lock")
+
+
+@styled
+def regime_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the three regimes of a beam in twisting: linear, sliding, locked.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :func:`squama.paper.maps.regimes`: paths ``phi``, ``theta`` over ``value`` (eta or alpha); lock lines
+        ``phi_end``, ``theta_end``, ``end`` over ``law``, ``mu`` and ``scan``; ``phi_lock``, ``theta_lock`` of the
+        kinematic lock, ``phi_off``, ``theta_off`` where the contact leaves the tip edge and ``phi_touch``,
+        ``theta_touch`` where another pair of plates touches, over ``scan``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Axes phi/pi and (theta - theta0)/pi; paths of the scales, the kinematic and the frictional envelopes.
+    """
+    theta0, over = float(dataset.attrs["theta0"]), str(dataset.attrs["over"])
+    figure = new_figure(PAGE, 4.3)
+    ax = figure.subplots()
+
+    def scaled(phi: Any, theta: Any) -> tuple[Array, Array]:
+        return np.asarray(phi, float) / np.pi, (np.asarray(theta, float) - theta0) / np.pi
+
+    right = 0.0
+    for i in range(dataset.sizes["value"]):
+        x, y = scaled(dataset["phi"][i], dataset["theta"][i])
+        good = np.isfinite(x)
+        ax.plot(np.r_[0, x[good]], np.r_[0, y[good]], color=GREY, linewidth=0.9, zorder=1)
+        right = max(right, float(x[good].max()))
+        value = float(dataset["value"][i])
+        text = rf"$\eta$ = {value:g}" if over == "eta" else rf"$\alpha$ = {np.degrees(value):.3g}°"
+        _tag(ax, x[good], y[good], text)
+    ax.plot(*scaled(dataset["phi_off"], dataset["theta_off"]), color=GREY, linestyle="-.", linewidth=1.6, zorder=3)
+    ax.plot(*scaled(dataset["phi_touch"], dataset["theta_touch"]), color=ACCENT, linestyle=":", linewidth=1.3, zorder=3)
+    ax.plot(*scaled(dataset["phi_lock"], dataset["theta_lock"]), color=INK, linewidth=2.2, zorder=4)
+    laws = [str(law) for law in dataset["law"].values]
+    mus = [float(mu) for mu in dataset["mu"].values]
+    colours = shades(len(mus))
+    for law in laws:
+        for mu, colour in zip(mus, colours, strict=True):
+            line = dataset.sel(law=law, mu=mu)
+            x, y = scaled(line["phi_end"], line["theta_end"])
+            keep = np.isin(line["end"].values, SHOWN)
+            # at a static lock the line runs on the axis: its first point there is enough
+            still = line["end"].values == "static lock"
+            keep &= ~(still & np.roll(still, 1) & np.roll(still, -1))
+            ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=DASHES[law])
+    ax.set_xlim(0, 1.03 * max(right, float(np.nanmax(dataset["phi_lock"].values)) / np.pi))
+    ax.set_ylim(0, 1.08 * float(np.nanmax(dataset["theta_lock"].values) - theta0) / np.pi)
+    ax.set_xlabel(r"Twist per pitch $\varphi/\pi$ (1)")
+    ax.set_ylabel(r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)")
+    handles = [key("kinematic lock", linewidth=2.2)]
+    handles += [key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in zip(mus, colours, strict=True)]
+    handles += law_keys(laws)
+    handles.append(key(rf"path of the scales for one $\{over}$", color=GREY, linewidth=0.9))
+    if np.isfinite(dataset["phi_off"].values).any():
+        handles.append(key("contact leaves the tip edge", color=GREY, linestyle="-.", linewidth=1.6))
+    if np.isfinite(dataset["phi_touch"].values).any():
+        handles.append(key("other plates touch first", color=ACCENT, linestyle=":"))
+    figure.legend(handles=handles, loc="outside right upper")
+    _regions(ax, dataset, scaled)
+    return figure
+
+
+def _tag(ax: Axes, x: Array, y: Array, text: str) -> None:
+    """Write beside the end of a path which one it is."""
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+    i = int(np.argmin(abs(y - 0.62 * y.max())))
+    ax.text(x[i], y[i], text, fontsize=6.5, color=INK, ha="center", va="center", bbox=box, zorder=6)
+
+
+def _regions(ax: Axes, dataset: xr.Dataset, scaled: Any) -> None:
+    """Name the regimes: linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope."""
+    x, y = scaled(dataset["phi_lock"], dataset["theta_lock"])
+    good = np.isfinite(x)
+    words: dict[str, Any] = {"style": "italic", "fontsize": 7.5, "color": INK}
+    ax.text(float(np.median(x[good])), float(np.max(y[good])) + 0.012, "locked", ha="center", va="bottom", **words)
+    wide, high = ax.get_xlim()[1], ax.get_ylim()[1]
+    ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)
+    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", ha="right", va="bottom", **words)
+
+
+@styled
+def lock_lines_figure(dataset: xr.Dataset) -> Figure:
+    """Set the lock lines of twisting beside those of bending.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :func:`squama.paper.maps.lock_lines`: over ``loading``, ``mu`` and ``point`` the load angle ``load`` and
+        the inclination ``theta`` at the kinematic lock (mu = 0) and the frictional locks, and ``drop``, how far a line
+        lies below the kinematic one at the same load angle.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Above, the lock lines; below, their distance from the kinematic line. In bending it is arctan(mu) everywhere,
+        so the line is a translate; in twisting it is not.
+    """
+    figure = new_figure(PAGE, 5.2)
+    axes = figure.subplots(2, 2, sharex="col", sharey="row")
+    mus = [float(mu) for mu in dataset["mu"].values]
+    rubbing = [mu for mu in mus if mu > 0]
+    colours = dict(zip(rubbing, shades(len(rubbing)), strict=True))
+    for column, loading in enumerate(("bending", "twisting")):
+        part = dataset.sel(loading=loading)
+        top, low = axes[0][column], axes[1][column]
+        for mu in mus:
+            line = part.sel(mu=mu)
+            x, y = line["load"].values / np.pi, np.degrees(line["theta"].values)
+            top.plot(x, y, color=colours.get(mu, INK), linewidth=1.3 if mu else 2.2)
+            if mu:
+                low.plot(x, np.degrees(line["drop"].values), color=colours[mu])
+                low.axhline(np.degrees(np.arctan(mu)), color=GREY, linewidth=0.8, linestyle=":", zorder=0)
+        sign = r"\psi" if loading == "bending" else r"\varphi"
+        low.set_xlabel(f"{'Bend' if loading == 'bending' else 'Twist'} per pitch ${sign}/\\pi$ (1)")
+        top.set_xlim(0, None)
+        fixed = (
+            rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
+        )
+        letter(top, f"({'ab'[column]}) {loading}: {fixed}")
+        letter(low, f"({'cd'[column]}) {loading}: distance below the kinematic line")
+    axes[0][0].set_ylabel(r"Inclination at the lock $\theta$ (deg)")
+    axes[1][0].set_ylabel("Drop of the inclination (deg)")
+    axes[0][0].set_ylim(0, None)
+    axes[1][0].set_ylim(0, None)
+    handles = [key(r"kinematic lock, $\mu$ = 0", linewidth=2.2)]
+    handles += [key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in colours.items()]
+    handles.append(key(r"a translate by arctan $\mu$", color=GREY, linestyle=":", linewidth=0.8))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure

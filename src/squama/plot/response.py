@@ -1,0 +1,255 @@
+"""A response in four panels: load, friction force, inclination, dissipation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from squama.design import Beam
+from squama.model.solve import Array
+from squama.plot.style import ACCENT, GREY, INK, PAGE, finite_max, key, label, new_figure, prefixed, shades, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+READABLE = 0.9
+"""Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
+LOCKS = ("frictional lock", "kinematic lock", "static lock")
+
+
+class _Names(NamedTuple):
+    rate: str
+    torque: str
+    tangent: str
+    rate_e: str
+    rate_end: str
+    verb: str
+
+
+_KINDS = {
+    "twisting": _Names("Phi", "T", "K_t", "Phi_e", "Phi_end", "twist"),
+    "bending": _Names("kappa", "M", "K_b", "kappa_e", "kappa_end", "bend"),
+}
+
+
+class _Curve(NamedTuple):
+    """One curve, taken out of the dataset: ``data`` has the dimension ``point`` only."""
+
+    data: xr.Dataset
+    mu: float
+    colour: Any
+    rate: Array
+    rate_e: float
+    rate_end: float
+    end: str
+
+
+@styled
+def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
+    """Draw what a beam does when it is twisted or bent.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :func:`squama.twist` or :func:`squama.bend`: one curve, or a family over ``mu``.
+    measured : object, optional
+        Measured points: an object with the arrays ``rate`` (rad/m) and ``load`` (N m).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels: torque or moment with the beam without contact dashed, engagement and end marked;
+        friction force; inclination; relative energy dissipation (the tangent stiffness if there is no friction).
+        The load grows without bound towards a lock, so its axis ends before.
+
+    Examples
+    --------
+    >>> import squama
+    >>> from squama.plot import response_figure
+    >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], points=50)
+    >>> len(response_figure(r).axes)
+    4
+    """
+    names = _KINDS[dataset.attrs["load"]]
+    curves = _curves(dataset, names)
+    beam = Beam.from_toml_text(dataset.attrs["beam"])
+    figure = new_figure(PAGE, 5.2)
+    axes = figure.subplots(2, 2, sharex=True)
+    load, friction, inclination, last = axes.flat
+    right = _right(curves, measured)
+    rubs = any(c.mu > 0 for c in curves)
+    _load(load, curves, names, beam, right, measured)
+    touched = any(np.isfinite(c.data["mu_lock"]).any() for c in curves)
+    if rubs and touched:
+        _panel(friction, curves, "f0", 1.0, label("f0"), rising=True)
+    elif touched:
+        _panel(friction, curves, "N", 1.0, label("N"), rising=True)
+    else:
+        _empty(friction, curves, "f0")
+    _panel(inclination, curves, "theta", 180 / np.pi, label("theta", "deg"))
+    if rubs and touched:
+        _panel(last, curves, "RED", 1.0, label("RED"))
+        last.set_ylim(0, max(0.05, 1.05 * last.get_ylim()[1]))
+    else:
+        top = _limit(curves, names.tangent)
+        factor, text = prefixed(names.tangent, top)
+        _panel(last, curves, names.tangent, factor, text, rising=True)
+    for ax, name in zip(axes.flat, "abcd", strict=True):
+        ax.text(0.03, 0.97, f"({name})", transform=ax.transAxes, fontweight="bold", va="top")
+        ax.set_xlim(0, right)
+        for c in curves:
+            _marks(ax, c)
+    for ax in axes[1]:
+        ax.set_xlabel(label(names.rate))
+    _top(load, beam, names)
+    _legend(figure, curves, measured)
+    figure.suptitle(_title(dataset, names, curves), fontsize=8, x=0.01, ha="left")
+    return figure
+
+
+def _curves(dataset: xr.Dataset, names: _Names) -> list[_Curve]:
+    mus = np.atleast_1d(dataset["mu"].values)
+    colours = shades(mus.size) if mus.size > 1 else [INK]
+    out = []
+    for i, (mu, colour) in enumerate(zip(mus, colours, strict=True)):
+        data = dataset.isel(mu=i) if "mu" in dataset.dims else dataset
+        rate = np.asarray(data[names.rate].values, float)
+        order = np.argsort(rate, kind="stable")
+        data = data.isel(point=order)
+        e, last = float(data[names.rate_e]), float(data[names.rate_end])
+        out.append(_Curve(data, float(mu), colour, rate[order], e, last, str(data["end"].values)))
+    return out
+
+
+def _right(curves: list[_Curve], measured: Any) -> float:
+    """Right end of the twist axis: past every end and every measured point."""
+    ends = [c.rate_end if np.isfinite(c.rate_end) else finite_max(c.rate) for c in curves]
+    shown = [min(end, 1.05 * finite_max(c.rate)) for c, end in zip(curves, ends, strict=True)]
+    right = max(*shown, 0.0)
+    if measured is not None:
+        right = max(right, finite_max(np.asarray(measured.rate, float), 0.0))
+    return 1.08 * right if right > 0 else 1.0
+
+
+def _limit(curves: list[_Curve], name: str) -> float:
+    """Largest value to be seen: all of a curve that stays bounded; of those that lock, the typical readable part."""
+    bounded, locking = [0.0], [0.0]
+    for c in curves:
+        v = np.asarray(c.data[name].values, float)
+        good = np.isfinite(v)
+        steep = c.end == "other contact" and len(curves) > 1
+        if (c.end in LOCKS or steep) and c.rate_end > c.rate_e:
+            good &= c.rate <= c.rate_e + READABLE * (c.rate_end - c.rate_e)
+            locking.append(finite_max(v[good], 0.0))
+        else:
+            bounded.append(finite_max(v[good], 0.0))
+    seen = [v for v in locking if v > 0]
+    return max(*bounded, float(np.median(seen)) if seen else 0.0)
+
+
+def _load(ax: Axes, curves: list[_Curve], names: _Names, beam: Beam, right: float, measured: Any) -> None:
+    rigidity = beam.torsional_rigidity if names.rate == "Phi" else beam.bending_rigidity
+    top = max(_limit(curves, names.torque), 1.25 * rigidity * right / 1.08)
+    if measured is not None:
+        top = max(top, finite_max(np.asarray(measured.load, float), 0.0))
+    top *= 1.08
+    factor, text = prefixed(names.torque, top)
+    ax.plot([0, right], [0, factor * rigidity * right], color=GREY, linestyle=(0, (4, 2)), linewidth=1)
+    for c in curves:
+        v = factor * np.asarray(c.data[names.torque].values, float)
+        ax.plot(c.rate, v, color=c.colour)
+        if np.isfinite(c.rate_e) and c.rate_e <= c.rate_end:
+            ax.plot(
+                c.rate_e, factor * rigidity * c.rate_e, "o", color=INK, markerfacecolor="white", markersize=4, zorder=4
+            )
+        _end(ax, c, v)
+    if measured is not None:
+        ax.plot(measured.rate, factor * np.asarray(measured.load, float), ".", color=ACCENT, markersize=4, zorder=3)
+    ax.set_ylim(0, factor * top)
+    ax.set_ylabel(text)
+
+
+def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, *, rising: bool = False) -> None:
+    """Draw one variable; ``rising`` for one that grows without bound towards a lock."""
+    for c in curves:
+        v = factor * np.asarray(c.data[name].values, float)
+        ax.plot(c.rate, v, color=c.colour)
+        _end(ax, c, v)
+    if rising and (top := _limit(curves, name)) > 0:
+        ax.set_ylim(0, 1.08 * factor * top)
+    elif name == "theta":
+        low, high = ax.get_ylim()
+        ax.set_ylim(max(0.0, low if high - low > 2 else low - 5), high if high - low > 2 else low + 5)
+    ax.set_ylabel(text)
+
+
+def _end(ax: Axes, c: _Curve, v: Array) -> None:
+    """Mark the end of a curve that does not lock."""
+    good = np.flatnonzero(np.isfinite(v))
+    if good.size and c.end not in LOCKS:
+        ax.plot(c.rate[good[-1]], v[good[-1]], "x", color=c.colour, zorder=4)
+
+
+def _empty(ax: Axes, curves: list[_Curve], name: str) -> None:
+    """Say why a panel has no curve."""
+    static = any(c.end == "static lock" for c in curves)
+    words = "locked as soon as the scales touch:\nno sliding, no friction work" if static else "no sliding contact"
+    ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY)
+    ax.set_ylabel(label(name))
+    ax.set_yticks([])
+
+
+def _marks(ax: Axes, c: _Curve) -> None:
+    """Mark where a curve locks by a thin vertical line."""
+    if c.end in LOCKS and np.isfinite(c.rate_end) and c.rate_end <= ax.get_xlim()[1]:
+        ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
+
+
+def _top(ax: Axes, beam: Beam, names: _Names) -> None:
+    """Write the total angle over the beam above the panel."""
+    degrees = beam.length * 180 / np.pi
+
+    def over(rate: Any) -> Any:
+        return rate * degrees
+
+    def back(angle: Any) -> Any:
+        return angle / degrees
+
+    top = ax.secondary_xaxis("top", functions=(over, back))
+    top.set_xlabel(f"{names.verb} of the whole beam, {beam.scales} scales (deg)")
+    top.tick_params(labelsize=7)
+
+
+def _legend(figure: Figure, curves: list[_Curve], measured: Any) -> None:
+    handles: list[Line2D] = []
+    if len(curves) > 1:
+        handles += [key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
+    handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=1))
+    if any(np.isfinite(c.rate_e) and c.rate_e <= c.rate_end for c in curves):
+        handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
+    if any(c.end in LOCKS for c in curves):
+        handles.append(key("lock", linestyle=":", linewidth=0.8))
+    if any(c.end not in LOCKS for c in curves):
+        handles.append(key("end, no lock", linestyle="", marker="x"))
+    if measured is not None:
+        handles.append(key("measured", color=ACCENT, linestyle="", marker="."))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 7))
+
+
+def _title(dataset: xr.Dataset, names: _Names, curves: list[_Curve]) -> str:
+    kind = dataset.attrs["load"].capitalize()
+    law = "" if names.rate == "kappa" else f", {dataset.attrs['law']} law"
+    sense = f", sense {dataset.attrs['sense']}" if "sense" in dataset.attrs else ""
+    if len(curves) > 1:
+        return f"{kind}{law}{sense}"
+    c = curves[0]
+    text = f"{kind}{law}{sense}, $\\mu$ = {c.mu:g}: {c.end}"
+    at = f" at {c.rate_end:.4g} rad/m" if np.isfinite(c.rate_end) else ""
+    other = str(c.data["other_contact"].values)
+    if c.end == "no engagement":
+        return f"{text}; {other} touches{at}" if other else text
+    return f"{text}{at}: {other}" if other else text + at

@@ -1,0 +1,298 @@
+"""Slices of sweeps: contours of numbers, ends as named colours, lock envelopes, lines."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from squama.design import Beam
+from squama.model.outcome import CODES, End
+from squama.model.solve import Array
+from squama.plot.maps import COLOURS, HATCHES, LEVELS
+from squama.plot.style import GREY, INK, PAGE, key, letter, new_figure, shades, styled
+from squama.symbols import SYMBOLS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ENDS = {
+    End.FRICTIONAL: "#4477aa",
+    End.KINEMATIC: "#1d2d50",
+    End.STATIC: "#d9dde3",
+    End.OFF_TIP: "#ddcc77",
+    End.OFF_SIDE: "#e08a5b",
+    End.OTHER: "#aa4499",
+    End.RELEASED: "#88ccee",
+    End.RANGE: "#999933",
+    End.NONE: "#ffffff",
+}
+"""Colour of each end; blue ones lock after sliding, grey at once."""
+_LOCKS = tuple(CODES.index(e) for e in (End.FRICTIONAL, End.KINEMATIC))
+_STATIC = CODES.index(End.STATIC)
+_SYMBOL = {"torque": ("T_c", "M_c")}
+_UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
+
+
+@styled
+def map_figure(
+    dataset: xr.Dataset,
+    variable: str = "RED",
+    *,
+    x: str,
+    y: str | None = None,
+    panels: str | None = None,
+    lines: list[float] | None = None,
+) -> Figure:
+    """Draw a slice of a sweep.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :func:`squama.sweep`, with the dimensions x, y and panels and no other.
+    variable : str
+        A variable; ``end`` gives a regime map, ``lock`` the lock envelopes: where the beams along x lock, a line for
+        each of some values of y.
+    x, y, panels : str
+        Dimensions; without y a line is drawn, with panels a panel for each of its values.
+    lines : list of float
+        With ``lock``, the values of y.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
+    count = len(parts)
+    columns = min(count, 3)
+    rows = -(-count // columns)
+    width = PAGE if count > 1 or variable in ("end", "lock") else 0.68 * PAGE
+    figure = new_figure(width, 0.7 + rows * (3.0 if columns < 3 else 2.5))
+    axes = np.atleast_1d(np.asarray(figure.subplots(rows, columns, sharex=True, sharey=True))).ravel()
+    for ax in axes[count:]:
+        ax.set_visible(False)
+    for ax, part, name in zip(axes, parts, "abcdef", strict=False):
+        letter(ax, f"({name}) {_word(panels, part)}" if panels else "")
+    shown = list(axes[:count])
+    if variable == "lock":
+        assert y is not None
+        _envelopes(figure, shown, parts, x, y, lines or [])
+    elif y is None:
+        _lines(figure, shown, parts, variable, x)
+    else:
+        for ax, part in zip(shown, parts, strict=True):
+            _frame(ax, part, x, y)
+        if variable == "end":
+            _regimes(figure, shown, parts, x, y)
+        else:
+            _contours(figure, shown, parts, variable, x, y)
+    across = shown[-1].get_xlabel()
+    for i, ax in enumerate(shown):
+        ax.label_outer(remove_inner_ticks=False)
+        if i + columns >= count:
+            ax.xaxis.set_tick_params(labelbottom=True)
+            # side by side, long labels would run into each other
+            ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
+    figure.suptitle(_title(dataset, (x, y, panels)), fontsize=8, x=0.01, ha="left")
+    return figure
+
+
+def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
+    """Return the values of a dimension in units for people, and the label of its axis."""
+    coordinate = part[name]
+    unit = coordinate.attrs.get("units", "1")
+    factor, text = _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
+    words = coordinate.attrs.get("long_name", name)
+    tex = SYMBOLS[name].tex if name in SYMBOLS else ""
+    label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
+    return coordinate.values * factor, label
+
+
+def _label(dataset: xr.Dataset, variable: str) -> str:
+    bending = dataset.attrs["load"] == "bending"
+    return SYMBOLS[_SYMBOL.get(variable, (variable, variable))[bending]].axis
+
+
+def _word(name: str | None, part: xr.Dataset) -> str:
+    assert name is not None
+    if name == "law":
+        return f"{part['law'].item()} law"
+    value, unit = float(part[name]), part[name].attrs.get("units", "1")
+    factor, text = _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
+    tex = f"${SYMBOLS[name].tex}$" if name in SYMBOLS and name != "margin" else name
+    return f"{tex} = {value * factor:.5g} {text}".strip()
+
+
+def _title(dataset: xr.Dataset, shown: tuple[str | None, ...]) -> str:
+    words = [str(dataset.attrs["load"]).capitalize()]
+    if "law" not in dataset.dims:
+        law = dataset["law"].item() if "law" in dataset.coords else dataset.attrs["law"]
+        words.append(f"{law} law" if dataset.attrs["load"] == "twisting" else "")
+    if dataset.attrs["sense"] != "+":
+        words.append(f"sense {dataset.attrs['sense']}")
+    if "margin" in dataset.attrs:
+        words.append(f"margin {dataset.attrs['margin']:g}")
+    words += [_word(str(n), dataset) for n in dataset.coords if n not in (*shown, "law") and dataset[n].ndim == 0]
+    return ", ".join(word for word in words if word)
+
+
+def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
+    (xs, across), (ys, up) = axis_values(part, x), axis_values(part, y)
+    ax.set_xlim(xs[0], xs[-1])
+    ax.set_ylim(ys[0], ys[-1])
+    ax.set_xlabel(across)
+    ax.set_ylabel(up)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(True)
+
+
+def levels_of(values: Array, variable: str) -> Array:
+    """Return the levels of the contours: those of all maps of RED, else round numbers without the rare extremes."""
+    if variable == "RED":
+        return np.array(LEVELS)
+    good = values[np.isfinite(values)]
+    low, high = np.quantile(good, [0.01, 0.99]) if good.size else (0.0, 1.0)
+    if low > 0 and high / low > 50:
+        ten = 10 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+        for parts in ((1, 2, 5), (1, 3), (1,)):
+            steps = np.sort(np.concatenate([m * ten for m in parts]))
+            first, last = steps.searchsorted([low, high], side="right")
+            inside = steps[max(first - 1, 0) : last + 1]
+            if inside.size <= 14 or parts == (1,):
+                return np.asarray(inside)
+    if low == high:
+        low, high = low - 0.5, high + 0.5
+    return np.asarray(MaxNLocator(9).tick_values(low, high))
+
+
+def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str) -> None:
+    grids = [np.asarray(part[variable].values, float) for part in parts]
+    codes = [part["end"].values for part in parts]
+    for grid, code in zip(grids, codes, strict=True):
+        grid[(code == CODES.index(End.NONE)) | (code < 0)] = np.nan
+    sliding = [
+        np.where(c == _STATIC, np.nan, g) if variable != "phi_e" else g for g, c in zip(grids, codes, strict=True)
+    ]
+    levels = levels_of(np.concatenate([g.ravel() for g in sliding]), variable)
+    norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
+    colours = COLOURS if variable == "RED" else COLOURS.resampled(256)
+    ends: list[int] = []
+    for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
+        xs, ys = axis_values(part, x)[0], axis_values(part, y)[0]
+        shown = np.ma.masked_invalid(np.clip(grid, levels[0], levels[-1]))
+        if shown.count():
+            ax.contourf(xs, ys, shown, levels=levels, norm=norm, cmap=colours)
+            # lines end where the end changes, and the value jumps
+            for same in (np.isin(code, (*_LOCKS, _STATIC)), ~np.isin(code, (*_LOCKS, _STATIC))):
+                own = np.ma.masked_where(~same, shown)
+                if own.count() and np.ptp(own.compressed()) > 0:
+                    ax.contour(xs, ys, own, levels=levels[1:-1], colors=INK, linewidths=0.4)
+        ends += [int(c) for c in np.unique(code) if c not in ends]
+        _hatch(ax, xs, ys, code)
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
+    ticks = levels if len(levels) <= 14 else levels[::2]
+    bar.set_ticks(list(ticks), labels=[f"{tick:.4g}" for tick in ticks])
+    bar.minorticks_off()
+    bar.set_label(_label(parts[0], variable))
+    bar.outline.set_linewidth(0.7)
+    handles = [
+        Patch(facecolor="white", edgecolor=GREY, hatch=HATCHES[name][0], label=HATCHES[name][1])
+        for name in HATCHES
+        if CODES.index(End(name)) in ends
+    ]
+    if -1 in ends:
+        handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+
+
+def _hatch(ax: Axes, xs: Array, ys: Array, code: Array) -> None:
+    """Mark the regions that end without a lock, or at once."""
+    for name, (hatch, _) in HATCHES.items():
+        inside = (code == CODES.index(End(name))).astype(float)
+        if not inside.any():
+            continue
+        if name == "static lock":
+            ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="white", zorder=2)
+        if inside.all():
+            ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
+            continue
+        ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
+        ax.contour(xs, ys, inside, levels=[0.5], colors=INK, linewidths=0.9, zorder=4)
+
+
+def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> None:
+    colours = ListedColormap(["#f4e3e3", *(ENDS[end] for end in CODES)])
+    norm = BoundaryNorm(np.arange(-1.5, len(CODES)), len(CODES) + 1)
+    seen: set[int] = set()
+    for ax, part in zip(axes, parts, strict=True):
+        xs, ys, code = axis_values(part, x)[0], axis_values(part, y)[0], part["end"].values
+        ax.pcolormesh(xs, ys, code, shading="nearest", cmap=colours, norm=norm, rasterized=True)
+        for c in np.unique(code):
+            seen.add(int(c))
+            if not (code == c).all():
+                ax.contour(xs, ys, (code == c).astype(float), levels=[0.5], colors=INK, linewidths=0.6)
+    handles = [
+        Patch(facecolor=ENDS[CODES[c]], edgecolor=INK, linewidth=0.5, label=str(CODES[c])) for c in sorted(seen - {-1})
+    ]
+    if -1 in seen:
+        handles.append(Patch(facecolor="#f4e3e3", edgecolor=INK, linewidth=0.5, label="not computed yet"))
+    figure.legend(handles=handles, loc="outside right upper")
+
+
+def _envelopes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str, lines: list[float]) -> None:
+    angle = "psi" if parts[0].attrs["load"] == "bending" else "phi"
+    colours = shades(len(lines))
+    theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
+    top = right = 0.0
+    for ax, part in zip(axes, parts, strict=True):
+        for value, colour in zip(lines, colours, strict=True):
+            line = part.sel({y: value})
+            start = line["theta0"].values if "theta0" in line.coords else theta0
+            across = np.asarray(line[f"{angle}_end"].values, float) / np.pi
+            up = (np.asarray(line["theta_end"].values, float) - start) / np.pi
+            code = line["end"].values
+            for kinds, wide in (((_LOCKS[0], _STATIC), 1.3), ((_LOCKS[1],), 2.4)):
+                keep = np.isin(code, kinds)
+                ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), color=colour, linewidth=wide)
+                if keep.any():
+                    top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
+        sign = r"\psi" if angle == "psi" else r"\varphi"
+        ax.set_xlabel(rf"{'Bend' if angle == 'psi' else 'Twist'} per pitch ${sign}/\pi$ (1)")
+        ax.set_ylabel(r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)")
+    for ax in axes:
+        ax.set_xlim(0, 1.03 * right or 1)
+        ax.set_ylim(-0.01 * top, 1.05 * top or 1)
+    handles = [key(_word(y, parts[0].sel({y: v})), color=c) for v, c in zip(lines, colours, strict=True)]
+    handles += [key("kinematic lock", linewidth=2.4), key("frictional lock; on the axis static")]
+    handles.append(key(f"along a line {x} varies", linestyle=""))
+    figure.legend(handles=handles, loc="outside right upper")
+
+
+def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> None:
+    seen: list[int] = []
+    for ax, part in zip(axes, parts, strict=True):
+        xs, across = axis_values(part, x)
+        code = part["end"].values
+        v = code if variable == "end" else np.asarray(part[variable].values, float)
+        for c in np.unique(code[code >= 0]):
+            where = code == c
+            # one cell more joins the pieces
+            joined = where | np.r_[False, where[:-1]]
+            colour = GREY if c in (_STATIC, CODES.index(End.NONE)) else ENDS[CODES[c]]
+            ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colour)
+            seen += [int(c)] if c not in seen else []
+        ax.set_xlabel(across)
+        ax.set_ylabel("Code of the end" if variable == "end" else _label(part, variable))
+    handles = [
+        key(str(CODES[c]), color=GREY if c in (_STATIC, CODES.index(End.NONE)) else ENDS[CODES[c]])
+        for c in sorted(seen)
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)

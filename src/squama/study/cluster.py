@@ -1,0 +1,145 @@
+"""The tiles of a sweep on dask.distributed: workers that see the same folder write them."""
+
+from __future__ import annotations
+
+import re
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from squama.errors import InputError
+from squama.study.plan import Tile
+from squama.units import shown
+
+MOST_WORKERS = 1024
+
+
+def check(address: Any) -> None:
+    """Refuse what is no address of a cluster.
+
+    Raises
+    ------
+    InputError
+        Not "local:n", not "tcp://host:port" (or tls://), and no dask client.
+    """
+    if not isinstance(address, str):
+        if hasattr(address, "submit") and hasattr(address, "scheduler_info"):
+            return
+        message = f'dask = {shown(address)}: give "local:2", "tcp://host:8786" or a dask.distributed Client'
+        raise InputError(message)
+    local = re.fullmatch(r"local:(\d{1,6})", address)
+    if local and 1 <= int(local[1]) <= MOST_WORKERS:
+        return
+    if re.fullmatch(r"(tcp|tls)://[^\s/]+:\d{1,5}", address):
+        return
+    message = f"dask = {shown(address)}: write local:2 for two workers here, or tcp://host:8786 for a scheduler"
+    raise InputError(message)
+
+
+@contextmanager
+def client(address: Any) -> Iterator[Any]:
+    """Yield a client of the cluster; what was started for it is stopped after.
+
+    Raises
+    ------
+    InputError
+        dask is not installed, or nothing answers at the address.
+    """
+    check(address)
+    if not isinstance(address, str):
+        yield address
+        return
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        message = "dask needs dask.distributed; install it with: pip install 'squama[sweep]'"
+        raise InputError(message) from None
+    if address.startswith("local:"):
+        workers = int(address.partition(":")[2])
+        with _deaf():
+            here = distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+            )
+        with here as cluster, distributed.Client(cluster) as found:
+            yield found
+        return
+    try:
+        found = distributed.Client(address, timeout=10)
+    except (OSError, TimeoutError, ValueError) as error:
+        message = f"dask = {shown(address)}: no scheduler answers there ({type(error).__name__}); check the address"
+        raise InputError(message) from None
+    with found:
+        yield found
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Let processes that are started inside ignore Ctrl-C: it is meant for the one that hands out the tiles."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def run(
+    found: Any,
+    task: Callable[[str, Tile], bool],
+    path: Path,
+    tiles: Iterator[Tile],
+    finished: Callable[[Tile, bool], None],
+    stopped: Callable[[], bool],
+) -> None:
+    """Run a task for every tile, a few ahead of the workers; the tile of a worker that dies is given to another.
+
+    Parameters
+    ----------
+    found : distributed.Client
+        The client.
+    task : callable
+        Takes the store and a tile, and says whether it wrote it.
+    path, tiles
+        The store, and its tiles.
+    finished : callable
+        Told of each tile.
+    stopped : callable
+        Says whether to stop: then no new tile is begun.
+
+    Raises
+    ------
+    InputError
+        A tile failed on its worker.
+    """
+    distributed: Any = import_module("distributed")
+    killed: type[Exception] = import_module("distributed.scheduler").KilledWorker
+
+    store = str(path.absolute())
+    ahead = max(2, 2 * sum(found.nthreads().values()))
+    running: dict[Any, Tile] = {}
+    queue = distributed.as_completed()
+
+    def submit() -> None:
+        tile = None if stopped() else next(tiles, None)
+        if tile is not None:
+            future = found.submit(task, store, tile, pure=False)
+            running[future] = tile
+            queue.add(future)
+
+    for _ in range(ahead):
+        submit()
+    for future in queue:
+        tile = running.pop(future)
+        try:
+            wrote = future.result()
+        except killed:
+            message = f"tile {'.'.join(map(str, tile))}: the workers that took it died; give them memory, run again"
+            raise InputError(message) from None
+        finished(tile, wrote)
+        submit()

@@ -1,0 +1,101 @@
+"""The one table of symbols: names, units, words and equations for attributes, axes, headers and docs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Symbol(NamedTuple):
+    """A quantity: ``name`` in code, ``unit`` (SI; 1 for a ratio), ``long_name``, ``tex``, ``equation``."""
+
+    name: str
+    unit: str
+    long_name: str
+    tex: str
+    equation: str = ""
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """Attributes of a dataset variable."""
+        words = {"long_name": self.long_name, "units": self.unit}
+        return {**words, "equation": self.equation} if self.equation else words
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        unit = "" if self.unit == "1" else f" ({self.unit})"
+        return f"{self.long_name[0].upper()}{self.long_name[1:]} ${self.tex}${unit}"
+
+
+_TABLE = (
+    Symbol("eta", "1", "overlap ratio l/d", r"\eta"),
+    Symbol("beta", "1", "half width of a scale over the pitch", r"\beta"),
+    Symbol("lam", "1", "half thickness of the substrate over the pitch", r"\lambda"),
+    Symbol("zeta", "1", "embedded length over the pitch", r"\zeta"),
+    Symbol("slenderness", "1", "embedded length over the scale's thickness", r"L/t_s"),
+    Symbol("alpha", "rad", "angle between cross-section and scale width", r"\alpha"),
+    Symbol("theta0", "rad", "initial inclination of the scales", r"\theta_0"),
+    Symbol("mu", "1", "coefficient of friction", r"\mu"),
+    Symbol("margin", "1", "cut-off before a lock, as a fraction of the path", "m", "theory: energy"),
+    Symbol("theta", "rad", "inclination of the scales", r"\theta", "paper Eq. 6"),
+    Symbol("phi", "rad", "twist per pitch", r"\varphi", "paper Eq. 6"),
+    Symbol("Phi", "rad/m", "twist rate", r"\Phi"),
+    Symbol("T", "N m", "torque", "T", "paper Eq. 14"),
+    Symbol("T_scales", "N m", "torque of the scales", "T_s", "paper Eq. 14"),
+    Symbol("K_t", "N m2", "tangent torsional stiffness dT/dPhi", r"\mathrm{d}T/\mathrm{d}\Phi", "paper Eq. 14"),
+    Symbol("psi", "rad", "bend per pitch", r"\psi", "theory: bending"),
+    Symbol("kappa", "rad/m", "curvature", r"\kappa", "theory: bending"),
+    Symbol("M", "N m", "bending moment", "M", "theory: bending"),
+    Symbol("M_scales", "N m", "bending moment of the scales", "M_s", "theory: bending"),
+    Symbol("K_b", "N m2", "tangent bending stiffness dM/dkappa", r"\mathrm{d}M/\mathrm{d}\kappa", "theory: bending"),
+    Symbol("N", "N", "normal force of a contact", "N", "paper Eqs. 7, 12"),
+    Symbol("f", "N", "friction force of a contact", "f", "paper Eq. 12"),
+    Symbol("f0", "1", "friction force f l/K_theta", r"\bar{f}_0", "paper Eq. 12"),
+    Symbol("p", "m", "place of the contact on the tip edge, from its middle", "p", "paper Eqs. 2, 5"),
+    Symbol("s", "m", "place of the contact on the side edge, from its base", "s", "paper Eqs. 4, 5"),
+    Symbol("r", "m", "place of the contact on the face, from its base", "r", "theory: bending"),
+    Symbol(
+        "mu_lock",
+        "1",
+        "coefficient of friction that locks the contact here",
+        r"\mu_\mathrm{lock}",
+        "theory: forces",
+    ),
+    Symbol("U_el", "J/m", "elastic energy per length", r"U_\mathrm{el}", "paper Eq. 15a"),
+    Symbol("W_fr", "J/m", "frictional work per length", r"W_\mathrm{fr}", "paper Eq. 15b"),
+    Symbol("RED", "1", "relative energy dissipation", r"\mathrm{RED}", "paper Eq. 16"),
+    Symbol("dphi_dtheta", "1", "twist per inclination", r"\mathrm{d}\varphi/\mathrm{d}\theta", "paper Eq. 6"),
+    Symbol("dr_dtheta", "1", "slip per inclination, in pitches", r"\mathrm{d}r/\mathrm{d}\theta", "paper Eq. 10"),
+    Symbol("phi_e", "rad", "twist per pitch at engagement", r"\varphi_e", "paper Eq. 6"),
+    Symbol("phi_e_small", "rad", "twist at engagement, small-angle formula", r"\varphi_e", "paper section 2.2"),
+    Symbol("Phi_e", "rad/m", "twist rate at engagement", r"\Phi_e"),
+    Symbol("phi_end", "rad", "twist per pitch at the end", r"\varphi_\mathrm{end}"),
+    Symbol("Phi_end", "rad/m", "twist rate at the end", r"\Phi_\mathrm{end}"),
+    Symbol("psi_e", "rad", "bend per pitch at engagement", r"\psi_e", "theory: bending"),
+    Symbol("kappa_e", "rad/m", "curvature at engagement", r"\kappa_e"),
+    Symbol("psi_end", "rad", "bend per pitch at the end", r"\psi_\mathrm{end}"),
+    Symbol("kappa_end", "rad/m", "curvature at the end", r"\kappa_\mathrm{end}"),
+    Symbol("theta_end", "rad", "inclination at the end", r"\theta_\mathrm{end}"),
+    Symbol("theta_c", "rad", "inclination at the cut-off", r"\theta_c", "theory: energy"),
+    Symbol("Phi_c", "rad/m", "twist rate at the cut-off", r"\Phi_c", "theory: energy"),
+    Symbol("kappa_c", "rad/m", "curvature at the cut-off", r"\kappa_c", "theory: energy"),
+    Symbol("T_c", "N m", "torque at the cut-off", "T_c", "paper Eq. 14"),
+    Symbol("M_c", "N m", "bending moment at the cut-off", "M_c", "theory: bending"),
+    Symbol("stiffening", "1", "load at the cut-off over that of the beam without contact", "T/T_0"),
+    Symbol("U_el_c", "J/m", "elastic energy per length at the cut-off", r"U_\mathrm{el}", "paper Eq. 15a"),
+    Symbol("W_fr_c", "J/m", "frictional work per length at the cut-off", r"W_\mathrm{fr}", "paper Eq. 15b"),
+    Symbol("RED_c", "1", "relative energy dissipation at the cut-off", r"\mathrm{RED}", "paper Eq. 16"),
+    Symbol(
+        "mu_static",
+        "1",
+        "coefficient of friction that locks at engagement",
+        r"\mu_\mathrm{static}",
+        "theory: forces",
+    ),
+    Symbol("end", "", "how the curve ends", ""),
+    Symbol("neighbour", "1", "neighbour whose contact is followed; 0 for none", "k"),
+    Symbol("other_contact", "", "pair of plates that comes in from elsewhere", ""),
+)
+
+SYMBOLS: dict[str, Symbol] = {symbol.name: symbol for symbol in _TABLE}
+"""Symbols by their name in code."""

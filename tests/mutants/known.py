@@ -1,0 +1,193 @@
+"""What the syntax tree does not give: errors written by hand, which tests a file answers to, what is no error."""
+
+from __future__ import annotations
+
+REFERENCE = ("reference/test_reference.py", "reference/test_cases.py")
+WORK = ("unit/test_energy.py", "unit/test_response.py")
+PROPERTIES = (
+    "properties/test_virtual_work.py",
+    "properties/test_first_event.py",
+    "properties/test_symmetries.py",
+    "properties/test_limits.py",
+    "properties/test_many_designs.py",
+    "properties/test_joint_limits.py",
+)
+TESTS: dict[str, tuple[str, ...]] = {
+    "model/twisting.py": ("unit/test_twisting_kernel.py", *REFERENCE),
+    "model/laws.py": ("unit/test_laws.py", "unit/test_twisting_kernel.py", *REFERENCE),
+    "model/mechanics.py": (
+        "unit/test_laws.py",
+        "unit/test_bending.py",
+        *REFERENCE,
+        "unit/test_ends.py",
+        *PROPERTIES[:2],
+    ),
+    "model/bending.py": ("unit/test_bending.py", "unit/test_response.py"),
+    "model/paths.py": (
+        *REFERENCE,
+        "unit/test_ends.py",
+        *WORK,
+        "unit/test_bending.py",
+        "unit/test_api.py",
+        *PROPERTIES[:4],
+    ),
+    "model/energy.py": ("unit/test_energy.py", REFERENCE[1], "unit/test_response.py", PROPERTIES[4]),
+    "model/neighbours.py": (*REFERENCE, "unit/test_ends.py", PROPERTIES[4], *PROPERTIES[:3]),
+    "model/plates.py": ("unit/test_plates.py", REFERENCE[1], "unit/test_ends.py", PROPERTIES[2]),
+    "model/section.py": ("unit/test_section_joint.py",),
+    "model/joint.py": ("unit/test_section_joint.py", PROPERTIES[5], "unit/test_design.py"),
+}
+"""Fast tests of each file, those that catch most first (relative to tests)."""
+
+BY_HAND: tuple[tuple[str, str, str], ...] = (
+    # dropped friction
+    ("model/mechanics.py", "D = -(pt.M_N + mu * pt.M_f)", "D = -pt.M_N"),
+    ("model/mechanics.py", "f = mu * N", "f = 0 * mu * N"),
+    (
+        "model/mechanics.py",
+        "(lift * pt.theta_rate + f * pt.slip_rate) / pt.load_rate",
+        "lift * pt.theta_rate / pt.load_rate",
+    ),
+    ("model/mechanics.py", "(pt.load_rate, -(pt.M_N + mu * pt.M_f)", "(pt.load_rate, -pt.M_N + 0 * mu"),
+    # a lock that is not looked for
+    ("model/mechanics.py", "return (pt.load_rate, ", "return (abs(pt.load_rate) + 1, "),
+    # the paper's Eq. 7 sign, its arccos, its normals
+    ("model/mechanics.py", "N = lift / D", "N = -lift / D"),
+    ("model/laws.py", "c.slip_x * c.k_ZX + across", "c.slip_x * c.k_ZX + abs(across)"),
+    ("model/laws.py", '{"edge": edge, "plate": plate}', '{"edge": plate, "plate": edge}'),
+    ("model/laws.py", "-c.phi_rate / sqrt(c.J2)", "-c.phi_rate"),
+    # swapped edges
+    ("model/paths.py", "self.beta - abs(pt.p)", "self.eta - abs(pt.p)"),
+    ("model/paths.py", "self.eta / 2 - abs(pt.s - self.eta / 2)", "self.eta - pt.s"),
+    ("model/paths.py", "End.OFF_TIP, End.OFF_SIDE", "End.OFF_SIDE, End.OFF_TIP"),
+    ("model/paths.py", "End.KINEMATIC, End.FRICTIONAL", "End.FRICTIONAL, End.KINEMATIC"),
+    # alpha's sign, the mirror
+    ("model/solution.py", '(1 if sense == "+" else -1)', "1"),
+    ("api.py", "np.sin(alpha) * checks.sense(sense)", "np.sin(alpha)"),
+    ("model/plates.py", "if not mirrored else", "if True else"),
+    # neighbours: scaling, the first, the others
+    ("model/paths.py", "return self.sa, self.ca, self.eta / self.k", "return self.sa, self.ca, self.eta"),
+    ("model/neighbours.py", "np.where(on, 2 * np.arctan(c.u)", "np.where(c.s >= 0, 2 * np.arctan(c.u)"),
+    # the fold: its way back, its sign
+    ("model/paths.py", "-x * root_E", "abs(x) * root_E"),
+    # the margin, the pole, the log
+    ("model/energy.py", "x_c = x0 + (1 - margin) * (x_end - x0)", "x_c = x_end + 0 * margin"),
+    ("model/energy.py", "np.where(locks, x_c, x_end)", "x_c"),
+    ("model/energy.py", "* pt.slip_rate * (x_pole - x)", "* abs(pt.theta_rate) * (x_pole - x)"),
+    ("model/section.py", "a, b = max(width, thickness), min(width, thickness)", "a, b = width, thickness"),
+)
+"""File, text that stands there once, text to put in its place."""
+HAND_TESTS = {
+    "api.py": (PROPERTIES[2], "unit/test_api.py", "reference/test_cases.py"),
+    "model/solution.py": ("reference/test_cases.py", "unit/test_ends.py"),
+}
+
+_TUNING = "how closely is looked, not what is found: more or less of it gives the same figures"
+_ROUNDING = "a threshold between rounding and what counts: nothing lies between the two values"
+_ZERO = "a zero that only gives the shape"
+_OUT_OF_REACH = "looks at one neighbour more, which cannot be reached"
+_SIGN = "the solver takes brackets of either sign"
+_NOTHING = "there is no work: whatever the series is stretched over, its terms are zero"
+
+EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
+    ("model/paths.py", "sinc = ops.sin(half + 1e-300) / (half + 1e-300)"): {
+        "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+        "1e-300 -> (1e-300 * 1.1) #2": "as above",
+    },
+    ("model/bending.py", "psi = 0 * theta"): {"* -> /": _ZERO},
+    ("model/bending.py", "for _ in range(8):"): {"*": _TUNING},
+    ("model/bending.py", "if np.all(abs(step) <= 1e-12 * abs(psi)):"): {
+        "1e-12 -> (1e-12 * 1.1)": _ROUNDING,
+        "* -> /": "stops later or at the last of the eight steps, at the same digits",
+        "abs -> nothing #2": "psi is positive",
+    },
+    ("model/bending.py", "q=1.0,"): {
+        "1.0 -> 2.0": "there is no root of the contact condition in bending; nothing reads it"
+    },
+    ("model/energy.py", "TOLERANCE = 1e-11"): {"*": _TUNING},
+    ("model/energy.py", "NODES = 64"): {"*": _TUNING},
+    ("model/energy.py", "FEW_NODES = 24"): {"*": _TUNING},
+    ("model/energy.py", "MOST_NODES = 2048"): {"*": _TUNING},
+    ("model/energy.py", "h = 1e-4 * (x_end - x0)"): {
+        "1e-4 -> (1e-4 * 1.1)": "the step of an estimate: a pole ahead of the end need not be known well",
+        "- -> +": "as above",
+    },
+    (
+        "model/energy.py",
+        "beyond = np.where(np.isfinite(beyond) & (beyond > 0), beyond, np.where(D1 <= 1e-9 * D0, 0.0, np.inf))",
+    ): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING, "* -> /": "D is of the order of one"},
+    ("model/energy.py", "return np.asarray(x_end + np.minimum(beyond, 1e3 * (x_end - x0)))"): {
+        "1e3 -> (1e3 * 1.1)": "far enough that the logarithm is straight",
+    },
+    ("model/energy.py", "rough = np.abs(c[-4:]).max(axis=0) > TOLERANCE * np.abs(total)"): {
+        "4 -> (4 * 2 + 1)": _TUNING,
+        "- -> nothing": "asks more terms to be small: takes more nodes for the same work",
+    },
+    ("model/energy.py", "if float(np.abs(c[-4:]).max()) <= TOLERANCE * total:"): {"4 -> (4 * 2 + 1)": _TUNING},
+    ("model/energy.py", "total = abs(float(c.sum()))"): {"abs -> nothing": "the work is positive"},
+    ("model/energy.py", "if mu == 0 or x_stop <= x0:"): {"or -> and": "the rest gives the same zeros, later"},
+    ("model/energy.py", "return Series(np.zeros(1), x0, x0 + 1.0, 1.0)"): {
+        "1 -> 2": _NOTHING,
+        "+ -> -": _NOTHING,
+        "1.0 -> 2.0": _NOTHING,
+        "1.0 -> 2.0 #2": _NOTHING,
+    },
+    ("model/energy.py", "stacklevel=2,"): {"*": "the line that a warning names"},
+    ("model/neighbours.py", "SAMPLES = 13"): {"*": _TUNING},
+    ("model/neighbours.py", "FOLDED_SAMPLES = 41"): {"*": _TUNING},
+    ("model/neighbours.py", "return np.asarray(np.maximum(1.0, np.floor(np.hypot(row.eta, 2 * row.beta))))"): {
+        "1.0 -> 2.0": _OUT_OF_REACH,
+    },
+    (
+        "model/neighbours.py",
+        "on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
+    ): {
+        " / row.k -> nothing #2": "in 480 000 designs no tip came to rest beyond the other scale's tip: s <= eta anyway",  # noqa: E501
+        "/ -> * #2": "as above",
+    },
+    ("model/neighbours.py", "n = row.eta.size"): {"eta -> beta": "all columns have one size"},
+    ("model/neighbours.py", "met = np.flatnonzero((phi == best[p][owner]) & np.isfinite(phi))[::-1]"): {
+        "- -> nothing": "which of two that are met at the very same twist, to the last bit",
+    },
+    ("model/neighbours.py", 'return -gap(getattr(one, "open", one), cols[-1], theta, phi, ops)'): {
+        "- -> nothing": _SIGN
+    },
+    ("model/neighbours.py", "for j in range(1, int(far.max(initial=1.0)) + 1):"): {
+        "1.0 -> 2.0": _OUT_OF_REACH,
+        "1 -> 2 #2": _OUT_OF_REACH,
+    },
+    ("model/neighbours.py", "rising = (met[1:] > met[:-1]) & ((pair.k != j) & (j <= far))"): {
+        "- -> nothing": "in 200 000 designs no neighbour whose line was passed at engagement came back on both edges",
+    },
+    ("model/plates.py", "z = np.stack([ca * ct, sa + 0 * ct, -ca * st])"): {
+        "+ -> -": _ZERO,
+        "* -> / #2": _ZERO,
+        "ct -> st #2": _ZERO,
+    },
+    (
+        "model/plates.py",
+        "o = lam * np.stack([S * (-sa * ct) + C1 * st, S * ca + 0 * C1 * st, S * (sa * st) + C1 * ct]) + k * z[:, None]",  # noqa: E501
+    ): {"+ -> - #2": _ZERO, "* -> / #6": _ZERO, "* -> / #7": _ZERO, "st -> ct #2": _ZERO},
+    ("model/plates.py", "tol = 1e-9 * (eta + beta)"): {"*": _ROUNDING},
+    ("model/plates.py", "_ROUNDS = 4"): {"*": _TUNING},
+    ("model/plates.py", "_PARALLEL = 1e-14"): {"1e-14 -> (1e-14 * 1.1)": _TUNING},
+    ("model/plates.py", "square = da * da + d[2] * d[2] + 1e-300"): {
+        "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+    },
+    ("model/plates.py", "within = abs(v) <= beta + tol if e < 2 else (v >= -tol) & (v <= eta + tol)"): {
+        "- -> nothing": _ROUNDING,
+    },
+    ("model/plates.py", "mirrored: bool = False,"): {"False -> True": "the package always gives it"},
+    ("model/plates.py", "x = np.linspace(a, b, 33)"): {"*": _TUNING},
+    ("model/plates.py", "k = np.arange(1, plates.reach + 1)"): {"1 -> 2 #2": _OUT_OF_REACH},
+    ("model/plates.py", "j = int(np.argmax((gap[:-1] > 0) != (gap[1:] > 0)))"): {
+        "- -> nothing": "the first sign that differs from the one before is the first that differs from the first",
+    },
+    (
+        "model/plates.py",
+        'return [(int(i), int(n), int(j)) for i, n, j in found[np.argsort(found[:, 2], kind="stable")]]',
+    ): {"2 -> 1": "the order in which candidates are solved; the earliest wins in any order"},
+    ("model/section.py", "if term < 1e-18:"): {"*": _ROUNDING},
+    ("model/joint.py", "slack = 1e-9"): {"*": _ROUNDING},
+}
+"""Changes that are no error: (file, line) -> {change, or "*" for all of the line: reason}."""

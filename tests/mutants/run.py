@@ -1,0 +1,231 @@
+"""Plant errors in the kernel, one at a time, in a copy of the tree, and show that the tests catch each of them.
+
+python tests/mutants/run.py [--only FILE] [--list] [--sample N] [--jobs N] [--all]
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from pathlib import Path
+from typing import NamedTuple
+
+from known import BY_HAND, EQUIVALENT, HAND_TESTS, TESTS
+from plant import Mutant, by_hand, mutants
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "src" / "squama"
+LIMIT = 180
+"""Seconds that the tests may take with an error in place; a loop without end counts as caught."""
+LEFT_OUT = ("-k", "not numba and not bad_arguments")
+
+
+class Running(NamedTuple):
+    """A child that runs the tests with an error in place."""
+
+    mutant: Mutant
+    tree: Path
+    source: str
+    stamp: os.stat_result
+    started: float
+
+
+def planted(only: str | None) -> list[Mutant]:
+    """Return every error, by hand and by the tree, file after file."""
+    found: list[Mutant] = [by_hand(PACKAGE, *row) for row in BY_HAND]
+    found += [m for file in TESTS for m in mutants(PACKAGE, file)]
+    return [m for m in found if only is None or only in m.file]
+
+
+def reason(m: Mutant) -> str | None:
+    """Why a change is no error; None if it is one."""
+    known = EQUIVALENT.get((m.file, m.text), {})
+    return known.get(m.change, known.get("*"))
+
+
+def copy(place: Path) -> Path:
+    """Copy what the tests need; compiled files stay behind, so that no stale one is found."""
+    skip = shutil.ignore_patterns("__pycache__", "mutants")
+    for folder in ("src", "tests"):
+        shutil.copytree(ROOT / folder, place / folder, ignore=skip)
+    for file in ("pyproject.toml", "CITATION.cff"):
+        shutil.copy2(ROOT / file, place / file)
+    return place
+
+
+def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...] = ()) -> int:
+    """Run the tests of a tree, a file at a time, in this process; returns pytest's first bad status."""
+    import pytest
+
+    os.chdir(tree)
+    sys.path.insert(0, str(tree / "src"))
+    sys.dont_write_bytecode = not extra
+    options = ["-x", "-q", "--no-header", "--no-summary", "--hypothesis-profile=mutants", "--benchmark-disable"]
+    # the libraries are there before pytest
+    options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
+    for test in tests:
+        if not (tree / "tests" / test).exists():
+            continue
+        status = pytest.main([*options, *LEFT_OUT, *extra, "-p", "no:cacheprovider", f"tests/{test}"])
+        import squama
+
+        assert str(tree) in str(squama.__file__)
+        if status not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
+            print(test, flush=True)
+            return int(status)
+    return 0
+
+
+def child(tree: Path, tests: tuple[str, ...], log: Path, extra: tuple[str, ...] = (), limit: int = LIMIT) -> int:
+    """Fork; the child has the libraries loaded already, and none of the package."""
+    pid = os.fork()
+    if pid:
+        return pid
+    status = 3
+    try:
+        os.setpgid(0, 0)
+        signal.alarm(limit)
+        with log.open("w", encoding="utf-8") as out:
+            os.dup2(out.fileno(), 1)
+            os.dup2(out.fileno(), 2)
+        status = run_tests(tree, tests, extra)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def plant(m: Mutant, tree: Path) -> tuple[str, os.stat_result]:
+    """Write the error into a tree; return what stood there, and when it was written."""
+    path = tree / "src" / "squama" / m.file
+    source, stamp = path.read_text(encoding="utf-8"), path.stat()
+    path.write_text(m.apply(source), encoding="utf-8")
+    # not the time of the original, whose compiled file must not be taken for this one
+    os.utime(path, (stamp.st_atime, stamp.st_mtime + 7))
+    return source, stamp
+
+
+def restore(done: Running) -> None:
+    """Write back what stood there."""
+    path = done.tree / "src" / "squama" / done.mutant.file
+    path.write_text(done.source, encoding="utf-8")
+    os.utime(path, (done.stamp.st_atime, done.stamp.st_mtime))
+
+
+def preload() -> None:
+    """Import the libraries once, before the first fork."""
+    import hypothesis.extra.numpy  # noqa: F401
+    import mpmath  # noqa: F401
+    import numpy as np  # noqa: F401
+    import pydantic  # noqa: F401
+    import pytest  # noqa: F401
+    import xarray  # noqa: F401
+    from scipy.optimize import brentq, elementwise  # noqa: F401
+
+    assert "squama" not in sys.modules
+
+
+def tests_of(m: Mutant) -> tuple[str, ...]:
+    return HAND_TESTS.get(m.file) or TESTS[m.file]
+
+
+def baseline(tree: Path, todo: list[Mutant]) -> bool:
+    """Run the tests without an error; they must pass. Leaves the tests' compiled files behind, not the package's."""
+    log = tree.with_suffix(".log")
+    every = tuple(dict.fromkeys(t for m in todo for t in tests_of(m)))
+    pid = child(tree, every, log, ("--maxfail=100", "--tb=short"), limit=0)
+    good = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0
+    if not good:
+        print(log.read_text(encoding="utf-8")[-5000:])
+    for stale in (tree / "src").rglob("__pycache__"):
+        shutil.rmtree(stale)
+    return good
+
+
+def try_all(todo: list[Mutant], trees: list[Path]) -> list[Mutant]:
+    """Run every error, as many at once as there are trees; returns the survivors."""
+    free, running, survivors, count = list(trees), {}, [], 0
+    queue = list(reversed(todo))
+    width = max((len(f"{m.file}:{m.line}") for m in todo), default=0)
+    while queue or running:
+        while queue and free:
+            m, tree = queue.pop(), free.pop()
+            source, stamp = plant(m, tree)
+            pid = child(tree, tests_of(m), tree.with_suffix(".log"))
+            running[pid] = Running(m, tree, source, stamp, time.monotonic())
+        pid, status = os.wait()
+        done = running.pop(pid)
+        restore(done)
+        free.append(done.tree)
+        count, m = count + 1, done.mutant
+        code = os.waitstatus_to_exitcode(status)
+        if code == 0:
+            survivors.append(m)
+        word = "SURVIVED" if code == 0 else "caught" if code > 0 else f"caught ({signal.Signals(-code).name})"
+        place, seconds = f"src/squama/{m.file}:{m.line}", time.monotonic() - done.started
+        print(
+            f"{count:4}/{len(todo)} {word:8} {place:{width + 11}} {m.change:28} [{seconds:.1f} s] | {m.text}",
+            flush=True,
+        )
+    return survivors
+
+
+def main() -> int:
+    """Plant, run, tell; the exit status is 1 if an error was not caught."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", metavar="FILE", help="errors in files whose path holds this")
+    parser.add_argument("--list", action="store_true", help="list the errors and plant none")
+    parser.add_argument("--sample", type=int, metavar="N", help="N errors drawn by chance, the same in every run")
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="tests at the same time (2)")
+    parser.add_argument("--all", action="store_true", help="also those that are known to be no error")
+    given = parser.parse_args()
+    found = planted(given.only)
+    same = [m for m in found if reason(m)]
+    todo = found if given.all else [m for m in found if not reason(m)]
+    if given.sample is not None and given.sample < len(todo):
+        todo = sorted(random.Random(0).sample(todo, given.sample))
+    if given.list:
+        for m in found:
+            print(
+                f"src/squama/{m.file}:{m.line}  {m.change}  | {m.text}"
+                + (f"  (no error: {reason(m)})" if reason(m) else "")
+            )
+        print(f"{len(found)} changes, {len(same)} of them known to be no error")
+        return 0
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ[name] = "1"
+    os.environ["MPLBACKEND"] = "Agg"
+    preload()
+    start = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="squama-mutants-") as folder:
+        first = copy(Path(folder) / "tree0")
+        if not baseline(first, todo):
+            print("the tests fail without any planted error: mend that first")
+            return 2
+        # with the tests' compiled files
+        more = (Path(folder) / f"tree{i}" for i in range(1, min(given.jobs, len(todo))))
+        trees = [first, *(shutil.copytree(first, place) for place in more)]
+        survivors = try_all(todo, trees)
+    with contextlib.suppress(BrokenPipeError):
+        for m in survivors:
+            print(f"SURVIVED src/squama/{m.file}:{m.line}  {m.change}  | {m.text}")
+        bad = [m for m in survivors if not reason(m)]
+        print(
+            f"{len(todo)} errors planted, {len(todo) - len(survivors)} caught, {len(survivors)} survived"
+            f" ({len(same)} changes are known to be no error) in {time.monotonic() - start:.0f} s"
+        )
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The independent oracle: plain vectors, numerical derivatives, root finding; imports nothing of squama."""

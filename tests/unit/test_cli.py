@@ -1,0 +1,345 @@
+"""The commands at work: what they print, what they write, and what they load."""
+
+import csv
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import squama
+from squama.cli import main
+from squama.cli.app import COMMANDS
+from squama.cli.new import EXAMPLE
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def beam(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("beam.toml").write_text(EXAMPLE.read_text())
+    return squama.Beam.from_toml("beam.toml")
+
+
+def _out(capsys, *arguments):
+    assert main(list(arguments)) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    return captured.out
+
+
+def _json(capsys, *arguments):
+    def refuse(token):
+        raise AssertionError(token)
+
+    return json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
+
+
+def _process(*arguments, code=None):
+    start = ["-c", code] if code else ["-m", "squama"]
+    return subprocess.run(
+        [sys.executable, *start, *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+    )
+
+
+# ---- help and version -------------------------------------------------------------------------------------
+
+
+def test_version(capsys):
+    assert _out(capsys, "--version").strip() == squama.__version__
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
+def test_help_names_the_commands(arguments, capsys):
+    text = _out(capsys, *arguments)
+    for name, words in COMMANDS.items():
+        assert name in text
+        assert words.split(",")[0].split(":")[0] in " ".join(text.replace("\u2502", " ").split())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_explains_every_flag(command, capsys):
+    lines = _out(capsys, command, "--help").splitlines()
+    flags = [line for line in lines if " --" in line[:8] and "display this" not in line.lower()]
+    assert flags
+    for line in flags:
+        assert len(line.strip(" \u2502*").split("  ")) > 1, line
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["twist", "--help"], ["ends", "--help"]])
+def test_help_loads_nothing_heavy(arguments):
+    heavy = ["numpy", "scipy", "xarray", "pandas", "pydantic", "matplotlib", "h5py"]
+    code = (
+        f"import sys; from squama.cli import main; main(sys.argv[1:]); print([m for m in {heavy} if m in sys.modules])"
+    )
+    assert _process(*arguments, code=code).stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("module", ["squama", "squama.cli"])
+def test_as_a_module(module):
+    code = f"import runpy, sys; sys.argv[0] = 'squama'; runpy.run_module({module!r}, run_name='__main__')"
+    done = _process("--version", code=code)
+    assert (done.returncode, done.stdout.strip()) == (0, squama.__version__)
+
+
+# ---- new --------------------------------------------------------------------------------------------------
+
+
+def test_new_writes_the_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = _out(capsys, "new", "beam.toml")
+    assert "squama twist beam.toml" in text
+    beam = squama.Beam.from_toml("beam.toml")
+    assert (beam.friction.mu, beam.scales, beam.substrate.youngs_modulus) == (0.25, 25, 1.5e6)
+    _out(capsys, "twist", "beam.toml")
+
+
+def test_new_explains_every_key():
+    from squama.beamfile import TABLES
+
+    lines = EXAMPLE.read_text().splitlines()
+    for table, keys in TABLES.items():
+        assert any(line.startswith(f"[{table}]") for line in lines)
+        for key in keys:
+            found = [line for line in lines if line.removeprefix("# ").startswith(f"{key} = ")]
+            assert found, key
+            assert all("  # " in line for line in found), key
+
+
+def test_new_replaces_when_told_to(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("beam.toml").write_text("old")
+    _out(capsys, "new", "beam.toml", "--force")
+    assert Path("beam.toml").read_text() == EXAMPLE.read_text()
+
+
+def test_the_example_in_the_tree_is_the_same():
+    assert (ROOT / "examples" / "pla_on_vps.toml").read_text() == EXAMPLE.read_text()
+
+
+# ---- twist and bend ---------------------------------------------------------------------------------------
+
+
+def test_summary_of_twist(beam, capsys):
+    text = _out(capsys, "twist", "beam.toml")
+    lines = text.splitlines()
+    for law in ("edge", "plate"):
+        r = squama.twist(beam, law=law)
+        for value in (
+            f"{float(r.phi_end):.4g} rad/pitch",
+            f"{float(r.Phi_end):.4g} rad/m",
+            f"{math.degrees(float(r.Phi_end)) * 0.5:.4g} deg",
+            f"{math.degrees(float(r.theta_end)):.4g} deg",
+            f"{float(r.T_c):.4g} N m",
+            f"{float(r.stiffening):.4g}",
+            f"{float(r.RED_c):.4g}",
+            f"{float(r.mu_static):.4g}",
+            f"{float(r.phi_e):.4g} rad/pitch",
+            f"{float(r.phi_e_small):.4g} rad/pitch",
+            f"{math.degrees(float(r.Phi_e)) * 0.5:.4g} deg",
+        ):
+            assert value in text, value
+    assert any(line.split() == ["edge", "law", "plate", "law"] for line in lines)
+    assert any(line.split() == ["end", *["frictional", "lock"] * 2] for line in lines)
+    assert "friction holds the sliding contact" in text
+    assert "margin 0.01" in text
+    assert f"K_theta = {beam.joint_stiffness:.4g} N m" in text
+    assert f"C_f = {beam.C_f:.4g}" in text
+    warnings = [line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")]
+    assert warnings == beam.warnings()
+    assert "\x1b" not in text
+
+
+@pytest.mark.parametrize("columns", ["20", "60", "300"])
+@pytest.mark.parametrize("mu", ["0.25", "0,0.123456,10"])
+def test_no_digit_is_lost_in_a_narrow_window(mu, columns, beam, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", columns)
+    text = _out(capsys, "twist", "beam.toml", "--mu", mu)
+    assert "\u2026" not in text
+    assert f"{float(squama.twist(beam, mu=float(mu.split(',')[-1])).phi_end):.4g}" in text
+
+
+def test_summary_of_bend(beam, capsys):
+    text = _out(capsys, "bend", "beam.toml")
+    m = squama.bend(beam)
+    for value in (f"{float(m.psi_end):.4g} rad/pitch", f"{float(m.kappa_end):.4g} rad/m", f"{float(m.M_c):.4g} N m"):
+        assert value in text, value
+    assert "plate law" not in text
+    assert [line[9:] for line in text.splitlines() if line.startswith("warning: ")] == beam.warnings("bending")
+
+
+def test_other_contact_is_named(beam, capsys):
+    text = _out(capsys, "twist", "beam.toml", "--mu", "0")
+    assert f"mu = 0): {squama.twist(beam, mu=0).other_contact.item()}" in text
+
+
+def test_summary_of_a_family(beam, capsys):
+    lines = _out(capsys, "twist", "beam.toml", "--mu", "0,.2,.5").splitlines()
+    for law in ("edge", "plate"):
+        start = lines.index(f"{law} law")
+        r = squama.twist(beam, mu=[0, 0.2, 0.5], law=law)
+        for i, row in enumerate(lines[start + 2 : start + 5]):
+            cells = row.split()
+            assert cells[0] == f"{float(r.mu[i]):g}"
+            assert cells[-1] == f"{float(r.RED_c[i]):.4g}"
+            assert r.end[i].item() in row
+
+
+def test_json_of_twist(beam, capsys):
+    found = _json(capsys, "twist", "beam.toml", "--points", "30")
+    r = squama.twist(beam, points=30)
+    for name in r.data_vars:
+        place = found["curve"] if "point" in r[name].dims else found["figures"]
+        values = [np.nan if v is None else v for v in place[name]] if "point" in r[name].dims else place[name]
+        assert values == pytest.approx(r[name].values.tolist(), nan_ok=True), name
+        assert found["units"][name] == r[name].attrs["units"]
+    assert found["laws"]["edge"] == found["figures"]
+    plate = squama.twist(beam, law="plate")
+    assert found["laws"]["plate"]["T_c"] == pytest.approx(float(plate.T_c), rel=1e-12)
+    assert found["warnings"] == beam.warnings()
+    assert found["derived"]["K_theta"] == beam.joint_stiffness
+    assert found["beam"]["scale"]["alpha"] == beam.scale.alpha
+    assert (found["law"], found["sense"], found["margin"], found["mu"]) == ("edge", "+", 0.01, 0.25)
+    assert "locked" in found["figures"]["sentence"]
+
+
+def test_json_of_a_family_that_never_engages(beam, capsys):
+    found = _json(capsys, "twist", "beam.toml", "--mu", "0,1", "--sense", "-", "--points", "5")
+    assert found["figures"]["phi_e"] == ["inf", "inf"]
+    assert found["figures"]["mu_static"] == [None, None]
+    assert found["mu"] == [0, 1]
+    assert np.shape(found["curve"]["T"]) == (2, 5)
+    assert len(found["figures"]["sentence"]) == 2
+
+
+def test_json_of_bend(beam, capsys):
+    found = _json(capsys, "bend", "beam.toml")
+    assert found["figures"]["psi_end"] == float(squama.bend(beam).psi_end)
+    assert found["derived"]["K_theta"] == beam.bending_joint_stiffness
+    assert list(found["laws"]) == ["edge"]
+
+
+@pytest.mark.parametrize(
+    ("flags", "arguments"),
+    [
+        (["--law", "plate"], {"law": "plate"}),
+        (["--margin", "0.1"], {"margin": 0.1}),
+        (["--points", "17"], {"points": 17}),
+        (["--sense", "-"], {"sense": "-"}),
+        (["--sense=-"], {"sense": "-"}),
+        (["--to", "0.1 rad/pitch"], {"to": "0.1 rad/pitch"}),
+        (["--to", "90 deg total"], {"to": "90 deg total"}),
+        (["--to=5 rad/m"], {"to": 5.0}),
+        (["--mu", "0,.2"], {"mu": [0, 0.2]}),
+    ],
+)
+def test_flags_are_arguments(flags, arguments, beam, capsys):
+    _out(capsys, "twist", "beam.toml", "--netcdf", "a.nc", *flags)
+    xr.testing.assert_allclose(squama.read("a.nc"), squama.twist(beam, **arguments), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("flags", "changes"),
+    [
+        (["--mu", "0.4"], {"friction": {"mu": 0.4}}),
+        (["--set", "friction.mu=0.4"], {"friction": {"mu": 0.4}}),
+        (["--set", "scale.alpha=45 deg"], {"scale": {"alpha": "45 deg"}}),
+        (["--set", 'scale.alpha="45 deg"', "--set", "beam.scales=7"], {"scale": {"alpha": "45 deg"}, "scales": 7}),
+        (["--set", "joint.stiffness=0.02 N m"], {"joint": {"stiffness": 0.02}}),
+        (["--set", "joint.inclusion_factor=2"], {"joint": {"inclusion_factor": 2}}),
+        (["--set", "beam.pitch=15mm"], {"pitch": "15 mm"}),
+    ],
+)
+def test_flags_override_the_file(flags, changes, beam, capsys):
+    _out(capsys, "twist", "beam.toml", "--netcdf", "a.nc", *flags)
+    xr.testing.assert_identical(squama.read("a.nc"), squama.twist(beam.replace(**changes)))
+    assert Path("beam.toml").read_text() == EXAMPLE.read_text()
+
+
+def test_a_flag_can_mend_the_file(beam, capsys):
+    Path("beam.toml").write_text(EXAMPLE.read_text().replace('"60 deg"', "60").replace("mu = 0.25", ""))
+    _out(capsys, "twist", "beam.toml", "--set", "scale.alpha=60 deg", "--mu", "0.1")
+
+
+@pytest.mark.parametrize("command", ["twist", "bend"])
+def test_files(command, beam, capsys):
+    name, torque = ("Phi", "T") if command == "twist" else ("kappa", "M")
+    Path("test.csv").write_text(f"{name} (deg/mm),{torque} (N mm)\n0.1,40\n0.2,70\n")
+    wanted = ["a.png", "b.svg", "c.pdf", "d.csv", "e.nc"]
+    flags = ["--plot", "a.png", "--plot", "b.svg", "--plot", "c.pdf", "--csv", "d.csv", "--netcdf", "e.nc"]
+    text = _out(capsys, command, "beam.toml", "--data", "test.csv", *flags)
+    assert text.splitlines()[-5:] == [f"wrote {name}" for name in wanted]
+    starts = [b"\x89PNG", b"<?xml", b"%PDF"]
+    assert [Path(name).read_bytes()[: len(s)] for name, s in zip(wanted, starts, strict=False)] == starts
+    xr.testing.assert_identical(squama.read("d.csv"), squama.read("e.nc"))
+    xr.testing.assert_identical(squama.read("d.csv"), getattr(squama, command)(beam))
+    assert sorted(p.name for p in Path().iterdir()) == ["a.png", "b.svg", "beam.toml", "c.pdf", *wanted[3:], "test.csv"]
+
+
+def test_measured_points_are_drawn(beam, capsys):
+    Path("test.csv").write_text("Phi (rad/m),T (N m)\n3,1\n4,2\n")
+    _out(capsys, "twist", "beam.toml", "--plot", "without.svg")
+    _out(capsys, "twist", "beam.toml", "--plot", "with.svg", "--data", "test.csv")
+    assert Path("with.svg").read_text() != Path("without.svg").read_text()
+
+
+# ---- ends, paper, and how a command stops -----------------------------------------------------------------
+
+
+def test_ends(tmp_path, capsys):
+    out = tmp_path / "o.csv"
+    text = _out(capsys, "ends", str(ROOT / "examples" / "designs.csv"), "-o", str(out))
+    with out.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert f"{len(rows)} designs" in text
+    assert len(rows) == 12
+    assert len({row["end"] for row in rows}) >= 7
+    assert {row["neighbour"] for row in rows} >= {"0", "1"}
+    counts = _json(capsys, "ends", str(ROOT / "examples" / "designs.csv"), "-o", str(out))
+    assert sum(counts["ends"].values()) == counts["rows"] == 12
+
+
+def test_paper_hands_on_what_it_is_given(tmp_path, monkeypatch, capsys):
+    from squama.paper import twisting2020
+
+    seen = []
+    monkeypatch.setattr(twisting2020, "write", lambda *a: seen.append(a) or [tmp_path / "fig4.png"])
+    text = _out(capsys, "paper", "fig4", "fig6b", "-o", str(tmp_path), "--points", "fe.csv")
+    assert seen == [(("fig4", "fig6b"), tmp_path, Path("fe.csv"))]
+    assert text == f"wrote {tmp_path / 'fig4.png'}\n"
+
+
+def test_ctrl_c(beam, monkeypatch, capsys):
+    from squama import response
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(response, "twist", interrupted)
+    assert main(["twist", "beam.toml", "--csv", "a.csv"]) == 130
+    assert "Traceback" not in capsys.readouterr().err
+    assert not Path("a.csv").exists()
+
+
+def test_a_reader_that_goes_away(beam):
+    code = "import sys; from squama.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = f"{sys.executable} -c '{code}' twist beam.toml --json --points 20000 | head -c 1"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+    )
+    assert done.stdout == "{"
+    assert done.stderr == ""

@@ -1,0 +1,223 @@
+"""Work of friction: the figures of theory section 4, the balance of energies, the logarithm, the margin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import squama
+from oracle.path import path_end
+from oracle.vectors import MP, Design
+from oracle.work import red, work
+from squama.errors import ValidityWarning
+from squama.model import energy
+from squama.model.paths import FLOAT, Twist
+from squama.model.solve import scalar
+
+SECTION_4 = {
+    "plate": ("0.79735182", "1.9954132", "3.2098540", "4.4256845"),
+    "edge": ("0.72050262", "1.7751860", "2.8452067", "3.9166511"),
+}
+LOCKS = {"plate": (1.194017478, 0.2661368122), "edge": (1.218912547, 0.2690567103)}
+MARGINS = (1e-1, 1e-2, 1e-3, 1e-4)
+laws = pytest.mark.parametrize("law", ["plate", "edge"])
+
+
+def paper_beam(**changes) -> squama.Beam:
+    return squama.Beam.from_ratios(**changes)
+
+
+def in_springs(r, beam: squama.Beam, name: str) -> float:
+    """Energy per length as a multiple of K_theta / d."""
+    return float(r[name]) * beam.pitch / beam.joint_stiffness
+
+
+@laws
+def test_figures_of_section_4(law: str) -> None:
+    beam = paper_beam()
+    for margin, want in zip(MARGINS, SECTION_4[law], strict=True):
+        r = squama.twist(beam, mu=0.5, law=law, margin=margin, points=20)
+        assert in_springs(r, beam, "W_fr_c") == pytest.approx(float(want), rel=3e-8)
+        theta, phi = LOCKS[law]
+        assert float(r.theta_end) == pytest.approx(theta, abs=6e-10)
+        assert float(r.phi_end) == pytest.approx(phi, abs=6e-11)
+        theta0 = math.radians(10)
+        assert float(r.theta_c) == pytest.approx(theta0 + (1 - margin) * (float(r.theta_end) - theta0), rel=1e-14)
+        assert r.attrs["margin"] == margin
+
+
+@laws
+@pytest.mark.parametrize("design", [(3, 45, 1.25, 0.45, 10, 0.5), (4, 30, 0.6, 0.32, 5, 0.2)])
+def test_work_and_red_against_the_oracle(design: tuple[float, ...], law: str) -> None:
+    *shape, mu = design
+    d, eta, alpha, beta, lam, theta0 = Design.of(*shape), *shape
+    e = path_end(d, MP.mpf(str(mu)), law)
+    w = work(d, MP.mpf(str(mu)), law, e, "0.01")
+    beam = paper_beam(
+        eta=eta, beta=beta, lam=lam, zeta=0.2, alpha=f"{alpha} deg", theta0=f"{theta0} deg", stiffness="2 N m"
+    )
+    r = squama.twist(beam, mu=mu, law=law)
+    assert in_springs(r, beam, "W_fr_c") == pytest.approx(float(w.W), rel=1e-9)
+    stiffness = beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch)
+    assert float(r.RED_c) == pytest.approx(float(red(w, stiffness)), rel=1e-9)
+    assert float(r.phi_end) == pytest.approx(float(e.phi), rel=1e-12)
+    # Eq. 15a: the substrate's and the springs' parts
+    Phi, lift = float(r.Phi_c), float(r.theta_c) - beam.scale.theta0
+    elastic = beam.torsional_rigidity * Phi**2 / 2 + beam.joint_stiffness * lift**2 / (2 * beam.pitch)
+    assert float(r.U_el_c) == pytest.approx(elastic, rel=1e-14)
+
+
+def work_of_torque(beam: squama.Beam, r, name: str, rate: str, at, law: dict) -> float:
+    """Integral of the load from no load to the cut-off: Gauss-Legendre, with the singularity at the end built in."""
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    start, cut, last = (float(r[f"{rate}_{w}"]) for w in ("e", "c", "end"))
+    y_end = math.log((last - start) / (last - cut))
+    y = y_end * (nodes + 1) / 2
+    rest = (last - start) * np.exp(-y)
+    loads = at(beam, at=last - rest, **law)[name].values
+    straight = at(beam, at=[start], **law)[name].values[0] * start / 2
+    return straight + float(np.sum(weights * loads * rest)) * y_end / 2
+
+
+@laws
+@pytest.mark.parametrize("changes", [{}, {"alpha": "60 deg", "eta": 5.0}, {"alpha": "40 deg", "beta": 0.8, "eta": 3.5}])
+def test_the_work_of_the_torque_is_stored_or_dissipated(changes: dict, law: str) -> None:
+    beam = paper_beam(**changes, stiffness="40 N m")
+    at = {"mu": 0.4, "law": law}
+    r = squama.twist(beam, **at, points=50)
+    assert r.end.item() == "frictional lock"
+    done = work_of_torque(beam, r, "T", "Phi", squama.twist, at)
+    assert done == pytest.approx(float(r.U_el_c) + float(r.W_fr_c), rel=1e-9)
+    # and at every point of the curve: U_el + W_fr by the trapezoid rule of T, to its own accuracy
+    fine = squama.twist(beam, **at, points=4000)
+    sums = np.concatenate([[0], np.cumsum(np.diff(fine.Phi) * (fine["T"].values[1:] + fine["T"].values[:-1]) / 2)])
+    np.testing.assert_allclose(sums, fine.U_el + fine.W_fr, rtol=2e-4, atol=1e-6 * sums[-1])
+
+
+def test_the_work_of_the_moment_is_stored_or_dissipated() -> None:
+    beam = paper_beam(eta=5.0, theta0="5 deg", stiffness="400 N m")
+    r = squama.bend(beam, mu=0.3)
+    done = work_of_torque(beam, r, "M", "kappa", squama.bend, {"mu": 0.3})
+    assert done == pytest.approx(float(r.U_el_c) + float(r.W_fr_c), rel=1e-9)
+
+
+@laws
+def test_the_work_grows_like_a_logarithm_and_red_to_one(law: str) -> None:
+    beam = paper_beam(stiffness="1e6 N m")
+    margins = 10.0 ** -np.arange(2, 9)
+    results = [squama.twist(beam, mu=0.5, law=law, margin=m, points=3) for m in margins]
+    W = np.array([in_springs(r, beam, "W_fr_c") for r in results])
+    steps = np.diff(W)
+    # equal factors of the margin add equal work: the residue of the pole, times ln 10
+    assert steps[-1] == pytest.approx(steps[-2], rel=1e-4)
+    np.testing.assert_allclose(steps[2:], steps[4], rtol=2e-3)
+    x_p = LOCKS[law][0]
+    row = Twist(3.0, 1.25, 0.45, math.sqrt(0.5), math.sqrt(0.5), math.radians(10))
+    h = 1e-6
+    before = row.point(float(results[0].theta_end) - h, law, FLOAT)
+    D = -(before.M_N + 0.5 * before.M_f)
+    residue = 0.5 * (x_p - math.radians(10)) * before.slip_rate * h / D
+    assert steps[4] == pytest.approx(residue * math.log(10), rel=1e-4)
+    RED = np.array([float(r.RED_c) for r in results])
+    assert np.all(np.diff(RED) > 0)
+    elastic = np.array([in_springs(r, beam, "U_el_c") for r in results])
+    np.testing.assert_allclose(1 - RED, elastic / (elastic + W), rtol=1e-12)
+    assert RED[-1] > 0.93
+
+
+def test_friction_of_one_is_no_special_case() -> None:
+    beam = paper_beam()
+    W = [in_springs(squama.twist(beam, mu=mu), beam, "W_fr_c") for mu in (1 - 1e-9, 1.0, 1 + 1e-9)]
+    assert W[1] == pytest.approx(W[0], rel=1e-7)
+    assert W[1] == pytest.approx(W[2], rel=1e-7)
+    assert W[1] > 1
+
+
+def test_no_margin_where_the_end_is_no_lock() -> None:
+    beam = paper_beam(alpha="10 deg", theta0="10 deg", beta=0.4, eta=2.0)
+    few, most = (squama.twist(beam, mu=0.1, margin=m, points=30) for m in (0.3, 1e-6))
+    assert few.end.item() == most.end.item()
+    assert few.end.item() in ("off tip edge", "off side edge", "other contact")
+    for name in ("theta_c", "Phi_c", "W_fr_c", "RED_c"):
+        assert float(few[name]) == pytest.approx(float(most[name]), rel=1e-12)
+    assert float(few.theta_c) == pytest.approx(float(few.theta_end), rel=1e-14)
+    assert 0 < float(few.RED_c) < 1
+
+
+def test_static_lock_and_no_friction_dissipate_nothing() -> None:
+    beam = paper_beam()
+    for mu, locked in ((9.0, True), (0.0, False)):
+        r = squama.twist(beam, mu=mu)
+        assert (r.end.item() == "static lock") == locked
+        assert (float(r.theta_c) == beam.scale.theta0) == locked
+        assert float(r.W_fr_c) == 0
+        assert float(r.RED_c) == 0
+        assert np.all(r.W_fr == 0)
+        assert np.all(r.RED == 0)
+
+
+def test_the_series_tells_when_it_has_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
+    row = Twist(3.0, 1.25, 0.45, math.sqrt(0.5), math.sqrt(0.5), math.radians(10))
+    end = LOCKS["edge"][0]
+    good = energy.work(row, row.theta0, end - 1e-3, end, 0.5, "edge")
+    monkeypatch.setattr(energy, "MOST_NODES", 4)
+    monkeypatch.setattr(energy, "NODES", 4)
+    with pytest.warns(ValidityWarning, match=r"converged to \d"):
+        poor = energy.work(row, row.theta0, end - 1e-3, end, 0.5, "edge")
+    x = end - 1e-3
+    assert poor.coefficients.size < good.coefficients.size
+    assert abs(float(poor(x)) / float(good(x)) - 1) > 1e-9
+    # the work starts from nothing and the series is its own antiderivative
+    assert abs(float(good(row.theta0))) < 1e-10 * float(good(x))
+    grid = np.linspace(row.theta0, x, 7)
+    assert np.all(np.diff(good(grid)) > 0)
+
+
+def test_the_number_of_nodes_grows_until_the_work_is_exact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From few nodes the series and the work of many paths come to the same, also where the work is tiny or large."""
+    one = np.ones(1)
+    row = Twist(
+        3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
+    )
+    x0, end = row.theta0, LOCKS["edge"][0] * one
+    cases = [(0.5, end - 1e-3, end), (1e-9, end - 1e-3, end + 0.1), (1.0, x0 + 0.3, end)]
+    want = [energy.work(scalar(row), x0[0], stop[0], pole[0], mu, "edge")(stop)[0] for mu, stop, pole in cases]
+    monkeypatch.setattr(energy, "NODES", 8)
+    monkeypatch.setattr(energy, "FEW_NODES", 8)
+    for (mu, stop, pole), w in zip(cases, want, strict=True):
+        series = energy.work(scalar(row), x0[0], stop[0], pole[0], mu, "edge")
+        assert series.coefficients.size > 9
+        assert float(series(stop[0])) == pytest.approx(w, rel=1e-9, abs=0)
+        assert energy.works(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-9, abs=0)
+    monkeypatch.setattr(energy, "MOST_NODES", 8)
+    rough = energy.works(row, x0, cases[0][1], cases[0][2], 0.5 * one, "edge")[0]
+    assert rough == pytest.approx(want[0], rel=0.1)
+    assert rough != pytest.approx(want[0], rel=1e-11)
+
+
+def test_no_work_before_the_path_starts() -> None:
+    row = Twist(3.0, 1.25, 0.45, math.sqrt(0.5), math.sqrt(0.5), math.radians(10))
+    for series in (
+        energy.work(row, 0.2, 0.2, 1.0, 0.5, "edge"),
+        energy.work(row, 0.2, 0.4, 1.0, 0.0, "edge"),
+    ):
+        assert np.all(series(np.array([0.2, 0.3])) == 0)
+
+
+@laws
+def test_the_pole_is_at_the_lock_or_ahead(law: str) -> None:
+    """Also where the path ends before the lock: the estimate by the slope of D comes near it."""
+    one = np.ones(1)
+    row = Twist(
+        3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
+    )
+    lock = LOCKS[law][0]
+    mu, x0 = 0.5 * one, row.theta0
+    assert float(energy.pole(row, lock * one, mu, law, x0)[0]) == pytest.approx(lock, abs=1e-8)
+    early = float(energy.pole(row, (lock - 0.01) * one, mu, law, x0)[0])
+    assert early == pytest.approx(lock, abs=1e-4)
+    # without a pole ahead it lies far out
+    far = float(energy.pole(row, 0.5 * one, 0 * one, "edge", x0)[0])
+    assert far > 1.5

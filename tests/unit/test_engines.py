@@ -1,0 +1,157 @@
+"""The Numba engine against the NumPy engine: the same ends, 1e-9 relative; it depends on nothing but the design."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import squama
+from squama import engines
+
+pytest.importorskip("numba")
+RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "twisting.json").read_text(encoding="utf-8"))
+FIGURES = ("load_e", "theta_end", "load_end", "theta_c", "load_c", "f0", "torque", "U_el", "W_fr", "RED")
+ONE = {"eta": 3.0, "beta": 1.25, "lam": 0.45, "alpha": np.pi / 4, "theta0": np.radians(10), "mu": 0.5}
+
+
+def designs(n: int, seed: int) -> dict[str, np.ndarray]:
+    """Wide ranges; every third at a low alpha, where paths fold; a quarter without friction."""
+    r = np.random.default_rng(seed)
+    low = np.arange(n) % 3 == 0
+    return {
+        "eta": r.uniform(1.05, 8, n),
+        "beta": r.uniform(0.1, 3, n),
+        "lam": r.uniform(0.05, 2, n),
+        "alpha": np.radians(np.where(low, r.uniform(0.5, 15, n), r.uniform(0.5, 89, n))),
+        "theta0": np.radians(10 ** r.uniform(-1, 1.5, n)),
+        "mu": r.choice([0.0, 1.0, 1.0, 3.0], n) * r.uniform(0, 1, n),
+        "stiffness_ratio": r.uniform(0, 2, n),
+    }
+
+
+def both(**arguments: Any) -> tuple[engines.Solved, engines.Solved]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", squama.ValidityWarning)
+        return squama.solve(**arguments, engine="numba"), squama.solve(**arguments, engine="numpy")
+
+
+def conditioning(theta0: Any, b: engines.Solved, margin: float) -> Any:
+    """Relative size of rounding errors of the end (a few 1e-16) where a figure has its pole, over the margin."""
+    return 1e-14 / (margin * np.maximum(np.abs(b.theta_end - theta0), 1e-12))
+
+
+def agree(a: engines.Solved, b: engines.Solved, theta0: Any, margin: float) -> None:
+    np.testing.assert_array_equal(a.code, b.code)
+    np.testing.assert_array_equal(a.neighbour, b.neighbour)
+    rtol = 1e-9 + conditioning(theta0, b, margin)
+    for name in FIGURES:
+        x, y = getattr(a, name), getattr(b, name)
+        assert x.shape == y.shape
+        assert x.dtype == y.dtype
+        same = x == y
+        with np.errstate(invalid="ignore"):
+            # beyond a fold the spring comes to rest again: force and torque are zero there but for rounding
+            close = np.abs(x - y) <= rtol * np.abs(y) + 1e-13
+        assert (same | close).all(), (name, np.flatnonzero(~(same | close))[:5])
+
+
+@pytest.mark.parametrize("margin", [1e-1, 1e-2, 1e-4])
+@pytest.mark.parametrize("sense", ["+", "-"])
+@pytest.mark.parametrize("law", ["edge", "plate"])
+def test_wide_ranges(law: str, sense: str, margin: float) -> None:
+    d = designs(20_000, 7)
+    a, b = both(**d, law=law, sense=sense, margin=margin)
+    agree(a, b, d["theta0"], margin)
+    # every kind of end is there
+    kinds = {"no engagement", "off tip edge", "frictional lock", "static lock", "other contact"}
+    assert kinds <= set(b.end.tolist()) or sense == "-"
+
+
+@pytest.mark.parametrize("law", ["edge", "plate"])
+def test_recorded_designs(law: str) -> None:
+    names = ("eta", "beta", "lam", "mu")
+    d = {name: np.array([row[name] for row in RECORDED], float) for name in names}
+    d |= {name: np.radians([row[f"{name}_deg"] for row in RECORDED]) for name in ("alpha", "theta0")}
+    a, b = both(**d, law=law)
+    agree(a, b, d["theta0"], 0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "end"),
+    [
+        ({}, "frictional lock"),
+        ({"mu": 0.0}, "kinematic lock"),
+        ({"mu": 9.0}, "static lock"),
+        ({"beta": 0.01, "alpha": 0.05, "lam": 2.0}, "no engagement"),
+        ({"alpha": np.radians(5), "mu": 0.1}, "off tip edge"),
+        ({"eta": 3.641775, "beta": 2.659367, "lam": 1.065016, "alpha": 0.038242, "theta0": 0.523658}, "released"),
+        # so many neighbours within reach that the path is left to the numpy engine
+        ({"eta": 60.0}, None),
+    ],
+)
+def test_single_designs(change: dict[str, float], end: str | None) -> None:
+    d = ONE | change
+    a, b = both(**d)
+    agree(a, b, d["theta0"], 0.01)
+    assert end is None or str(a.end) == end
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (3, 0), (5, 1, 2)])
+def test_shapes(shape: tuple[int, ...]) -> None:
+    mu = np.linspace(0, 1, int(np.prod(shape))).reshape(shape)
+    a, b = both(**ONE | {"mu": mu})
+    assert a.RED.shape == shape
+    agree(a, b, ONE["theta0"], 0.01)
+
+
+def test_bending_is_handed_on() -> None:
+    d = {"eta": np.linspace(0.5, 6, 40), "theta0": 0.1, "mu": 0.3, "load": "bending"}
+    for x, y in zip(*both(**d), strict=True):
+        np.testing.assert_array_equal(x, y)
+
+
+def test_neither_place_nor_company_nor_threads_matter() -> None:
+    compiled = import_module("squama.engines.compiled")
+    n = 20_011
+    d = designs(n, 3)
+    p = engines.Problem(*d.values(), "edge", "+", 0.01, "twisting")
+    one = compiled.run(p, 1)
+    for x, y in zip(one, compiled.run(p, 2), strict=True):
+        np.testing.assert_array_equal(x, y)
+    order = np.random.default_rng(1).permutation(n)[:9_001]
+    some = p._replace(**{name: getattr(p, name)[order] for name in p._fields[:7]})
+    for name, x, y in zip(one._fields, one, compiled.run(some, 1), strict=True):
+        # lanes left to the numpy engine share the number of its evaluations with others
+        np.testing.assert_allclose(y, x[order], rtol=1e-12 if name != "f0" else 1e-9, atol=1e-15, err_msg=name)
+
+
+def test_auto_takes_numba_only_where_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = import_module("squama.engines.compiled")
+    p = engines.Problem(*np.ones((7, 100)), "edge", "+", 0.01, "twisting")
+    many = p._replace(eta=np.ones(engines.COLD))
+    assert engines._fastest(p) == "numba"  # it is loaded
+    assert engines._fastest(p._replace(load="bending")) == "numpy"
+    monkeypatch.delitem(sys.modules, "squama.engines.compiled")
+    assert engines._fastest(p) == "numpy"
+    monkeypatch.setitem(sys.modules, "squama.engines.compiled", compiled)
+    monkeypatch.setattr(compiled, "ready", lambda: False)
+    assert engines._fastest(many) == "numpy"
+    assert engines._fastest(p._replace(eta=np.ones(engines.UNMADE))) == "numba"
+    monkeypatch.setattr(engines, "find_spec", lambda _: None)
+    assert engines._fastest(many) == "numpy"
+    with pytest.raises(squama.InputError, match=r"pip install squama\[fast\]"):
+        squama.solve(**ONE, engine="numba")
+
+
+def test_a_changed_kernel_is_compiled_anew() -> None:
+    """The copy on the disk is known by a digest of all that is compiled, not of one file."""
+    entry = import_module("squama.engines.compiled_entry")
+    kept = entry.solve_all.py_func.__closure__
+    assert [cell.cell_contents for cell in kept] == [entry._sources()]

@@ -1,0 +1,138 @@
+"""Figures are made for every kind of response, with units on their axes, and saved whole or not at all."""
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import squama
+from squama.plot import response_figure, save_figure
+from squama.plot.style import FORMATS, label, prefixed, shades
+from squama.symbols import SYMBOLS
+
+BEAM = squama.Beam.from_ratios(youngs_modulus="1.5 MPa", mu=0.25)
+RESPONSES = {
+    "single": lambda: squama.twist(BEAM, points=40),
+    "family": lambda: squama.twist(BEAM, mu=[0, 0.3, 2, 7], points=40),
+    "frictionless": lambda: squama.twist(BEAM, mu=0, points=40),
+    "static lock": lambda: squama.twist(BEAM, mu=7, points=40),
+    "no engagement": lambda: squama.twist(BEAM, sense="-", points=40),
+    "off the tip edge": lambda: squama.twist(BEAM.replace(scale={"alpha": "15 deg"}), points=40),
+    "range end": lambda: squama.twist(BEAM, to="10 rad/m", points=40),
+    "range ends before contact": lambda: squama.twist(BEAM, to="1 rad/m", points=40),
+    "given rates": lambda: squama.twist(BEAM, at=[12.0, 1.0, 30.0, 5.0]),
+    "bending": lambda: squama.bend(BEAM, points=40),
+    "bending family": lambda: squama.bend(BEAM, mu=[0, 0.5], points=40),
+}
+
+
+@pytest.mark.parametrize("kind", RESPONSES)
+def test_four_panels_with_units(kind, tmp_path):
+    figure = response_figure(RESPONSES[kind]())
+    load, friction, inclination, last = figure.axes
+    texts = [ax.get_ylabel() for ax in figure.axes]
+    assert "N m)" in texts[0]
+    assert "(deg)" in texts[2]
+    assert all("(rad/m)" in ax.get_xlabel() for ax in (inclination, last))
+    assert "(deg)" in load.child_axes[0].get_xlabel()
+    for ax in figure.axes:
+        assert ax.has_data() or ax.texts
+        assert all(np.isfinite(ax.get_ylim())), ax.get_ylabel()
+        assert ax.get_ylim()[1] > ax.get_ylim()[0]
+        assert ax.get_xlim()[1] < 1e3
+    assert friction.get_ylabel()
+    assert save_figure(figure, tmp_path / "f.png").stat().st_size > 10_000
+
+
+def test_axis_ends_before_the_lock_but_shows_the_curve():
+    r = squama.twist(BEAM, mu=0.5)
+    load = response_figure(r).axes[0]
+    top = load.get_ylim()[1]
+    bare = BEAM.torsional_rigidity * float(r.Phi_end)
+    assert 2 * bare < top < 0.2 * float(r.T.max())
+
+
+def test_measured_points_lie_inside():
+    points = SimpleNamespace(rate=np.array([1.0, 30.0]), load=np.array([0.1, 500.0]))
+    load = response_figure(squama.twist(BEAM, points=40), points).axes[0]
+    assert load.get_xlim()[1] > 30
+    assert load.get_ylim()[1] > 500
+    drawn = [line for line in load.lines if line.get_marker() == "." and len(line.get_xdata()) == 2]
+    assert list(drawn[0].get_ydata()) == [0.1, 500.0]
+
+
+def test_engagement_and_lock_are_marked_where_they_are():
+    r = squama.twist(BEAM, mu=0.5, points=40)
+    load = response_figure(r).axes[0]
+    circle = next(line for line in load.lines if line.get_marker() == "o")
+    assert circle.get_xdata()[0] == pytest.approx(float(r.Phi_e))
+    assert circle.get_ydata()[0] == pytest.approx(BEAM.torsional_rigidity * float(r.Phi_e))
+    dotted = [line.get_xdata()[0] for line in load.lines if line.get_linestyle() == ":"]
+    assert dotted == [pytest.approx(float(r.Phi_end))]
+
+
+def test_title_names_the_end():
+    assert "static lock" in response_figure(RESPONSES["static lock"]())._suptitle.get_text()
+    text = response_figure(RESPONSES["no engagement"]())._suptitle.get_text()
+    assert "no engagement; side edge" in text
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_the_same_figure_gives_the_same_bytes(ending, tmp_path):
+    files = [tmp_path / f"{name}{ending}" for name in "ab"]
+    for file in files:
+        save_figure(response_figure(squama.twist(BEAM, points=20)), file)
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("f.jpg", 'f.jpg: the ending ".jpg" is not known; write a name that ends in .png, .svg or .pdf'),
+        ("f", "f: has no ending; write a name that ends in .png, .svg or .pdf"),
+        ("none/f.png", "does not exist; make it first"),
+        ("folder.png", "is a folder"),
+    ],
+)
+def test_a_place_that_cannot_be_written(name, words, tmp_path):
+    (tmp_path / "folder.png").mkdir()
+    figure = response_figure(squama.twist(BEAM, points=20))
+    with pytest.raises(squama.InputError) as error:
+        save_figure(figure, tmp_path / name)
+    assert words in str(error.value)
+    assert [p.name for p in tmp_path.iterdir()] == ["folder.png"]
+
+
+def test_labels_have_the_unit_of_the_table():
+    for name, symbol in SYMBOLS.items():
+        if symbol.unit not in ("", "1"):
+            assert f"({symbol.unit.replace('N m2', 'N m$^2$')})" in label(name), name
+    assert label("theta", "deg").endswith("(deg)")
+
+
+@pytest.mark.parametrize(
+    ("largest", "factor", "unit"),
+    [(25.0, 1.0, "(N m)"), (0.02, 1e3, "(mN m)"), (4.4e6, 1e-6, "(MN m)"), (3e-7, 1e6, "(µN m)"), (0.0, 1.0, "(N m)")],
+)
+def test_prefix_of_an_axis(largest, factor, unit):
+    got, text = prefixed("T", largest)
+    assert got == factor
+    assert text.endswith(unit)
+
+
+@pytest.mark.parametrize("n", [2, 4, 8])
+def test_colours_stay_apart_in_grey(n):
+    grey = [0.299 * r + 0.587 * g + 0.114 * b for r, g, b in shades(n)]
+    assert np.all(np.diff(grey) > 0.5 / n)
+    assert max(grey) < 0.8
+
+
+def test_no_display_no_pyplot_and_settings_untouched():
+    code = (
+        "import sys, matplotlib as mpl, squama; before = mpl.rcParams.copy(); from squama.plot import response_figure;"
+        "response_figure(squama.twist(squama.Beam.from_ratios(), mu=0.3, points=20)).canvas.draw();"
+        "assert 'matplotlib.pyplot' not in sys.modules; assert mpl.rcParams.copy() == before"
+    )
+    subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True)

@@ -1,0 +1,151 @@
+"""Section constants against a second series and the textbook's table; the joint's laws and their ranges."""
+
+import math
+import random
+
+import mpmath as mp
+import pytest
+
+from squama.model import joint, section, thickness
+
+
+def _prandtl_double_sine(a, b, terms):
+    """J by the Navier double series of Prandtl's stress function: independent of the tanh series."""
+    odd = range(1, terms, 2)
+    total = sum(1 / (m * m * n * n * (m * m / a**2 + n * n / b**2)) for m in odd for n in odd)
+    # J is twice the stress function's integral over the section, for unit G Phi
+    return 256 / math.pi**6 * a * b * total
+
+
+# Roark's Formulas for Stress and Strain, 8th ed., Table 10.7 / Timoshenko and Goodier: J = k a b^3
+@pytest.mark.parametrize(
+    ("ratio", "k"),
+    [(1, 0.1406), (1.5, 0.196), (2, 0.229), (2.5, 0.249), (3, 0.263), (4, 0.281), (5, 0.291), (10, 0.312)],
+)
+def test_torsion_constant_matches_the_textbook(ratio, k):
+    assert section.torsion_constant(ratio * 0.7, 0.7) / (ratio * 0.7**4) == pytest.approx(k, abs=5.5e-4)
+
+
+@pytest.mark.parametrize("sides", [(1.0, 1.0), (32.0, 16.0), (1.0, 3.7)])
+def test_torsion_constant_matches_the_double_series(sides):
+    # the tail of the double series falls like 1 / terms^3
+    assert section.torsion_constant(*sides) == pytest.approx(_prandtl_double_sine(*sides, 400), rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [1, 1.001, 2, 5, 300, 1e6])
+def test_torsion_constant_is_exact_to_double_precision(ratio):
+    with mp.workdps(30):
+        tail = mp.nsum(lambda k: mp.tanh((2 * k + 1) * mp.pi * mp.mpf(ratio) / 2) / (2 * k + 1) ** 5, [0, mp.inf])
+        exact = mp.mpf(ratio) / 3 - 64 / mp.pi**5 * tail
+    assert section.torsion_constant(ratio, 1.0) == pytest.approx(float(exact), rel=1e-14)
+    assert section.torsion_constant(1.0, ratio) == section.torsion_constant(ratio, 1.0)
+
+
+def test_the_papers_section():
+    assert section.torsion_constant(32, 16) == pytest.approx(29974, abs=0.5)
+    assert section.polar_moment(32, 16) == pytest.approx(54613, abs=0.5)
+    assert section.warping_coefficient(32, 16) == pytest.approx(0.549, abs=5e-4)
+    assert section.bending_moment_of_area(32, 16) == pytest.approx(32 * 16**3 / 12)
+    assert section.shear_modulus(25e9, 0.25) == pytest.approx(10e9)
+    # the second moments about both axes add to the polar one
+    both = section.bending_moment_of_area(32, 16) + section.bending_moment_of_area(16, 32)
+    assert section.polar_moment(32, 16) == pytest.approx(both)
+
+
+def test_joint_laws_at_fig_6b():
+    # d = 1, E_B = 1: fe.md gives .01269 and 1.449 for the paper's laws
+    assert joint.stiffness_twisting(1, 0.004, 0.6, 0.18) == pytest.approx(0.01269, rel=5e-4)
+    assert joint.inclusion_twisting(0.18, 0.6, 0.32) == pytest.approx(1.449, abs=5e-4)
+    assert joint.stiffness_bending(1, 0.004, 1.2, 0.18) == pytest.approx(0.66 * 1.2 * 1.6e-5 * 45**1.75)
+    assert joint.inclusion_bending(0.18, 0.6, 0.32) == 1
+
+
+INSIDE = {"t_s/d": 0.004, "L/d": 0.18, "L/(2t)": 0.28, "t_s/(l + L)": 0.0013, "zeta beta/lambda": 0.34}
+
+
+@pytest.mark.parametrize(
+    ("load", "ratio", "value"),
+    [
+        ("stiffness twisting", "t_s/d", 0.0019),
+        ("stiffness twisting", "t_s/d", 0.017),
+        ("stiffness twisting", "L/d", 0.08),
+        ("stiffness twisting", "L/d", 0.37),
+        ("stiffness twisting", "L/(2t)", 0.6),
+        ("stiffness twisting", "t_s/(l + L)", 0.06),
+        ("stiffness bending", "L/(2t)", 0.6),
+        ("inclusion twisting", "zeta beta/lambda", 1.1),
+    ],
+)
+def test_each_limit_is_told(load, ratio, value):
+    law = joint.LAWS[load]
+    assert joint.outside(law, INSIDE) == []
+    (line,) = joint.outside(law, INSIDE | {ratio: value})
+    for words in (law.name, ratio, f"{value:.3g}", "outside its range", law.remedy):
+        assert words in line
+
+
+def test_the_limits_belong_to_the_range():
+    law = joint.LAWS["stiffness twisting"]
+    for limit in law.limits:
+        assert joint.outside(law, INSIDE | {limit.ratio: limit.high * (1 + 1e-15)}) == []
+
+
+def _thick_condition(phi, eta, beta, lam, alpha, theta0, tau):
+    """Lower tip edge of scale 1 against the upper side edge of scale 2, as explicit plates with mpmath."""
+    sa, ca, st, ct = mp.sin(alpha), mp.cos(alpha), mp.sin(theta0), mp.cos(theta0)
+    x = mp.matrix([-sa * ct, st, ca * ct])
+    y = mp.matrix([ca, 0, sa])
+
+    def cross(u, v):
+        return mp.matrix([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
+
+    z = cross(x, y)
+    base = mp.matrix([0, lam, 0])
+    turn = mp.matrix([[mp.cos(phi), mp.sin(phi), 0], [-mp.sin(phi), mp.cos(phi), 0], [0, 0, 1]])
+    tip = base + eta * x - tau / 2 * z
+    side = turn * (base - beta * y + tau / 2 * z) + mp.matrix([0, 0, 1])
+    normal = cross(y, turn * x)
+    gap = tip - side
+    return sum(gap[i] * normal[i] for i in range(3))
+
+
+def test_thick_plates_engage_where_their_edges_meet():
+    rng = random.Random(7)
+    met = 0
+    for _ in range(60):
+        eta, beta, lam = rng.uniform(1.5, 6), rng.uniform(0.3, 2), rng.uniform(0.2, 0.7)
+        alpha, theta0 = math.radians(rng.uniform(15, 70)), math.radians(rng.uniform(3, 25))
+        tau = rng.uniform(0, 0.9) * thickness.gap(alpha, theta0)
+        phi = thickness.engagement_twisting(eta, beta, lam, alpha, theta0, tau=tau)
+        if phi == math.inf:
+            continue
+        met += 1
+        args = (eta, beta, lam, alpha, theta0, tau)
+        assert abs(_thick_condition(phi, *args)) < 1e-13
+        # open all the way up to it: the smallest root
+        assert all(_thick_condition(phi * i / 50, *args) < 0 for i in range(50))
+    assert met > 50
+
+
+def test_thin_plates_engage_as_the_model_says():
+    a, t = math.radians(45), math.radians(10)
+    # fe.md: .05905 at Fig. 6b
+    assert thickness.engagement_twisting(3, 0.6, 0.32, a, t) == pytest.approx(0.05905, abs=5e-6)
+    assert thickness.engagement_twisting(3, 0.6, 0.32, a, t, tau=thickness.gap(a, t)) == 0
+    # theory section 6: eta = 5, theta0 = 5 deg
+    assert thickness.engagement_bending(5, math.radians(5)) == pytest.approx(0.0193598, abs=5e-8)
+
+
+def test_thick_plates_in_bending():
+    eta, theta0, tau = 5, math.radians(5), 0.03
+    psi = thickness.engagement_bending(eta, theta0, tau)
+    # two plates as lines in the plane: the corner under the tip of plate 1 lies on the upper face of plate 2
+    radius = 1 / psi
+    along = complex(math.cos(theta0), math.sin(theta0))
+    corner = eta * along - 1j * along * tau / 2
+    base2 = complex(radius * math.sin(psi), radius * (1 - math.cos(psi)))
+    along2 = along * complex(math.cos(psi), math.sin(psi))
+    distance = ((corner - base2) / along2).imag
+    assert distance == pytest.approx(tau / 2, abs=1e-12)
+    assert thickness.engagement_bending(eta, theta0, math.sin(theta0)) == 0
+    assert psi < thickness.engagement_bending(eta, theta0)

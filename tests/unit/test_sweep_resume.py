@@ -1,0 +1,228 @@
+"""Sweeps that are stopped: SIGKILL at any moment, Ctrl-C, a full disk, a dead worker; the result is always the same."""
+
+import errno
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import squama
+from squama.cli import main
+from squama.errors import InputError
+from squama.study import stored, sweep, tiles, zstore
+from squama.study.sweep import make_plan, run
+
+BEAM = squama.Beam.from_ratios()
+ARGUMENTS = ["sweep", "beam.toml", "--over", "mu=0:2:24", "--over", "alpha=15deg:75deg:24", "--tile", "36"]
+
+
+def contents(store):
+    return {str(p.relative_to(store)): p.read_bytes() for p in sorted(Path(store).rglob("*")) if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("undisturbed")
+    BEAM.to_toml(folder / "beam.toml")
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    finally:
+        os.chdir(before)
+    return contents(folder / "map.zarr")
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    BEAM.to_toml("beam.toml")
+    return tmp_path
+
+
+def start(*more, **options):
+    command = [sys.executable, "-m", "squama", *ARGUMENTS, "-o", "map.zarr", *more]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options)
+
+
+def wait_for_tiles(process, count):
+    """Read the lines of --progress json until so many tiles are done."""
+    for line in process.stderr:
+        if f'"tiles_done": {count},' in line:
+            return
+
+
+def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(place, undisturbed):
+    dice = random.Random(20)
+    for round_ in range(3):
+        process = start("--progress", "json")
+        wait_for_tiles(process, 3 * round_ + 1)
+        time.sleep(dice.uniform(0, 0.15))
+        process.kill()
+        process.wait()
+        process.stderr.close()
+        assert process.returncode == -signal.SIGKILL
+        done = stored.prepare(Path("map.zarr"), stored.read_plan(Path("map.zarr")))
+        assert 0 < done.sum() < done.size
+    assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    assert contents("map.zarr") == undisturbed
+
+
+def _dying(n):
+    """Make functions that can be called n times in all; then the process ends."""
+    steps = iter(range(n))
+
+    def step(original):
+        def wrapped(*arguments, **options):
+            if next(steps, None) is None:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return original(*arguments, **options)
+
+        return wrapped
+
+    return step
+
+
+def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch):
+    """The process ends without a word before the n-th change of the disk, all through the writing of a tile."""
+    plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    path = Path("map.zarr")
+    stored.prepare(path, plan)
+    todo = plan.tiles()
+    tile = next(todo)
+    for n in range(0, 60, 3):
+        child = os.fork()
+        if child == 0:
+            step = _dying(n)
+            for home, name in ((zstore, "put"), (zstore, "_flush"), (Path, "replace"), (os, "pwrite"), (os, "fsync")):
+                setattr(home, name, step(getattr(home, name)))
+            sweep.one_tile(str(path), tile)
+            os._exit(0)
+        _, status = os.waitpid(child, 0)
+        marked = (path / "status" / zstore.key(tile)).exists()
+        if os.WIFEXITED(status):
+            assert marked
+            break
+        assert stored.check(path, plan)[tile] == marked
+        tile = next(todo) if marked else tile
+    else:
+        pytest.fail("the writing of a tile takes more steps than were tried")
+    assert n > 40
+    run(plan, path)
+    assert contents(path) == undisturbed
+
+
+@pytest.mark.parametrize("more", [[], ["--dask", "local:1"]], ids=["alone", "dask"])
+def test_ctrl_c_stops_after_the_running_tile(more, place, undisturbed):
+    process = start("--progress", "json", *more, start_new_session=True)
+    wait_for_tiles(process, 2)
+    # a terminal tells every process of the command
+    os.killpg(process.pid, signal.SIGINT)
+    said = process.communicate(timeout=30)[1].splitlines()
+    assert process.returncode == 130
+    assert said[-1].startswith("squama: map.zarr: stopped after ")
+    assert said[-1].endswith("tiles; the same command goes on from there")
+    assert not list(Path("map.zarr").rglob("*.partial"))
+    assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    assert contents("map.zarr") == undisturbed
+
+
+def test_two_runs_at_once_share_the_tiles(place, undisturbed):
+    runs = [start("--progress", "none") for _ in range(2)]
+    for process in runs:
+        assert process.communicate(timeout=60)[1] == ""
+        assert process.returncode == 0
+    assert contents("map.zarr") == undisturbed
+
+
+def test_a_tile_that_another_process_has_is_left_to_it(place):
+    plan = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2)
+    stored.prepare(Path("map.zarr"), plan)
+    writer = zstore.Writer(Path("map.zarr"), plan)
+    with writer.claim((0,)) as mine, writer.claim((0,)) as second:
+        assert mine is not None
+        assert second is None
+        assert run(plan, Path("map.zarr")) == (1, 2)
+        writer.write((0,), tiles.compute(plan, (0,)), mine)
+    with writer.claim((0,)) as again:
+        assert again is None
+    assert run(plan, Path("map.zarr")) == (2, 2)
+    assert not list(Path("map.zarr").rglob("*.partial"))
+
+
+@pytest.mark.parametrize("step", [0, 12, 25])
+def test_a_full_disk_leaves_the_store_as_it_was(step, place, undisturbed, monkeypatch, capsys):
+    plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    stored.prepare(Path("map.zarr"), plan)
+    assert sweep.one_tile("map.zarr", next(plan.tiles()))
+    before = contents("map.zarr")
+    room = iter(range(step))
+
+    def full(original):
+        def wrapped(*arguments, **options):
+            if next(room, None) is None:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return original(*arguments, **options)
+
+        return wrapped
+
+    with monkeypatch.context() as patch:
+        for home, name in ((zstore, "put"), (zstore, "_flush"), (os, "pwrite"), (os, "fsync")):
+            patch.setattr(home, name, full(getattr(home, name)))
+        assert main([*ARGUMENTS, "-o", "map.zarr", "--progress", "none"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said == [
+        "squama: error: map.zarr: the disk is full; make room and run the same command again, finished tiles are kept"
+    ]
+    assert contents("map.zarr") == before
+    assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    assert contents("map.zarr") == undisturbed
+
+
+def test_a_full_disk_when_the_store_is_made_leaves_nothing(place, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(zstore, "_flush", full)
+    with pytest.raises(InputError, match="the disk is full"):
+        squama.sweep(BEAM, {"mu": (0, 1, 3)}, out="map.zarr")
+    assert sorted(p.name for p in Path().iterdir()) == ["beam.toml"]
+
+
+_WORKER_DIES = """
+import os, signal, sys, threading, time
+from pathlib import Path
+import distributed
+import squama
+from squama.study import stored, sweep
+
+def kill_one(client):
+    while len(list(Path("map.zarr/status").glob("c.?.?"))) < 3:
+        time.sleep(0.02)
+    pid = next(iter(client.run(os.getpid).values()))
+    os.kill(pid, signal.SIGKILL)
+    print("killed", flush=True)
+
+if __name__ == "__main__":
+    beam = squama.Beam.from_toml("beam.toml")
+    plan = sweep.make_plan(beam, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with distributed.Client(cluster) as client:
+            killer = threading.Thread(target=kill_one, args=(client,))
+            killer.start()
+            done = sweep.run(plan, Path("map.zarr"), dask=client)
+            killer.join()
+            print(*done)
+"""
+
+
+def test_a_worker_that_is_killed_costs_its_tile_only(place, undisturbed):
+    Path("job.py").write_text(_WORKER_DIES)
+    done = subprocess.run([sys.executable, "job.py"], capture_output=True, text=True, check=False, timeout=120)
+    assert done.stdout.split() == ["killed", "16", "16"], done.stderr
+    assert contents("map.zarr") == undisturbed
