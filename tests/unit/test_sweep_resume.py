@@ -45,8 +45,36 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
+# No tile is begun once so many are done, until there is a file "go": what is stopped can't have ended before.
+_HELD = """
+import sys, time
+from pathlib import Path
+from squama.cli import main
+from squama.study import stored, sweep
+
+solve = sweep.one_tile
+
+def held(store, tile):
+    while len(stored.marks(Path(store))) >= most and not Path(store).with_name("go").exists():
+        time.sleep(0.01)
+    return solve(store, tile)
+
+if __name__ == "__main__":
+    most = int(sys.argv[1])
+    sweep.one_tile = held
+    sys.exit(main(sys.argv[2:]))
+"""
+
+
 def start(*more, **options):
     command = [sys.executable, "-m", "squama", *ARGUMENTS, "-o", "map.zarr", *more]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options)
+
+
+def start_held(most, *more, **options):
+    """Start a sweep that waits when so many of its tiles are done."""
+    Path("held.py").write_text(_HELD)
+    command = [sys.executable, "held.py", str(most), *ARGUMENTS, "-o", "map.zarr", "--progress", "json", *more]
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **options)
 
 
@@ -55,13 +83,14 @@ def wait_for_tiles(process, count):
     for line in process.stderr:
         if f'"tiles_done": {count},' in line:
             return
+    pytest.fail(f"ended before {count} tiles were done")
 
 
 def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(place, undisturbed):
     dice = random.Random(20)
     for round_ in range(3):
-        process = start("--progress", "json")
-        wait_for_tiles(process, 3 * round_ + 1)
+        process = start_held(5 * round_ + 5)
+        wait_for_tiles(process, 5 * round_ + 1)
         time.sleep(dice.uniform(0, 0.15))
         process.kill()
         process.wait()
@@ -119,11 +148,13 @@ def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch
 
 @pytest.mark.parametrize("more", [[], ["--dask", "local:1"]], ids=["alone", "dask"])
 def test_ctrl_c_stops_after_the_running_tile(more, place, undisturbed):
-    process = start("--progress", "json", *more, start_new_session=True)
+    process = start_held(3, *more, start_new_session=True)
     wait_for_tiles(process, 2)
     # a terminal tells every process of the command
     os.killpg(process.pid, signal.SIGINT)
-    said = process.communicate(timeout=30)[1].splitlines()
+    time.sleep(0.3)
+    Path("go").touch()
+    said = process.communicate(timeout=60)[1].splitlines()
     assert process.returncode == 130
     assert said[-1].startswith("squama: map.zarr: stopped after ")
     assert said[-1].endswith("tiles; the same command goes on from there")
