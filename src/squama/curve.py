@@ -182,7 +182,6 @@ def curve(case: Case, p: Path, *, points: int, at: Array | None) -> Curve:
     """
     if at is None:
         load, x = samples(p, points)
-        order = np.arange(points)
     else:
         straight = at <= min(p.load_e, p.load_end)
         contact = ~straight & (at <= p.load_end)
@@ -194,11 +193,11 @@ def curve(case: Case, p: Path, *, points: int, at: Array | None) -> Curve:
     load, x = (load, np.append(x, p.x_c)) if p.engaged else (np.append(load, cut), x)
     values = evaluate(case, p, load, x)
     last = {name: float(v[-1]) for name, v in values.items()}
-    along = {}
-    for name, v in values.items():
-        along[name] = out = np.full(points if at is None else at.size, np.nan)
-        out[order] = v[:-1]
+    along = {name: v[:-1] for name, v in values.items()}
     if at is not None:
+        for name, v in along.items():
+            along[name] = np.full(at.size, np.nan)
+            along[name][order] = v
         along["load"], along["rate"] = at, at / case.pitch
     return Curve(along, _figures(case, p, last))
 

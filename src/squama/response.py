@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -250,11 +251,16 @@ def _respond(
         "load": loading.kind,
         "law": law,
         "margin": margin,
-        "beam": beam.to_toml(),
+        "beam": _text(beam),
         "squama_version": __version__,
         "warnings": "\n".join(beam.warnings(loading.kind)),
     }
     return data
+
+
+@functools.lru_cache(maxsize=64)
+def _text(beam: Beam) -> str:
+    return beam.to_toml()
 
 
 def _friction(beam: Beam, mu: ArrayLike | None) -> Array:
