@@ -166,7 +166,7 @@ def _pattern(cells: Index, size: int) -> tuple[NDArray[np.int32], NDArray[np.int
 
 @functools.cache
 def _shape() -> Array:
-    """Derivatives of the ten shape functions with respect to the corner coordinates, (4 points, 10, 4)."""
+    """Return the derivatives of the ten shape functions with respect to the corner coordinates, (4 points, 10, 4)."""
     out = np.zeros((4, 10, 4))
     for q, at in enumerate(_POINTS):
         for a in range(4):
@@ -182,7 +182,7 @@ def _compiled() -> Any:
     shape = _shape()
 
     @njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})  # type: ignore[untyped-decorator]
-    def evaluate(  # type: ignore[no-untyped-def]  # noqa: ANN202
+    def evaluate(  # type: ignore[no-untyped-def]
         y, tets, master, turned, gradients, volumes, L, G, Q, dQ, ddQ, places, blocks
     ):
         energy, torque, torque_phi, least = 0.0, 0.0, 0.0, np.inf
