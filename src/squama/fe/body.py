@@ -64,7 +64,7 @@ class Section:
         return x, dx, ddx
 
     def entries(self, frame: Array) -> Array:
-        """Derivatives of the four means with respect to the places, in the order of ``rows`` and ``columns``."""
+        """Return the derivatives of the four means with respect to the places, in the order of ``rows`` and ``columns``."""
         w, turn = self.weights, self.weights / self._radius
         return np.concatenate([w, w, w, turn * frame[:, 1], -turn * frame[:, 0]])
 
@@ -265,7 +265,7 @@ class Body:
         return out
 
     def _attach(self, v: Array, forces: Array) -> tuple[Any, Array]:
-        """Derivatives of the fixed nodes' places with respect to the motions, and the forces' second-order part."""
+        """Return the derivatives of the fixed nodes' places by the motions, and the forces' second-order part."""
         from scipy import sparse
 
         m = 6 * len(self.scales)

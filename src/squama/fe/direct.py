@@ -70,7 +70,7 @@ class Symmetric:
         self._pardiso.set_phase(phase)
         try:
             # the public calls compare the whole matrix with the last one each time
-            return np.asarray(self._pardiso._call_pardiso(self._A, b))  # noqa: SLF001
+            return np.asarray(self._pardiso._call_pardiso(self._A, b))
         except Exception as error:
             if type(error).__name__ != "PyPardisoError":
                 raise
