@@ -1,0 +1,295 @@
+"""Frictional contact of thin rectangular scales: a barrier against touching, smoothed Coulomb friction, no passing.
+
+The scales keep a gap between 0 and ``dhat`` by a potential that grows without bound as the gap closes (incremental
+potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). Only edges on edges and corners on
+faces of given pairs of scales are looked at: two flat convex plates meet in no other way. Friction follows the slip
+since the last increment, with normal force and direction of the present state, so the tangent is not symmetric.
+Lengths in pitches; forces in whatever unit the stiffness brings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.fe.needs import need
+from squama.fe.plate import CORNERS, EDGES, FACES, Array, Helix
+
+DHAT = 1e-4
+"""Distance within which scales push each other off, pitches."""
+SLIP = 1e-5
+"""Slip within an increment up to which friction grows to its full value, pitches."""
+_HALF = 4.329441541679836
+"""Force at a gap of dhat / 2 over stiffness dhat^3."""
+_CLOSE = 0.99
+"""Fraction of the gap that a step may close before it counts as a collision."""
+_CLEAR = 0.9
+"""Fraction of a step to the next collision that is taken."""
+_WORDS = {0: "base edge DA", 1: "side edge AB", 2: "tip edge CB", 3: "side edge DC"}
+
+
+def stiffness(force: float, dhat: float) -> float:
+    """Return the barrier's stiffness at which a force keeps a gap of dhat / 2."""
+    return force / (_HALF * dhat**3)
+
+
+class Push(NamedTuple):
+    """Contact at one place of the corners (n, 3).
+
+    ``energy`` of the barrier, its ``gradient`` (n, 3), the ``friction`` (n, 3; minus the friction forces), and the
+    ``tangent`` (3 n, 3 n): derivative of gradient + friction, or None if not asked or without contact.
+    """
+
+    energy: float
+    gradient: Array
+    friction: Array
+    tangent: Array | None
+
+
+class Touch(NamedTuple):
+    """A place where two scales touch.
+
+    ``first`` and ``second`` number the scales, ``pair`` says the features in words (scale i is called 1 + i), ``N`` is
+    the normal force, ``place`` (3,) the point, and ``p``, ``s`` the places of a contact of the tip edge of the first
+    with side edge DC of the second: from the tip edge's middle towards B, and from D (NaN for others).
+    """
+
+    first: int
+    second: int
+    pair: str
+    N: float
+    place: Array
+    p: float
+    s: float
+
+
+class Contact:
+    """Contact of scales given by their corners, in the order D, A, B, C for each.
+
+    Parameters
+    ----------
+    corners : (4 m, 3) array
+        Corners of the m scales at rest.
+    pairs : sequence of (int, int)
+        Scales that may touch.
+    mu : float
+        Coefficient of friction.
+    dhat, slip : float
+        As :data:`DHAT` and :data:`SLIP`.
+    """
+
+    def __init__(
+        self, corners: Array, pairs: Sequence[tuple[int, int]], mu: float, *, dhat: float = DHAT, slip: float = SLIP
+    ) -> None:
+        self._ipc = ipc = need("ipctk")
+        self.mu, self.dhat, self.slip = mu, dhat, slip
+        count = len(corners) // 4
+        edges = [(4 * i + a, 4 * i + b) for i in range(count) for a, b in (*EDGES, (0, 2))]
+        faces = [tuple(4 * i + a for a in face) for i in range(count) for face in FACES]
+        self._rest = np.asfortranarray(corners, dtype=float)
+        self._mesh = ipc.CollisionMesh(self._rest, _whole(edges), _whole(faces))
+        self._near = ipc.Candidates()
+        self._near.ee_candidates = [
+            ipc.EdgeEdgeCandidate(5 * i + a, 5 * j + b) for i, j in pairs for a in range(4) for b in range(4)
+        ]
+        self._near.fv_candidates = [
+            ipc.FaceVertexCandidate(2 * f + a, 4 * c + b)
+            for i, j in pairs
+            for f, c in ((i, j), (j, i))
+            for a in range(2)
+            for b in range(4)
+        ]
+        self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
+        self._friction = ipc.FrictionPotential(slip)
+
+    def push(self, corners: Array, before: Array | None, kappa: float, *, tangent: bool = True) -> Push:
+        """Evaluate barrier and friction.
+
+        Parameters
+        ----------
+        corners : (n, 3) array
+            Where the corners are.
+        before : (n, 3) array, optional
+            Where they were at the end of the last increment; no friction if not given.
+        kappa : float
+            Stiffness of the barrier, see :func:`stiffness`.
+        """
+        V = np.asfortranarray(corners)
+        found = self._found(V, self.dhat)
+        zero = np.zeros_like(corners)
+        if len(found) == 0:
+            return Push(0.0, zero, zero, None)
+        barrier = self._ipc.BarrierPotential(self.dhat, kappa)
+        gradient = barrier.gradient(found, self._mesh, V).reshape(-1, 3)
+        H = barrier.hessian(found, self._mesh, V) if tangent else None
+        friction = zero
+        if before is not None and self.mu > 0:
+            slide = self._ipc.TangentialCollisions()
+            slide.build(self._mesh, V, found, barrier, self.mu)
+            moved, since = np.asfortranarray(corners - self._rest), np.asfortranarray(corners - before)
+            args = slide, self._mesh, self._rest, moved, since, barrier
+            friction = -self._friction.force(*args).reshape(-1, 3)
+            if tangent:
+                by = self._friction.DiffWRT
+                for wrt in (by.VELOCITIES, by.LAGGED_DISPLACEMENTS):
+                    H = H - self._friction.force_jacobian(*args, wrt)
+        energy = barrier(found, self._mesh, V)
+        return Push(float(energy), gradient, friction, None if H is None else H.toarray())
+
+    def _found(self, V: Any, within: float) -> Any:
+        found = self._ipc.NormalCollisions()
+        found.build(self._near, self._mesh, V, within)
+        return found
+
+    def gap(self, corners: Array, within: float = np.inf) -> float:
+        """Return the least distance of the pairs, pitches; inf where it is more than ``within``."""
+        V = np.asfortranarray(corners)
+        found = self._found(V, min(within, 1e3))
+        return float(np.sqrt(found.compute_minimum_distance(self._mesh, V))) if len(found) else np.inf
+
+    def free(self, start: Array, end: Array) -> float:
+        """Return the fraction of a straight motion of the corners that no collision stops, 1 for all of it."""
+        a, b = np.asfortranarray(start), np.asfortranarray(end)
+        t = self._near.compute_collision_free_stepsize(self._mesh, a, b, 0.0, self._ccd)
+        return 1.0 if t >= 1 else _CLEAR * float(t)
+
+    def crossed(self, corners: Array) -> bool:
+        """Tell whether scales pass through each other."""
+        return bool(self._ipc.has_intersections(self._mesh, np.asfortranarray(corners)))
+
+    def touches(self, corners: Array, kappa: float) -> list[Touch]:
+        """Return the places of contact, strongest first."""
+        V = np.asfortranarray(corners)
+        found = self._found(V, self.dhat)
+        barrier = self._ipc.BarrierPotential(self.dhat, kappa)
+        out = []
+        for (a, kind_a), (b, kind_b), collision in _features(found):
+            ids = [i for i in collision.vertex_ids(self._mesh.edges, self._mesh.faces) if i >= 0]
+            g = barrier.gradient(collision, V[ids].ravel()).reshape(-1, 3)
+            N = float(np.linalg.norm(g[np.array(ids) // 4 == a].sum(0)))
+            weights = np.linalg.norm(g, axis=1) * (np.array(ids) // 4 == a)
+            place = weights @ V[ids] / weights.sum() if weights.sum() > 0 else V[ids[0]]
+            p = s = np.nan
+            if (kind_a, kind_b) == ("tip edge CB", "side edge DC"):
+                p, s = _along(V[4 * a : 4 * a + 4], V[4 * b : 4 * b + 4])
+            out.append(Touch(a, b, f"{_named(kind_a, a)} on {_named(kind_b, b)}", N, place, p, s))
+        return sorted(out, key=lambda t: -t.N)
+
+
+def _whole(rows: Sequence[Any]) -> Any:
+    return np.asfortranarray(np.array(rows, np.int32).reshape(len(rows), -1))
+
+
+def _features(found: Any) -> Iterator[tuple[tuple[int, str], tuple[int, str], Any]]:
+    """Yield number of the scale and kind of feature, twice, and the collision; the lower number first."""
+
+    def edge(i: int) -> tuple[int, str]:
+        return i // 5, _WORDS[i % 5]
+
+    def corner(i: int) -> tuple[int, str]:
+        return i // 4, f"corner {CORNERS[i % 4]}"
+
+    both = [
+        *((edge(c.edge0_id), edge(c.edge1_id), c) for c in found.ee_collisions),
+        *((corner(c.vertex_id), edge(c.edge_id), c) for c in found.ev_collisions),
+        *((corner(c.vertex0_id), corner(c.vertex1_id), c) for c in found.vv_collisions),
+        *((corner(c.vertex_id), (c.face_id // 2, "the face"), c) for c in found.fv_collisions),
+    ]
+    for a, b, c in both:
+        yield (b, a, c) if a[0] > b[0] else (a, b, c)
+
+
+def _named(kind: str, scale: int) -> str:
+    """Return a feature with the letters of its corners and the number of its scale, e.g. tip edge C1B1."""
+    if kind == "the face":
+        return f"the face of scale {1 + scale}"
+    words, _, letters = kind.rpartition(" ")
+    return f"{words} {''.join(f'{letter}{1 + scale}' for letter in letters)}"
+
+
+def _along(first: Array, second: Array) -> tuple[float, float]:
+    """Places on the tip edge of the first (from its middle, to B) and on DC of the second (from D)."""
+    (_, _, B, C), (D, _, _, end) = first, second
+    m, t, e = (B + C) / 2, (B - C) / np.linalg.norm(B - C), (end - D) / np.linalg.norm(end - D)
+    c = t @ e
+    q = D - m
+    p, s = np.linalg.solve([[1.0, -c], [c, -1.0]], [q @ t, q @ e])
+    return float(p), float(s)
+
+
+class Load(NamedTuple):
+    """Contact of a scale with its images by (v, phi): barrier energy, and forces (minus) on the seven.
+
+    ``normal`` and ``friction`` (7,) are derivatives of the work; ``tangent`` (7, 7) that of their sum, not symmetric.
+    """
+
+    energy: float
+    normal: Array
+    friction: Array
+    tangent: Array
+
+    @property
+    def total(self) -> Array:
+        """Sum of both, (7,)."""
+        return self.normal + self.friction
+
+
+class Resultant(NamedTuple):
+    """Force between scale 0 and the image that it presses most: number k, normal force N, friction f."""
+
+    k: int
+    N: float
+    f: float
+
+
+class HelixContact:
+    """Contact of a scale with its images along the helix, per pitch.
+
+    Each pair of scales counts once; forces from both neighbours act on the scale (see :class:`squama.fe.plate.Helix`).
+
+    Parameters
+    ----------
+    helix : Helix
+        The scale and its images.
+    mu, dhat, slip : float
+        As in :class:`Contact`.
+    """
+
+    def __init__(self, helix: Helix, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
+        self.helix = helix
+        pairs = [(0, k) for k in range(1, helix.reach + 1)]
+        self.contact = Contact(helix.corners(np.zeros(6), 0.0), pairs, mu, dhat=dhat, slip=slip)
+
+    def corners(self, v: Array, phi: float) -> Array:
+        """Return the corners of the scale and its images, (n, 3)."""
+        return self.helix.corners(v, phi)
+
+    def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Load:
+        """Evaluate contact; ``before`` and ``kappa`` as in :meth:`Contact.push`."""
+        push = self.contact.push(self.corners(v, phi), before, kappa)
+        if push.tangent is None:
+            return Load(0.0, np.zeros(7), np.zeros(7), np.zeros((7, 7)))
+        J = self.helix.placed(v, phi).rates.reshape(-1, 7)
+        tangent = J.T @ push.tangent @ J
+        tangent += self.helix.curvature(v, phi, push.gradient + push.friction)
+        return Load(push.energy, push.gradient.ravel() @ J, push.friction.ravel() @ J, tangent)
+
+    def slid(self, v: Array, phi: float, before: Array, kappa: float) -> float:
+        """Return the work of the present friction forces on the slip since ``before``, 0 or more."""
+        corners = self.corners(v, phi)
+        push = self.contact.push(corners, before, kappa, tangent=False)
+        return float((push.friction * (corners - before)).sum())
+
+    def resultant(self, v: Array, phi: float, before: Array | None, kappa: float) -> Resultant:
+        """Return the resultant forces of the contact with the neighbour that presses most."""
+        push = self.contact.push(self.corners(v, phi), before, kappa, tangent=False)
+        N = np.linalg.norm(push.gradient.reshape(-1, 4, 3)[1:].sum(1), axis=1)
+        f = np.linalg.norm(push.friction.reshape(-1, 4, 3)[1:].sum(1), axis=1)
+        k = int(np.argmax(N))
+        return Resultant(1 + k if N[k] > 0 else 0, float(N[k]), float(f[k]))
+
+    def free(self, start: Array, end: Array) -> float:
+        """Return the fraction of a straight motion of the corners that no collision stops; see :meth:`Contact.free`."""
+        return self.contact.free(start, end)
