@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from squama import checks, units
 from squama._version import __version__
+from squama.answer import Answer, Labelled
 from squama.curve import Case, Curve, curve, path
 from squama.design import Beam
 from squama.model import solution
@@ -151,6 +152,21 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
+    return twisted(beam, mu=mu, law=law, margin=margin, points=points, at=at, to=to, sense=sense).dataset()
+
+
+def twisted(
+    beam: Beam,
+    *,
+    mu: ArrayLike | None = None,
+    law: str = "edge",
+    margin: float = 0.01,
+    points: int = 200,
+    at: ArrayLike | None = None,
+    to: float | str | None = None,
+    sense: str = "+",
+) -> Answer:
+    """Return what :func:`twist` returns, before it is a dataset."""
     sign = checks.sense(sense)
     checks.law(law)
     theta_0 = beam.scale.theta0
@@ -167,9 +183,9 @@ def twist(
     stop = None if to is None else units.twist(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
     slope = beam.eta * math.tan(alpha) * sign + beam.beta - math.sin(alpha) * sign
     small = beam.scale.theta0 / slope if slope > 0 else math.inf
-    data = _respond(TWISTING, beam, case, solve, mu, law, margin, points, at, stop, {"phi_e_small": small})
-    data.attrs["sense"] = sense
-    return data
+    answer = _respond(TWISTING, beam, case, solve, mu, law, margin, points, at, stop, {"phi_e_small": small})
+    answer.attrs["sense"] = sense
+    return answer
 
 
 def bend(
@@ -209,6 +225,19 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
+    return bent(beam, mu=mu, margin=margin, points=points, at=at, to=to).dataset()
+
+
+def bent(
+    beam: Beam,
+    *,
+    mu: ArrayLike | None = None,
+    margin: float = 0.01,
+    points: int = 200,
+    at: ArrayLike | None = None,
+    to: float | str | None = None,
+) -> Answer:
+    """Return what :func:`bend` returns, before it is a dataset."""
     case = Case(beam.pitch, beam.bending_rigidity, beam.bending_joint_stiffness, beam.eta, beam.scale.theta0)
 
     def solve(m: float) -> tuple[solution.Solution, None]:
@@ -230,7 +259,7 @@ def _respond(
     at: ArrayLike | None,
     stop: float | None,
     constants: dict[str, float],
-) -> xr.Dataset:
+) -> Answer:
     mus = _friction(beam, mu)
     margin = checks.scalar("margin", margin, 1e-12, 1.0, "at least 1e-12 and below 1")
     points = checks.whole("points", points, 3, 1e6)
@@ -245,8 +274,7 @@ def _respond(
     for m in np.atleast_1d(mus):
         sol, touch = solve(float(m))
         curves.append(curve(case, path(case, sol, touch, float(m), law, margin, stop), points=points, at=loads))
-    data = _dataset(loading, curves, mus, constants)
-    data.attrs = {
+    attrs = {
         "title": f"{loading.kind} of a scale-covered beam",
         "load": loading.kind,
         "law": law,
@@ -255,7 +283,7 @@ def _respond(
         "squama_version": __version__,
         "warnings": "\n".join(beam.warnings(loading.kind)),
     }
-    return data
+    return Answer(_labelled(loading, curves, mus, constants), attrs)
 
 
 @functools.lru_cache(maxsize=64)
@@ -273,18 +301,19 @@ def _friction(beam: Beam, mu: ArrayLike | None) -> Array:
     return mus
 
 
-def _dataset(loading: Loading, curves: Sequence[Curve], mus: Array, constants: dict[str, float]) -> xr.Dataset:
-    import xarray as xr
-
-    def stack(values: Sequence[Any]) -> Any:
+def _labelled(
+    loading: Loading, curves: Sequence[Curve], mus: Array, constants: dict[str, float]
+) -> dict[str, Labelled]:
+    def stack(values: Sequence[Any]) -> Array:
         return np.stack([np.asarray(v) for v in values]) if mus.ndim else np.asarray(values[0])
 
     family = ("mu",) if mus.ndim else ()
-    variables: dict[str, Any] = {}
+    variables: dict[str, Labelled] = {}
     for role, name in loading.along.items():
-        variables[name] = ((*family, "point"), stack([c.along[role] for c in curves]), SYMBOLS[name].attrs)
+        variables[name] = Labelled((*family, "point"), stack([c.along[role] for c in curves]), SYMBOLS[name].attrs)
     for role, name in loading.figures.items():
-        variables[name] = (family, stack([c.figures[role] for c in curves]), SYMBOLS[name].attrs)
+        variables[name] = Labelled(family, stack([c.figures[role] for c in curves]), SYMBOLS[name].attrs)
     for name, value in constants.items():
-        variables[name] = ((), value, SYMBOLS[name].attrs)
-    return xr.Dataset(variables, coords={"mu": (family, mus, SYMBOLS["mu"].attrs)})
+        variables[name] = Labelled((), np.asarray(value), SYMBOLS[name].attrs)
+    variables["mu"] = Labelled(family, mus, SYMBOLS["mu"].attrs)
+    return variables

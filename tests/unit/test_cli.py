@@ -325,7 +325,7 @@ def test_ctrl_c(beam, monkeypatch, capsys):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(response, "twist", interrupted)
+    monkeypatch.setattr(response, "twisted", interrupted)
     assert main(["twist", "beam.toml", "--csv", "a.csv"]) == 130
     assert "Traceback" not in capsys.readouterr().err
     assert not Path("a.csv").exists()

@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from squama.answer import Answer
     from squama.design import Beam
 
 
@@ -32,7 +31,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def response(file: str, beam: Beam, law: str, laws: Mapping[str, xr.Dataset], written: Sequence[str]) -> dict[str, Any]:
+def response(file: str, beam: Beam, law: str, laws: Mapping[str, Answer], written: Sequence[str]) -> dict[str, Any]:
     """Return all there is to say about a twisted or bent beam.
 
     Parameters
@@ -71,24 +70,22 @@ def response(file: str, beam: Beam, law: str, laws: Mapping[str, xr.Dataset], wr
         "file": file,
         **{key: data.attrs[key] for key in ("load", "law", "sense", "margin") if key in data.attrs},
         "squama_version": data.attrs["squama_version"],
-        "mu": data["mu"].values,
+        "mu": data["mu"],
         "warnings": data.attrs["warnings"].splitlines(),
         "beam": beam.model_dump(),
         "derived": derived,
         "figures": _figures(data),
         "laws": {name: _figures(response) for name, response in laws.items()},
-        "curve": {str(name): data[name].values for name in data.data_vars if "point" in data[name].dims},
-        "units": {str(name): data[name].attrs.get("units", "") for name in data.variables},
+        "curve": data.curves,
+        "units": {name: variable.attrs.get("units", "") for name, variable in data.variables.items()},
         "written": list(written),
     }
 
 
-def _figures(data: xr.Dataset) -> dict[str, Any]:
+def _figures(data: Answer) -> dict[str, Any]:
     from squama.model.outcome import SENTENCES, End
 
-    figures: dict[str, Any] = {
-        str(name): data[name].values for name in data.data_vars if "point" not in data[name].dims
-    }
+    figures: dict[str, Any] = data.figures
     ends = figures["end"].tolist()
     figures["sentence"] = [SENTENCES[End(end)] for end in ends] if isinstance(ends, list) else SENTENCES[End(ends)]
     return figures

@@ -18,8 +18,7 @@ from squama.cli.options import (
 from squama.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from squama.answer import Answer
     from squama.design import Beam
     from squama.measured import Measured
 
@@ -123,21 +122,24 @@ def _measured(load: str, path: str | None, beam: Beam) -> Measured | None:
     return measured.read(path, pitch=beam.pitch, scales=beam.scales, load=load)
 
 
-def _compute(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, xr.Dataset]:
+def _compute(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
     """Return the responses by law; the law that was not chosen is there for its single figures only."""
     from squama import response
     from squama.model.laws import LAWS
 
     if load == "bending":
-        return {law: response.bend(beam, **numbers)}
+        return {law: response.bent(beam, **numbers)}
     return {
-        name: response.twist(beam, law=name, sense=sense, **(numbers if name == law else {**numbers, "points": 3}))
+        name: response.twisted(beam, law=name, sense=sense, **(numbers if name == law else {**numbers, "points": 3}))
         for name in sorted(LAWS)
     }
 
 
-def _write(dataset: xr.Dataset, measured: Measured | None, options: Options) -> list[Path]:
+def _write(answer: Answer, measured: Measured | None, options: Options) -> list[Path]:
     written: list[Path] = []
+    if not (options.plot or options.csv or options.netcdf):
+        return written
+    dataset = answer.dataset()
     if options.plot:
         from squama import plot
 
@@ -156,7 +158,7 @@ def _report(
     path: str,
     beam: Beam,
     law: str,
-    laws: dict[str, xr.Dataset],
+    laws: dict[str, Answer],
     options: Options,
     written: list[Path],
 ) -> None:

@@ -12,8 +12,7 @@ from rich.table import Table
 from squama.model.outcome import SENTENCES, End
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from squama.answer import Answer
     from squama.design import Beam
 
 
@@ -35,7 +34,7 @@ _LOADS = {
 }
 
 
-def show(load: str, file: str, beam: Beam, law: str, laws: Mapping[str, xr.Dataset], written: Sequence[str]) -> None:
+def show(load: str, file: str, beam: Beam, law: str, laws: Mapping[str, Answer], written: Sequence[str]) -> None:
     """Print the summary.
 
     Parameters
@@ -60,7 +59,7 @@ def show(load: str, file: str, beam: Beam, law: str, laws: Mapping[str, xr.Datas
     data = laws[law]
     console.print(_title(words, file, beam, data), style="bold", soft_wrap=True)
     console.print()
-    if "mu" in data.dims:
+    if data.family is not None:
         for name, response in laws.items():
             if len(laws) > 1:
                 console.print(f"{name} law", style="bold")
@@ -83,21 +82,21 @@ def show(load: str, file: str, beam: Beam, law: str, laws: Mapping[str, xr.Datas
         console.print(f"wrote {place}", soft_wrap=True)
 
 
-def _title(words: _Words, file: str, beam: Beam, data: xr.Dataset) -> str:
-    mus = ", ".join(f"{mu:g}" for mu in data["mu"].values.ravel())
+def _title(words: _Words, file: str, beam: Beam, data: Answer) -> str:
+    mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     return f"{file} {words.done}: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {mus}{sense}"
 
 
-def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, xr.Dataset]) -> Table:
+def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, Answer]) -> Table:
     """Return the table with a row per figure and a column per law."""
     per_pitch, rate, torque = words.angle, words.rate, words.torque
     total = beam.length
 
-    def figure(name: str, factor: float = 1.0, unit: str = "") -> Callable[[xr.Dataset], str]:
+    def figure(name: str, factor: float = 1.0, unit: str = "") -> Callable[[Answer], str]:
         return lambda data: number(float(data[name]) * factor, unit)
 
-    def places(at: str) -> list[tuple[str, Callable[[xr.Dataset], str]]]:
+    def places(at: str) -> list[tuple[str, Callable[[Answer], str]]]:
         return [
             (f"  {words.per_pitch} {per_pitch}", figure(f"{per_pitch}_{at}", 1, "rad/pitch")),
             (f"  {words.rate_words} {rate}", figure(f"{rate}_{at}", 1, "rad/m")),
@@ -105,7 +104,7 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, xr.Data
         ]
 
     theta0 = number(math.degrees(beam.scale.theta0), "deg")
-    rows: list[tuple[str, Callable[[xr.Dataset], str]]] = [
+    rows: list[tuple[str, Callable[[Answer], str]]] = [
         ("end", lambda data: str(data["end"].item())),
         ("engagement", lambda _: ""),
         *places("e"),
@@ -134,7 +133,7 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, xr.Data
     return table
 
 
-def _family(words: _Words, beam: Beam, data: xr.Dataset) -> Table:
+def _family(words: _Words, beam: Beam, data: Answer) -> Table:
     """Return the table with a row per coefficient of friction."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
     degrees = math.degrees(1)
@@ -151,13 +150,13 @@ def _family(words: _Words, beam: Beam, data: xr.Dataset) -> Table:
     }
     for name in columns:
         table.add_column(name, header_style="bold", no_wrap=name == "end")
-    for i in range(data.sizes["mu"]):
-        curve = data.isel(mu=i)
+    for i in range(data.family or 0):
+        curve = data.pick(i)
         table.add_row(*(cell(curve) for cell in columns.values()))
     return table
 
 
-def _notes(load: str, beam: Beam, law: str, laws: Mapping[str, xr.Dataset]) -> list[str]:
+def _notes(load: str, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines under the table: the joint, and a sentence for each kind of end."""
     given = "given", "by its scaling law"
     stiffness = beam.joint_stiffness if load == "twisting" else beam.bending_joint_stiffness
@@ -170,14 +169,14 @@ def _notes(load: str, beam: Beam, law: str, laws: Mapping[str, xr.Dataset]) -> l
         )
     else:
         lines.append(f"beam without contact: C_f E_B I = {rigidity:.4g} N m2")
-    ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].values.ravel())
+    ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     for name, data in laws.items():
         of_law = f"{name} law, " if len(laws) > 1 else ""
-        for mu, other in zip(data["mu"].values.ravel(), data["other_contact"].values.ravel(), strict=True):
+        for mu, other in zip(data["mu"].ravel(), data["other_contact"].ravel(), strict=True):
             if other:
                 lines.append(f"other contact ({of_law}mu = {mu:g}): {other}")
-    if any("no engagement" in data["end"].values for data in laws.values()):
+    if any("no engagement" in data["end"] for data in laws.values()):
         lines.append("without engagement the end is that of the search (90 deg per pitch) or of the asked range")
     if len(laws) > 1:
         lines.append(f"the curve, files and pictures are those of the {law} law")

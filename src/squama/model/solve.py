@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from squama.model.bracket import bracketed
 from squama.model.paths import ARRAY, FLOAT, Point
 from squama.model.twisting import Number
 
@@ -47,15 +48,11 @@ def point(row: Any, x: Array, law: str) -> Point:
 def first_zero(f: Callable[..., Number], a: Array, b: Array, cols: tuple[Array, ...]) -> Array:
     """Solve f(x, *cols) = 0 in every bracket [a, b], where f(a) > 0 >= f(b).
 
-    One lane runs on plain floats, many run in lock-step; both bracket (Brent; Chandrupatla).
+    One lane runs on plain floats, many run in lock-step; both by Chandrupatla's method.
     """
     if a.size == 1:
-        from scipy.optimize import brentq
-
         args = tuple(float(c[0]) for c in cols)
-        lo, hi = float(a[0]), float(b[0])
-        root = brentq(f, lo, hi, args=args, xtol=1e-300, rtol=8.9e-16, maxiter=200)
-        return np.array([root])
+        return np.array([bracketed(lambda x: float(f(x, *args)), float(a[0]), float(b[0]))])
     from scipy.optimize import elementwise
 
     x = np.empty(a.size)

@@ -18,6 +18,8 @@ from __future__ import annotations
 
 import math
 
+from squama.model.bracket import bracketed
+
 
 def gap(alpha: float, theta0: float) -> float:
     """Distance between the mid-planes of two neighbours at rest, cos(alpha) sin(theta0).
@@ -87,7 +89,6 @@ def engagement_bending(eta: float, theta0: float, tau: float = 0.0) -> float:
     float
         psi_e, rad: 0 if the plates touch at rest, inf if they do not meet below psi = pi/2.
     """
-    from scipy.optimize import brentq
 
     def distance(psi: float) -> float:
         chord = math.sin(psi / 2) / (psi / 2) if psi else 1.0
@@ -99,5 +100,5 @@ def engagement_bending(eta: float, theta0: float, tau: float = 0.0) -> float:
     for i in range(1, steps + 1):
         psi = i / steps * math.pi / 2
         if distance(psi) <= 0:
-            return float(brentq(distance, (i - 1) / steps * math.pi / 2, psi, xtol=1e-15))
+            return bracketed(distance, (i - 1) / steps * math.pi / 2, psi)
     return math.inf
