@@ -1,0 +1,117 @@
+"""The quadratic tetrahedra: exact for linear fields, objective, and consistent in their derivatives."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba", reason="needs the extra fe")
+
+from scipy.spatial.transform import Rotation
+from solids import cube, images
+
+from squama.fe.elements import Elements, Material, Turn, stiffness
+
+MATERIAL = Material(2.0, 0.3)
+
+
+@pytest.fixture(scope="module")
+def solid():
+    nodes, tets = cube(2)
+    # no two elements alike
+    inner = (np.abs(nodes) < 0.49).all(1)
+    moved = nodes + 0.02 * np.sin(7 * nodes[:, [1, 2, 0]]) * inner[:, None]
+    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+    for e, (i, j) in enumerate(pairs):
+        moved[tets[:, 4 + e]] = (moved[tets[:, i]] + moved[tets[:, j]]) / 2
+    return moved, tets
+
+
+def test_a_homogeneous_deformation_is_exact(solid):
+    nodes, tets = solid
+    F = np.array([[1.1, 0.2, 0.0], [-0.1, 0.95, 0.1], [0.05, 0.0, 1.2]])
+    J = np.linalg.det(F)
+    r = Elements(nodes, tets, MATERIAL)(nodes @ F.T)
+    L, G = MATERIAL.lame
+    density = G / 2 * (np.trace(F.T @ F) - 3 - 2 * np.log(J)) + L / 2 * np.log(J) ** 2
+    assert r.energy == pytest.approx(density, rel=1e-12)
+    assert r.least == pytest.approx(J, rel=1e-12)
+    inner = (np.abs(nodes) < 0.49).all(1)
+    assert inner.sum() > 5
+    assert np.abs(r.forces[inner]).max() < 1e-13
+    # forces on the face x = 1/2 add up to the first Piola-Kirchhoff stress
+    P = G * (F - np.linalg.inv(F).T) + L * np.log(J) * np.linalg.inv(F).T
+    face = np.abs(nodes[:, 0] - 0.5) < 1e-9
+    forces = np.linalg.norm(r.forces[face].sum(0))
+    assert forces > 0
+    total = np.einsum("ni,nj->ij", r.forces, nodes)
+    np.testing.assert_allclose(total, P, atol=1e-13)
+
+
+def test_small_strain_stiffness_is_that_of_hooke(solid):
+    nodes, tets = solid
+    K = stiffness(nodes, tets, MATERIAL)
+    strain = np.array([[1e-3, 2e-4, 0], [2e-4, -3e-4, 1e-4], [0, 1e-4, 5e-4]])
+    u = (nodes @ strain).ravel()
+    L, G = MATERIAL.lame
+    density = G * (strain**2).sum() + L / 2 * np.trace(strain) ** 2
+    assert u @ (K @ u) / 2 == pytest.approx(density, rel=1e-12)
+    assert abs(K - K.T).max() < 1e-13
+    spin = nodes @ np.array([[0, 1, -2], [-1, 0, 3], [2, -3, 0]]) + [1, 2, 3]
+    assert np.abs(K @ spin.ravel()).max() < 1e-12
+
+
+def test_forces_turn_with_the_body(solid):
+    nodes, tets = solid
+    elements = Elements(nodes, tets, MATERIAL)
+    x = nodes + 0.05 * np.cos(5 * nodes[:, [2, 0, 1]])
+    R = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+    a, b = elements(x), elements(x @ R.T + [3, -1, 2])
+    assert b.energy == pytest.approx(a.energy, rel=1e-12)
+    np.testing.assert_allclose(b.forces, a.forces @ R.T, atol=1e-13)
+
+
+@pytest.fixture(scope="module")
+def periodic(solid):
+    nodes, tets = cube(2)
+    master, turned, places = images(nodes)
+    elements = Elements(nodes, tets, MATERIAL, master, turned)
+    dice = np.random.default_rng(3)
+    return elements, places + dice.normal(0, 0.02, places.shape), dice
+
+
+def test_derivatives_under_a_helical_map(periodic):
+    elements, y, dice = periodic
+    phi, h = 0.3, 1e-5
+    dy, dphi = dice.normal(size=y.shape), 0.7
+    r, up, down = elements(y, phi), elements(y + h * dy, phi + h * dphi), elements(y - h * dy, phi - h * dphi)
+
+    def rate(name):
+        return (getattr(up, name) - getattr(down, name)) / (2 * h)
+
+    assert rate("energy") == pytest.approx((r.forces * dy).sum() + r.torque * dphi, rel=1e-8)
+    K = elements.matrix(r.values)
+    assert abs(K - K.T).max() < 1e-12
+    push = (K @ dy.ravel()).reshape(-1, 3) + r.forces_phi * dphi
+    np.testing.assert_allclose(rate("forces"), push, atol=1e-6 * np.abs(push).max())
+    assert rate("torque") == pytest.approx((r.forces_phi * dy).sum() + r.torque_phi * dphi, rel=1e-6)
+
+
+def test_a_twisted_frame_costs_no_energy_with_the_images(periodic):
+    elements, y, _ = periodic
+    # turning the whole cell about z, or moving it along z, is no deformation of a helical cell
+    R = Turn.at(0.9).Q
+    a, b = elements(y, 0.3), elements(y @ R.T + [0, 0, 0.4], 0.3)
+    assert b.energy == pytest.approx(a.energy, rel=1e-12)
+    assert b.torque == pytest.approx(a.torque, rel=1e-10)
+
+
+def test_an_inverted_element_is_told(solid):
+    nodes, tets = solid
+    r = Elements(nodes, tets, MATERIAL)(nodes * [1, 1, -1])
+    assert r.least < 0
+    assert r.energy == np.inf
+
+
+def test_a_mesh_with_an_empty_element_is_refused(solid):
+    nodes, tets = solid
+    with pytest.raises(ValueError, match="have no volume"):
+        Elements(nodes * [1, 1, 0], tets, MATERIAL)
