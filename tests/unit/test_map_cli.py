@@ -51,6 +51,13 @@ def place(bench, tmp_path, stores):
     chunk = Path("bent.zarr/RED/c.0.0")
     chunk.write_bytes(chunk.read_bytes()[:-9] + b"123456789")
     Path("gone.zarr/zarr.json").unlink()
+    shutil.copytree("map.zarr", "blank.zarr")
+    Path("blank.zarr/status/c.0.0").write_bytes(b"")
+    shutil.copytree("map.zarr", "folder.zarr")
+    Path("folder.zarr/RED/c.0.0").unlink()
+    Path("folder.zarr/RED/c.0.0").mkdir()
+    shutil.copytree("map.zarr", "bare.zarr")
+    shutil.rmtree("bare.zarr/status")
     Path("closed.zarr/RED").chmod(0o555)
     Path("foreign.zarr").mkdir()
     Path("foreign.zarr/zarr.json").write_text('{"zarr_format": 3, "node_type": "group", "attributes": {}}')
@@ -176,10 +183,13 @@ PLACES = [
     ("damaged.zarr", ["damaged.zarr: is damaged"]),
     ("holed.zarr", ["is damaged", "RED/c.0.0 is missing"]),
     ("gone.zarr", ["is damaged", "zarr.json"]),
+    ("bare.zarr", ["is damaged", "status"]),
+    ("folder.zarr", ["is damaged", "RED/c.0.0 is missing"]),
     ("closed.zarr", ["is read-only"]),
     ("sealed/new.zarr", ["sealed is read-only"]),
     ("nowhere/new.zarr", ["does not exist"]),
     ("new", ["extension .zarr"]),
+    ("", ["--out: is empty"]),
     ("new.nc", ["extension .zarr"]),
 ]
 SAME = ["sweep", "beam.toml", "--over", "mu=0:2:9", "--over", "alpha=15deg:75deg:7", "--tile", "20"]
@@ -213,6 +223,7 @@ def test_another_range_is_refused(place, capsys):
     refused([*other, "-o", "half.zarr"], ["over mu = 0 to 2 (9 values) against mu = 0 to 3 (9 values)"], capsys)
 
 
+LOCK = ["map.zarr", "--plot", "a.png", "--variable", "lock"]
 MAPS = [
     (["map.zarr"], ["nothing to write"]),
     (["map.zarr", "--plot", "a.gif"], ["a.gif", ".png"]),
@@ -224,17 +235,24 @@ MAPS = [
     (["damaged.zarr", "--csv", "old.csv"], ["is damaged"]),
     (["bent.zarr", "--csv", "old.csv"], ["is damaged", "checksum"]),
     (["bent.zarr", "--plot", "a.png"], ["is damaged", "checksum"]),
+    (["blank.zarr", "--plot", "a.png"], ["is damaged", "checksum"]),
+    (["bare.zarr", "--plot", "a.png"], ["is damaged", "status"]),
     (["map.zarr", "--csv", "a.csv", "--variable", "red"], ["--variable", "RED"]),
     (["map.zarr", "--csv", "a.csv", "--x", "eta"], ["--x = eta", "no dimension of this sweep", "mu, alpha"]),
     (["map.zarr", "--csv", "a.csv", "--x", "alfa"], ["did you mean alpha?"]),
     (["map.zarr", "--csv", "a.csv", "--x", "mu", "--y", "mu"], ["mu: is used twice"]),
-    (["map.zarr", "--csv", "a.csv", "--at", "mu=3"], ["mu = 3", "it has 0 to 2"]),
+    (["map.zarr", "--csv", "a.csv", "--at", "mu=3"], ["--at mu = 3", "it has 0 to 2"]),
     (["map.zarr", "--csv", "a.csv", "--at", "alpha=30"], ["alpha", "has no unit"]),
     (["map.zarr", "--csv", "a.csv", "--at", "alpha"], ["--at", "name=value"]),
     (["map.zarr", "--csv", "a.csv", "--at", "mu=1", "--at", "mu=2"], ["--at mu: is given twice"]),
     (["map.zarr", "--csv", "a.csv", "--at", "mu=1", "--at", "alpha=30deg"], ["no dimension is left for x"]),
     (["map.zarr", "--csv", "a.csv", "--panels", "mu"], ["9 values", "6 panels at most"]),
     (["map.zarr", "--plot", "a.png", "--lines", "0.1"], ["--lines", "--variable lock"]),
+    ([*LOCK, "--lines", "3"], ["--lines mu = 3", "it has 0 to 2"]),
+    ([*LOCK, "--paths", "3"], ['--paths alpha = "3"', "has no unit"]),
+    ([*LOCK, "--paths", "30deg,,45deg"], ['--paths alpha = ""']),
+    (["map.zarr", "--plot", "a.png", "--paths", "30deg"], ["--paths", "--variable lock"]),
+    (["map.zarr", "--plot", "a.png", "--variable", "lock", "--x", "mu", "--y", "alpha", "--paths", "1"], ["y = mu"]),
     (["four.zarr", "--csv", "a.csv"], ["is neither shown nor held"]),
     (["four.zarr", "--csv", "a.csv", "--at", "law=smooth"], ["law", "edge or plate"]),
     (["line.zarr", "--plot", "a.png", "--variable", "lock"], ["two dimensions"]),
@@ -253,6 +271,8 @@ PICTURES = [
     ["map.zarr", "--variable", "torque", "--x", "mu", "--y", "alpha"],
     ["map.zarr", "--variable", "phi_end"],
     ["map.zarr", "--variable", "lock", "--lines", "0,0.5,2"],
+    [*LOCK[:1], *LOCK[3:], "--paths", "30 deg, 45deg"],
+    ["four.zarr", *LOCK[3:], "--x", "alpha", "--y", "mu", "--at", "eta=3", "--at", "margin=0.1", "--paths", "40deg"],
     ["map.zarr", "--at", "mu=0.5"],
     ["line.zarr", "--variable", "theta_end"],
     ["line.zarr", "--variable", "end"],

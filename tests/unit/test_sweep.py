@@ -12,7 +12,7 @@ import squama
 from squama.model.outcome import CODES
 from squama.paper import parameters as paper
 from squama.paper import red
-from squama.study import cells, stored
+from squama.study import cells, paths, slices, stored
 from squama.study.plan import VARIABLES, tile_shape
 from squama.study.sweep import make_plan, run
 
@@ -131,6 +131,19 @@ def test_a_margin_that_is_swept(tmp_path):
         assert float(data.sel(margin=margin).isel(mu=1).RED) == pytest.approx(float(r.RED_c), rel=1e-9)
 
 
+@pytest.mark.parametrize("load", ["twisting", "bending"])
+def test_a_path_runs_from_engagement_to_the_lock_without_friction(load, tmp_path):
+    ranges = {"mu": (0.0, 2.0, 3), "theta0": ("5 deg", "20 deg", 4)}
+    data = squama.sweep(BEAM, ranges, load=load, out=tmp_path / "m.zarr")
+    part = slices.take(data, x="theta0", y="mu")
+    found = paths.paths(part, ["10 deg", "0.3 rad"], bare=False)
+    assert list(found) == pytest.approx([np.radians(10), 0.3])
+    cell, angle = data.isel(mu=0, theta0=1), "phi" if load == "twisting" else "psi"
+    angles, theta = found[next(iter(found))]
+    assert (angles[0], theta[0]) == pytest.approx((float(cell[f"{angle}_e"]), np.radians(10)))
+    assert (angles[-1], theta[-1]) == pytest.approx((float(cell[f"{angle}_end"]), float(cell.theta_end)))
+
+
 def test_bending(tmp_path):
     data = squama.sweep(BEAM, {"eta": (2.0, 6.0, 3), "mu": [0.1, 0.3]}, load="bending", out=tmp_path / "m.zarr")
     assert {"psi_e", "psi_end"} <= set(data.data_vars)
@@ -223,9 +236,3 @@ def _peak(n, out):
 def test_memory_is_that_of_a_tile(tmp_path):
     # 66 bytes a cell are stored: six million cells hold 400 MB
     assert _peak(2450, tmp_path) < 200
-
-
-@pytest.mark.slow
-def test_memory_of_a_hundred_million_cells(tmp_path):
-    # 6.6 GB of results
-    assert _peak(10_000, tmp_path) < 200

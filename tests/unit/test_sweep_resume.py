@@ -14,7 +14,7 @@ import pytest
 import squama
 from squama.cli import main
 from squama.errors import InputError
-from squama.study import stored, sweep, tiles, zstore
+from squama.study import create, stored, sweep, tiles, zstore
 from squama.study.sweep import make_plan, run
 
 BEAM = squama.Beam.from_ratios()
@@ -50,12 +50,12 @@ _HELD = """
 import sys, time
 from pathlib import Path
 from squama.cli import main
-from squama.study import stored, sweep
+from squama.study import sweep
 
 solve = sweep.one_tile
 
 def held(store, tile):
-    while len(stored.marks(Path(store))) >= most and not Path(store).with_name("go").exists():
+    while len(list(Path(store, "status").glob("c.*[0-9]"))) >= most and not Path(store).with_name("go").exists():
         time.sleep(0.01)
     return solve(store, tile)
 
@@ -128,7 +128,7 @@ def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch
         child = os.fork()
         if child == 0:
             step = _dying(n)
-            for home, name in ((zstore, "put"), (zstore, "_flush"), (Path, "replace"), (os, "pwrite"), (os, "fsync")):
+            for home, name in ((zstore, "put"), (zstore, "flush"), (Path, "replace"), (os, "pwrite"), (os, "fsync")):
                 setattr(home, name, step(getattr(home, name)))
             sweep.one_tile(str(path), tile)
             os._exit(0)
@@ -203,7 +203,7 @@ def test_a_full_disk_leaves_the_store_as_it_was(step, place, undisturbed, monkey
         return wrapped
 
     with monkeypatch.context() as patch:
-        for home, name in ((zstore, "put"), (zstore, "_flush"), (os, "pwrite"), (os, "fsync")):
+        for home, name in ((zstore, "put"), (zstore, "flush"), (os, "pwrite"), (os, "fsync")):
             patch.setattr(home, name, full(getattr(home, name)))
         assert main([*ARGUMENTS, "-o", "map.zarr", "--progress", "none"]) == 2
     said = capsys.readouterr().err.splitlines()
@@ -219,10 +219,73 @@ def test_a_full_disk_when_the_store_is_made_leaves_nothing(place, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(zstore, "_flush", full)
+    monkeypatch.setattr(zstore, "flush", full)
     with pytest.raises(InputError, match="the disk is full"):
         squama.sweep(BEAM, {"mu": (0, 1, 3)}, out="map.zarr")
     assert sorted(p.name for p in Path().iterdir()) == ["beam.toml"]
+
+
+def test_killed_while_the_store_is_made_it_leaves_nothing_for_long(place, undisturbed):
+    made = """
+import os, signal, sys
+from squama.study import zstore
+from squama.cli import main
+steps = iter(range(int(sys.argv[1])))
+flush = zstore.flush
+def dying(place):
+    if next(steps, None) is None:
+        os.kill(os.getpid(), signal.SIGKILL)
+    flush(place)
+zstore.flush = dying
+main(sys.argv[2:])
+"""
+    others = [".map.zarr.0123456789abc.new", ".map.zarr.new", ".other.zarr.0123456789ab.new"]
+    for name in others:
+        Path(name).mkdir()
+    for step in (0, 9, 20):
+        command = [sys.executable, "-c", made, str(step), *ARGUMENTS, "-o", "map.zarr"]
+        done = subprocess.run(command, check=False, capture_output=True, timeout=60)
+        assert done.returncode == -signal.SIGKILL
+        assert not Path("map.zarr").exists()
+        # that of this run; it has taken away that of the one before
+        assert len([p for p in place.glob(".*") if p.name not in others]) == 1
+    assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    assert contents("map.zarr") == undisturbed
+    assert sorted(p.name for p in place.glob(".*")) == others
+
+
+def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypatch):
+    fill, seen = create._fill, []
+
+    def meanwhile(beside, plan):
+        fill(beside, plan)
+        if not seen:
+            # another run of the same sweep is quicker, and looks for leftovers
+            seen.append(beside)
+            command = [sys.executable, "-m", "squama", *ARGUMENTS, "-o", "map.zarr"]
+            subprocess.run(command, check=True, capture_output=True, timeout=60)
+            assert beside.is_dir()
+
+    monkeypatch.setattr(create, "_fill", meanwhile)
+    assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    assert seen
+    assert contents("map.zarr") == undisturbed
+    assert sorted(p.name for p in place.iterdir()) == ["beam.toml", "map.zarr"]
+
+
+def test_a_folder_that_is_taken_away_while_it_is_filled_is_made_again(place, undisturbed, monkeypatch):
+    fill, seen = create._fill, []
+
+    def meanwhile(beside, plan):
+        if not seen:
+            seen.append(beside)
+            beside.rmdir()
+            raise FileNotFoundError
+        fill(beside, plan)
+
+    monkeypatch.setattr(create, "_fill", meanwhile)
+    assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
+    assert contents("map.zarr") == undisturbed
 
 
 _WORKER_DIES = """

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from squama.cli.options import PLOTS, Problems, flag
 from squama.errors import InputError
@@ -25,6 +27,9 @@ def map(  # noqa: A001 - the command's name
     panels: Annotated[str | None, flag("Dimension with a panel for each value, e.g. margin.")] = None,
     at: Annotated[tuple[str, ...], flag("Value of another dimension, e.g. eta=3; may be repeated.")] = (),
     lines: Annotated[str | None, flag("With --variable lock: the lines to draw, e.g. 0.2,0.5,1.")] = None,
+    paths: Annotated[
+        str | None, flag("With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg.")
+    ] = None,
 ) -> int:
     """Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.
 
@@ -58,26 +63,30 @@ def map(  # noqa: A001 - the command's name
     if variable not in (*shown, "lock"):
         message = f"--variable = {files.label(variable)}: must be one of {', '.join((*shown, 'lock'))}"
         raise InputError(message)
-    try:
+    with _laid_to("--at"):
         part = slices.take(dataset, x=x, y=y, panels=panels, at=held, bare=False)
-        chosen = None
-        if lines is not None or variable == "lock":
+    chosen, drawn_paths = None, None
+    if lines is not None or variable == "lock":
+        with _laid_to("--lines"):
             chosen = _lines(part, lines, variable)
-    except InputError as error:
-        raise InputError("\n".join(f"--{line}" if _own(line) else line for line in str(error).splitlines())) from None
+    if paths is not None:
+        with _laid_to("--paths"):
+            drawn_paths = _paths(part, paths, variable)
     if csv is not None and part.data["RED"].size > MOST_ROWS:
         message = f"--csv: the slice has {part.data['RED'].size:,} rows, {MOST_ROWS:,} at most; hold more with --at"
         raise InputError(message)
     name = files.label(store)
-    missing = int((dataset["status"] == 0).sum())
-    if missing:
-        print(f"squama: warning: {name}: {missing} of {dataset['status'].size} tiles are not computed yet")
     try:
+        missing = int((dataset["status"] == 0).sum())
+        if missing:
+            print(f"squama: warning: {name}: {missing} of {dataset['status'].size} tiles are not computed yet")
         if plot:
             from squama import plot as figures
 
             drawn = slices.thinned(part, 1200)
-            figure = figures.map_figure(drawn.data, variable, x=part.x, y=part.y, panels=part.panels, lines=chosen)
+            figure = figures.map_figure(
+                drawn.data, variable, x=part.x, y=part.y, panels=part.panels, lines=chosen, paths=drawn_paths
+            )
             for path in plot:
                 figures.save_figure(figure, path)
                 print(f"wrote {files.label(path)}")
@@ -131,5 +140,27 @@ def _lines(part: object, lines: str | None, variable: str) -> list[float]:
     return [float(values[i]) for i in dict.fromkeys(np.linspace(0, values.size - 1, 6).round().astype(int).tolist())]
 
 
-def _own(line: str) -> bool:
-    return line.partition(" ")[0].rstrip(":") in ("x", "y", "panels", "at", "lines", "variable")
+def _paths(part: object, paths: str, variable: str) -> Any:
+    """Return the paths of the beams at some values of x."""
+    from squama.study import slices
+    from squama.study.paths import paths as follow
+
+    assert isinstance(part, slices.Slice)
+    if variable != "lock":
+        message = "paths: belongs to --variable lock; leave it out"
+        raise InputError(message)
+    return follow(part, [text.strip() for text in paths.split(",")], bare=False)
+
+
+@contextmanager
+def _laid_to(name: str) -> Iterator[None]:
+    """Lay a mistake to the flag that it names, else a value to the flag that was read."""
+    try:
+        yield
+    except InputError as error:
+        lines = []
+        for line in str(error).splitlines():
+            first, _, rest = line.partition(" ")
+            own = first.rstrip(":") in ("x", "y", "panels", "at", "lines", "paths", "variable")
+            lines.append(f"--{line}" if own else f"{name} {line}" if rest.startswith("= ") else line)
+        raise InputError("\n".join(lines)) from None

@@ -72,6 +72,8 @@ def sweep(
             if {"mu", "friction.mu"} & set(ranges):
                 message = "--mu: mu is swept too; keep one of --mu and --over mu"
                 raise InputError(message)
+    if not out.strip():
+        problems.lines.append("--out: is empty; write e.g. map.zarr")
     chosen = progress or ("bar" if sys.stderr.isatty() else "none")
     for check in (
         lambda: listeners.known(chosen),

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squama.model.solve import Array
-from squama.plot.style import GREY, INK, PAGE, key, label, letter, new_figure, styled
+from squama.plot.style import ACCENT, GREY, INK, PAGE, key, label, letter, new_figure, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +30,7 @@ HATCHES = {
     "no engagement": ("++", "no engagement"),
 }
 """Regions that end without a lock, or at once: hatching and name."""
+BOUNDARY = "here the end changes: values may jump"
 
 
 @styled
@@ -68,6 +69,8 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     handles: list[Any] = [
         Patch(facecolor="white", edgecolor=GREY, hatch=HATCHES[e][0], label=HATCHES[e][1]) for e in HATCHES if e in seen
     ]
+    if set(seen) - {"static lock"}:
+        handles.append(key(BOUNDARY, color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):
         handles.append(key("below it other plates touch first", color="white", linestyle="--", linewidth=1.4))
         handles[-1].set_path_effects(_outline())
@@ -107,7 +110,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
             _name_region(ax, x, line, float(y[-1]))
             continue
         ax.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
-        ax.contour(x, y, inside.astype(float), levels=[0.5], colors=INK, linewidths=0.9)
+        ax.contour(x, y, inside.astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9)
     touch = part["phi_touch"].values[:, None]
     ahead = np.where(np.isfinite(touch), part["phi_end"].values - touch, -1.0).T
     if (ahead > 0).any() and not (ahead > 0).all():

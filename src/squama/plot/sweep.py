@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -16,8 +18,8 @@ from matplotlib.ticker import MaxNLocator
 from squama.design import Beam
 from squama.model.outcome import CODES, End
 from squama.model.solve import Array
-from squama.plot.maps import COLOURS, HATCHES, LEVELS
-from squama.plot.style import GREY, INK, PAGE, key, letter, new_figure, shades, styled
+from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS
+from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, shades, styled
 from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
@@ -37,8 +39,13 @@ ENDS = {
 """Colour of each end; blue ones lock after sliding, grey at once."""
 _LOCKS = tuple(CODES.index(e) for e in (End.FRICTIONAL, End.KINEMATIC))
 _STATIC = CODES.index(End.STATIC)
+_AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
+"""Variables that depend on the margin."""
+_OFF = tuple(CODES.index(e) for e in (End.OFF_TIP, End.OFF_SIDE))
 _SYMBOL = {"torque": ("T_c", "M_c")}
 _UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
+Paths = Mapping[float, tuple[Array, Array]]
+"""Load angle and inclination along the paths of some beams, by a value of each."""
 
 
 @styled
@@ -50,6 +57,7 @@ def map_figure(
     y: str | None = None,
     panels: str | None = None,
     lines: list[float] | None = None,
+    paths: Paths | None = None,
 ) -> Figure:
     """Draw a slice of a sweep.
 
@@ -64,6 +72,8 @@ def map_figure(
         Dimensions; without y a line is drawn, with panels a panel for each of its values.
     lines : list of float
         With ``lock``, the values of y.
+    paths : mapping
+        With ``lock``, load angle and inclination along the paths of single beams, by their values of x.
 
     Returns
     -------
@@ -83,7 +93,7 @@ def map_figure(
     shown = list(axes[:count])
     if variable == "lock":
         assert y is not None
-        _envelopes(figure, shown, parts, x, y, lines or [])
+        _envelopes(figure, shown, parts, x, y, lines or [], paths or {})
     elif y is None:
         _lines(figure, shown, parts, variable, x)
     else:
@@ -100,7 +110,7 @@ def map_figure(
             ax.xaxis.set_tick_params(labelbottom=True)
             # side by side, long labels would run into each other
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
-    figure.suptitle(_title(dataset, (x, y, panels)), fontsize=8, x=0.01, ha="left")
+    figure.suptitle(_title(dataset, variable, (x, y, panels)), fontsize=8, x=0.01, ha="left")
     return figure
 
 
@@ -124,20 +134,27 @@ def _word(name: str | None, part: xr.Dataset) -> str:
     assert name is not None
     if name == "law":
         return f"{part['law'].item()} law"
-    value, unit = float(part[name]), part[name].attrs.get("units", "1")
+    return f"{_tex(name)} = {_value(part, name, float(part[name]))}"
+
+
+def _tex(name: str) -> str:
+    return f"${SYMBOLS[name].tex}$" if name in SYMBOLS and name != "margin" else name
+
+
+def _value(part: xr.Dataset, name: str, value: float) -> str:
+    unit = part[name].attrs.get("units", "1")
     factor, text = _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
-    tex = f"${SYMBOLS[name].tex}$" if name in SYMBOLS and name != "margin" else name
-    return f"{tex} = {value * factor:.5g} {text}".strip()
+    return f"{value * factor:.5g} {text}".strip()
 
 
-def _title(dataset: xr.Dataset, shown: tuple[str | None, ...]) -> str:
+def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) -> str:
     words = [str(dataset.attrs["load"]).capitalize()]
     if "law" not in dataset.dims:
         law = dataset["law"].item() if "law" in dataset.coords else dataset.attrs["law"]
         words.append(f"{law} law" if dataset.attrs["load"] == "twisting" else "")
     if dataset.attrs["sense"] != "+":
         words.append(f"sense {dataset.attrs['sense']}")
-    if "margin" in dataset.attrs:
+    if "margin" in dataset.attrs and variable in _AT_CUTOFF:
         words.append(f"margin {dataset.attrs['margin']:g}")
     words += [_word(str(n), dataset) for n in dataset.coords if n not in (*shown, "law") and dataset[n].ndim == 0]
     return ", ".join(word for word in words if word)
@@ -189,9 +206,10 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
         shown = np.ma.masked_invalid(np.clip(grid, levels[0], levels[-1]))
         if shown.count():
             ax.contourf(xs, ys, shown, levels=levels, norm=norm, cmap=colours)
-            # lines end where the end changes, and the value jumps
-            for same in (np.isin(code, (*_LOCKS, _STATIC)), ~np.isin(code, (*_LOCKS, _STATIC))):
-                own = np.ma.masked_where(~same, shown)
+            # lines end where the kind of the end changes, and the value jumps
+            groups = [(*_LOCKS, _STATIC), *([c] for c in np.unique(code) if c not in (*_LOCKS, _STATIC))]
+            for group in groups:
+                own = np.ma.masked_where(~np.isin(code, group), shown)
                 if own.count() and np.ptp(own.compressed()) > 0:
                     ax.contour(xs, ys, own, levels=levels[1:-1], colors=INK, linewidths=0.4)
         ends += [int(c) for c in np.unique(code) if c not in ends]
@@ -202,7 +220,7 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
     bar.minorticks_off()
     bar.set_label(_label(parts[0], variable))
     bar.outline.set_linewidth(0.7)
-    handles = [
+    handles: list[Artist] = [
         Patch(facecolor="white", edgecolor=GREY, hatch=HATCHES[name][0], label=HATCHES[name][1])
         for name in HATCHES
         if CODES.index(End(name)) in ends
@@ -210,6 +228,7 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
     if -1 in ends:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
     if handles:
+        handles += [key(BOUNDARY, color=ACCENT, linewidth=0.9)] if len(ends) > 1 else []
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
 
@@ -225,7 +244,7 @@ def _hatch(ax: Axes, xs: Array, ys: Array, code: Array) -> None:
             ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
             continue
         ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
-        ax.contour(xs, ys, inside, levels=[0.5], colors=INK, linewidths=0.9, zorder=4)
+        ax.contour(xs, ys, inside, levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
 
 
 def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> None:
@@ -247,33 +266,66 @@ def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, 
     figure.legend(handles=handles, loc="outside right upper")
 
 
-def _envelopes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str, lines: list[float]) -> None:
+def _envelopes(
+    figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str, lines: list[float], paths: Paths
+) -> None:
     angle = "psi" if parts[0].attrs["load"] == "bending" else "phi"
-    colours = shades(len(lines))
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
+    kinds = {"frictional": ((_LOCKS[0], _STATIC), 1.3, "-"), "kinematic": ((_LOCKS[1],), 2.4, "-")}
+    kinds["off"] = (_OFF, 1.2, "-.")
+    box: Any = {"fontsize": 6.5, "ha": "center", "va": "center", "zorder": 6}
+    box["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+    there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
-        for value, colour in zip(lines, colours, strict=True):
+        for value, (load, theta) in paths.items():
+            start = value if x == "theta0" else _theta0(part, theta0)
+            across, up = load / np.pi, (theta - start) / np.pi
+            ax.plot(np.r_[across[:1], across], np.r_[0, up], color=GREY, linewidth=0.8, zorder=1)
+            i = int(np.argmin(abs(up - 0.62 * up.max())))
+            ax.text(across[i], up[i], _value(part, x, value).replace(" deg", "°"), **box)
+        for value, colour in zip(lines, shades(len(lines)), strict=True):
             line = part.sel({y: value})
-            start = line["theta0"].values if "theta0" in line.coords else theta0
             across = np.asarray(line[f"{angle}_end"].values, float) / np.pi
-            up = (np.asarray(line["theta_end"].values, float) - start) / np.pi
+            up = (np.asarray(line["theta_end"].values, float) - _theta0(line, theta0)) / np.pi
             code = line["end"].values
-            for kinds, wide in (((_LOCKS[0], _STATIC), 1.3), ((_LOCKS[1],), 2.4)):
-                keep = np.isin(code, kinds)
-                ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), color=colour, linewidth=wide)
-                if keep.any():
-                    top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
+            for kind, (codes, wide, dash) in kinds.items():
+                keep = np.isin(code, codes)
+                if not keep.any():
+                    continue
+                there.add(kind)
+                ax.plot(
+                    np.where(keep, across, np.nan),
+                    np.where(keep, up, np.nan),
+                    color=GREY if kind == "off" else colour,
+                    linewidth=wide,
+                    linestyle=dash,
+                )
+                top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
         sign = r"\psi" if angle == "psi" else r"\varphi"
         ax.set_xlabel(rf"{'Bend' if angle == 'psi' else 'Twist'} per pitch ${sign}/\pi$ (1)")
         ax.set_ylabel(r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)")
     for ax in axes:
         ax.set_xlim(0, 1.03 * right or 1)
         ax.set_ylim(-0.01 * top, 1.05 * top or 1)
-    handles = [key(_word(y, parts[0].sel({y: v})), color=c) for v, c in zip(lines, colours, strict=True)]
-    handles += [key("kinematic lock", linewidth=2.4), key("frictional lock; on the axis static")]
-    handles.append(key(f"along a line {x} varies", linestyle=""))
+    handles = [key(_word(y, parts[0].sel({y: v})), color=c) for v, c in zip(lines, shades(len(lines)), strict=True)]
+    words = {"kinematic": "kinematic lock", "frictional": "frictional lock; on the axis static"}
+    words["off"] = "contact leaves its edge"
+    handles += [
+        key(text, linewidth=kinds[kind][1], linestyle=kinds[kind][2], color=GREY if kind == "off" else INK)
+        for kind, text in words.items()
+        if kind in there
+    ]
+    low, high = (_value(parts[0], x, float(parts[0][x][i])) for i in (0, -1))
+    handles.append(key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
+    if paths:
+        handles.append(key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
     figure.legend(handles=handles, loc="outside right upper")
+
+
+def _theta0(part: xr.Dataset, otherwise: float) -> Array:
+    """Inclination at rest, of the cells or of the beam."""
+    return np.asarray(part["theta0"].values if "theta0" in part.coords else otherwise)
 
 
 def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +19,8 @@ from squama.study.plan import Tile
 from squama.units import shown
 
 MOST_WORKERS = 1024
+WAIT = 10
+"""Seconds in which a scheduler has to answer."""
 
 
 def check(address: Any) -> None:
@@ -40,6 +45,11 @@ def check(address: Any) -> None:
     raise InputError(message)
 
 
+def remote(address: Any) -> bool:
+    """Say whether a cluster is there already, and has to be reached, not started."""
+    return not (isinstance(address, str) and address.startswith("local:"))
+
+
 @contextmanager
 def client(address: Any) -> Iterator[Any]:
     """Yield a client of the cluster; what was started for it is stopped after.
@@ -58,7 +68,7 @@ def client(address: Any) -> Iterator[Any]:
     except ImportError:
         message = "dask needs dask.distributed; install it with: pip install 'squama[sweep]'"
         raise InputError(message) from None
-    if address.startswith("local:"):
+    if not remote(address):
         workers = int(address.partition(":")[2])
         with _deaf():
             here = distributed.LocalCluster(
@@ -68,12 +78,39 @@ def client(address: Any) -> Iterator[Any]:
             yield found
         return
     try:
-        found = distributed.Client(address, timeout=10)
-    except (OSError, TimeoutError, ValueError) as error:
+        _knock(address)
+        found = distributed.Client(address, timeout=WAIT)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
         message = f"dask = {shown(address)}: no scheduler answers there ({type(error).__name__}); check the address"
         raise InputError(message) from None
-    with found:
+    with _quiet(), found:
         yield found
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep a client from writing its own errors: what goes wrong is said in one line."""
+    logger = logging.getLogger("distributed.client")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
+
+
+def _knock(address: str) -> None:
+    """Shake hands with a scheduler; a client would wait for ever for one that takes the call and says nothing."""
+    connect = import_module("distributed.comm").connect
+    how = import_module("distributed.security").Security().get_connection_args("client")
+
+    async def ask() -> None:
+        comm = await asyncio.wait_for(connect(address, timeout=WAIT, **how), WAIT)
+        await comm.close()
+
+    # in a thread, for a notebook has a loop of its own in this one
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(asyncio.run, ask()).result()
 
 
 @contextmanager
@@ -99,6 +136,8 @@ def run(
 ) -> None:
     """Run a task for every tile, a few ahead of the workers; the tile of a worker that dies is given to another.
 
+    Workers may come and go meanwhile, or come only later.
+
     Parameters
     ----------
     found : distributed.Client
@@ -115,31 +154,33 @@ def run(
     Raises
     ------
     InputError
-        A tile failed on its worker.
+        A tile failed on its worker, or the scheduler has gone.
     """
     distributed: Any = import_module("distributed")
     killed: type[Exception] = import_module("distributed.scheduler").KilledWorker
 
     store = str(path.absolute())
-    ahead = max(2, 2 * sum(found.nthreads().values()))
     running: dict[Any, Tile] = {}
     queue = distributed.as_completed()
 
-    def submit() -> None:
-        tile = None if stopped() else next(tiles, None)
-        if tile is not None:
+    def fill() -> None:
+        ahead = max(2, 2 * sum(found.nthreads().values()))
+        while len(running) < ahead and not stopped() and (tile := next(tiles, None)) is not None:
             future = found.submit(task, store, tile, pure=False)
             running[future] = tile
             queue.add(future)
 
-    for _ in range(ahead):
-        submit()
-    for future in queue:
-        tile = running.pop(future)
-        try:
-            wrote = future.result()
-        except killed:
-            message = f"tile {'.'.join(map(str, tile))}: the workers that took it died; give them memory, run again"
-            raise InputError(message) from None
-        finished(tile, wrote)
-        submit()
+    try:
+        fill()
+        for future in queue:
+            tile = running.pop(future)
+            try:
+                wrote = future.result()
+            except killed:
+                message = f"tile {'.'.join(map(str, tile))}: the workers that took it died; give them memory, run again"
+                raise InputError(message) from None
+            finished(tile, wrote)
+            fill()
+    except (CancelledError, distributed.comm.CommClosedError):
+        message = "dask: the scheduler has gone; start it and run the same command again, finished tiles are kept"
+        raise InputError(message) from None

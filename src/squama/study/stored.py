@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from squama import files
 from squama.errors import InputError
 from squama.model.solve import Array
-from squama.study import zstore
+from squama.study import create, zstore
 from squama.study.plan import FORMAT, VARIABLES, Plan, differences
 
 if TYPE_CHECKING:
@@ -80,25 +81,31 @@ def check(path: Path, plan: Plan) -> Array:
             whole = False
         if not whole:
             raise _damaged(name, key)
-    done = np.zeros(plan.grid, bool)
-    numbers = {mark: tuple(map(int, mark.split(".")[1:])) for mark in marks(path)}
-    data = {variable: _names(path / variable) for variable in VARIABLES[plan.load]}
-    for mark, tile in numbers.items():
-        for variable, there in data.items():
-            if mark not in there:
-                raise _damaged(name, f"{variable}/{mark} is missing")
-        done[tile] = True
+    done = marked(path, plan)
+    for variable in VARIABLES[plan.load]:
+        missing = done & ~_chunks(path / variable, plan.grid)
+        if missing.any():
+            first = tuple(int(i) for i in np.argwhere(missing)[0])
+            raise _damaged(name, f"{variable}/{zstore.key(first)} is missing")
     return done
 
 
-def marks(path: Path) -> set[str]:
-    """Return the names of the marks of finished tiles."""
-    return _names(path / zstore.STATUS)
+def marked(path: Path, plan: Plan) -> Array:
+    """Say of each tile whether it has the mark of a finished one."""
+    return _chunks(path / zstore.STATUS, plan.grid)
 
 
-def _names(folder: Path) -> set[str]:
+def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
+    """Say of each tile whether a folder holds its chunk; a byte a tile, however many names there are."""
+    there = np.zeros(grid, bool)
+    chunk = re.compile("c" + r"\.(\d{1,9})" * len(grid))
     with os.scandir(folder) as entries:
-        return {e.name for e in entries if e.name.startswith("c.") and not e.name.endswith(".partial")}
+        for entry in entries:
+            if (found := chunk.fullmatch(entry.name)) and entry.is_file():
+                tile = tuple(map(int, found.groups()))
+                if all(i < n for i, n in zip(tile, grid, strict=True)):
+                    there[tile] = True
+    return there
 
 
 def prepare(path: Path, plan: Plan) -> Array:
@@ -118,12 +125,14 @@ def prepare(path: Path, plan: Plan) -> Array:
             raise _no(name, f"its folder {files.label(folder)} does not exist; make it first or give another path")
         if not zstore.writable(folder):
             raise _no(name, f"its folder {files.label(folder)} is read-only; give another path")
-        zstore.create(path, plan)
+        create.clear(path)
+        create.create(path, plan)
     stored = read_plan(path)
     if different := differences(stored, plan):
         what = "; ".join(different)
         raise _no(name, f"belongs to another sweep: {what} (stored against asked); give another name")
     done = check(path, plan)
+    create.clear(path)
     if not done.all() and not all(zstore.writable(path / part) for part in (".", *VARIABLES[plan.load], zstore.STATUS)):
         raise _no(name, "is read-only; make it writable or give another path")
     return done

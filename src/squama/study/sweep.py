@@ -1,6 +1,6 @@
 """Sweeps: a response for every combination of some parameters, tile by tile, into a store that can be resumed.
 
-Memory is that of one tile (about 1.1 kB a cell: 70 MB for the largest default tile), however large the sweep is.
+Memory is that of one tile and of the engine at work on it, however large the sweep is.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import re
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from squama import checks
+from squama import checks, files
 from squama.design import Beam
 from squama.engines import ENGINES
 from squama.errors import InputError
@@ -184,43 +184,53 @@ def run(
     if dask is not None:
         cluster.check(dask)
     shown_by = listener(progress)
-    done = stored.prepare(path, plan)
-    share, share_cells, old, old_cells = 0, 0, 0, 0
-    for tile in plan.tiles(mine):
-        size = plan.size(tile)
-        share, share_cells = share + 1, share_cells + size
-        if done[tile]:
-            old, old_cells = old + 1, old_cells + size
-    todo = (tile for tile in plan.tiles(mine) if not done[tile])
-    with shown_by, _until_interrupted() as stopped:
-        clock = Clock(share, share_cells, old, old_cells, shown_by)
+    with ExitStack() as stack:
+        # a cluster that does not answer leaves no store behind
+        found = stack.enter_context(cluster.client(dask)) if dask is not None and cluster.remote(dask) else None
+        done = stored.prepare(path, plan)
+        share, share_cells, old, old_cells = 0, 0, 0, 0
+        for tile in plan.tiles(mine):
+            size = plan.size(tile)
+            share, share_cells = share + 1, share_cells + size
+            if done[tile]:
+                old, old_cells = old + 1, old_cells + size
+        todo = (tile for tile in plan.tiles(mine) if not done[tile])
+        with shown_by, _until_interrupted() as stopped:
+            clock = Clock(share, share_cells, old, old_cells, shown_by)
 
-        def finished(tile: Tile, wrote: bool) -> None:
-            if wrote:
-                clock.done(plan.size(tile))
+            def finished(tile: Tile, wrote: bool) -> None:
+                if wrote:
+                    clock.done(plan.size(tile))
 
-        try:
-            if dask is None:
-                for tile in todo:
-                    finished(tile, one_tile(str(path), tile))
-                    if stopped():
-                        break
-            elif old < share:
-                with cluster.client(dask) as found:
+            try:
+                if dask is None:
+                    for tile in todo:
+                        finished(tile, one_tile(str(path), tile))
+                        if stopped():
+                            break
+                elif old < share:
+                    found = found or stack.enter_context(cluster.client(dask))
                     cluster.run(found, one_tile, path, todo, finished, stopped)
-        except OSError as error:
-            raise zstore.refused(path, error) from None
-        if stopped() and clock.tiles_done < share:
-            message = f"stopped after {clock.tiles_done} of {share} tiles; the same command goes on from there"
-            raise Interrupted(message)
+            except OSError as error:
+                raise zstore.refused(path, error) from None
+            if stopped() and clock.tiles_done < share:
+                message = f"stopped after {clock.tiles_done} of {share} tiles; the same command goes on from there"
+                raise Interrupted(message)
     # others may have finished tiles meanwhile
-    return len(stored.marks(path)), done.size
+    return int(stored.marked(path, plan).sum()), done.size
 
 
 @functools.lru_cache(maxsize=2)
 def _writer(path: str, digest: str) -> zstore.Writer:  # noqa: ARG001 - another sweep of the same name is another store
     place = Path(path)
-    return zstore.Writer(place, stored.read_plan(place))
+    plan = stored.read_plan(place)
+    here = versions()
+    if here != plan.versions:
+        # on another machine; a store must not mix them
+        both = "; ".join(f"{n} {v} against {here[n]}" for n, v in plan.versions.items() if v != here[n])
+        message = f"{files.label(place)}: a worker has other versions: {both} (stored against the worker's)"
+        raise InputError(message)
+    return zstore.Writer(place, plan)
 
 
 def one_tile(path: str, tile: Tile) -> bool:

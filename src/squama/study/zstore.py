@@ -11,8 +11,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import secrets
-import shutil
 import stat
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -118,50 +116,6 @@ def zarr() -> Any:
     return library
 
 
-def create(path: Path, plan: Plan) -> None:
-    """Make an empty store: complete in its place, or not there at all.
-
-    Raises
-    ------
-    InputError
-        The place cannot take it.
-    """
-    library = zarr()
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.new")
-    codecs = [library.codecs.ZstdCodec(level=1), library.codecs.Crc32cCodec()]
-    try:
-        group = library.create_group(beside, zarr_format=3, attributes=attributes(plan))
-        for name, about in arrays(plan).items():
-            group.create_array(
-                name=name,
-                compressors=codecs,
-                chunk_key_encoding={"name": "default", "separator": "."},
-                config={"write_empty_chunks": True},
-                **about,
-            )
-        for name, (values, _) in coordinates(plan).items():
-            group[name][:] = values
-        for place in sorted(beside.rglob("*")):
-            _flush(place)
-        with contextlib.suppress(FileExistsError):
-            _rename_new(beside, path)
-        _flush(path.parent)
-    except OSError as error:
-        raise refused(path, error) from None
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
-
-
-def _rename_new(beside: Path, path: Path) -> None:
-    """Move a folder to a place where nothing is; another shard may have been first."""
-    try:
-        beside.rename(path)
-    except OSError as error:
-        if error.errno in {errno.ENOTEMPTY, errno.EEXIST}:
-            raise FileExistsError from None
-        raise
-
-
 class Writer:
     """Writes the tiles of one store; one per process."""
 
@@ -190,15 +144,15 @@ class Writer:
         open_mark = _partial(mark)
         handle = os.open(open_mark, os.O_RDWR | os.O_CREAT, 0o666)
         try:
-            mine = _lock(handle)
-            if mine and not mark.exists() and _same(handle, open_mark):
+            mine = lock(handle)
+            if mine and not mark.exists() and same(handle, open_mark):
                 yield handle
             else:
-                if mine and _same(handle, open_mark):
+                if mine and same(handle, open_mark):
                     open_mark.unlink()
                 yield None
         except BaseException:
-            if _same(handle, open_mark):
+            if same(handle, open_mark):
                 open_mark.unlink()
             raise
         finally:
@@ -221,13 +175,13 @@ class Writer:
             for place in places.values():
                 _partial(place).replace(place)
             for place in places.values():
-                _flush(place.parent)
+                flush(place.parent)
             cell = tuple(slice(i, i + 1) for i in tile)
             os.truncate(handle, 0)
             os.pwrite(handle, self.encode(STATUS, cell, tile, 1), 0)
             os.fsync(handle)
             _partial(mark).replace(mark)
-            _flush(mark.parent)
+            flush(mark.parent)
         except BaseException:
             if not mark.exists():
                 for place in (*places.values(), *map(_partial, places.values()), _partial(mark)):
@@ -253,7 +207,7 @@ def _partial(place: Path) -> Path:
     return place.with_name(place.name + ".partial")
 
 
-def _same(handle: int, path: Path) -> bool:
+def same(handle: int, path: Path) -> bool:
     """Say whether an open file is still the one of that name."""
     try:
         return os.path.samestat(os.fstat(handle), path.stat())
@@ -261,8 +215,8 @@ def _same(handle: int, path: Path) -> bool:
         return False
 
 
-def _lock(handle: int) -> bool:
-    """Lock an open file; False if another process has. File systems without locks have no such protection."""
+def lock(handle: int, *, unless: bool = True) -> bool:
+    """Lock an open file; False if another process has, ``unless`` where the file system has no locks."""
     try:
         import fcntl
 
@@ -270,11 +224,12 @@ def _lock(handle: int) -> bool:
     except BlockingIOError:
         return False
     except (ImportError, OSError):
-        return True
+        return unless
     return True
 
 
-def _flush(place: Path) -> None:
+def flush(place: Path) -> None:
+    """Wait until the disk has a file or a folder."""
     handle = os.open(place, os.O_RDONLY)
     try:
         os.fsync(handle)

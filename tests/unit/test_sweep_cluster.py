@@ -1,0 +1,172 @@
+"""Sweeps on a scheduler at an address: a real one with a worker of its own, one that goes, and none."""
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import squama
+from squama.cli import main
+from squama.study import stored, sweep
+
+pytest.importorskip("distributed")
+
+ARGUMENTS = ["sweep", "beam.toml", "--over", "mu=0:2:12", "--over", "alpha=15deg:75deg:12", "--tile", "36"]
+LONG = 120
+"""Seconds after which a test gives up; nothing is measured against it."""
+
+# No tile is begun once two are done, until there is a file "go".
+_HELD = """
+import time
+from pathlib import Path
+from squama.study import sweep
+
+def held(store, tile):
+    while len(list(Path(store, "status").glob("c.*[0-9]"))) >= 2 and not Path(store).with_name("go").exists():
+        time.sleep(0.01)
+    return sweep.not_held(store, tile)
+
+# a worker may load this twice
+if not hasattr(sweep, "not_held"):
+    sweep.not_held, sweep.one_tile = sweep.one_tile, held
+"""
+
+
+def contents(store):
+    return {str(p.relative_to(store)): p.read_bytes() for p in sorted(Path(store).rglob("*")) if p.is_file()}
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    squama.Beam.from_ratios().to_toml("beam.toml")
+    return tmp_path
+
+
+@contextlib.contextmanager
+def running(module, *arguments):
+    """Run a command of dask in a process group of its own, and end all of it."""
+    command = [sys.executable, "-m", f"distributed.cli.{module}", *arguments]
+    with Path(f"{module}.log").open("wb") as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+@contextlib.contextmanager
+def scheduler():
+    """Run a scheduler at a port that is free; yield its address and its process."""
+    told = Path("scheduler.json").absolute()
+    where = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(told))
+    with running("dask_scheduler", *where, "--no-dashboard") as process:
+        end = time.monotonic() + LONG
+        address = None
+        while address is None:
+            assert process.poll() is None, Path("dask_scheduler.log").read_text()
+            assert time.monotonic() < end
+            time.sleep(0.05)
+            with contextlib.suppress(OSError, ValueError):
+                address = json.loads(told.read_text())["address"]
+        yield address, process
+
+
+def worker(address, *more):
+    """Run a worker with one thread; one that has no scheduler any more ends."""
+    arguments = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", str(LONG))
+    return running("dask_worker", address, *arguments, "--local-directory", str(Path("scratch").absolute()), *more)
+
+
+def run(*more):
+    """Run the sweep in another process; return exit status, output and lines of the error stream."""
+    command = [sys.executable, "-m", "squama", *ARGUMENTS, "-o", "map.zarr", *more]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LONG)
+    return done.returncode, done.stdout, done.stderr.splitlines()
+
+
+def test_a_scheduler_at_an_address_gives_the_same_bytes(place):
+    assert main([*ARGUMENTS, "-o", "alone.zarr"]) == 0
+    # the worker may come before the tiles or after them
+    with scheduler() as (address, _), worker(address):
+        assert address.startswith("tcp://127.0.0.1:")
+        status, said, errors = run("--dask", address)
+        assert (status, errors) == (0, []), Path("dask_worker.log").read_text()
+        assert said.startswith("map.zarr: 144 cells (12 mu x 12 alpha)")
+        assert contents("map.zarr") == contents("alone.zarr")
+        # all is done: no tile is asked for, and nothing is written
+        assert run("--dask", address)[0] == 0
+    assert contents("map.zarr") == contents("alone.zarr")
+
+
+def test_a_scheduler_that_goes_is_one_line_and_the_rest_can_be_done(place):
+    assert main([*ARGUMENTS, "-o", "alone.zarr"]) == 0
+    Path("held.py").write_text(_HELD)
+    command = [sys.executable, "-m", "squama", *ARGUMENTS, "-o", "map.zarr", "--progress", "json", "--dask"]
+    with scheduler() as (address, process), worker(address, "--preload", str(Path("held.py").absolute())):
+        with subprocess.Popen([*command, address], stderr=subprocess.PIPE, text=True) as client:
+            watch = threading.Timer(LONG, client.kill)
+            watch.start()
+            try:
+                for line in client.stderr:
+                    if '"tiles_done": 2,' in line:
+                        break
+                else:
+                    pytest.fail("ended before two tiles were done")
+                os.killpg(process.pid, signal.SIGKILL)
+                said = client.communicate(timeout=LONG)[1].splitlines()
+            finally:
+                watch.cancel()
+                client.kill()
+        assert client.returncode == 2
+        assert [line for line in said if not line.startswith("{")] == [
+            "squama: error: dask: the scheduler has gone; start it and run the same command again, "
+            "finished tiles are kept"
+        ]
+    plan = stored.read_plan(Path("map.zarr"))
+    assert stored.check(Path("map.zarr"), plan).sum() == 2
+    assert run()[0] == 0
+    assert contents("map.zarr") == contents("alone.zarr")
+
+
+def free_port(listens):
+    """Return a socket that nobody else can take and that does not answer, and its address."""
+    held = socket.socket()
+    held.bind(("127.0.0.1", 0))
+    if listens:
+        held.listen()
+    return held, f"tcp://127.0.0.1:{held.getsockname()[1]}"
+
+
+@pytest.mark.parametrize("listens", [False, True], ids=["refused", "silent"])
+def test_an_address_where_no_scheduler_answers_is_one_line_and_leaves_no_store(listens, place):
+    held, address = free_port(listens)
+    before = set(place.iterdir())
+    with held:
+        status, said, errors = run("--dask", address)
+    assert (status, said) == (2, "")
+    assert len(errors) == 1
+    assert errors[0].startswith(f'squama: error: dask = "{address}": no scheduler answers there (')
+    assert set(place.iterdir()) == before
+
+
+def test_a_worker_with_other_versions_writes_nothing(place, monkeypatch):
+    plan = sweep.make_plan(squama.Beam.from_ratios(), {"mu": (0, 1, 4)}, tile=2)
+    stored.prepare(Path("map.zarr"), plan)
+    before = contents("map.zarr")
+    monkeypatch.setattr(sweep, "versions", lambda: {**plan.versions, "numpy": "1.0"})
+    with pytest.raises(
+        squama.InputError, match=r"other versions: numpy .* against 1.0 \(stored against the worker's\)"
+    ):
+        sweep.one_tile("map.zarr", (0,))
+    assert contents("map.zarr") == before
