@@ -123,7 +123,7 @@ class Contact:
             return Push(0.0, zero, zero, None)
         barrier = self._ipc.BarrierPotential(self.dhat, kappa)
         gradient = barrier.gradient(found, self._mesh, V).reshape(-1, 3)
-        H = barrier.hessian(found, self._mesh, V) if tangent else None
+        H = barrier.hessian(found, self._mesh, V).toarray() if tangent else None
         friction = zero
         if before is not None and self.mu > 0:
             slide = self._ipc.TangentialCollisions()
@@ -134,9 +134,9 @@ class Contact:
             if tangent:
                 by = self._friction.DiffWRT
                 for wrt in (by.VELOCITIES, by.LAGGED_DISPLACEMENTS):
-                    H = H - self._friction.force_jacobian(*args, wrt)
+                    H -= self._friction.force_jacobian(*args, wrt).toarray()
         energy = barrier(found, self._mesh, V)
-        return Push(float(energy), gradient, friction, None if H is None else H.toarray())
+        return Push(float(energy), gradient, friction, H)
 
     def _found(self, V: Any, within: float) -> Any:
         found = self._ipc.NormalCollisions()
@@ -219,29 +219,45 @@ def _along(first: Array, second: Array) -> tuple[float, float]:
     return float(p), float(s)
 
 
-class Load(NamedTuple):
-    """Contact of a scale with its images by (v, phi): barrier energy, and forces (minus) on the seven.
-
-    ``normal`` and ``friction`` (7,) are derivatives of the work; ``tangent`` (7, 7) that of their sum, not symmetric.
-    """
-
-    energy: float
-    normal: Array
-    friction: Array
-    tangent: Array
-
-    @property
-    def total(self) -> Array:
-        """Sum of both, (7,)."""
-        return self.normal + self.friction
-
-
 class Resultant(NamedTuple):
-    """Force between scale 0 and the image that it presses most: number k, normal force N, friction f."""
+    """Force between scale 0 and the image that it presses most: number k (0 for none), normal force N, friction f."""
 
     k: int
     N: float
     f: float
+
+
+class Load(NamedTuple):
+    """Contact of a scale with its images by (v, phi): minus the forces on the seven, in two parts, and their tangent.
+
+    ``normal`` and ``friction`` (7,) are derivatives of the work; ``tangent`` (7, 7) that of their sum, not symmetric;
+    ``push`` is the same by the corners, None without contact; ``slid`` the work of the present friction forces on the
+    slip since ``before``, 0 or more.
+    """
+
+    normal: Array
+    friction: Array
+    tangent: Array
+    push: Push | None
+    slid: float
+
+    @property
+    def total(self) -> Array:
+        """Sum of normal part and friction, (7,)."""
+        return self.normal + self.friction
+
+    @property
+    def resultant(self) -> Resultant:
+        """Resultant forces of the contact with the neighbour that presses most."""
+        if self.push is None:
+            return Resultant(0, 0.0, 0.0)
+        parts = self.push.gradient, self.push.friction
+        N, f = (np.linalg.norm(g.reshape(-1, 4, 3)[1:].sum(1), axis=1) for g in parts)
+        k = int(np.argmax(N))
+        return Resultant(1 + k if N[k] > 0 else 0, float(N[k]), float(f[k]))
+
+
+_NOTHING = Load(np.zeros(7), np.zeros(7), np.zeros((7, 7)), None, 0.0)
 
 
 class HelixContact:
@@ -268,27 +284,15 @@ class HelixContact:
 
     def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Load:
         """Evaluate contact; ``before`` and ``kappa`` as in :meth:`Contact.push`."""
-        push = self.contact.push(self.corners(v, phi), before, kappa)
+        corners = self.corners(v, phi)
+        push = self.contact.push(corners, before, kappa)
         if push.tangent is None:
-            return Load(0.0, np.zeros(7), np.zeros(7), np.zeros((7, 7)))
+            return _NOTHING
         J = self.helix.placed(v, phi).rates.reshape(-1, 7)
         tangent = J.T @ push.tangent @ J
         tangent += self.helix.curvature(v, phi, push.gradient + push.friction)
-        return Load(push.energy, push.gradient.ravel() @ J, push.friction.ravel() @ J, tangent)
-
-    def slid(self, v: Array, phi: float, before: Array, kappa: float) -> float:
-        """Return the work of the present friction forces on the slip since ``before``, 0 or more."""
-        corners = self.corners(v, phi)
-        push = self.contact.push(corners, before, kappa, tangent=False)
-        return float((push.friction * (corners - before)).sum())
-
-    def resultant(self, v: Array, phi: float, before: Array | None, kappa: float) -> Resultant:
-        """Return the resultant forces of the contact with the neighbour that presses most."""
-        push = self.contact.push(self.corners(v, phi), before, kappa, tangent=False)
-        N = np.linalg.norm(push.gradient.reshape(-1, 4, 3)[1:].sum(1), axis=1)
-        f = np.linalg.norm(push.friction.reshape(-1, 4, 3)[1:].sum(1), axis=1)
-        k = int(np.argmax(N))
-        return Resultant(1 + k if N[k] > 0 else 0, float(N[k]), float(f[k]))
+        slid = 0.0 if before is None else float((push.friction * (corners - before)).sum())
+        return Load(push.gradient.ravel() @ J, push.friction.ravel() @ J, tangent, push, slid)
 
     def free(self, start: Array, end: Array) -> float:
         """Return the fraction of a straight motion of the corners that no collision stops; see :meth:`Contact.free`."""

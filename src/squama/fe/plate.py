@@ -8,6 +8,8 @@ Image k is turned by R(k phi) and moved by k along z.
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -31,7 +33,7 @@ _G = np.array(
 _G = _G.astype(float)
 _GG = np.einsum("iab,jbc->ijac", _G, _G)
 _GG = _GG + _GG.transpose(1, 0, 2, 3)
-_ONE = np.eye(3)
+_ONE, _FLAT = np.eye(3), _G.reshape(3, 9)
 
 
 class Shape(Protocol):
@@ -78,36 +80,37 @@ class Rotation(NamedTuple):
     ddE: Array
 
 
-def _factors(q: float) -> tuple[float, float, float, float, float, float]:
-    """Return sin(t)/t and (1 - cos t)/t^2 with two derivatives by q = t^2 each."""
-    if q < 1e-2:
-        a = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72)))
-        b = 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56 * (1 - q / 90)))
-        a1 = -1 / 6 + q / 60 * (1 - q / 28 * (1 - q / 54 * (1 - q / 88)))
-        b1 = -1 / 24 + q / 360 * (1 - 3 * q / 112 * (1 - 4 * q / 270 * (1 - 5 * q / 528)))
-        a2 = 1 / 60 - q / 840 * (1 - q / 36 * (1 - q / 66))
-        b2 = 1 / 360 - q / 6720 * (1 - q / 45 * (1 - q * 25 / 1980))
-        return a, a1, a2, b, b1, b2
-    t = np.sqrt(q)
-    s, c = np.sin(t), np.cos(t)
+def _series(first: int) -> list[list[float]]:
+    """Coefficients of sum (-q)^n / (2 n + first)!, highest power first, and of two derivatives by q."""
+    terms = [(-1) ** n / math.factorial(2 * n + first) for n in range(8)][::-1]
+    slopes = [c * n for n, c in zip(range(7, 0, -1), terms, strict=False)]
+    return [terms, slopes, [c * n for n, c in zip(range(6, 0, -1), slopes, strict=False)]]
+
+
+_SERIES = (*_series(1), *_series(2))
+
+
+def _factors(q: float) -> tuple[float, ...]:
+    """Return sin(t)/t with two derivatives by q = t^2, and (1 - cos t)/t^2 with two."""
+    if q < 0.1:
+        return tuple(functools.reduce(lambda value, c: value * q + c, terms) for terms in _SERIES)
+    t = math.sqrt(q)
+    s, c = math.sin(t), math.cos(t)
     a, b = s / t, (1 - c) / q
-    a1 = (c - a) / (2 * q)
-    b1 = (a - 2 * b) / (2 * q)
-    a2 = (-a / 2 - a1 - 2 * a1) / (2 * q)
-    b2 = (a1 - 2 * b1 - 2 * b1) / (2 * q)
-    return a, a1, a2, b, b1, b2
+    a1, b1 = (c - a) / (2 * q), (a - 2 * b) / (2 * q)
+    return a, a1, -(a / 2 + 3 * a1) / (2 * q), b, b1, (a1 - 4 * b1) / (2 * q)
 
 
 def turned(w: Array) -> Array:
     """Return the matrix of a rotation vector (3,) in rad."""
-    W = np.tensordot(w, _G, 1)
+    W = (w @ _FLAT).reshape(3, 3)
     a, _, _, b, _, _ = _factors(float(w @ w))
     return np.asarray(_ONE + a * W + b * (W @ W))
 
 
 def rotation(w: Array) -> Rotation:
     """Return the matrix of a rotation vector (3,) in rad with its derivatives (Rodrigues' formula)."""
-    W = np.tensordot(w, _G, 1)
+    W = (w @ _FLAT).reshape(3, 3)
     W2 = W @ W
     a, a1, a2, b, b1, b2 = _factors(float(w @ w))
     H = _G @ W + W @ _G
@@ -173,7 +176,7 @@ class Attached:
 
     def _curvature(self, turn: Rotation, forces: Array) -> Array:
         out = np.zeros((6, 6))
-        out[3:, 3:] = np.tensordot(turn.ddE, (forces @ self.axes.T).T @ self.local, 2)
+        out[3:, 3:] = (turn.ddE.reshape(9, 9) @ ((forces @ self.axes.T).T @ self.local).ravel()).reshape(3, 3)
         return out
 
 
@@ -228,7 +231,8 @@ class Helix:
         x, (Q, dQ, _) = self.plate.places(v), self._turns(phi)
         rates = np.empty((self._k.size, 4, 3, 7))
         ours = self.plate.rates(v)
-        rates[..., :6] = np.einsum("paj,kab->kpbj", ours, Q, optimize=False)
+        # (image, 1, axes, axes) times (point, axis, motion)
+        rates[..., :6] = Q.transpose(0, 2, 1)[:, None] @ ours
         rates[..., 6] = x @ dQ
         return Placed((x @ Q + self._lift).reshape(-1, 3), rates.reshape(-1, 3, 7))
 
@@ -239,6 +243,6 @@ class Helix:
         back, back1, back2 = ((f @ q.transpose(0, 2, 1)).sum(0) for q in (Q, dQ, ddQ))
         out = np.zeros((7, 7))
         out[:6, :6] = self.plate._curvature(turn, back)
-        out[:6, 6] = out[6, :6] = np.tensordot(back1, self.plate._rates(turn), 2)
+        out[:6, 6] = out[6, :6] = back1.ravel() @ self.plate._rates(turn).reshape(-1, 6)
         out[6, 6] = (back2 * x).sum()
         return out

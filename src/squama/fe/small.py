@@ -23,7 +23,7 @@ _ROUNDING = 1e-6
 """The same where rounding lets no step make it smaller."""
 ROUNDS = 40
 """Most Newton steps at one twist."""
-SUBSTEPS = 60
+SUBSTEPS = 30
 """Most stops on the way to a twist, each where a scale would otherwise pass through another."""
 _SHRINK = 16
 _LEAST = 1e-6

@@ -1,0 +1,248 @@
+"""The compliant model: rigid scales on the substrate's condensed stiffness, in frictional contact along the helix.
+
+The substrate enters as one symmetric matrix K over the six motions of a scale and the twist per pitch, energy per pitch
+1/2 q^T K q with q = (v, phi); the scales turn by finite rotations and may touch anywhere. Per pitch, with the barrier
+and friction of :mod:`squama.fe.contact`,
+    balance   K_v q + dB/dv + F_v = 0        torque   T = K_phi q + dB/dphi + F_phi
+    U = 1/2 q^T K q        dW_fr = friction forces x slip        int T dphi = U + W_fr
+Units: pitch d = 1, Young's modulus E = 1: torques in E d^3, forces in E d^2, works in E d^3 per pitch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.fe.contact import DHAT, SLIP, HelixContact, Touch, stiffness
+from squama.fe.plate import Array, Helix, Shape, inclination
+from squama.fe.small import Trail, advance
+
+INCREMENT = 2e-3
+"""Largest increment of the twist, rad per pitch, unless asked otherwise."""
+JUMP = 0.01
+"""Farthest a new equilibrium may lie from where the last ones point (pitches, rad); beyond, increments are halved."""
+_HALVINGS = 8
+_FIRST = 0.05
+RANGE_END, SNAP, STOPPED = "range end", "snap", "stopped"
+"""How a curve ends: the asked range is done; the next equilibrium is a jump away; none is found with any increment."""
+HINGE = np.eye(6)[:, 4:5]
+FREE = np.eye(6)
+
+
+class Contacts(NamedTuple):
+    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" where none do."""
+
+    phi: float
+    k: int
+    pair: str
+
+
+class Condensed(NamedTuple):
+    """A curve; arrays over its points, signed, units as the module says; NaN where it did not come to.
+
+    ``theta``: see :func:`squama.fe.plate.inclination`; ``v`` (n, 6) motions; ``N``, ``f`` of the neighbour that presses
+    most; ``U`` strain energy, ``W_fr`` frictional work and ``W`` the torque's, per pitch; ``gap`` between the scales
+    (inf where they are more than dhat apart); ``p``, ``s`` place of a tip-side contact (NaN for another or none).
+    ``phi_e`` is the twist at engagement (inf if none), ``contacts`` what touches from where on, ``end`` a word for the
+    end at ``phi_end``, ``rigidity`` the torque per twist without contact, ``rounds`` the number of Newton steps.
+    """
+
+    phi: Array
+    theta: Array
+    v: Array
+    T: Array
+    N: Array
+    f: Array
+    U: Array
+    W_fr: Array
+    W: Array
+    gap: Array
+    p: Array
+    s: Array
+    phi_e: float
+    phi_end: float
+    end: str
+    contacts: tuple[Contacts, ...]
+    rigidity: float
+    rounds: int
+
+    @property
+    def unbalanced(self) -> float:
+        """Work of the torque less U and W_fr at the last point reached, over the work of the torque."""
+        i = np.flatnonzero(np.isfinite(self.T))[-1]
+        return float((self.W[i] - self.U[i] - self.W_fr[i]) / self.W[i]) if self.W[i] else 0.0
+
+
+def curve(
+    rest: Shape,
+    K: Array,
+    mu: float,
+    phi: Sequence[float] | Array,
+    *,
+    hinge: bool = False,
+    increment: float = INCREMENT,
+    dhat: float = DHAT,
+    slip: float = SLIP,
+) -> Condensed:
+    """Follow the scales along a history of the twist.
+
+    Parameters
+    ----------
+    rest : Shape
+        A scale at rest, e.g. :class:`squama.fe.plate.Rest` or a geometry.
+    K : (7, 7) array
+        Stiffness over (u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi).
+    mu : float
+        Coefficient of friction.
+    phi : sequence of float
+        Twists per pitch at which the state is wanted, in the order of loading from 0; negative for the other sense.
+    hinge : bool
+        Let the scale turn about n_Y only.
+    increment, dhat, slip : float
+        Largest increment of the twist; distance of contact and slip of friction's onset (see the contact module).
+
+    Returns
+    -------
+    Condensed
+    """
+    walk = _Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
+    wanted = np.asarray(phi, float)
+    rows: list[tuple[float, ...]] = []
+    end = RANGE_END
+    for goal in wanted:
+        if not walk.to(float(goal), increment):
+            end = SNAP if walk.jumps else STOPPED
+            break
+        rows.append(walk.row())
+    table = np.full((wanted.size, 16), np.nan)
+    table[: len(rows)] = np.array(rows).reshape(-1, 16)
+    theta, v, rest_of = table[:, 0], table[:, 1:7], table[:, 7:].T
+    T, N, f, U, W_fr, W, gap, p, s = rest_of
+    phi_end = float(walk.phi)
+    engaged = bool(walk.contacts)
+    return Condensed(
+        wanted, theta, v, T, N, f, U, W_fr, W, gap, p, s,
+        engagement(rest, K, walk.contacts[0].phi, hinge=hinge) if engaged else np.inf,
+        phi_end, end, tuple(walk.contacts), walk.rigidity, walk.rounds,
+    )  # fmt: skip
+
+
+def free_rates(K: Array, ways: Array) -> Array:
+    """Return the motions (6,) per twist of a scale that touches nothing."""
+    return np.asarray(-ways @ np.linalg.solve(ways.T @ K[:6, :6] @ ways, ways.T @ K[:6, 6]))
+
+
+def rigidity(K: Array, *, hinge: bool = False) -> float:
+    """Return the torque per twist per pitch of a beam whose scales touch nothing, E d^3."""
+    r = free_rates(np.asarray(K, float), HINGE if hinge else FREE)
+    return float(K[6, 6] + K[6, :6] @ r)
+
+
+def engagement(rest: Shape, K: Array, near: float, *, hinge: bool = False) -> float:
+    """Return the twist at which the scales first touch, given a twist at or a little beyond it."""
+    rates = free_rates(np.asarray(K, float), HINGE if hinge else FREE)
+    contact = HelixContact(Helix(rest), 0.0)
+
+    def gap(x: float) -> float:
+        return contact.contact.gap(contact.corners(rates * x, x))
+
+    x = 0.0
+    # to the neighbourhood along ways that are free, then along the gap's tangent, from below
+    while (share := contact.free(contact.corners(rates * x, x), contact.corners(rates * near, near))) < 1:
+        step = share * (near - x)
+        if abs(step) < 1e-4 * abs(near):
+            break
+        x += step
+    else:
+        x = near - 1e-3 * near if gap(near) < gap(near * (1 - 1e-3)) else near
+    for _ in range(60):
+        g, h = gap(x), 1e-6 * near
+        slope = (gap(x - h) - g) / h
+        if g < 1e-10 or slope * near <= 0:
+            break
+        x += 0.95 * g / slope
+    return x
+
+
+class _Walk:
+    """The state of a curve, led from twist to twist."""
+
+    def __init__(self, rest: Shape, K: Array, mu: float, ways: Array, dhat: float, slip: float) -> None:
+        self.rest, self.K, self.ways, self.dhat = rest, K, ways, dhat
+        self.contact = HelixContact(Helix(rest), mu, dhat=dhat, slip=slip)
+        self.rigidity = float(K[6, 6] + K[6, :6] @ free_rates(K, ways))
+        self.v, self.phi, self.rounds = np.zeros(6), 0.0, 0
+        self.kappa = stiffness(_FIRST * K[4, 4], dhat)
+        self.before = self.contact.corners(self.v, self.phi)
+        self.trail = Trail(self.v, self.phi, self.before)
+        self.W_fr = self.W = self._power = 0.0
+        self.contacts: list[Contacts] = []
+        self.touch: Touch | None = None
+        self.jumps = False
+        self._measure()
+
+    def _body(self, v: Array, phi: float) -> tuple[Array, Array, Array]:
+        K = self.K
+        return K[:6, :6] @ v + K[:6, 6] * phi, K[:6, :6], K[:6, 6]
+
+    def _measure(self) -> None:
+        load = self.contact.load(self.v, self.phi, self.before, self.kappa)
+        self.N, self.f = load.resultant.N, load.resultant.f
+        q = np.append(self.v, self.phi)
+        self.U, self.T = float(q @ self.K @ q) / 2, float(self.K[6] @ q + load.total[6])
+        self._slid = load.slid
+
+    def to(self, goal: float, most: float) -> bool:
+        """Go to a twist in increments; False where there is no way on without a jump."""
+        step, least = goal - self.phi, abs(most) / 2**_HALVINGS
+        while goal != self.phi:
+            left = goal - self.phi
+            count = max(1, int(np.ceil(abs(left) / min(abs(step), most) - 1e-9)))
+            there = goal if count == 1 else self.phi + left / count
+            if self._increment(there):
+                step *= 1.5
+                continue
+            step = (there - self.phi) / 2
+            if abs(step) < least:
+                return False
+        return True
+
+    def _increment(self, phi: float) -> bool:
+        expected, before = self.trail.expected(phi), self.trail.before(phi)
+        start = self.v, self.phi
+        found = advance(self._body, self.contact, start, (expected, phi), before, self.kappa, self.ways)
+        self.rounds += found.rounds
+        self.jumps = found.solved
+        if not found.solved or np.abs(found.v - expected).max() > JUMP:
+            return False
+        T, power, step = self.T, self._power, phi - self.phi
+        stretch = self.trail.stretch(phi) / step
+        self.v, self.phi, self.before = found.v, phi, before
+        self._measure()
+        self._power = self._slid * stretch
+        self.W += (T + self.T) / 2 * step
+        self.W_fr += (power + self._power) / 2 * step
+        self.trail.add(self.v, phi, self.contact.corners(self.v, phi))
+        self._note()
+        if self.N > 0:
+            # keep the gap near dhat / 2
+            self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
+        return True
+
+    def _note(self) -> None:
+        touches = self.contact.contact.touches(self.contact.corners(self.v, self.phi), self.kappa) if self.N else []
+        self.touch = touches[0] if touches else None
+        now = (self.touch.second, self.touch.pair) if self.touch else (0, "")
+        if now != ((self.contacts[-1].k, self.contacts[-1].pair) if self.contacts else (0, "")):
+            self.contacts.append(Contacts(self.phi, *now))
+
+    def row(self) -> tuple[float, ...]:
+        """Return what a curve shows of the state."""
+        touch = self.touch
+        gap = self.contact.contact.gap(self.contact.corners(self.v, self.phi), self.dhat)
+        p, s = (touch.p, touch.s) if touch else (np.nan, np.nan)
+        return (
+            inclination(self.rest, self.v), *self.v, self.T, self.N, self.f, self.U, self.W_fr, self.W, gap, p, s,
+        )  # fmt: skip

@@ -1,0 +1,151 @@
+"""The compliant model: as a hinge against the closed form; its energies, senses and invariances."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("ipctk", reason="needs the extra fe")
+
+import squama
+from squama.fe import condense
+from squama.fe.plate import Rest
+
+K_THETA = 0.0119
+MIRROR = np.diag([1.0, -1, 1, -1, 1, -1, -1])
+TWISTS = np.arange(1, 53) * 0.005
+
+
+def matrix(k_theta=K_THETA, seed=0):
+    """A stiffness of about the right size, all entries alive."""
+    size = np.sqrt([0.4, 0.5, 0.4, 4 * k_theta, k_theta, 5 * k_theta, 0.02])
+    mixed = np.random.default_rng(seed).normal(size=(7, 7)) * 0.1
+    shape = np.eye(7) + (mixed + mixed.T) / 2
+    shape[4, 4] = shape[6, 6] = 1.0
+    return size[:, None] * shape * size
+
+
+def hinge(k_theta=K_THETA):
+    return np.diag([1.0, 1, 1, 1, k_theta, 1, 0.02])
+
+
+FIG_6B = {"eta": 3.0, "beta": 0.6, "lam": 0.32}
+MAIN = {"eta": 3.0, "beta": 1.25, "lam": 0.45}
+
+
+def rest(eta, beta, lam, alpha=45.0):
+    return Rest.at(eta, beta, lam, np.radians(alpha), np.radians(10))
+
+
+def closed_form(case, mu, twists):
+    """Inclination, scales' torque over K_theta, N d / K_theta and frictional work of the edge law."""
+    beam = squama.Beam.from_ratios(**case, mu=mu)
+    r, K, d = squama.twist(beam, at=twists / beam.pitch), beam.joint_stiffness, beam.pitch
+    return r.theta.values, r.T_scales.values / K, r.N.values * d / K, r.W_fr.values * d / K, float(r.phi_e)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize("case", [FIG_6B, MAIN], ids=["Fig. 6b", "main case"])
+def test_a_rigid_hinge_follows_the_edge_law(case, mu):
+    twists = np.append(TWISTS[TWISTS < 0.25], 0.255 if case is MAIN else 0.26)
+    c = condense.curve(rest(**case), hinge(), mu, twists, hinge=True)
+    theta, T, N, W_fr, phi_e = closed_form(case, mu, twists)
+    assert c.end == "range end"
+    assert c.phi_e == pytest.approx(phi_e, abs=1e-7)
+    assert [t.pair for t in c.contacts] == ["tip edge C1B1 on side edge D2C2"]
+    scales = (c.T - 0.02 * twists) / K_THETA
+    on = twists > phi_e + 0.01
+    np.testing.assert_allclose(c.theta[on], theta[on], rtol=4e-4)
+    np.testing.assert_allclose(scales[on], T[on], rtol=3e-3)
+    np.testing.assert_allclose(c.N[on] / K_THETA, N[on], rtol=3e-3)
+    np.testing.assert_allclose(c.f[on], mu * c.N[on], rtol=1e-6)
+    late = twists > 0.15
+    np.testing.assert_allclose(c.W_fr[late] / K_THETA, W_fr[late], rtol=4e-3)
+    beam = squama.Beam.from_ratios(**case, mu=mu)
+    r = squama.twist(beam, at=twists / beam.pitch)
+    np.testing.assert_allclose(c.s[on], r.s.values[on] / beam.pitch, atol=5e-4)
+    np.testing.assert_allclose(c.p[on], r.p.values[on] / beam.pitch, atol=5e-4)
+
+
+def test_at_the_lock_a_hinge_stops():
+    c = condense.curve(rest(**MAIN), hinge(), 0.5, [0.2, 0.26, 0.28], hinge=True)
+    assert c.end == condense.STOPPED
+    # squama.twist(Beam.from_ratios(), mu=0.5).phi_end = 0.269057
+    assert c.phi_end == pytest.approx(0.269057, abs=2e-4)
+    assert np.isfinite(c.T[:2]).all()
+    assert np.isnan(c.T[2])
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+@pytest.mark.parametrize("blocked", [True, False], ids=["hinge", "free"])
+def test_the_torques_work_is_stored_or_rubbed_away(mu, blocked):
+    c = condense.curve(rest(**FIG_6B), matrix(), mu, TWISTS, hinge=blocked)
+    assert c.end == "range end"
+    assert abs(c.unbalanced) < 1e-3
+    assert (c.W_fr[-1] > 0.05 * c.U[-1]) == (mu > 0)
+    assert np.all(np.diff(c.W_fr) >= 0)
+
+
+def test_the_model_does_not_depend_on_its_numerical_parameters():
+    def end(**options):
+        c = condense.curve(rest(**FIG_6B), matrix(), 0.5, [0.1, 0.2, 0.25], **options)
+        return np.array([c.T, c.theta, c.N])
+
+    usual = end()
+    for options in ({"dhat": 2e-5}, {"slip": 1e-6}, {"slip": 1e-4}, {"increment": 5e-4}, {"increment": 5e-3}):
+        np.testing.assert_allclose(end(**options), usual, rtol=2e-3, err_msg=str(options))
+
+
+def test_the_other_sense_is_the_mirror_image():
+    # alpha = 12 deg: the scales meet in both senses
+    K = matrix()
+    shape, mirrored = rest(**MAIN, alpha=12), rest(**MAIN, alpha=-12)
+    twists = np.array([0.1, 0.2, 0.3, 0.35])
+    there = condense.curve(shape, K, 0.3, -twists)
+    image = condense.curve(mirrored, MIRROR @ K @ MIRROR, 0.3, twists)
+    assert there.contacts
+    np.testing.assert_allclose(there.T, -image.T, rtol=1e-6)
+    np.testing.assert_allclose(there.v, image.v @ MIRROR[:6, :6], atol=1e-8)
+    np.testing.assert_allclose([there.theta, there.N, there.W_fr], [image.theta, image.N, image.W_fr], rtol=1e-5)
+    assert there.phi_e == pytest.approx(-image.phi_e, rel=1e-9)
+    with_sense = condense.curve(shape, K, 0.3, twists)
+    assert not np.allclose(with_sense.T, image.T, rtol=1e-2)
+
+
+def test_in_the_other_sense_it_finds_the_contact_that_the_plates_have():
+    # squama.ends names it for the paper's main case: side edge A1B1 on base edge D2A2 at phi = .38669
+    c = condense.curve(rest(**MAIN), hinge(), 0.3, [-0.38, -0.4], hinge=True)
+    assert c.phi_e == pytest.approx(-0.3866909880, abs=1e-7)
+    assert c.contacts[0].pair == "side edge A1B1 on base edge D2A2"
+    assert c.N[0] == 0
+    assert c.N[1] > 0
+
+
+def test_before_contact_the_beam_is_linear():
+    K = matrix()
+    c = condense.curve(rest(**FIG_6B), K, 0.5, [0.01, 0.03])
+    free = -np.linalg.solve(K[:6, :6], K[:6, 6])
+    np.testing.assert_allclose(c.v, np.outer([0.01, 0.03], free), rtol=1e-9)
+    np.testing.assert_allclose(c.T, condense.rigidity(K) * c.phi, rtol=1e-9)
+    assert condense.rigidity(K) == pytest.approx(1 / np.linalg.inv(K)[6, 6])
+    assert (c.phi_e, c.contacts) == (np.inf, ())
+    assert not c.N.any()
+
+
+def test_unloading_has_a_lower_branch_and_a_loop_of_the_dissipated_area():
+    up = np.arange(1, 51) * 0.004
+    c = condense.curve(rest(**FIG_6B), matrix(), 0.3, np.concatenate([up, up[-2::-1], [0.0]]))
+    assert c.end == "range end"
+    i, j = 30, 2 * up.size - 2 - 30
+    assert c.phi[i] == pytest.approx(c.phi[j])
+    assert c.T[j] < 0.9 * c.T[i]
+    # back at rest nothing is stored: all work was rubbed away
+    assert c.U[-1] < 1e-4 * c.W_fr[-1]
+    assert c.W[-1] == pytest.approx(c.W_fr[-1], rel=1e-2)
+
+
+def test_a_jump_to_another_state_ends_the_curve():
+    c = condense.curve(rest(**FIG_6B), matrix(), 0.0, np.arange(1, 120) * 0.005)
+    if c.end == "range end":
+        pytest.skip("this matrix does not let the contact slip off")
+    assert c.end in (condense.SNAP, condense.STOPPED)
+    assert c.phi_end > 0.25
+    assert abs(c.unbalanced) < 2e-3
