@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from squama.engines import Solved, solve
     from squama.model.outcome import End
     from squama.response import bend, twist
+    from squama.rows import row
     from squama.store import read, save
     from squama.study.stored import open_sweep
     from squama.study.sweep import sweep
@@ -42,6 +43,7 @@ _HOME = {
     "End": "model.outcome",
     "twist": "response",
     "bend": "response",
+    "row": "rows",
     "sweep": "study.sweep",
     "open_sweep": "study.stored",
     "save": "store",
@@ -73,6 +75,7 @@ __all__ = [
     "gradient",
     "open_sweep",
     "read",
+    "row",
     "save",
     "solve",
     "sweep",

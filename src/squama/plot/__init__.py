@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     from squama.plot.maps import red_figure
     from squama.plot.regimes import lock_lines_figure, regime_figure
     from squama.plot.response import response_figure
+    from squama.plot.row import row_figure
     from squama.plot.style import save_figure
     from squama.plot.sweep import map_figure
 
 _HOME = {
     "response_figure": "response",
+    "row_figure": "row",
     "regime_figure": "regimes",
     "lock_lines_figure": "regimes",
     "red_figure": "maps",
@@ -25,7 +27,15 @@ _HOME = {
     "save_figure": "style",
 }
 
-__all__ = ["lock_lines_figure", "map_figure", "red_figure", "regime_figure", "response_figure", "save_figure"]
+__all__ = [
+    "lock_lines_figure",
+    "map_figure",
+    "red_figure",
+    "regime_figure",
+    "response_figure",
+    "row_figure",
+    "save_figure",
+]
 
 
 def __getattr__(name: str) -> Any:
