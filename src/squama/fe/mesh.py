@@ -1,0 +1,298 @@
+"""Meshes of the substrate: one pitch with the slot of its scale, the bare bar, and several pitches in a row.
+
+A pitch is cut along the planes z = x tan(alpha) + c, so that no scale meets a cut; its back is its front moved by one
+pitch, node by node. Netgen makes linear tetrahedra; the middle nodes are set here, halfway along straight edges.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from math import tan
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.errors import InputError
+from squama.fe.geometry import Geometry
+from squama.fe.needs import need
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SIZE, EDGE_SIZE = 0.15, 0.02
+"""Sizes of the elements in the bulk and along the embedded scale's edges unless asked otherwise, in pitches."""
+GRADING = 0.5
+"""How fast elements may grow with the distance from small ones."""
+EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
+"""Corners of the six edges whose middles are nodes 4 to 9."""
+_FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])
+_NEAR = 1e-6
+_TOO_MANY = 2_000_000
+_NOT_FILLED, _PIECES, _DIFFER = "elements are missing", "the scale cuts it into pieces", "its two ends differ"
+
+
+class Pitch(NamedTuple):
+    """One pitch of the substrate in quadratic tetrahedra with straight edges; lengths in pitches.
+
+    ``nodes`` (n, 3); ``tets`` (m, 10): corners, then the middles of the edges 01 12 02 03 13 23, volumes positive;
+    ``front``, ``back`` (k,): nodes of the two cuts, nodes[back] = nodes[front] + (0, 0, 1); ``tied`` (j,): nodes on the
+    walls of the slot; ``surface`` (q, 6): triangles of the whole boundary, cuts and slot included: corners, then the
+    middles of 01 12 20, seen from outside counterclockwise.
+    """
+
+    nodes: Array
+    tets: Index
+    front: Index
+    back: Index
+    tied: Index
+    surface: Index
+
+    @property
+    def images(self) -> tuple[Index, NDArray[np.bool_], Array]:
+        """Number of each node's master, whether the node is its image a pitch further, and the masters' places."""
+        turned = np.zeros(len(self.nodes), bool)
+        turned[self.back] = True
+        master = np.cumsum(~turned) - 1
+        master[self.back] = master[self.front]
+        return master, turned, self.nodes[~turned]
+
+    @property
+    def section(self) -> tuple[Index, Array]:
+        """Front nodes and their shares (k,) of the section's area: the integral of their shape functions."""
+        place = np.full(len(self.nodes), -1)
+        place[self.front] = np.arange(self.front.size)
+        faces = self.surface[(place[self.surface] >= 0).all(axis=1)]
+        a, b, c = (self.nodes[faces[:, i]] for i in range(3))
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        # in a quadratic triangle the corners' functions integrate to nothing
+        weights = np.bincount(place[faces[:, 3:]].ravel(), np.repeat(areas / 3, 3), minlength=self.front.size)
+        return self.front, weights / weights.sum()
+
+
+class Tiled(NamedTuple):
+    """Pitches in a row with shared nodes; ``tied``: an array for each scale, ``front``, ``back``: the ends."""
+
+    nodes: Array
+    tets: Index
+    tied: list[Index]
+    front: Index
+    back: Index
+    surface: Index
+
+
+def pitch_mesh(
+    geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, grading: float = GRADING
+) -> Pitch:
+    """Mesh one pitch of the substrate with the slot of scale 0 in its true thickness.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The pitch; what of the scale leaves the bar's sides is cut off.
+    size, edge_size : float
+        Sizes of elements in the bulk and along the edges of the embedded scale, pitches.
+    grading : float
+        How fast sizes may change, 0.1 to 1: smaller is finer.
+
+    Returns
+    -------
+    Pitch
+
+    Raises
+    ------
+    InputError
+        The scale does not fit into a pitch, a size is not usable, or the mesher fails.
+    """
+    geometry.check()
+    _check_sizes(geometry, size, edge_size, grading)
+    return _mesh(geometry, size, edge_size, grading)
+
+
+def bar_mesh(geometry: Geometry, size: float = SIZE) -> Pitch:
+    """Mesh one pitch of the bare bar, cut along the same planes; nothing is tied.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The pitch.
+    size : float
+        Size of the elements, pitches.
+
+    Returns
+    -------
+    Pitch
+
+    Raises
+    ------
+    InputError
+        The size is not usable, or the mesher fails.
+    """
+    _check_sizes(geometry, size, size, GRADING)
+    return _mesh(geometry, size, None, GRADING)
+
+
+def tile(pitch: Pitch, n: int) -> Tiled:
+    """Join n pitches one behind the other.
+
+    Parameters
+    ----------
+    pitch : Pitch
+        One of them.
+    n : int
+        How many, at least 1.
+
+    Returns
+    -------
+    Tiled
+    """
+    master, turned, masters = pitch.images
+    count, k = len(masters), np.arange(n)
+    # the last pitch keeps its own back
+    number = np.empty((n, len(pitch.nodes)), np.int64)
+    number[:] = master + count * (k[:, None] + turned)
+    last = np.unique(number[-1][pitch.back])
+    back = number[-1][pitch.back]
+    number[-1][pitch.back] = n * count + np.searchsorted(last, back)
+    moved = masters + np.array([0.0, 0.0, 1.0]) * k[:, None, None]
+    ends = np.empty((last.size, 3))
+    ends[np.searchsorted(last, back)] = pitch.nodes[pitch.back] + [0, 0, n - 1]
+    cuts = np.isin(pitch.surface, pitch.front).all(1), np.isin(pitch.surface, pitch.back).all(1)
+    surface = [number[i][pitch.surface[~((cuts[0] & (i > 0)) | (cuts[1] & (i < n - 1)))]] for i in range(n)]
+    return Tiled(
+        nodes=np.concatenate([moved.reshape(-1, 3), ends]),
+        tets=np.concatenate([number[i][pitch.tets] for i in range(n)]),
+        tied=[number[i][pitch.tied] for i in range(n)],
+        front=number[0][pitch.front],
+        back=number[-1][pitch.back],
+        surface=np.concatenate(surface),
+    )
+
+
+def _check_sizes(geometry: Geometry, size: float, edge_size: float, grading: float) -> None:
+    most = max(geometry.width, 2 * geometry.lam, 1.0)
+    for name, value in (("size", size), ("edge size", edge_size)):
+        if not 1e-4 <= value <= most:
+            message = f"element {name} = {value:.4g} pitches: must be 0.0001 to {most:.4g}"
+            raise InputError(message)
+    if not 0.1 <= grading <= 1:
+        message = f"grading = {grading:.4g}: must be 0.1 to 1"
+        raise InputError(message)
+    volume, length = 2 * geometry.width * geometry.lam, 2 * geometry.beta + 2 * geometry.zeta
+    count = 8 * volume / size**3 + 60 * length / edge_size
+    if count > _TOO_MANY:
+        message = f"element size = {size:.4g} pitches: about {count:.2g} elements; take larger ones"
+        raise InputError(message)
+
+
+def _mesh(geometry: Geometry, size: float, edge_size: float | None, grading: float) -> Pitch:
+    occ, meshing = need("netgen.occ"), need("netgen.meshing")
+    meshing.SetMessageImportance(0)
+    try:
+        cell = _cell(occ, geometry, edge_size)
+        volume = cell.mass
+        mesh = occ.OCCGeometry(cell).GenerateMesh(maxh=size, grading=grading)
+        points = np.array(mesh.Coordinates(), float)
+        cells = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
+    except Exception as error:
+        raise _failed(" ".join(str(error).split())[:200]) from None
+    corners = points[cells]
+    parts = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    turned = parts < 0
+    cells[turned] = cells[turned][:, [1, 0, 2, 3]]
+    if not len(cells) or np.abs(parts).min() <= 0 or abs(np.abs(parts).sum() / volume - 1) > _NEAR:
+        raise _failed(_NOT_FILLED)
+    return _quadratic(geometry, points, cells)
+
+
+def _failed(said: str) -> InputError:
+    return InputError(
+        f"the substrate could not be meshed ({said}): take another element size, or change the scale where it comes "
+        "close to the substrate's sides, its faces or its neighbour"
+    )
+
+
+def _cell(occ: Any, geometry: Geometry, edge_size: float | None) -> Any:
+    """Return the solid: a skewed prism, less the slot if there is an edge size; front and back are identified."""
+    half, lam, c, slope = geometry.width / 2, geometry.lam, geometry.cut, tan(geometry.alpha)
+    ends = [(-half, c), (-half, c + 1), (half, c + 1), (half, c)]
+    cell = _polygon(occ, [(x, -lam, z + x * slope) for x, z in ends]).Extrude(occ.Vec(0, 2 * lam, 0))
+    if edge_size is not None:
+        x, y, z = geometry.axes
+        # far enough to leave the substrate with its whole thickness
+        out, beta, t = geometry.thickness / tan(geometry.theta0), geometry.beta, geometry.thickness
+        around = [(-geometry.zeta, -beta), (out, -beta), (out, beta), (-geometry.zeta, beta)]
+        floor = _polygon(occ, [geometry.base + p * x + q * y - t / 2 * z for p, q in around])
+        cell = cell - floor.Extrude(occ.Vec(*map(float, t * z)))
+    if len(cell.solids) != 1:
+        raise _failed(_PIECES)
+    faces = {}
+    for face in cell.faces:
+        place = face.center.z - face.center.x * slope - c
+        faces[round(place) if abs(place - round(place)) < _NEAR else None] = face
+    trafo = occ.gp_Trsf.Translation(occ.Vec(0, 0, 1))
+    faces[0].Identify(faces[1], "pitch", occ.IdentificationType.PERIODIC, trafo)
+    if edge_size is not None:
+        for edge in cell.edges:
+            if geometry.in_slot(np.array([[edge.center.x, edge.center.y, edge.center.z]])):
+                edge.maxh = edge_size
+    return cell
+
+
+def _polygon(occ: Any, points: list[Any]) -> Any:
+    corners = [occ.Pnt(*map(float, p)) for p in points]
+    around = zip(corners, corners[1:] + corners[:1], strict=True)
+    return occ.Face(occ.Wire([occ.Segment(p, q) for p, q in around]))
+
+
+def _quadratic(geometry: Geometry, points: Array, cells: Index) -> Pitch:
+    """Set the middle nodes; find the cuts, the slot and the boundary."""
+    # exact images before the middles, so that these are exact too
+    low, high = _matched(geometry, points)
+    points[high] = points[low] + [0.0, 0.0, 1.0]
+    ends = np.sort(cells[:, EDGES].reshape(-1, 2), axis=1)
+    edges, place = np.unique(ends, axis=0, return_inverse=True)
+    middle = len(points) + place.reshape(-1, 6)
+    nodes = np.concatenate([points, points[edges].mean(axis=1)])
+    surface = _boundary(cells, middle)
+    image = np.full(len(nodes), -1)
+    image[low] = high
+    on_front, on_back = np.isin(surface[:, :3], low).all(1), np.isin(surface[:, :3], high).all(1)
+    front = np.unique(surface[on_front])
+    inner = front[front >= len(points)]
+    keys = {(int(a), int(b)): len(points) + i for i, (a, b) in enumerate(edges)}
+    with suppress(KeyError):
+        for node, (a, b) in zip(inner, image[edges[inner - len(points)]], strict=True):
+            image[node] = keys[min(a, b), max(a, b)]
+    back = image[front]
+    if (back < 0).any() or not np.array_equal(np.sort(back), np.unique(surface[on_back])):
+        raise _failed(_DIFFER)
+    nodes[back] = nodes[front] + [0.0, 0.0, 1.0]
+    centres = nodes[surface[:, :3]].mean(axis=1)
+    tied = np.unique(surface[geometry.in_slot(centres)])
+    return Pitch(nodes, np.concatenate([cells, middle], axis=1), front, back, tied, surface)
+
+
+def _matched(geometry: Geometry, points: Array) -> tuple[Index, Index]:
+    """Return corner nodes of the front, and those of the back in the same order."""
+    from scipy.spatial import cKDTree
+
+    place = points[:, 2] - points[:, 0] * tan(geometry.alpha) - geometry.cut
+    slack = _NEAR / np.cos(geometry.alpha)
+    low, high = np.flatnonzero(np.abs(place) < slack), np.flatnonzero(np.abs(place - 1) < slack)
+    away, nearest = map(np.asarray, cKDTree(points[high]).query(points[low] + [0.0, 0.0, 1.0]))
+    if low.size != high.size or np.unique(nearest).size != low.size or away.max() > _NEAR:
+        raise _failed(_DIFFER)
+    return low, high[nearest]
+
+
+def _boundary(cells: Index, middle: Index) -> Index:
+    """Return the triangles that belong to one element only, outward, with their middle nodes."""
+    number = np.full((4, 4), -1)
+    for i, (a, b) in enumerate(EDGES):
+        number[a, b] = number[b, a] = i
+    triangles = np.concatenate([cells[:, f] for f in _FACES])
+    middles = np.concatenate([middle[:, [number[a, b], number[b, c], number[c, a]]] for a, b, c in _FACES])
+    _, first, count = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True, return_counts=True)
+    alone = np.sort(first[count == 1])
+    return np.concatenate([triangles[alone], middles[alone]], axis=1)
