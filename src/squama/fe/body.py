@@ -64,7 +64,7 @@ class Section:
         return x, dx, ddx
 
     def entries(self, frame: Array) -> Array:
-        """Return the derivatives of the four means with respect to the places, in the order of ``rows`` and ``columns``."""
+        """Return the derivatives of the four means by the places, in the order of ``rows`` and ``columns``."""
         w, turn = self.weights, self.weights / self._radius
         return np.concatenate([w, w, w, turn * frame[:, 1], -turn * frame[:, 0]])
 
@@ -269,17 +269,13 @@ class Body:
         from scipy import sparse
 
         m = 6 * len(self.scales)
-        bend, rows, at = np.zeros((m, m)), [], 0
-        J = sparse.lil_array((3 * self.fixed.size, m)) if m == 0 else None
+        bend, rows = np.zeros((m, m)), []
         for i, ((nodes, rigid), motion) in enumerate(zip(self.scales, v, strict=True)):
             part = slice(6 * i, 6 * i + 6)
             bend[part, part] = rigid.curvature(motion, forces[nodes])
             rows.append(rigid.rates(motion).reshape(-1, 6))
-            at += len(nodes)
-        if J is None:
-            J = sparse.block_diag(rows, format="csr")
-            J.resize((3 * self.fixed.size, m))
-        return sparse.csr_array(J), bend
+        given = sparse.csr_array((3 * len(self.held.nodes) if self.held else 0, 0))
+        return sparse.csr_array(sparse.block_diag([*rows, given])), bend
 
     def close(self) -> None:
         """Give the solver's memory back."""

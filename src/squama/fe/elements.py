@@ -181,7 +181,7 @@ def _compiled() -> Any:
     njit = need("numba").njit
     shape = _shape()
 
-    @njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})  # type: ignore[untyped-decorator]
+    @njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
     def evaluate(  # type: ignore[no-untyped-def]
         y, tets, master, turned, gradients, volumes, L, G, Q, dQ, ddQ, places, blocks
     ):

@@ -26,7 +26,8 @@ ROUNDS = 40
 SUBSTEPS = 30
 """Most stops on the way to a twist, each where a scale would otherwise pass through another."""
 _SHRINK = 16
-_LEAST = 1e-6
+_LEAST, _NEAR = 1e-6, 1e-7
+_FALL, _FALL_REACH = 150, 0.05
 _REACH = 0.1
 
 
@@ -110,9 +111,9 @@ def balance(
         force, stiff, by_phi = body(v, phi)
         load = contact.load(v, phi, before, kappa)
         scale = max(float(np.abs(force).max()), 1e-7 * float(np.abs(stiff).max()))
-        r = ways.T @ (force + load.total[:6])
+        r = ways.T @ (force + load.total[:-1])
         return _State(
-            r, ways.T @ stiff @ ways, ways.T @ load.tangent[:6, :6] @ ways, by_phi + load.tangent[:6, 6], scale
+            r, ways.T @ stiff @ ways, ways.T @ load.tangent[:-1, :-1] @ ways, by_phi + load.tangent[:-1, -1], scale
         )
 
     now = state(v)
@@ -143,6 +144,43 @@ def balance(
     left = float(np.abs(now.r).max())
     rate = -ways @ _solved(now.stiff + now.tangent, ways.T @ now.by_phi)
     return Found(v, phi, left <= max(tolerance, _ROUNDING) * now.scale, rounds, left, rate)
+
+
+def fall(
+    body: Body,
+    contact: Neighbours,
+    v: Array,
+    phi: float,
+    before: Array | None,
+    kappa: float,
+    ways: Array,
+) -> Found:
+    """Let go of a scale that is not in balance, at a twist that stays, and find where it comes to rest.
+
+    Every step leads downhill, however far; friction acts on the whole way since ``before``. Parameters as in
+    :func:`balance`. Where a contact slips off a corner, this shows where the scales jump, even before they rest there.
+    """
+    rounds = 0
+    for rounds in range(1, _FALL + 1):
+        force, stiff, _ = body(v, phi)
+        load = contact.load(v, phi, before, kappa)
+        r = ways.T @ (force + load.total[:6])
+        step = -ways @ np.linalg.solve(_convex(ways.T @ (stiff + load.tangent[:6, :6]) @ ways), r)
+        size = float(np.abs(step).max())
+        if size < _NEAR:
+            return balance(body, contact, v, phi, before, kappa, ways)
+        step *= min(1.0, _FALL_REACH / size)
+        here, down = contact.corners(v, phi), abs(float((force + load.total[:6]) @ step))
+        for _ in range(4 * _SHRINK):
+            clear = contact.free(here, contact.corners(v + step, phi))
+            if clear == 1:
+                there = body(v + step, phi)[0] + contact.load(v + step, phi, before, kappa).total[:6]
+                # not past the valley's floor
+                if there @ step <= 0.5 * down * float(np.abs(step).max()) / min(size, _FALL_REACH):
+                    break
+            step = step * min(clear, 0.5 if clear == 1 else 1.0)
+        v = v + step
+    return Found(v, phi, False, rounds, np.inf, np.zeros(6))
 
 
 class _State(NamedTuple):
@@ -215,7 +253,7 @@ def advance(
         v, phi = found.v, found.phi
         # on along the contact that was met
         guess = v + found.rate * (wanted - phi)
-    return Found(v, phi, False, rounds, np.inf, np.zeros(6))
+    return Found(v, phi, False, rounds, np.inf, np.zeros_like(v))
 
 
 def _between(v: Array, phi: float, guess: Array, wanted: float, share: float) -> tuple[Array, float]:
@@ -231,44 +269,51 @@ class Trail:
     """
 
     def __init__(self, v: Array, phi: float, corners: Array) -> None:
-        self._past = [(v, phi, corners)]
+        self.past = [(v, phi, corners)]
+
+    @classmethod
+    def of(cls, past: list[tuple[Array, float, Array]]) -> Trail:
+        """Return the trail of equilibria (v, phi, corners), at most three, the last one last."""
+        trail = cls(*past[-1])
+        trail.past = past
+        return trail
 
     def add(self, v: Array, phi: float, corners: Array) -> None:
         """Take an equilibrium into the trail."""
-        self._past = [*self._past[-2:], (v, phi, corners)]
+        self.past = [*self.past[-2:], (v, phi, corners)]
 
     @property
     def last(self) -> tuple[Array, float]:
         """The last equilibrium."""
-        return self._past[-1][:2]
+        return self.past[-1][:2]
 
     def _same_way(self, phi: float) -> bool:
-        return len(self._past) > 1 and (phi - self._past[-1][1]) * (self._past[-1][1] - self._past[-2][1]) > 0
+        return len(self.past) > 1 and (phi - self.past[-1][1]) * (self.past[-1][1] - self.past[-2][1]) > 0
 
     def expected(self, phi: float) -> Array:
         """Return the motions (6,) extrapolated to a twist."""
         if not self._same_way(phi):
-            return self._past[-1][0]
-        (a, x), (b, y) = (e[:2] for e in self._past[-2:])
+            return self.past[-1][0]
+        (a, x), (b, y) = (e[:2] for e in self.past[-2:])
         rate = (b - a) / (y - x)
-        if len(self._past) < 3 or (y - x) * (x - self._past[0][1]) <= 0:
+        if len(self.past) < 3 or (y - x) * (x - self.past[0][1]) <= 0:
             return np.asarray(b + rate * (phi - y))
-        c, z = self._past[0][:2]
+        c, z = self.past[0][:2]
         bend = (rate - (a - c) / (x - z)) / (y - z)
         return np.asarray(b + (phi - y) * (rate + bend * (phi - x)))
 
     def before(self, phi: float) -> Array:
         """Return the corners (n, 3) since which the slip at a twist is to be counted."""
-        last = self._past[-1][2]
-        return last + (last - self._past[-2][2]) * self._carry(phi) if self._same_way(phi) else last
+        last = self.past[-1][2]
+        return last + (last - self.past[-2][2]) * self._carry(phi) if self._same_way(phi) else last
 
     def _carry(self, phi: float) -> float:
-        w = (phi - self._past[-1][1]) / (self._past[-1][1] - self._past[-2][1])
+        w = (phi - self.past[-1][1]) / (self.past[-1][1] - self.past[-2][1])
         return w * w / (1 + 2 * w)
 
     def stretch(self, phi: float) -> float:
         """Return what turns friction times slip since :meth:`before` into its rate times the increment."""
         if not self._same_way(phi):
             return 1.0
-        w = (phi - self._past[-1][1]) / (self._past[-1][1] - self._past[-2][1])
+        w = (phi - self.past[-1][1]) / (self.past[-1][1] - self.past[-2][1])
         return (1 + 2 * w) / (1 + w)
