@@ -17,7 +17,7 @@ import squama
 ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 LAYERS = (
-    ("errors", "_version", "symbols", "unit_table"),
+    ("errors", "_version", "symbols", "unit_table", "interrupt"),
     ("units", "files", "tabular", "beamfile"),
     ("model",),
     ("checks", "engines", "derivatives"),

@@ -12,6 +12,7 @@ COMMANDS = {
     "twist": "Twist a beam: torque, locking and friction, from a beam file.",
     "bend": "Bend a beam towards its scales: moment, locking and friction, from a beam file.",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
+    "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",
     "ends": "Find where many designs engage and how they end, from a table.",
     "sweep": "Solve a beam over ranges of parameters, into a store that can be resumed.",
     "map": "Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.",

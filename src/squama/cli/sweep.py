@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from squama.cli.options import Problems, flag, read_number, read_overrides
 from squama.errors import InputError
+from squama.interrupt import Interrupted
 
 
 def sweep(
@@ -96,7 +97,7 @@ def sweep(
     name = files.label(out)
     try:
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
-    except study.Interrupted as stop:
+    except Interrupted as stop:
         print(f"squama: {name}: {stop}", file=sys.stderr)
         return 130
     if json:

@@ -48,7 +48,7 @@ class Ended(NamedTuple):
 
 
 class State(NamedTuple):
-    """An equilibrium: free unknowns z, motions v, twist, torque, condensed body, contact, iterations of its increment."""
+    """An equilibrium: free unknowns z, motions v, twist, torque, condensed body, contact, iterations of its step."""
 
     z: Array
     v: Array
@@ -57,6 +57,14 @@ class State(NamedTuple):
     reduced: Reduced
     load: Any
     iterations: int
+
+
+class Scales(Neighbours, Protocol):
+    """Contact whose loads also tell the work of friction and the resultant forces (as those of HelixContact)."""
+
+    def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Any:
+        """Return a :class:`squama.fe.contact.Load` or the like."""
+        ...
 
 
 class Recorder(Protocol):
@@ -76,7 +84,7 @@ class Walk:
         Elements with the scales tied in.
     rest : (n, 3) array
         Its masters' places at rest.
-    contact : Neighbours
+    contact : Scales
         Contact between the scales by (v, phi).
     ways : (6 scales, m) array
         Directions in which the scales can move.
@@ -94,7 +102,7 @@ class Walk:
     """
 
     def __init__(
-        self, body: Body, rest: Array, contact: Neighbours, ways: Array, record: Recorder, *, dhat: float = DHAT
+        self, body: Body, rest: Array, contact: Scales, ways: Array, record: Recorder, *, dhat: float = DHAT
     ) -> None:
         self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
         self._record = record

@@ -8,10 +8,8 @@ from __future__ import annotations
 import functools
 import os
 import re
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +20,7 @@ from squama import checks, files
 from squama.design import Beam
 from squama.engines import ENGINES
 from squama.errors import InputError
+from squama.interrupt import Interrupted, until_interrupted
 from squama.study import cells, cluster, parameters, stored, tiles, zstore
 from squama.study.plan import Plan, Tile, check_tiles, default_tile, tile_shape, versions
 from squama.study.progress import Clock, Listener, listener
@@ -33,10 +32,6 @@ if TYPE_CHECKING:
 Ranges = Mapping[str, Any]
 COMPILED = 200_000
 """Cells from which it pays to load the compiled engine, where there is one."""
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C: the running tile was finished; the message says how to go on."""
 
 
 def sweep(
@@ -195,7 +190,7 @@ def run(
             if done[tile]:
                 old, old_cells = old + 1, old_cells + size
         todo = (tile for tile in plan.tiles(mine) if not done[tile])
-        with shown_by, _until_interrupted() as stopped:
+        with shown_by, until_interrupted() as stopped:
             clock = Clock(share, share_cells, old, old_cells, shown_by)
 
             def finished(tile: Tile, wrote: bool) -> None:
@@ -266,23 +261,3 @@ def read_shard(text: str | None) -> tuple[int, int]:
         message = f"shard = {shown(text)}: must be from 1/{max(n, 1)} to {max(n, 1)}/{max(n, 1)}; the first is 1"
         raise InputError(message)
     return i, n
-
-
-@contextmanager
-def _until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Turn the first Ctrl-C into a wish to stop; the second one interrupts at once."""
-    wished = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield wished.is_set
-        return
-    before = signal.getsignal(signal.SIGINT)
-
-    def wish(number: int, frame: Any) -> None:  # noqa: ARG001 - the shape of a handler
-        wished.set()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    signal.signal(signal.SIGINT, wish)
-    try:
-        yield wished.is_set
-    finally:
-        signal.signal(signal.SIGINT, before)
