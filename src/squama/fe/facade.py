@@ -217,7 +217,7 @@ def _dataset(beam: Beam, walk: Walk, sign: int) -> xr.Dataset:
     data = xr.Dataset({name: ("point", value, SYMBOLS[name].attrs) for name, value in values.items()})
     data["neighbour"] = "point", columns["neighbour"].astype(int), SYMBOLS["neighbour"].attrs
     data["iterations"] = "point", columns["iterations"].astype(int), {"long_name": "Newton iterations", "units": "1"}
-    data["contact"] = "point", np.array(walk.words, dtype=object), {"long_name": "what touches"}
+    data["contact"] = "point", np.array(walk.words, dtype=str), {"long_name": "what touches"}
     W, U, F = (columns[name][-1] for name in ("W", "U_el", "W_fr"))
     data.attrs["energy_error"] = float((W - U - F) / W) if W else 0.0
     return data
