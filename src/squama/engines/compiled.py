@@ -14,8 +14,7 @@ from numba import config
 from squama.engines import Problem, Solved
 from squama.engines import numpy as plain
 from squama.engines.compiled_entry import ready, solve_all
-from squama.engines.compiled_rules import legendre_rules, pole_rules
-from squama.engines.compiled_table import (
+from squama.engines.compiled_first import (
     FOLD_AT,
     LOAD_C,
     LOAD_END,
@@ -25,6 +24,7 @@ from squama.engines.compiled_table import (
     TORQUE_C,
     WORK,
 )  # fmt: skip
+from squama.engines.compiled_rules import legendre_rules, pole_rules
 from squama.model import energy
 from squama.model.ends import FOLDED_STEPS, STEPS
 from squama.model.outcome import CODES, End

@@ -59,6 +59,8 @@ LEFT = -1.0
 """Stands in CODE for a design that is left to the numpy engine."""
 NEVER = 1e6
 SAFETY, DEEP, COINCIDE = 0.25, 0.5, 1e-11
+SEEN = 7 * W
+"""What is kept of a sample: the five margins, the squared root, the smallest margin."""
 
 
 @compiled
@@ -85,15 +87,13 @@ def scan(w: Array, steps: Array, beyond: int, folded: bool, plates: bool) -> Non
 
     FIRST is the sample at which the path has ended, A..B the interval before it and C one sample earlier (A = B = X0
     for a path that has ended where it begins), FOLD the first sample without a root; NEVER where there is none.
-    OK = 1 where the samples are so smooth that nothing can hide between them and the end is settled, 2 where that is
-    so and a fold comes first; else 0. CODE = LEFT where a margin or the root dips between samples.
+    CODE = LEFT where a margin or the root dips between samples.
     """
     for i in range(W):
         w[FIRST + i], w[FOLD + i], w[CODE + i] = NEVER, NEVER, 0.0
         w[P1 + i] = w[P2 + i] = w[R1 + i] = w[R2 + i] = math.nan
         w[A + i] = w[B + i] = w[C + i] = w[X0 + i]
         w[FA + i] = w[FB + i] = w[FC + i] = math.nan
-        w[S1 + i] = w[S2 + i] = 1.0
     for s in range(steps.size):
         for i in range(W):
             w[X + i] = w[X0 + i] + (w[X1 + i] - w[X0 + i]) * steps[s]
@@ -113,47 +113,91 @@ def scan(w: Array, steps: Array, beyond: int, folded: bool, plates: bool) -> Non
             first = float(s) if on & (not low > 0) else first
             turned = (not folded) & (not q2 >= 0) & (w[FOLD + i] == NEVER) & (s <= first + 4) & (first > 0)
             fold = float(s) if turned else w[FOLD + i]
-            # both intervals beside the sample before must be safe from its bend, as far as the path goes
-            bend2 = SAFETY * abs(q2 - 2 * d + c)
-            steep = (d > bend2) & (-q2 > bend2) & (fold == first)
-            steeper = (c > bend2) & (-d > bend2) & (fold == first)
-            smooth2 = (min(c, d) > bend2) | (first < s - 1) | ((first == s - 1) & steeper)
-            smooth2 &= (min(d, q2) > bend2) | (first < s) | ((first == s) & steep)
-            smooth2 |= (s < 2) | folded
-            w[S2 + i] = w[S2 + i] if smooth2 else 0.0
             w[FIRST + i], w[FOLD + i] = first, fold
             w[P2 + i], w[P1 + i], w[R2 + i], w[R1 + i] = b, low, d, q2
             left += 1 if s < first + beyond else 0
-        _calm(w, s, lanes.RATE, 0)
-        _calm(w, s, lanes.D, 2 * W)
-        _calm(w, s, lanes.TIP, 4 * W)
-        _calm(w, s, lanes.SIDE, 6 * W)
-        _calm(w, s, TURN, 8 * W)
         if left == 0:
             break
-    for i in range(W):
-        folds = (w[FOLD + i] == w[FIRST + i]) & (w[FOLD + i] < NEVER)
-        ended = (w[FIRST + i] < NEVER) | folded
-        ok = ended & (w[S2 + i] > 0) & ((w[S1 + i] > 0) | folds)
-        w[OK + i] = (2.0 if folds else 1.0) if ok else 0.0
-
-
-@inlined
-def _calm(w: Array, s: int, margin: int, past: int) -> None:
-    """Keep S1 where a margin cannot vanish in the two intervals beside the sample before, as far as the path goes."""
-    one, two = lanes.PAST + past, lanes.PAST + past + W
-    for i in range(W):
-        now, b, a, first = w[margin + i], w[one + i], w[two + i], w[FIRST + i]
-        bend = SAFETY * abs(now - 2 * b + a)
-        smooth = ((min(a, b) > bend) | (first < s)) & ((min(b, now) > bend) | (first <= s)) | (s < 2)
-        w[S1 + i] = w[S1 + i] if smooth else 0.0
-        w[one + i], w[two + i] = now, b
 
 
 @inlined
 def _dip(left: float, middle: float, right: float) -> bool:
     bottom = middle - (right - left) * (right - left) / (8 * (right + left - 2 * middle))
     return (middle > 0) & (middle <= left) & (middle < right) & (bottom < DEEP * middle)
+
+
+@compiled
+def coarse(w: Array, h: Array, steps: Array, folded: bool, plates: bool) -> None:
+    """Sample the paths once; OK = 1 where that settles the end, 2 where a fold comes before it, else 0.
+
+    Rows as :func:`scan` leaves them, but for dips: where one might hide an end, nothing is settled.
+    """
+    for i in range(W):
+        w[FIRST + i], w[FOLD + i] = NEVER, NEVER
+    last = steps.size
+    for s in range(steps.size):
+        for i in range(W):
+            w[X + i] = w[X0 + i] + (w[X1 + i] - w[X0 + i]) * steps[s]
+        lanes.look(w, folded, plates)
+        # a part of its own: an index that might be negative costs more than all the rest
+        left, seen = 0, h[s * SEEN : (s + 1) * SEEN]
+        for i in range(W):
+            seen[i], seen[W + i], seen[2 * W + i] = w[lanes.RATE + i], w[lanes.D + i], w[lanes.TIP + i]
+            seen[3 * W + i], seen[4 * W + i] = w[lanes.SIDE + i], w[TURN + i]
+            seen[5 * W + i], seen[6 * W + i] = w[QQ + i], w[LOW + i]
+        for i in range(W):
+            first, q2 = w[FIRST + i], w[QQ + i]
+            first = float(s) if (first == NEVER) & (not w[LOW + i] > 0) else first
+            turned = (not folded) & (not q2 >= 0) & (w[FOLD + i] == NEVER) & (s <= first) & (first > 0)
+            w[FOLD + i] = float(s) if turned else w[FOLD + i]
+            w[FIRST + i] = first
+            left += 1 if s < first + 1 else 0
+        if left == 0:
+            last = s + 1
+            break
+    for i in range(W):
+        w[S1 + i] = w[S2 + i] = 1.0
+    for s in range(2, last):
+        seen = h[(s - 2) * SEEN : (s + 1) * SEEN]
+        for i in range(W):
+            first = w[FIRST + i]
+            calm = _calm(seen, i, first, s) & _calm(seen, W + i, first, s) & _calm(seen, 2 * W + i, first, s)
+            calm &= _calm(seen, 3 * W + i, first, s) & _calm(seen, 4 * W + i, first, s)
+            w[S1 + i] = w[S1 + i] if calm else 0.0
+        if not folded:
+            for i in range(W):
+                w[S2 + i] = w[S2 + i] if _calm_root(seen, 5 * W + i, w[FIRST + i], w[FOLD + i], s) else 0.0
+    for i in range(W):
+        n = int(min(w[FIRST + i], last - 1.0))
+        a, c = max(n - 1, 0), max(n - 2, 0)
+        x0, span = w[X0 + i], w[X1 + i] - w[X0 + i]
+        w[A + i], w[B + i], w[C + i] = x0 + span * steps[a], x0 + span * steps[n], x0 + span * steps[c]
+        w[FA + i] = h[a * SEEN + 6 * W + i] if n > 0 else math.nan
+        w[FB + i] = h[n * SEEN + 6 * W + i]
+        w[FC + i] = h[c * SEEN + 6 * W + i] if n > 1 else math.nan
+        folds = (w[FOLD + i] == w[FIRST + i]) & (w[FOLD + i] < NEVER)
+        ok = (w[FIRST + i] < NEVER) & (w[S2 + i] > 0) & ((w[S1 + i] > 0) | folds)
+        w[OK + i] = (2.0 if folds else 1.0) if ok else 0.0
+
+
+@inlined
+def _calm(h: Array, at: int, first: float, s: int) -> bool:
+    """Whether a margin cannot vanish in the two intervals before sample s, as far as the path goes."""
+    a, b, now = h[at], h[at + SEEN], h[at + 2 * SEEN]
+    bend = SAFETY * abs(now - 2 * b + a)
+    calm: bool = ((min(a, b) > bend) | (first < s)) & ((min(b, now) > bend) | (first <= s))
+    return calm
+
+
+@inlined
+def _calm_root(h: Array, at: int, first: float, fold: float, s: int) -> bool:
+    """Whether the root changes its sign in the two intervals before sample s only where samples show it."""
+    a, b, now = h[at], h[at + SEEN], h[at + 2 * SEEN]
+    bend = SAFETY * abs(now - 2 * b + a)
+    steep, steeper = (b > bend) & (-now > bend) & (fold == first), (a > bend) & (-b > bend) & (fold == first)
+    before = (min(a, b) > bend) | (first < s - 1) | ((first == s - 1) & steeper)
+    calm: bool = before & ((min(b, now) > bend) | (first < s) | ((first == s) & steep))
+    return calm
 
 
 @compiled
@@ -200,6 +244,7 @@ def find_folds(w: Array) -> None:
         w[THETA_F + i] = w[BEST + i]
         tau = math.sqrt(w[BEST + i] - w[THETA0 + i])
         w[X0 + i], w[X1 + i] = -tau, tau
+    lanes.folds(w)
 
 
 @compiled

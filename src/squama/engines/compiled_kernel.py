@@ -16,10 +16,11 @@ from types import FunctionType
 from typing import Any, NamedTuple, TypeVar
 
 import numba
+import numpy as np
 from numba import types
 from numba.extending import overload, overload_attribute, overload_method
 
-from squama.model import laws, mechanics, neighbours, twisting
+from squama.model import energy, laws, mechanics, neighbours, twisting
 from squama.model.paths import FoldedTwist, Ops, Twist
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -38,6 +39,14 @@ def compiled(f: F) -> F:
     """Compile a function that stands for itself."""
     out: Any = numba.njit(**OPTIONS)(f)
     return out  # type: ignore[no-any-return]
+
+
+@compiled
+def lines(n: int) -> Any:
+    """Zeros that start where a line of the cache does: lanes that lie across two lines take twice as long."""
+    room = np.zeros(n + 8)
+    start = (64 - room.ctypes.data % 64) % 64 // 8
+    return room[start : start + n]
 
 
 class _Laws(NamedTuple):
@@ -76,7 +85,7 @@ def _seen_from(row: Twist, k: float) -> Twist:
     return Twist(row.eta, row.beta, row.lam, row.sa, row.ca, row.theta0, k)
 
 
-for _name in ("ratios", "open", "root", "solve", "at_root", "places"):
+for _name in ("ratios", "open", "root", "solve", "solve_from", "at_root", "places"):
     _teach_rows(_name)
 _teach(overload_method, (types.BaseNamedTuple, "_replace"), _seen_from, lambda *_, **__: _seen_from)
 _teach(
@@ -182,9 +191,18 @@ def sqrt(x: float) -> float:
     return math.sqrt(x)
 
 
-OPS = Ops(sqrt, sin, cos, tan, atan)
+@inlined
+def larger(a: float, b: float) -> float:
+    """Return the larger of two; the second where the first is no number."""
+    return a if a > b else b
 
-for _f in (twisting.root, twisting.contact, mechanics.forces, neighbours.gap):
+
+OPS = Ops(sqrt, sin, cos, tan, atan, larger)
+
+for _f in (
+    twisting.root, twisting.contact, mechanics.forces, energy.beyond,
+    neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.meeting, neighbours.within,
+):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)
 _on_edges = _itself(neighbours.on_edges, ARRAY=OPS, np=OPS._replace(tan=wide_tan))
 _teach(overload, (neighbours.on_edges,), _on_edges, lambda *_: _on_edges)

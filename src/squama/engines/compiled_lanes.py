@@ -13,11 +13,11 @@ from typing import Any
 from squama.engines.compiled_kernel import OPS, compiled, decay, edge, inlined, plate
 from squama.model import twisting
 from squama.model.mechanics import forces
-from squama.model.neighbours import gap, on_edges
+from squama.model.neighbours import gap, meeting, on_edges, reach, reach_at, within
 from squama.model.paths import FoldedTwist, Twist
 from squama.model.solve import Array
 
-W = 64
+W = 32
 """Lanes of a block."""
 # the design, in units of k pitches, and the range of its path
 ETA, BETA, LAM, SA, CA, THETA0, THETA_F, MU, K, X0, X1 = (W * n for n in range(11))
@@ -27,19 +27,39 @@ X_C = B
 """The cut-off, once the end is known, stands in the row of one end of its bracket."""
 FEW, CARRIED = 15, 22
 """Rows that travel between a block and the table of all designs: without the bracket, and with it."""
+TURNED = math.radians(179)
+"""Largest inclination looked at (``ends.half_turn``)."""
 STILL = 1e-13
 """Relative step of an interpolation after which no further one is made: its own error is far smaller."""
 X, LOW, QQ, T, OK, BEST, LOADE = (W * n for n in range(22, 29))
-THETA, LOAD, D, FORCE, TORQUE, SLIP, RATE, TIP, SIDE, TURN = (W * n for n in range(29, 39))
+THETA, LOAD, D, FORCE, TORQUE, STATE, RATE, TIP, SIDE, TURN = (W * n for n in range(29, 39))
 S0, S1, S2, P1, P2, R1, R2, COS, SIN, COSJ, SINJ, H, HALF, LEAN, SN = (W * n for n in range(39, 54))
-PAST = W * 54
-"""Ten rows: the five margins at the two samples before."""
-ROWS = 64
+F_SN, F_CS, F_S, F_H = (W * n for n in range(54, 58))
+"""What the path needs of the terms of the contact condition at the fold."""
+PAST = W * 58
+"""Ten rows: the contact conditions of five neighbours at the two samples before."""
+HERE, BEFORE = W * 68, W * 69
+ROWS = 70
+SCRATCH = W * 160
+"""Room for what is kept of the samples of a path."""
 
 
 @inlined
-def _twist(w: Array, i: int) -> Twist:
+def open_row(w: Array, i: int) -> Twist:
+    """Return the row of lane i."""
     return Twist(w[ETA + i], w[BETA + i], w[LAM + i], w[SA + i], w[CA + i], w[THETA0 + i], 1.0)
+
+
+@inlined
+def _near(w: Array, i: int, k: float) -> Twist:
+    """Return neighbour k of a design whose lengths are in pitches."""
+    return Twist(w[ETA + i], w[BETA + i], w[LAM + i], w[SA + i], w[CA + i], w[THETA0 + i], k)
+
+
+@inlined
+def at_fold(w: Array, i: int) -> twisting.Root:
+    """Return what is known of the fold of lane i."""
+    return twisting.Root(w[F_SN + i], w[F_CS + i], w[F_S + i], w[F_H + i], 0.0, 0.0)
 
 
 @inlined
@@ -50,7 +70,8 @@ def _whole(w: Array, i: int) -> Twist:
 
 
 @inlined
-def _folded(w: Array, i: int) -> FoldedTwist:
+def folded_row(w: Array, i: int) -> FoldedTwist:
+    """Return the folded row of lane i."""
     return FoldedTwist(w[ETA + i], w[BETA + i], w[LAM + i], w[SA + i], w[CA + i], w[THETA0 + i], w[THETA_F + i], 1.0)
 
 
@@ -68,19 +89,19 @@ def _over(body: Callable[..., None]) -> Callable[[Array, bool, bool], None]:
         if folded:
             if plates:
                 for i in range(W):
-                    row = _folded(w, i)
-                    body(w, i, row.open, row.solve(w[X + i], OPS), plate)
+                    row = folded_row(w, i)
+                    body(w, i, row.open, row.solve_from(at_fold(w, i), w[X + i], OPS), plate)
             else:
                 for i in range(W):
-                    row = _folded(w, i)
-                    body(w, i, row.open, row.solve(w[X + i], OPS), edge)
+                    row = folded_row(w, i)
+                    body(w, i, row.open, row.solve_from(at_fold(w, i), w[X + i], OPS), edge)
         elif plates:
             for i in range(W):
-                one = _twist(w, i)
+                one = open_row(w, i)
                 body(w, i, one, one.solve(w[X + i], OPS), plate)
         else:
             for i in range(W):
-                one = _twist(w, i)
+                one = open_row(w, i)
                 body(w, i, one, one.solve(w[X + i], OPS), edge)
 
     return run
@@ -127,31 +148,24 @@ def engage(w: Array) -> None:
     """Neighbour that is met first (K; 0 for none) and its twist (LOADE), as ``neighbours.first_engagement``."""
     far = 1.0
     for i in range(W):
-        w[REACH + i] = max(1.0, math.floor(math.sqrt(w[ETA + i] * w[ETA + i] + 4 * w[BETA + i] * w[BETA + i])))
+        w[REACH + i] = reach(_near(w, i, 1.0), OPS)
         w[K + i] = 0.0
         w[LOADE + i] = math.inf
     for i in range(W):
         far = max(far, w[REACH + i])
-    for i in range(W):
-        w[T + i] = OPS.tan(w[THETA0 + i] / 2)
     for n in range(1, int(far) + 1):
         k, asked = float(n), 0
         for i in range(W):
-            sa, ca = w[SA + i], w[CA + i]
-            r = twisting.root(w[T + i], sa, ca, w[ETA + i] / k, w[BETA + i] / k, w[LAM + i] / k)
-            q = OPS.sqrt(r.q2)
-            phi = 2 * OPS.atan(r.S / (r.H + q)) / k
-            first = (r.H + q > 0) & (k <= w[REACH + i]) & (phi < w[LOADE + i])
+            r, q, phi = meeting(_near(w, i, k), OPS)
+            first = (r.H + q > 0) & ((k <= w[REACH + i]) | (n == 1)) & (phi < w[LOADE + i])
             w[OK + i] = phi if first else math.nan
             asked += 1 if first else 0
         if asked == 0:
             continue
         for i in range(W):
-            eta, beta, lam = w[ETA + i] / k, w[BETA + i] / k, w[LAM + i] / k
-            sa, ca = w[SA + i], w[CA + i]
-            r = twisting.root(w[T + i], sa, ca, eta, beta, lam)
-            c = twisting.contact(r, OPS.sqrt(r.q2), sa, ca, eta, beta, lam)
-            on = (abs(c.p) <= beta) & (c.s >= 0) & (c.s <= eta) & (w[OK + i] < w[LOADE + i])
+            row = _near(w, i, k)
+            r, q, phi = meeting(row, OPS)
+            on = within(row, r, q) & (w[OK + i] < w[LOADE + i])
             w[LOADE + i] = w[OK + i] if on else w[LOADE + i]
             w[K + i] = k if on else w[K + i]
 
@@ -160,7 +174,15 @@ def engage(w: Array) -> None:
 def square(w: Array) -> None:
     """Square of the root at X on the open path (negative beyond a fold)."""
     for i in range(W):
-        w[LOW + i] = _twist(w, i).root(w[X + i], OPS).q2
+        w[LOW + i] = open_row(w, i).root(w[X + i], OPS).q2
+
+
+@compiled
+def folds(w: Array) -> None:
+    """Terms of the contact condition at the folds."""
+    for i in range(W):
+        r = open_row(w, i).root(w[THETA_F + i], OPS)
+        w[F_SN + i], w[F_CS + i], w[F_S + i], w[F_H + i] = r.sn, r.cs, r.S, r.H
 
 
 @compiled
@@ -168,9 +190,9 @@ def not_met(w: Array, folded: bool) -> None:
     """How far neighbour FIRST is from being met at X (LOW); in QQ whether it lies on its edges there."""
     for i in range(W):
         if folded:
-            theta, r, q, _ = _folded(w, i).solve(w[X + i], OPS)
+            theta, r, q, _ = folded_row(w, i).solve_from(at_fold(w, i), w[X + i], OPS)
         else:
-            theta, r, q, _ = _twist(w, i).solve(w[X + i], OPS)
+            theta, r, q, _ = open_row(w, i).solve(w[X + i], OPS)
         phi = 2 * OPS.atan(r.S / (r.H + q)) / w[K + i]
         w[LOW + i] = -gap(_whole(w, i), w[FIRST + i], theta, phi, OPS)
         w[QQ + i] = 1.0 if on_edges(_whole(w, i), w[FIRST + i], theta, phi) else 0.0
@@ -184,6 +206,8 @@ def _lines(w: Array, i: int, u: float, r: twisting.Root) -> None:
     w[H + i] = r.H + w[LEAN + i]
     w[SN + i] = r.S
     w[HALF + i] = r.G / 2
+    w[BEFORE + i] = w[HERE + i]
+    w[HERE + i] = reach_at(_whole(w, i), r.cs)
 
 
 @compiled
@@ -195,18 +219,18 @@ def lines(w: Array, folded: bool) -> None:
     if near == W:
         if folded:
             for i in range(W):
-                _, r, q, _ = _folded(w, i).solve(w[X + i], OPS)
+                _, r, q, _ = folded_row(w, i).solve_from(at_fold(w, i), w[X + i], OPS)
                 _lines(w, i, r.S / (r.H + q), r)
         else:
             for i in range(W):
-                _, r, q, _ = _twist(w, i).solve(w[X + i], OPS)
+                _, r, q, _ = open_row(w, i).solve(w[X + i], OPS)
                 _lines(w, i, r.S / (r.H + q), r)
         return
     for i in range(W):
         if folded:
-            theta, r, q, _ = _folded(w, i).solve(w[X + i], OPS)
+            theta, r, q, _ = folded_row(w, i).solve_from(at_fold(w, i), w[X + i], OPS)
         else:
-            theta, r, q, _ = _twist(w, i).solve(w[X + i], OPS)
+            theta, r, q, _ = open_row(w, i).solve(w[X + i], OPS)
         _lines(w, i, OPS.tan(OPS.atan(r.S / (r.H + q)) / w[K + i]), _whole(w, i).root(theta, OPS))
 
 

@@ -10,37 +10,27 @@ from squama.engines import compiled_crossings as crossings
 from squama.engines import compiled_ends as ends
 from squama.engines import compiled_lanes as lanes
 from squama.engines import compiled_work as works
-from squama.engines.compiled_ends import LEFT, NONE, OTHER, gather, scatter
+from squama.engines.compiled_ends import LEFT, OTHER, gather, scatter
+from squama.engines.compiled_first import AGAIN, DONE, FOLDS, WORK, give_ends, give_figures, waits_for
 from squama.engines.compiled_kernel import compiled
 from squama.engines.compiled_lanes import (
     BEST,
-    BETA,
     CARRIED,
     CODE,
-    ETA,
     FEW,
     FIRST,
     FOLD,
-    FORCE,
-    LAM,
-    LOAD,
-    LOADE,
-    MU,
     OK,
     QQ,
-    REACH,
     S0,
     S1,
-    THETA,
-    THETA0,
     THETA_F,
-    TORQUE,
     X0,
     X1,
+    X_C,
     X_END,
     A,
     B,
-    K,
     W,
     X,
 )  # fmt: skip
@@ -50,157 +40,103 @@ from squama.model.solve import Array
 TABLE = 8192
 """Designs of a table: it stays in the processor's cache."""
 EVENTS = 8 * TABLE
-SWEEPS = 6
-"""Sweeps of the root finder after which the designs that have not converged are gathered in blocks of their own."""
-HALF_TURN = math.radians(179)
-LOAD_E, THETA_END, LOAD_END, THETA_C, LOAD_C, F0, TORQUE_C, WORK, PARAMETER, FOLD_AT = range(10)
-"""Rows of the answer; the last two are the path parameter of the end and the inclination of the fold (0: none)."""
 
 
 @compiled
-def engage(w: Array, table: Array, cols: Array, out: Array, low: int, n: int, index: Array) -> int:
-    """Find the neighbours that are met first; return how many designs engage (their places in ``index``)."""
-    engaged = 0
-    for start in range(0, n, W):
-        count = min(W, n - start)
-        for i in range(W):
-            at = low + start + min(i, count - 1)
-            for row in range(5):
-                w[row * W + i] = cols[row, at]
-            w[THETA0 + i], w[MU + i] = cols[5, at], cols[6, at]
-        lanes.engage(w)
-        for i in range(W):
-            k = max(w[K + i], 1.0)
-            w[X0 + i], w[X1 + i], w[THETA_F + i] = w[THETA0 + i], HALF_TURN, 0.0
-            w[X_END + i], w[FOLD + i] = w[THETA0 + i], 0.0
-            w[ETA + i], w[BETA + i], w[LAM + i] = w[ETA + i] / k, w[BETA + i] / k, w[LAM + i] / k
-            w[CODE + i] = 0.0 if w[K + i] > 0 else float(NONE)
-        for i in range(count):
-            for row in range(FEW):
-                table[start + i, row] = w[row * W + i]
-            out[LOAD_E, low + start + i] = w[LOADE + i]
-            if w[K + i] > 0:
-                index[engaged] = start + i
-                engaged += 1
-    return engaged
+def choose(state: Array, n: int, wanted: int, index: Array, low: int) -> int:
+    """Put the designs of a state into ``index`` from ``low`` on; return where they stop."""
+    for i in range(n):
+        if state[i] == wanted:
+            index[low] = i
+            low += 1
+    return low
 
 
 @compiled
-def follow(w: Array, table: Array, index: Array, n: int, steps: Array, folded_steps: Array, plates: bool) -> int:
-    """Bracket and solve the ends; return how many paths do not fold: ``index`` is sorted, these come first."""
-    unsettled, folded = np.empty(n, np.int64), np.empty(n, np.int64)
-    many, bent, plain = 0, 0, 0
-    # numbers and flags as such, not as constants, for which Numba would compile every step anew
+def follow(
+    w: Array, h: Array, table: Array, state: Array, opened: Array, bent: Array, n: int,
+    steps: Array, folded_steps: Array, plates: bool,
+) -> tuple[int, int]:  # fmt: skip
+    """Bracket the ends that one look has not settled; return how many of the paths are open and how many fold."""
+    unsettled = np.empty(n, np.int64)
+    many, folds, plain = choose(state, n, AGAIN, unsettled, 0), choose(state, n, FOLDS, bent, 0), 0
+    # flags as such, not as constants, for which Numba would compile every step anew
     unfolded, fold = n < 0, n >= 0
-    for start in range(0, n, W):
-        count = min(W, n - start)
-        gather(w, table, index, start, count, FEW)
-        ends.scan(w, steps[::4], 1, unfolded, plates)
-        scatter(w, table, index, start, count, B, FOLD)
-        for i in range(count):
-            at = index[start + i]
-            if w[OK + i] == 1:
-                index[plain] = at
-                plain += 1
-            elif w[OK + i] == 2:
-                folded[bent] = at
-                bent += 1
-            else:
-                unsettled[many] = at
-                many += 1
     for start in range(0, many, W):
         count = min(W, many - start)
         gather(w, table, unsettled, start, count, FEW)
-        ends.scan(w, steps[::1], 4, unfolded, plates)
+        ends.scan(w, steps, 4, unfolded, plates)
         ends.bracket_folds(w, steps)
         scatter(w, table, unsettled, start, count, CODE, FOLD)
         for i in range(count):
             at = unsettled[start + i]
             if w[FOLD + i] > 0:
-                folded[bent] = at
-                bent += 1
+                bent[folds] = at
+                folds += 1
             else:
-                index[plain] = at
+                opened[plain] = at
                 plain += 1
-    index[plain : plain + bent] = folded[:bent]
     many = 0
-    for start in range(plain, n, W):
-        count = min(W, n - start)
-        gather(w, table, index, start, count, CARRIED)
+    for start in range(0, folds, W):
+        count = min(W, folds - start)
+        gather(w, table, bent, start, count, CARRIED)
         ends.find_folds(w)
-        ends.scan(w, folded_steps[::4], 1, fold, plates)
-        scatter(w, table, index, start, count, THETA_F, THETA_F)
-        scatter(w, table, index, start, count, X0, X1)
-        scatter(w, table, index, start, count, B, FOLD)
+        ends.coarse(w, h, folded_steps[::4], fold, plates)
+        scatter(w, table, bent, start, count, THETA_F, THETA_F)
+        scatter(w, table, bent, start, count, X0, X1)
+        scatter(w, table, bent, start, count, B, FOLD)
         for i in range(count):
             if w[OK + i] == 0:
-                unsettled[many] = index[start + i]
+                unsettled[many] = bent[start + i]
                 many += 1
     for start in range(0, many, W):
         count = min(W, many - start)
         gather(w, table, unsettled, start, count, FEW)
-        ends.scan(w, folded_steps[::1], 1, fold, plates)
+        lanes.folds(w)
+        ends.scan(w, folded_steps, 1, fold, plates)
         scatter(w, table, unsettled, start, count, CODE, FIRST)
-    return plain
+    return plain, folds
 
 
 @compiled
-def solve(w: Array, table: Array, index: Array, low: int, high: int, folded: bool, plates: bool) -> None:
-    """Solve the ends: few sweeps do for most designs, the others go on together."""
-    late = np.empty(high - low, np.int64)
-    many = 0
-    for start in range(low, high, W):
-        count = min(W, high - start)
+def solve(w: Array, table: Array, index: Array, n: int, folded: bool, plates: bool) -> None:
+    """Solve the ends."""
+    for start in range(0, n, W):
+        count = min(W, n - start)
         gather(w, table, index, start, count, CARRIED)
-        ends.solve_ends(w, folded, plates, SWEEPS)
-        for i in range(count):
-            if w[OK + i] > 0:
-                table[index[start + i], X_END // W] = w[X_END + i]
-                table[index[start + i], CODE // W] = w[CODE + i]
-            else:
-                late[many] = index[start + i]
-                many += 1
-    for start in range(0, many, W):
-        count = min(W, many - start)
-        gather(w, table, late, start, count, CARRIED)
+        lanes.folds(w)
         ends.solve_ends(w, folded, plates, 200)
-        scatter(w, table, late, start, count, X_END, CODE)
+        scatter(w, table, index, start, count, X_END, CODE)
 
 
 @compiled
 def cross(
-    w: Array, h: Array, table: Array, index: Array, low: int, high: int, folded: bool, events: Array, met: Array
+    w: Array, h: Array, table: Array, index: Array, n: int, every: int, folded: bool, events: Array, met: Array
 ) -> None:
-    """Cut paths where another neighbour's contact comes in."""
-    found, many = 0, 0
-    near, order = np.empty(high - low, np.int64), np.empty(high - low, np.int64)
-    # in order of reach, so that few designs are asked for neighbours they do not have
-    for far in range(1, crossings.FAR + 1):
-        for i in range(low, high):
-            reach = min(table[index[i], REACH // W], float(crossings.FAR))
-            if reach == far:
-                order[many] = index[i]
-                many += 1
-        if many == high - low:
-            break
-    total, many = many, 0
-    for start in range(0, total, W):
-        count = min(W, total - start)
-        gather(w, table, order, start, count, FEW)
-        crossings.clear(w, h, folded)
+    """Cut paths where another neighbour's contact comes in; from ``n`` on it is known that one comes near."""
+    found, many = 0, every - n
+    near = np.empty(every, np.int64)
+    near[:many] = index[n:every]
+    for start in range(0, n, W):
+        count = min(W, n - start)
+        gather(w, table, index, start, count, FEW)
+        lanes.folds(w)
+        crossings.clear(w, folded)
         for i in range(count):
             if w[OK + i] == 0:
-                near[many] = order[start + i]
+                near[many] = index[start + i]
                 many += 1
     for start in range(0, many, W):
         count = min(W, many - start)
         gather(w, table, near, start, count, FEW)
+        lanes.folds(w)
         found = crossings.crossings(w, h, events, near, start, count, found, folded)
         scatter(w, table, near, start, count, CODE, CODE)
     samples = (FOLDED_SAMPLES if folded else SAMPLES) - 1
     for start in range(0, found, W):
         count = min(W, found - start)
         gather(w, table, events[0], start, count, FEW)
+        lanes.folds(w)
         for i in range(W):
             e = start + min(i, count - 1)
             span, step = w[X_END + i] - w[X0 + i], float(events[2, e])
@@ -219,49 +155,47 @@ def cross(
 
 @compiled
 def answer(
-    w: Array, table: Array, index: Array, low: int, high: int, folded: bool, plates: bool,
-    margin: float, out: Array, base: int,
+    w: Array, table: Array, state: Array, index: Array, n: int, folded: bool, plates: bool,
+    margin: float, out: Array, code: Array, base: int,
 ) -> None:  # fmt: skip
-    """Give out ends and figures at the cut-offs; the cut-offs are kept in the table (X_C)."""
-    for start in range(low, high, W):
-        count = min(W, high - start)
+    """Give out ends and figures at the cut-offs; what is left is work."""
+    for start in range(0, n, W):
+        count = min(W, n - start)
         gather(w, table, index, start, count, FEW)
+        lanes.folds(w)
         for i in range(W):
             w[X + i] = w[X_END + i]
         lanes.figures(w, folded, plates)
         for i in range(count):
-            at = base + index[start + i]
-            ended = w[X_END + i] == w[X0 + i]
-            out[PARAMETER, at], out[FOLD_AT, at] = w[X_END + i], w[THETA_F + i]
-            out[THETA_END, at] = w[THETA0 + i] if ended else w[THETA + i]
-            out[LOAD_END, at] = out[LOAD_E, at] if ended else w[LOAD + i] / w[K + i]
+            give_ends(w, out, i, base + index[start + i])
         works.cut(w, margin, folded)
         for i in range(W):
-            w[X + i] = w[B + i]
+            w[X + i] = w[X_C + i]
         lanes.figures(w, folded, plates)
-        scatter(w, table, index, start, count, B, B)
+        scatter(w, table, index, start, count, X_C, X_C)
         for i in range(count):
-            at = base + index[start + i]
-            moved = w[B + i] > w[X0 + i]
-            out[THETA_C, at] = w[THETA + i] if moved else w[THETA0 + i]
-            out[LOAD_C, at] = w[LOAD + i] / w[K + i] if moved else out[LOAD_E, at]
-            out[F0, at] = w[FORCE + i] * w[ETA + i] if moved else 0.0
-            out[TORQUE_C, at] = w[TORQUE + i] * w[K + i] if moved else 0.0
-            out[WORK, at] = 0.0
+            at = index[start + i]
+            give_figures(w, out, i, base + at)
+            code[base + at] = int(w[CODE + i])
+            state[at] = DONE if w[CODE + i] == LEFT else waits_for(w, i, folded)
 
 
 @compiled
 def work(
-    w: Array, table: Array, index: Array, n: int, locked: bool, folded: bool, plates: bool,
+    w: Array, table: Array, state: Array, index: Array, n: int, locked: bool, folded: bool, plates: bool,
     sizes: Array, rule: Array, out: Array, base: int,
 ) -> None:  # fmt: skip
     """Frictional work by rule after rule, each for the designs that the one before has not served; NaN is left."""
-    first = 0
+    for i in range(n):
+        state[index[i]] = DONE
+    # the rules stand one after the other, the last ones are asked for
+    first = rule.shape[1] - sizes.sum()
     for size in sizes:
         left = 0
         for start in range(0, n, W):
             count = min(W, n - start)
             gather(w, table, index, start, count, FEW)
+            lanes.folds(w)
             if not locked:
                 works.pole(w, folded, plates)
             works.work(w, rule, first, size, locked, folded, plates)

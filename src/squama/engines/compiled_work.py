@@ -6,7 +6,7 @@ import math
 
 from squama.engines import compiled_lanes as lanes
 from squama.engines.compiled_ends import FRICTIONAL, KINEMATIC
-from squama.engines.compiled_kernel import compiled
+from squama.engines.compiled_kernel import OPS, compiled
 from squama.engines.compiled_lanes import (
     CODE,
     FORCE,
@@ -25,6 +25,7 @@ from squama.engines.compiled_lanes import (
     W,
     X,
 )  # fmt: skip
+from squama.model.energy import beyond
 from squama.model.solve import Array
 
 ROUGH, ROUGH_PLAIN = 3e-8, 3e-10
@@ -59,11 +60,8 @@ def pole(w: Array, folded: bool, plates: bool) -> None:
         w[X + i] = w[X_END + i] - 1e-4 * (w[X_END + i] - w[X0 + i])
     lanes.figures(w, folded, plates)
     for i in range(W):
-        last, before, span = w[S0 + i], w[D + i], w[X_END + i] - w[X0 + i]
-        beyond = last * 1e-4 * span / (before - last)
-        good = (beyond > 0) & (beyond < math.inf)
-        beyond = beyond if good else (0.0 if last <= 1e-9 * before else math.inf)
-        w[P1 + i] = span + min(beyond, 1e3 * span)
+        span = w[X_END + i] - w[X0 + i]
+        w[P1 + i] = span + beyond(w[S0 + i], w[D + i], 1e-4 * span, OPS)
         w[P2 + i] = -math.log1p(-(w[X_C + i] - w[X0 + i]) / w[P1 + i])
 
 

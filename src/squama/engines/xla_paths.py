@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.model import energy, mechanics, twisting
+from squama.model import energy, mechanics, neighbours
 from squama.model.ends import _COARSE, _COINCIDE, _SAFETY, STEPS, half_turn
-from squama.model.neighbours import SAMPLES, gap
+from squama.model.neighbours import SAMPLES
 from squama.model.outcome import CODES, End
 from squama.model.paths import TWIST_ENDS, Ops, Twist
 
@@ -35,7 +35,7 @@ def operations() -> Ops:
     from jax import numpy as jnp
 
     # on a CPU this quotient takes half the time of jnp.tan within a compiled program
-    return Ops(jnp.sqrt, jnp.sin, jnp.cos, lambda x: jnp.sin(x) / jnp.cos(x), jnp.arctan)
+    return Ops(jnp.sqrt, jnp.sin, jnp.cos, lambda x: jnp.sin(x) / jnp.cos(x), jnp.arctan, jnp.maximum)
 
 
 def block(columns: Any, margin: Any, *, law: str) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def block(columns: Any, margin: Any, *, law: str) -> dict[str, Any]:
     ops = operations()
     theta0, mu = columns[5], columns[6]
     row = Twist(*columns[:6])._replace(k=jnp.ones_like(mu))
-    far = jnp.maximum(1.0, jnp.floor(jnp.hypot(row.eta, 2 * row.beta)))
+    far = jnp.maximum(1.0, jnp.floor(neighbours.reach(row, ops)))
     k, load_e = engagement(row, far)
     engaged = k > 0
     row = row._replace(k=jnp.maximum(k, 1.0))
@@ -92,12 +92,8 @@ def engagement(row: Twist, far: Any) -> tuple[Any, Any]:
 
     def look(j: Any, found: tuple[Any, Any]) -> tuple[Any, Any]:
         k, best = found
-        sub = row._replace(k=1.0 * j)
-        r = sub.root(row.theta0, ops)
-        q = ops.sqrt(r.q2)
-        c = twisting.contact(r, q, *sub.ratios)
-        on = (r.H + q > 0) & (abs(c.p) <= row.beta / j) & (c.s >= 0) & (c.s <= row.eta / j)
-        phi = jnp.where(on & (j <= far), 2 * ops.atan(c.u) / j, jnp.inf)
+        on, twist = neighbours.engages(row._replace(k=1.0 * j), ops)
+        phi = jnp.where(on & (j <= far), twist, jnp.inf)
         return jnp.where(phi < best, 1.0 * j, k), jnp.minimum(phi, best)
 
     start = jnp.zeros_like(row.eta), jnp.full_like(row.eta, jnp.inf)
@@ -190,7 +186,7 @@ def crossed(row: Twist, x_end: Any, far: Any) -> Any:
     phi = 2 * ops.atan(r.S / (r.H + q)) / row.k
 
     def look(j: Any, found: Any) -> Any:
-        met = gap(row, 1.0 * j, theta, phi, ops) >= 0
+        met = neighbours.gap(row, 1.0 * j, theta, phi, ops) >= 0
         rising = (met[1:] > met[:-1]).any(axis=0)
         return found | (rising & (row.k != j) & (j <= far))
 
@@ -199,15 +195,10 @@ def crossed(row: Twist, x_end: Any, far: Any) -> Any:
 
 def pole(row: Twist, x_end: Any, mu: Any, law: str) -> Any:
     """Where the friction force has its pole; as :func:`squama.model.energy.pole`."""
-    from jax import numpy as jnp
-
-    ops, length = operations(), x_end - row.theta0
-    h = 1e-4 * length
+    ops, h = operations(), 1e-4 * (x_end - row.theta0)
     D1 = mechanics.forces(row.point(x_end, law, ops), row.theta0, mu).D
     D0 = mechanics.forces(row.point(x_end - h, law, ops), row.theta0, mu).D
-    beyond = D1 * h / (D0 - D1)
-    beyond = jnp.where(jnp.isfinite(beyond) & (beyond > 0), beyond, jnp.where(D1 <= 1e-9 * D0, 0.0, jnp.inf))
-    return x_end + jnp.minimum(beyond, 1e3 * length)
+    return x_end + energy.beyond(D1, D0, h, ops)
 
 
 def more_work(columns: Any, *, law: str, nodes: int) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from squama.errors import ValidityWarning
 from squama.model.mechanics import Row, forces
-from squama.model.paths import ARRAY, FoldedTwist
+from squama.model.paths import ARRAY, FoldedTwist, Ops
 from squama.model.solve import Array, blocks, point, take
 
 TOLERANCE = 1e-11
@@ -59,10 +59,16 @@ def pole(row: Row, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
     with np.errstate(all="ignore"):
         D1 = forces(point(row, x_end, law), row.theta0, mu).D
         D0 = forces(point(row, x_end - h, law), row.theta0, mu).D
-        beyond = D1 * h / (D0 - D1)
-    # no pole ahead: one far enough that y is x in other units
-    beyond = np.where(np.isfinite(beyond) & (beyond > 0), beyond, np.where(D1 <= 1e-9 * D0, 0.0, np.inf))
-    return np.asarray(x_end + np.minimum(beyond, 1e3 * (x_end - x0)))
+        return np.asarray(x_end + beyond(D1, D0, h, ARRAY))
+
+
+def beyond(D1: Any, D0: Any, h: Any, ops: Ops) -> Any:
+    """Distance from the end of a path to the pole, with D1 = D there and D0 = D at ``h`` (path length / 1e4) before it.
+
+    Where no pole is ahead: one far enough that y is x in other units.
+    """
+    D1 = ops.larger(D1, 0.0)
+    return h / ops.larger((D0 - D1) / D1, 1e-7)
 
 
 def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Array:

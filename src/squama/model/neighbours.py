@@ -35,22 +35,48 @@ class Crossing(NamedTuple):
         return Crossing(self.k[index], self.x[index])
 
 
-def reach(row: Any) -> Array:
-    """Farthest neighbour a tip can reach: k = (eta - s) cos a cos th + (beta + p) sin a <= hypot(eta, 2 beta)."""
-    return np.asarray(np.maximum(1.0, np.floor(np.hypot(row.eta, 2 * row.beta))))
+def reach_at(row: Any, cs: Any) -> Any:
+    """Bound of the neighbours a tip can reach at an inclination with the cosine ``cs``.
+
+    A contact with neighbour k lies at k = (eta - s) cos a cos th + (beta + p) sin a, with 0 <= s and p <= beta.
+    """
+    return row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9
+
+
+def reach(row: Any, ops: Ops = ARRAY) -> Any:
+    """Bound of the neighbours a tip can reach: the inclination is nowhere smaller than at rest."""
+    return reach_at(row, ops.cos(row.theta0))
+
+
+def _farthest(row: Any) -> Array:
+    """Farthest neighbour to look for, the next one at least."""
+    return np.asarray(np.maximum(1.0, np.floor(reach(row, ARRAY))))
+
+
+def meeting(row: Twist, ops: Ops) -> tuple[twisting.Root, Any, Any]:
+    """Terms, root, and twist per pitch at which the lines of neighbour ``row.k`` meet (paper Eq. 6 at theta0)."""
+    r = row.root(row.theta0, ops)
+    q = ops.sqrt(r.q2)
+    return r, q, 2 * ops.atan(r.S / (r.H + q)) / row.k
+
+
+def within(row: Twist, r: twisting.Root, q: Any) -> Any:
+    """Whether lines that meet do so on both edges."""
+    c = twisting.contact(r, q, *row.ratios)
+    return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
+
+
+def engages(row: Twist, ops: Ops) -> tuple[Any, Any]:
+    """Whether the tip-side contact of neighbour ``row.k`` engages, and at which twist per pitch. Exact."""
+    r, q, phi = meeting(row, ops)
+    return within(row, r, q), phi
 
 
 def engagement(row: Twist) -> Array:
-    """Twist per pitch at which the tip-side contact of neighbour ``row.k`` engages; inf where it never does.
-
-    Exact (paper Eq. 6 at theta0), and only where the contact lies on both edges.
-    """
+    """Twist per pitch at which the tip-side contact of neighbour ``row.k`` engages; inf where it never does."""
     with np.errstate(all="ignore"):
-        r = row.root(row.theta0, ARRAY)
-        q = np.sqrt(r.q2)
-        c = twisting.contact(r, q, *row.ratios)
-        on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
-        return np.where(on, 2 * np.arctan(c.u) / row.k, np.inf)
+        on, phi = engages(row, ARRAY)
+    return np.where(on, phi, np.inf)
 
 
 def first_engagement(row: Twist) -> tuple[Array, Array]:
@@ -59,7 +85,7 @@ def first_engagement(row: Twist) -> tuple[Array, Array]:
     k, best = np.zeros(n, np.int64), np.full(n, np.inf)
     for p in blocks(n):
         part = take(row, p)
-        far = reach(part).astype(np.int64)
+        far = _farthest(part).astype(np.int64)
         # one lane for every design and neighbour within reach, a design's lanes side by side
         owner = np.repeat(np.arange(far.size), far)
         start = np.cumsum(far) - far
@@ -100,7 +126,7 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
     found = Crossing.none(x0.size)
     steps = np.linspace(0.0, 1.0, FOLDED_SAMPLES if hasattr(row, "open") else SAMPLES)
     # in order of reach, so that few designs are asked for neighbours they do not have
-    order = np.argsort(reach(row), kind="stable")
+    order = np.argsort(_farthest(row), kind="stable")
     parts = [np.empty((3, 0), np.int64)]
     for p in blocks(x0.size):
         lanes = order[p]
@@ -134,7 +160,7 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
 def _crossed(row: Any, x0: Array, x_end: Array, steps: Array) -> Array:
     """Design, neighbour and sample before every crossing of the lines of another neighbour's tip-side pair."""
     pair = getattr(row, "open", row)
-    far = reach(pair)
+    far = _farthest(pair)
     rows = [np.empty((3, 0), np.int64)]
     with np.errstate(all="ignore"):
         theta, r, q, _ = row.solve(x0 + (x_end - x0) * steps[:, None], ARRAY)
@@ -144,11 +170,13 @@ def _crossed(row: Any, x0: Array, x_end: Array, steps: Array) -> Array:
         # j F_j is linear in j, and cos(j phi), sin(j phi) follow from cos(phi), sin(phi)
         lean = pair.sa * pair.ca * r.cs
         H, S2, half = r.H + lean, r.S, r.G / 2
+        near = reach_at(pair, r.cs)
+        near = np.maximum(near[1:], near[:-1])
         c1, s1 = np.cos(phi), np.sin(phi)
         c, s = c1, s1
         for j in range(1, int(far.max(initial=1.0)) + 1):
             met = (half - j * S2) * c + (H - j * lean) * s >= half
-            rising = (met[1:] > met[:-1]) & ((pair.k != j) & (j <= far))
+            rising = (met[1:] > met[:-1]) & ((pair.k != j) & (j <= near))
             if rising.any():
                 i, lane = np.nonzero(rising)
                 rows.append(np.stack([lane, np.full(lane.size, j), i]))

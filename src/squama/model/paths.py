@@ -31,10 +31,11 @@ class Ops(NamedTuple):
     cos: Callable[[Number], Number]
     tan: Callable[[Number], Number]
     atan: Callable[[Number], Number]
+    larger: Callable[[Number, Number], Number] = max
 
 
 TWIST_ENDS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE)
-ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan)
+ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan, np.maximum)
 FLOAT = Ops(math.sqrt, math.sin, math.cos, math.tan, math.atan)
 
 
@@ -156,14 +157,19 @@ class FoldedTwist(NamedTuple):
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
         """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
+        return self.solve_from(self.open.root(self.theta_f, ops), x, ops)
+
+    def solve_from(self, f: twisting.Root, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
+        """Return the same, with the terms ``f`` of the contact condition at the fold already known."""
         row = self.open
         theta = self.theta_f - x * x
-        r, f = row.root(theta, ops), row.root(self.theta_f, ops)
+        r = row.root(theta, ops)
         sa, ca, eta, beta, lam = row.ratios
         # divided differences between theta and theta_f of sin, cos and the terms built from them
         half = -x * x / 2
-        sinc = ops.sin(half + 1e-300) / (half + 1e-300)
-        d_sn, d_cs = ops.cos(self.theta_f + half) * sinc, -ops.sin(self.theta_f + half) * sinc
+        up, over = ops.sin(half + 1e-300), ops.cos(half)
+        sinc = up / (half + 1e-300)
+        d_sn, d_cs = (f.cs * over - f.sn * up) * sinc, -(f.sn * over + f.cs * up) * sinc
         d_S = ca * d_sn
         d_H = sa * lam * d_sn + ca * (beta - sa) * d_cs
         d_G = 2 * (d_S * (beta * sa + eta * ca * r.cs) + f.S * eta * ca * d_cs + lam * (ca * ca - sa * sa) * d_cs)
