@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from squama._version import __version__
 from squama.answer import Answer, Labelled
 from squama.curve import Case, Curve, curve, path
 from squama.design import Beam
+from squama.loading import BENDING, COMPLIANT, TWISTING, Loading
 from squama.model import solution
 from squama.model.plates import Plates, Touch
 from squama.model.solve import Array
@@ -22,81 +23,6 @@ from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-class Loading(NamedTuple):
-    """Names of the variables of a kind of loading, by their roles in :mod:`squama.curve`."""
-
-    kind: str
-    along: dict[str, str]
-    figures: dict[str, str]
-
-
-_ALONG = {
-    "theta": "theta",
-    "N": "N",
-    "f": "f",
-    "f0": "f0",
-    "mu_lock": "mu_lock",
-    "elastic": "U_el",
-    "work": "W_fr",
-    "RED": "RED",
-}
-_FIGURES = {
-    "theta_end": "theta_end",
-    "theta_c": "theta_c",
-    "stiffening": "stiffening",
-    "elastic_c": "U_el_c",
-    "work_c": "W_fr_c",
-    "RED_c": "RED_c",
-    "mu_static": "mu_static",
-    "end": "end",
-    "neighbour": "neighbour",
-    "other_contact": "other_contact",
-}
-TWISTING = Loading(
-    "twisting",
-    {
-        "rate": "Phi",
-        "load": "phi",
-        "torque": "T",
-        "scales": "T_scales",
-        "tangent": "K_t",
-        "p": "p",
-        "s": "s",
-        **_ALONG,
-    },
-    {
-        "load_e": "phi_e",
-        "rate_e": "Phi_e",
-        "load_end": "phi_end",
-        "rate_end": "Phi_end",
-        "rate_c": "Phi_c",
-        "torque_c": "T_c",
-        **_FIGURES,
-    },
-)
-BENDING = Loading(
-    "bending",
-    {
-        "rate": "kappa",
-        "load": "psi",
-        "torque": "M",
-        "scales": "M_scales",
-        "tangent": "K_b",
-        "s": "r",
-        **_ALONG,
-    },
-    {
-        "load_e": "psi_e",
-        "rate_e": "kappa_e",
-        "load_end": "psi_end",
-        "rate_end": "kappa_end",
-        "rate_c": "kappa_c",
-        "torque_c": "M_c",
-        **_FIGURES,
-    },
-)
 
 
 def twist(
@@ -109,6 +35,7 @@ def twist(
     at: ArrayLike | None = None,
     to: float | str | None = None,
     sense: str = "+",
+    joint: str = "hinge",
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -131,6 +58,10 @@ def twist(
         Twist at which to stop: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
+    joint
+        "hinge" (closed form: a scale turns about its width against K_theta) or "compliant" (six motions against the
+        stiffness that finite elements give, contact of the plates anywhere; goes to ``to``, 0.3 rad per pitch if not
+        given; NaN beyond an earlier end; the force law is "edge" and there is no margin). See docs, theory.
 
     Returns
     -------
@@ -152,7 +83,7 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
-    return twisted(beam, mu=mu, law=law, margin=margin, points=points, at=at, to=to, sense=sense).dataset()
+    return twisted(beam, mu=mu, law=law, margin=margin, points=points, at=at, to=to, sense=sense, joint=joint).dataset()
 
 
 def twisted(
@@ -165,10 +96,32 @@ def twisted(
     at: ArrayLike | None = None,
     to: float | str | None = None,
     sense: str = "+",
+    joint: str = "hinge",
 ) -> Answer:
     """Return what :func:`twist` returns, before it is a dataset."""
     sign = checks.sense(sense)
     checks.law(law)
+    solved = JOINTS[checks.one_of("joint", joint, tuple(JOINTS))]
+    stop = None if to is None else units.twist(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+    answer = solved(beam, _Asked(mu, law, margin, points, at, stop), sign)
+    answer.attrs |= {"sense": sense, "joint": joint}
+    return answer
+
+
+class _Asked(NamedTuple):
+    """Arguments of a response as given; ``stop`` in rad per pitch."""
+
+    mu: ArrayLike | None
+    law: str
+    margin: float
+    points: int
+    at: ArrayLike | None
+    stop: float | None
+
+
+def _hinged(beam: Beam, asked: _Asked, sign: int) -> Answer:
+    """Follow the closed form."""
+    law, sense = asked.law, "+" if sign > 0 else "-"
     theta_0 = beam.scale.theta0
     case = Case(beam.pitch, beam.torsional_rigidity, beam.joint_stiffness, beam.eta, theta_0, sign < 0)
     eta, beta, lam, slant, theta0 = (np.array([v]) for v in beam.ratios.values())
@@ -180,12 +133,39 @@ def twisted(
         sol, touches = solution.with_touches(sol, [plates], theta0, mirrored=sign < 0)
         return sol, touches[0]
 
-    stop = None if to is None else units.twist(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-    slope = beam.eta * math.tan(alpha) * sign + beam.beta - math.sin(alpha) * sign
-    small = beam.scale.theta0 / slope if slope > 0 else math.inf
-    answer = _respond(TWISTING, beam, case, solve, mu, law, margin, points, at, stop, {"phi_e_small": small})
-    answer.attrs["sense"] = sense
+    return _respond(TWISTING, beam, _closed(case, solve, law), asked, {"phi_e_small": _small(beam, sign)})
+
+
+def _small(beam: Beam, sign: int) -> float:
+    slope = sign * (beam.eta * math.tan(beam.scale.alpha) - math.sin(beam.scale.alpha)) + beam.beta
+    return beam.scale.theta0 / slope if slope > 0 else math.inf
+
+
+def _compliant(beam: Beam, asked: _Asked, sign: int) -> Answer:
+    """Follow rigid plates on the stiffness from finite elements."""
+    from squama import compliant
+
+    if asked.law != "edge":
+        checks.fail(f'law = "{asked.law}": belongs to joint="hinge"; plates on a compliant joint follow "edge"')
+    far = compliant.RANGE if asked.stop is None else asked.stop
+    if far >= math.pi:
+        checks.fail(f"to = {far / beam.pitch:.6g} rad/m: must be below half a turn per pitch")
+    joint = compliant.stiffness(beam)
+
+    def trace(m: float, grid: Grid) -> Curve:
+        loads = np.linspace(0.0, far, grid.points) if grid.at is None else grid.at
+        return compliant.curve(beam, joint, m, loads, sign=sign)
+
+    answer = _respond(COMPLIANT, beam, trace, asked, {"phi_e_small": _small(beam, sign)})
+    answer.attrs |= {"K_theta": joint.K_theta, "rigidity": joint.rigidity}
+    del answer.attrs["margin"]
+    notes = compliant.warnings(beam, far if asked.at is None else float(np.max(asked.at)) * beam.pitch)
+    answer.attrs["warnings"] = "\n".join([*answer.attrs["warnings"].splitlines(), *notes])
     return answer
+
+
+JOINTS = {"hinge": _hinged, "compliant": _compliant}
+"""How a scale is held: a hinge with one spring, or six motions against the substrate."""
 
 
 def bend(
@@ -244,40 +224,50 @@ def bent(
         return solution.solve_bending(np.array([beam.eta]), np.array([beam.scale.theta0]), np.array([m])), None
 
     stop = None if to is None else units.curvature(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-    return _respond(BENDING, beam, case, solve, mu, "edge", margin, points, at, stop, {})
+    return _respond(BENDING, beam, _closed(case, solve, "edge"), _Asked(mu, "edge", margin, points, at, stop), {})
+
+
+class Grid(NamedTuple):
+    """Where a curve is wanted: number of points, load angles instead (rad per pitch), where to stop, margin."""
+
+    points: int
+    at: Array | None
+    stop: float | None
+    margin: float
+
+
+def _closed(case: Case, solve: Any, law: str) -> Callable[[float, Grid], Curve]:
+    """Return what makes a curve of the closed form for one coefficient of friction."""
+
+    def trace(m: float, grid: Grid) -> Curve:
+        sol, touch = solve(m)
+        return curve(case, path(case, sol, touch, m, law, grid.margin, grid.stop), points=grid.points, at=grid.at)
+
+    return trace
 
 
 def _respond(
     loading: Loading,
     beam: Beam,
-    case: Case,
-    solve: Any,
-    mu: ArrayLike | None,
-    law: str,
-    margin: float,
-    points: int,
-    at: ArrayLike | None,
-    stop: float | None,
+    trace: Callable[[float, Grid], Curve],
+    asked: _Asked,
     constants: dict[str, float],
 ) -> Answer:
-    mus = _friction(beam, mu)
-    margin = checks.scalar("margin", margin, 1e-12, 1.0, "at least 1e-12 and below 1")
-    points = checks.whole("points", points, 3, 1e6)
-    if stop is not None and stop <= 0:
-        checks.fail(f"to = {stop / beam.pitch:.6g} rad/m: must be above 0; twist the other way with sense")
+    mus = _friction(beam, asked.mu)
+    margin = checks.scalar("margin", asked.margin, 1e-12, 1.0, "at least 1e-12 and below 1")
+    points = checks.whole("points", asked.points, 3, 1e6)
+    if asked.stop is not None and asked.stop <= 0:
+        checks.fail(f"to = {asked.stop / beam.pitch:.6g} rad/m: must be above 0; twist the other way with sense")
     loads = None
-    if at is not None:
-        loads = np.atleast_1d(checks.not_negative("at", at)) * beam.pitch
+    if asked.at is not None:
+        loads = np.atleast_1d(checks.not_negative("at", asked.at)) * beam.pitch
         if loads.ndim != 1:
             checks.fail(f"at: must be one number or a sequence of numbers, not an array of shape {loads.shape}")
-    curves = []
-    for m in np.atleast_1d(mus):
-        sol, touch = solve(float(m))
-        curves.append(curve(case, path(case, sol, touch, float(m), law, margin, stop), points=points, at=loads))
+    curves = [trace(float(m), Grid(points, loads, asked.stop, margin)) for m in np.atleast_1d(mus)]
     attrs = {
         "title": f"{loading.kind} of a scale-covered beam",
         "load": loading.kind,
-        "law": law,
+        "law": asked.law,
         "margin": margin,
         "beam": _text(beam),
         "squama_version": __version__,

@@ -65,7 +65,9 @@ _TABLE = (
     Symbol("u_Y", "m", "move of a scale's base along n_Y", "u_Y", "theory: compliant joint"),
     Symbol("u_Z", "m", "move of a scale's base along n_Z", "u_Z", "theory: compliant joint"),
     Symbol("w_X", "rad", "roll of a scale, rotation vector along n_X", "w_X", "theory: compliant joint"),
-    Symbol("w_Y", "rad", "turn of a scale about its width, rotation vector along n_Y", "w_Y", "theory: compliant joint"),
+    Symbol(
+        "w_Y", "rad", "turn of a scale about its width, rotation vector along n_Y", "w_Y", "theory: compliant joint"
+    ),
     Symbol("w_Z", "rad", "yaw of a scale, rotation vector along n_Z", "w_Z", "theory: compliant joint"),
     Symbol("gap", "m", "least distance between the scales", "g"),
     Symbol("W", "J/m", "work of the torque per length", "W", "paper Eq. 13"),
@@ -102,6 +104,8 @@ _TABLE = (
     ),
     Symbol("end", "", "how the curve ends", ""),
     Symbol("neighbour", "1", "neighbour whose contact is followed; 0 for none", "k"),
+    Symbol("first_contact", "", "pair of plates that touches first", ""),
+    Symbol("energy_error", "1", "work of the torque that is neither stored nor rubbed away, over all of it", ""),
     Symbol("other_contact", "", "pair of plates that comes in from elsewhere", ""),
 )
 

@@ -142,10 +142,14 @@ def test_unloading_has_a_lower_branch_and_a_loop_of_the_dissipated_area():
     assert c.W[-1] == pytest.approx(c.W_fr[-1], rel=1e-2)
 
 
-def test_a_jump_to_another_state_ends_the_curve():
-    c = condense.curve(rest(**FIG_6B), matrix(), 0.0, np.arange(1, 120) * 0.005)
-    if c.end == "range end":
-        pytest.skip("this matrix does not let the contact slip off")
-    assert c.end in (condense.SNAP, condense.STOPPED)
-    assert c.phi_end > 0.25
-    assert abs(c.unbalanced) < 2e-3
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+def test_where_the_contact_slips_off_a_corner_the_curve_ends_with_a_snap(mu):
+    c = condense.curve(rest(**FIG_6B), matrix(), mu, np.arange(1, 120) * 0.005)
+    assert c.end == condense.SNAP
+    assert 0.36 < c.phi_end < 0.43
+    assert abs(c.unbalanced) < 1e-3
+    reached = np.isfinite(c.T)
+    assert reached[c.phi <= c.phi_end].all()
+    assert not reached[c.phi > c.phi_end].any()
+    # it got to the corner B of the tip edge
+    assert c.p[reached][-1] > 0.59 or "corner B1" in c.contacts[-1].pair

@@ -107,3 +107,12 @@ SHIFT = np.arange(12.0).reshape(4, 3)
 def point(phi):
     """Motions and corners that are parabolas of the twist."""
     return np.arange(6) * phi**2 + phi, phi, phi**2 * np.ones((4, 3)) + phi * SHIFT
+
+
+def test_let_go_a_scale_falls_back_on_its_neighbour(contact):
+    lifted = np.array([0.0, 0, 0, 0, -0.1, 0])
+    found = small.fall(body, contact, lifted, 0.08, None, KAPPA, FREE)
+    assert found.solved
+    load = contact.load(found.v, 0.08, None, KAPPA)
+    assert load.resultant.N > 0
+    assert np.abs(body(found.v, 0.08)[0] + load.total[:6]).max() < 1e-8

@@ -17,16 +17,16 @@ import numpy as np
 
 from squama.fe.contact import DHAT, SLIP, HelixContact, Touch, stiffness
 from squama.fe.plate import Array, Helix, Shape, inclination
-from squama.fe.small import Trail, advance
+from squama.fe.small import Trail, advance, fall
 
 INCREMENT = 2e-3
 """Largest increment of the twist, rad per pitch, unless asked otherwise."""
 JUMP = 0.01
 """Farthest a new equilibrium may lie from where the last ones point (pitches, rad); beyond, increments are halved."""
-_HALVINGS = 8
+_HALVINGS = 5
 _FIRST = 0.05
 RANGE_END, SNAP, STOPPED = "range end", "snap", "stopped"
-"""How a curve ends: the asked range is done; the next equilibrium is a jump away; none is found with any increment."""
+"""How a curve ends: the range is done; the scales jump away, no equilibrium being near; no way on is found (a lock)."""
 HINGE = np.eye(6)[:, 4:5]
 FREE = np.eye(6)
 
@@ -43,8 +43,8 @@ class Condensed(NamedTuple):
     """A curve; arrays over its points, signed, units as the module says; NaN where it did not come to.
 
     ``theta``: see :func:`squama.fe.plate.inclination`; ``v`` (n, 6) motions; ``N``, ``f`` of the neighbour that presses
-    most; ``U`` strain energy, ``W_fr`` frictional work and ``W`` the torque's, per pitch; ``gap`` between the scales
-    (inf where they are more than dhat apart); ``p``, ``s`` place of a tip-side contact (NaN for another or none).
+    most; ``U`` strain energy, ``W_fr`` frictional work and ``W`` the torque's, per pitch; ``gap`` between the
+    scales; ``p``, ``s`` place of a tip-side contact (NaN for another or none).
     ``phi_e`` is the twist at engagement (inf if none), ``contacts`` what touches from where on, ``end`` a word for the
     end at ``phi_end``, ``rigidity`` the torque per twist without contact, ``rounds`` the number of Newton steps.
     """
@@ -113,7 +113,7 @@ def curve(
     end = RANGE_END
     for goal in wanted:
         if not walk.to(float(goal), increment):
-            end = SNAP if walk.jumps else STOPPED
+            end = walk.ending(increment)
             break
         rows.append(walk.row())
     table = np.full((wanted.size, 16), np.nan)
@@ -180,7 +180,6 @@ class _Walk:
         self.W_fr = self.W = self._power = 0.0
         self.contacts: list[Contacts] = []
         self.touch: Touch | None = None
-        self.jumps = False
         self._measure()
 
     def _body(self, v: Array, phi: float) -> tuple[Array, Array, Array]:
@@ -209,12 +208,22 @@ class _Walk:
                 return False
         return True
 
+    def ending(self, most: float) -> str:
+        """Say why no increment leads on: let go of the scale a little farther on and see whether it leaves."""
+        way = np.sign(self.phi) or 1.0
+        phi = self.phi + way * abs(most) / 16
+        v, before = self.trail.expected(phi), self.trail.before(phi)
+        here = self.contact.corners(self.v, self.phi)
+        if self.contact.free(here, self.contact.corners(v, phi)) < 1:
+            v, phi = self.v, self.phi
+        found = fall(self._body, self.contact, v, phi, before, self.kappa, self.ways)
+        return SNAP if np.abs(found.v - self.v).max() > JUMP else STOPPED
+
     def _increment(self, phi: float) -> bool:
         expected, before = self.trail.expected(phi), self.trail.before(phi)
         start = self.v, self.phi
         found = advance(self._body, self.contact, start, (expected, phi), before, self.kappa, self.ways)
         self.rounds += found.rounds
-        self.jumps = found.solved
         if not found.solved or np.abs(found.v - expected).max() > JUMP:
             return False
         T, power, step = self.T, self._power, phi - self.phi
@@ -241,7 +250,7 @@ class _Walk:
     def row(self) -> tuple[float, ...]:
         """Return what a curve shows of the state."""
         touch = self.touch
-        gap = self.contact.contact.gap(self.contact.corners(self.v, self.phi), self.dhat)
+        gap = self.contact.contact.gap(self.contact.corners(self.v, self.phi))
         p, s = (touch.p, touch.s) if touch else (np.nan, np.nan)
         return (
             inclination(self.rest, self.v), *self.v, self.T, self.N, self.f, self.U, self.W_fr, self.W, gap, p, s,

@@ -21,13 +21,13 @@ TOLERANCE = 1e-9
 """Residual force over the body's force at which an equilibrium counts as found."""
 _ROUNDING = 1e-6
 """The same where rounding lets no step make it smaller."""
-ROUNDS = 40
+ROUNDS = 25
 """Most Newton steps at one twist."""
 SUBSTEPS = 30
 """Most stops on the way to a twist, each where a scale would otherwise pass through another."""
 _SHRINK = 16
 _LEAST, _NEAR = 1e-6, 1e-7
-_FALL, _FALL_REACH = 150, 0.05
+_FALL, _FALL_REACH = 100, 0.05
 _REACH = 0.1
 
 
@@ -160,8 +160,7 @@ def fall(
     Every step leads downhill, however far; friction acts on the whole way since ``before``. Parameters as in
     :func:`balance`. Where a contact slips off a corner, this shows where the scales jump, even before they rest there.
     """
-    rounds = 0
-    for rounds in range(1, _FALL + 1):
+    for _ in range(_FALL):
         force, stiff, _ = body(v, phi)
         load = contact.load(v, phi, before, kappa)
         r = ways.T @ (force + load.total[:6])
@@ -180,7 +179,7 @@ def fall(
                     break
             step = step * min(clear, 0.5 if clear == 1 else 1.0)
         v = v + step
-    return Found(v, phi, False, rounds, np.inf, np.zeros(6))
+    return Found(v, phi, False, _FALL, np.inf, np.zeros(6))
 
 
 class _State(NamedTuple):

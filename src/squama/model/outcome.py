@@ -17,6 +17,8 @@ class End(StrEnum):
     RELEASED = "released"
     RANGE = "range end"
     NONE = "no engagement"
+    SNAP = "snap"
+    STOPPED = "stopped"
 
     @property
     def locks(self) -> bool:
@@ -36,5 +38,7 @@ SENTENCES: dict[End, str] = {
     End.OTHER: "another pair of plate edges or faces comes into contact; the model of one contact ends here",
     End.RELEASED: "beyond the fold the scales come back to their initial inclination and the contact opens",
     End.RANGE: "the asked range ends (or half a turn of scale or beam is reached) before any lock",
+    End.SNAP: "the contact slips off a corner or opens and the scales jump to another state; the curve ends there",
+    End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock",
     End.NONE: "the tip edge of a scale never rests on a side edge of a neighbour in this sense of loading",
 }
