@@ -107,7 +107,8 @@ def test_meshes_are_the_same_in_every_run(fig6b) -> None:
 
 
 def test_the_bare_bar(fig6b) -> None:
-    bar = bar_mesh(fig6b, 0.3)
+    # triangles fine enough to lie in the mouth of the slot that is not there
+    bar = bar_mesh(fig6b._replace(thickness=0.1, theta0=0.4), 0.2)
     assert volumes(bar.nodes, bar.tets).sum() == pytest.approx(2 * fig6b.width * fig6b.lam)
     assert bar.tied.size == 0
     assert bar.front.size == bar.back.size > 20

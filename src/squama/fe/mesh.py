@@ -202,7 +202,7 @@ def _mesh(geometry: Geometry, size: float, edge_size: float | None, grading: flo
     cells[turned] = cells[turned][:, [1, 0, 2, 3]]
     if not len(cells) or np.abs(parts).min() <= 0 or abs(np.abs(parts).sum() / volume - 1) > _NEAR:
         raise _failed(_NOT_FILLED)
-    return _quadratic(geometry, points, cells)
+    return _quadratic(geometry, points, cells, slot=edge_size is not None)
 
 
 def _failed(said: str) -> InputError:
@@ -245,7 +245,7 @@ def _polygon(occ: Any, points: list[Any]) -> Any:
     return occ.Face(occ.Wire([occ.Segment(p, q) for p, q in around]))
 
 
-def _quadratic(geometry: Geometry, points: Array, cells: Index) -> Pitch:
+def _quadratic(geometry: Geometry, points: Array, cells: Index, *, slot: bool) -> Pitch:
     """Set the middle nodes; find the cuts, the slot and the boundary."""
     # exact images before the middles, so that these are exact too
     low, high = _matched(geometry, points)
@@ -268,8 +268,8 @@ def _quadratic(geometry: Geometry, points: Array, cells: Index) -> Pitch:
     if (back < 0).any() or not np.array_equal(np.sort(back), np.unique(surface[on_back])):
         raise _failed(_DIFFER)
     nodes[back] = nodes[front] + [0.0, 0.0, 1.0]
-    centres = nodes[surface[:, :3]].mean(axis=1)
-    tied = np.unique(surface[geometry.in_slot(centres)])
+    walls = geometry.in_slot(nodes[surface[:, :3]].mean(axis=1)) & slot
+    tied = np.unique(surface[walls])
     return Pitch(nodes, np.concatenate([cells, middle], axis=1), front, back, tied, surface)
 
 
