@@ -192,3 +192,61 @@ def solve(d: Design, theta0: float, mu: float, *, work: bool) -> tuple[float, fl
 
     total = quad(density, a, a + 0.99 * (end - a), epsrel=1e-9, limit=200)[0] if work else 0.0
     return phi_e, theta_end, phi_end, total
+
+
+def naive_twist(theta: float, d: Design) -> float | None:
+    """Smallest twist at which the contact condition holds, searched for."""
+    A, B, G = terms(theta, d)
+
+    def condition(phi: float) -> float:
+        return A * cos(phi) + B * sin(phi) - G
+
+    for i in range(200):
+        if condition(i * pi / 200) < 0 <= condition((i + 1) * pi / 200):
+            return float(brentq(condition, i * pi / 200, (i + 1) * pi / 200))
+    return None
+
+
+def naive_state(theta: float, d: Design) -> State | None:
+    """Contact at an inclination; the rate of twist is a difference."""
+    h = 1e-6
+    phi, before, after = naive_twist(theta, d), naive_twist(theta - h, d), naive_twist(theta + h, d)
+    if phi is None or before is None or after is None:
+        return None
+    dphi = (after - before) / (2 * h)
+    ca, sa, ct, st, c, sp = cos(d.alpha), sin(d.alpha), cos(theta), sin(theta), cos(phi), sin(phi)
+    v, zX, zZ = 1 - c, ca * ct, -ca * st
+    kXX, kYY, kYX = c + v * zX * zX, c + v * sa * sa, v * zX * sa - sp * zZ
+    kYZ, kZX = v * sa * zZ + sp * zX, v * zX * zZ + sp * sa
+    p, s = places(theta, phi, d)
+    J2 = 1 - kYX * kYX
+    b1 = dphi * (d.beta * ca * st - d.lam * sa * ct) - d.eta * kZX
+    b2 = dphi * ca * (d.lam + d.eta * st) + s * kYZ
+    c_rate, a_rate = (b2 - kYX * b1) / J2, (b1 - kYX * b2) / J2
+    dr = sqrt(max(a_rate * b1 + c_rate * b2, 1e-300))
+    M_f = -(d.eta * a_rate * kZX - s * c_rate * kYZ) / dr
+    return State(phi, p, s, dphi, dr, -(d.eta * kXX - s * kYY) / sqrt(J2), M_f)
+
+
+def naive(d: Design, theta0: float, mu: float, *, work: bool) -> tuple[float, float, float, float]:
+    """Return what :func:`solve` returns, for the next neighbour and without folds, as one writes it first."""
+    first = naive_state(theta0, d)
+    if first is None:
+        return inf, theta0, inf, 0.0
+
+    def lowest(theta: float) -> float:
+        st = naive_state(theta, d)
+        if st is None:
+            return -1.0
+        return min(st.dphi, -(st.M_N + mu * st.M_f), d.beta - abs(st.p), d.eta - st.s, st.s)
+
+    def density(theta: float) -> float:
+        st = naive_state(theta, d)
+        return -mu * (theta - theta0) / (st.M_N + mu * st.M_f) * st.dr if st else 0.0
+
+    if lowest(theta0) <= 0:
+        return first.phi, theta0, first.phi, 0.0
+    end = first_event(lowest, theta0, pi * 179 / 180, 200)
+    last = naive_twist(end, d) or inf
+    total = quad(density, theta0, theta0 + 0.99 * (end - theta0), epsrel=1e-9, limit=200)[0] if work else 0.0
+    return first.phi, end, last, total
