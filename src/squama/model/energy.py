@@ -16,7 +16,7 @@ import numpy as np
 from squama.errors import ValidityWarning
 from squama.model.mechanics import Row, forces
 from squama.model.paths import ARRAY, FoldedTwist, Ops
-from squama.model.solve import Array, blocks, point, take
+from squama.model.solve import BLOCK, Array, blocks, point, take
 
 TOLERANCE = 1e-11
 """Size of the last terms of the series, relative to the work, at which it counts as converged."""
@@ -98,7 +98,8 @@ def works(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: str
     while left.size:
         unit, integral = _rule(n)
         again = []
-        for part in blocks(left.size):
+        # as much memory with many nodes as with few
+        for part in blocks(left.size, max(1, BLOCK * FEW_NODES // n)):
             lanes = left[part]
             sub, start, reach = take(row, lanes), x0[lanes], (x_pole - x0)[lanes]
             y_end = -np.log1p(-(x_stop[lanes] - start) / reach)

@@ -20,10 +20,10 @@ LOCK_STEP = 16384
 """Roots solved in lock-step, for the same reason."""
 
 
-def blocks(n: int) -> Iterator[slice]:
+def blocks(n: int, size: int = BLOCK) -> Iterator[slice]:
     """Parts of n designs that are sampled together."""
-    for low in range(0, n, BLOCK):
-        yield slice(low, min(n, low + BLOCK))
+    for low in range(0, n, size):
+        yield slice(low, min(n, low + size))
 
 
 def take(row: Any, index: Any) -> Any:
