@@ -67,7 +67,7 @@ BY_HAND: tuple[tuple[str, str, str], ...] = (
     ("model/plates.py", "if not mirrored else", "if True else"),
     # neighbours: scaling, the first, the others
     ("model/paths.py", "return self.sa, self.ca, self.eta / self.k", "return self.sa, self.ca, self.eta"),
-    ("model/neighbours.py", "np.where(on, 2 * np.arctan(c.u)", "np.where(c.s >= 0, 2 * np.arctan(c.u)"),
+    ("model/neighbours.py", "& (abs(c.p) <= row.beta / row.k) & (c.s >= 0)", "& (c.s >= 0)"),
     # the fold: its way back, its sign
     ("model/paths.py", "-x * root_E", "abs(x) * root_E"),
     # the margin, the pole, the log
@@ -90,10 +90,10 @@ _SIGN = "the solver takes brackets of either sign"
 _NOTHING = "there is no work: whatever the series is stretched over, its terms are zero"
 
 EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
-    ("model/paths.py", "sinc = ops.sin(half + 1e-300) / (half + 1e-300)"): {
+    ("model/paths.py", "up, over = ops.sin(half + 1e-300), ops.cos(half)"): {
         "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
-        "1e-300 -> (1e-300 * 1.1) #2": "as above",
     },
+    ("model/paths.py", "sinc = up / (half + 1e-300)"): {"1e-300 -> (1e-300 * 1.1)": "as above"},
     ("model/bending.py", "psi = 0 * theta"): {"* -> /": _ZERO},
     ("model/bending.py", "for _ in range(8):"): {"*": _TUNING},
     ("model/bending.py", "if np.all(abs(step) <= 1e-12 * abs(psi)):"): {
@@ -112,12 +112,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1e-4 -> (1e-4 * 1.1)": "the step of an estimate: a pole ahead of the end need not be known well",
         "- -> +": "as above",
     },
-    (
-        "model/energy.py",
-        "beyond = np.where(np.isfinite(beyond) & (beyond > 0), beyond, np.where(D1 <= 1e-9 * D0, 0.0, np.inf))",
-    ): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING, "* -> /": "D is of the order of one"},
-    ("model/energy.py", "return np.asarray(x_end + np.minimum(beyond, 1e3 * (x_end - x0)))"): {
-        "1e3 -> (1e3 * 1.1)": "far enough that the logarithm is straight",
+    ("model/energy.py", "return h / ops.larger((D0 - D1) / D1, 1e-7)"): {
+        "1e-7 -> (1e-7 * 1.1)": "far enough that the logarithm is straight",
     },
     ("model/energy.py", "rough = np.abs(c[-4:]).max(axis=0) > TOLERANCE * np.abs(total)"): {
         "4 -> (4 * 2 + 1)": _TUNING,
@@ -135,12 +131,12 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/energy.py", "stacklevel=2,"): {"*": "the line that a warning names"},
     ("model/neighbours.py", "SAMPLES = 13"): {"*": _TUNING},
     ("model/neighbours.py", "FOLDED_SAMPLES = 41"): {"*": _TUNING},
-    ("model/neighbours.py", "return np.asarray(np.maximum(1.0, np.floor(np.hypot(row.eta, 2 * row.beta))))"): {
+    ("model/neighbours.py", "return np.asarray(np.maximum(1.0, np.floor(reach(row, ARRAY))))"): {
         "1.0 -> 2.0": _OUT_OF_REACH,
     },
     (
         "model/neighbours.py",
-        "on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
+        "return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
     ): {
         " / row.k -> nothing #2": "in 480 000 designs no tip came to rest beyond the other scale's tip: s <= eta anyway",  # noqa: E501
         "/ -> * #2": "as above",
@@ -156,7 +152,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1.0 -> 2.0": _OUT_OF_REACH,
         "1 -> 2 #2": _OUT_OF_REACH,
     },
-    ("model/neighbours.py", "rising = (met[1:] > met[:-1]) & ((pair.k != j) & (j <= far))"): {
+    ("model/neighbours.py", "rising = (met[1:] > met[:-1]) & ((pair.k != j) & (j <= near))"): {
         "- -> nothing": "in 200 000 designs no neighbour whose line was passed at engagement came back on both edges",
     },
     ("model/plates.py", "z = np.stack([ca * ct, sa + 0 * ct, -ca * st])"): {
