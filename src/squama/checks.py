@@ -97,6 +97,11 @@ def law(value: str) -> str:
     return one_of("law", value, tuple(LAWS))
 
 
+def joint(value: str) -> str:
+    """Return the name of a kind of joint."""
+    return one_of("joint", value, ("hinge", "compliant"))
+
+
 def sense(value: str) -> int:
     """Return +1 for "+", -1 for "-"."""
     return 1 if one_of("sense", value, ("+", "-")) == "+" else -1

@@ -101,7 +101,7 @@ def twisted(
     """Return what :func:`twist` returns, before it is a dataset."""
     sign = checks.sense(sense)
     checks.law(law)
-    solved = JOINTS[checks.one_of("joint", joint, tuple(JOINTS))]
+    solved = JOINTS[checks.joint(joint)]
     stop = None if to is None else units.twist(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
     answer = solved(beam, _Asked(mu, law, margin, points, at, stop), sign)
     answer.attrs |= {"sense": sense, "joint": joint}

@@ -56,7 +56,7 @@ def response(file: str, beam: Beam, law: str, laws: Mapping[str, Answer], writte
     """
     data = laws[law]
     twisting = data.attrs["load"] == "twisting"
-    derived = {
+    derived: dict[str, Any] = {
         **beam.ratios,
         "zeta": beam.zeta,
         "slenderness": beam.slenderness,
@@ -66,9 +66,14 @@ def response(file: str, beam: Beam, law: str, laws: Mapping[str, Answer], writte
     }
     if twisting:
         derived |= {"C_f": beam.C_f, "C_w": beam.C_w, "J": beam.J, "I": beam.I, "G_B": beam.G_B}
+    if data.attrs.get("joint") == "compliant":
+        from squama.cli import joints
+
+        derived |= {key: data.attrs[key] for key in ("K_theta", "rigidity")}
+        derived |= {"hinge": joints.compared(laws)}
     return {
         "file": file,
-        **{key: data.attrs[key] for key in ("load", "law", "sense", "margin") if key in data.attrs},
+        **{key: data.attrs[key] for key in ("load", "law", "joint", "sense", "margin") if key in data.attrs},
         "squama_version": data.attrs["squama_version"],
         "mu": data["mu"],
         "warnings": data.attrs["warnings"].splitlines(),

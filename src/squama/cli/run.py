@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from squama.measured import Measured
 
 
-def respond(load: str, path: str, options: Options, *, law: str = "edge", sense: str = "+") -> int:
+def respond(
+    load: str, path: str, options: Options, *, law: str = "edge", sense: str = "+", joint: str = "hinge"
+) -> int:
     """Run ``squama twist`` (load "twisting") or ``squama bend`` ("bending"); return the exit status."""
     from squama import checks, files
 
@@ -39,7 +41,7 @@ def respond(load: str, path: str, options: Options, *, law: str = "edge", sense:
         numbers["points"] = read_points(options.points)
     with problems.caught():
         overrides = read_overrides(options.set_)
-    for check, value in ((checks.law, law), (checks.sense, sense)):
+    for check, value in ((checks.law, law), (checks.sense, sense), (checks.joint, joint)):
         with problems.caught():
             _checked(check, value)
     problems.lines += check_outputs(options, [path, *([options.data] if options.data else [])])
@@ -64,7 +66,12 @@ def respond(load: str, path: str, options: Options, *, law: str = "edge", sense:
     assert beam is not None
     if isinstance(mu, list):
         numbers["mu"] = mu
-    laws = _compute(load, beam, law, sense, numbers)
+    if joint == "compliant":
+        from squama.cli import joints
+
+        laws, law = joints.compute(beam, law, sense, numbers), joint
+    else:
+        laws = _compute(load, beam, law, sense, numbers)
     written = _write(laws[law], measured, options)
     _report(load, path, beam, law, laws, options, written)
     return 0

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -62,17 +63,17 @@ def show(load: str, file: str, beam: Beam, law: str, laws: Mapping[str, Answer],
     if data.family is not None:
         for name, response in laws.items():
             if len(laws) > 1:
-                console.print(f"{name} law", style="bold")
+                console.print(column(name), style="bold")
             console.print(_family(words, beam, response))
             console.print()
         console.print(
             f"angles {words.angle} per pitch in rad, in total over {beam.scales} scales in deg; {words.torque}, "
             f"{words.torque}/{words.torque}0 (over the bare beam's) and RED at the cut-off, "
-            f"margin {data.attrs['margin']:g}",
+            f"margin {_margin(laws):g}",
             soft_wrap=True,
         )
     else:
-        console.print(_single(words, beam, data.attrs["margin"], laws))
+        console.print(_single(words, beam, _margin(laws), laws))
         console.print()
     for line in _notes(load, beam, law, laws):
         console.print(line, soft_wrap=True)
@@ -80,6 +81,17 @@ def show(load: str, file: str, beam: Beam, law: str, laws: Mapping[str, Answer],
         console.print(f"warning: {line}", style="yellow", soft_wrap=True)
     for place in written:
         console.print(f"wrote {place}", soft_wrap=True)
+
+
+def column(name: str) -> str:
+    """Return what a response is called: by its law, or by its joint."""
+    joints = {"compliant": "compliant joint", "hinge": "hinge, edge law", "matched": "hinge, elements' K_theta"}
+    return joints.get(name, f"{name} law")
+
+
+def _margin(laws: Mapping[str, Answer]) -> float:
+    """Return the margin of the responses that have one."""
+    return next(float(data.attrs["margin"]) for data in laws.values() if "margin" in data.attrs)
 
 
 def _title(words: _Words, file: str, beam: Beam, data: Answer) -> str:
@@ -94,7 +106,7 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, Answer]
     total = beam.length
 
     def figure(name: str, factor: float = 1.0, unit: str = "") -> Callable[[Answer], str]:
-        return lambda data: number(float(data[name]) * factor, unit)
+        return lambda data: number(float(data[name]) * factor, unit) if name in data.variables else "-"
 
     def places(at: str) -> list[tuple[str, Callable[[Answer], str]]]:
         return [
@@ -104,12 +116,22 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, Answer]
         ]
 
     theta0 = number(math.degrees(beam.scale.theta0), "deg")
+
+    def at_engagement(data: Answer) -> str:
+        engaged = float(data[f"{per_pitch}_e"])
+        if not math.isfinite(engaged):
+            return "-"
+        if "w_Y" not in data.variables:
+            return theta0
+        # on a compliant joint a scale turns before it touches
+        return number(math.degrees(np.interp(engaged, data[per_pitch], data["theta"])), "deg")
+
     rows: list[tuple[str, Callable[[Answer], str]]] = [
         ("end", lambda data: str(data["end"].item())),
         ("engagement", lambda _: ""),
         *places("e"),
         ("  phi by the small-angle formula", figure("phi_e_small", 1, "rad/pitch")),
-        ("  inclination theta", lambda data: theta0 if math.isfinite(data[f"{per_pitch}_e"]) else "-"),
+        ("  inclination theta", at_engagement),
         ("at the end", lambda _: ""),
         *places("end"),
         ("  inclination theta", figure("theta_end", math.degrees(1), "deg")),
@@ -124,7 +146,7 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, Answer]
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=len(laws) > 1)
     table.add_column("")
     for name in laws:
-        table.add_column(f"{name} law", header_style="bold")
+        table.add_column(column(name), header_style="bold")
     for label, cell in rows:
         if label.endswith("small-angle formula") and per_pitch != "phi":
             continue
@@ -158,6 +180,27 @@ def _family(words: _Words, beam: Beam, data: Answer) -> Table:
 
 def _notes(load: str, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines under the table: the joint, and a sentence for each kind of end."""
+    if law == "compliant":
+        from squama.cli import joints
+
+        lines = joints.notes(beam, laws)
+    else:
+        lines = _stiffnesses(load, beam)
+    ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
+    lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
+    for name, data in laws.items():
+        of_law = f"{column(name)}, " if len(laws) > 1 else ""
+        for mu, other in zip(data["mu"].ravel(), data["other_contact"].ravel(), strict=True):
+            if other:
+                lines.append(f"other contact ({of_law}mu = {mu:g}): {other}")
+    if any("no engagement" in data["end"] for data in laws.values()):
+        lines.append("without engagement the end is that of the search (90 deg per pitch) or of the asked range")
+    if len(laws) > 1:
+        lines.append(f"the curve, files and pictures are those of the {column(law)}")
+    return lines
+
+
+def _stiffnesses(load: str, beam: Beam) -> list[str]:
     given = "given", "by its scaling law"
     stiffness = beam.joint_stiffness if load == "twisting" else beam.bending_joint_stiffness
     rigidity = beam.torsional_rigidity if load == "twisting" else beam.bending_rigidity
@@ -169,17 +212,6 @@ def _notes(load: str, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[
         )
     else:
         lines.append(f"beam without contact: C_f E_B I = {rigidity:.4g} N m2")
-    ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
-    lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
-    for name, data in laws.items():
-        of_law = f"{name} law, " if len(laws) > 1 else ""
-        for mu, other in zip(data["mu"].ravel(), data["other_contact"].ravel(), strict=True):
-            if other:
-                lines.append(f"other contact ({of_law}mu = {mu:g}): {other}")
-    if any("no engagement" in data["end"] for data in laws.values()):
-        lines.append("without engagement the end is that of the search (90 deg per pitch) or of the asked range")
-    if len(laws) > 1:
-        lines.append(f"the curve, files and pictures are those of the {law} law")
     return lines
 
 

@@ -14,6 +14,9 @@ def twist(
     *,
     law: Annotated[str, flag("Force law: edge (satisfies virtual work) or plate (the paper's).")] = "edge",
     sense: Annotated[str, flag("Which way the beam is twisted: + or - (+).")] = "+",
+    joint: Annotated[
+        str, flag("How a scale is held: hinge (closed form) or compliant (six motions, by finite elements) (hinge).")
+    ] = "hinge",
     options: Options = DEFAULTS,
 ) -> int:
     """Twist a beam: torque, locking and friction, from a beam file.
@@ -23,4 +26,4 @@ def twist(
     beam
         Beam file (TOML); "squama new beam.toml" writes an example.
     """
-    return run.respond("twisting", beam, options, law=law, sense=sense)
+    return run.respond("twisting", beam, options, law=law, sense=sense, joint=joint)

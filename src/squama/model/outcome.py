@@ -26,8 +26,8 @@ class End(StrEnum):
         return self in (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 
 
-CODES: tuple[End, ...] = tuple(End)
-"""Ends in the order of their integer codes (position = code)."""
+CODES: tuple[End, ...] = tuple(end for end in End if end not in (End.SNAP, End.STOPPED))
+"""Ends of the closed form in the order of their integer codes (position = code); the others need general contact."""
 
 SENTENCES: dict[End, str] = {
     End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",

@@ -83,7 +83,9 @@ def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
     right = _right(curves, measured)
     rubs = any(c.mu > 0 for c in curves)
     _load(load, curves, names, beam, right, measured)
-    touched = any(np.isfinite(c.data["mu_lock"]).any() for c in curves)
+    touched = any(
+        (c.data["N"] > 0).any() or ("mu_lock" in c.data and c.data["mu_lock"].notnull().any()) for c in curves
+    )
     if rubs and touched:
         _panel(friction, curves, "f0", 1.0, label("f0"), rising=True)
     elif touched:
@@ -153,6 +155,7 @@ def _limit(curves: list[_Curve], name: str) -> float:
 
 def _load(ax: Axes, curves: list[_Curve], names: _Names, beam: Beam, right: float, measured: Any) -> None:
     rigidity = beam.torsional_rigidity if names.rate == "Phi" else beam.bending_rigidity
+    rigidity = float(curves[0].data.attrs.get("rigidity", rigidity))
     top = max(_limit(curves, names.torque), 1.25 * rigidity * right / 1.08)
     if measured is not None:
         top = max(top, finite_max(np.asarray(measured.load, float), 0.0))
@@ -243,6 +246,7 @@ def _legend(figure: Figure, curves: list[_Curve], measured: Any) -> None:
 def _title(dataset: xr.Dataset, names: _Names, curves: list[_Curve]) -> str:
     kind = dataset.attrs["load"].capitalize()
     law = "" if names.rate == "kappa" else f", {dataset.attrs['law']} law"
+    law = ", compliant joint" if dataset.attrs.get("joint") == "compliant" else law
     sense = f", sense {dataset.attrs['sense']}" if "sense" in dataset.attrs else ""
     if len(curves) > 1:
         return f"{kind}{law}{sense}"
