@@ -110,6 +110,48 @@ class Reduced(NamedTuple):
         return self.correction + self.follow @ dv + self.follow_phi * dphi
 
 
+class Condensed(Protocol):
+    """What a walk asks of a body at one state; see :class:`Reduced`, whose arrays it need not hold."""
+
+    @property
+    def s(self) -> Array: ...  # noqa: D102
+    @property
+    def S(self) -> Array: ...  # noqa: D102
+    @property
+    def s_phi(self) -> Array: ...  # noqa: D102
+    @property
+    def torque(self) -> float: ...  # noqa: D102
+    @property
+    def energy(self) -> float: ...  # noqa: D102
+    @property
+    def unbalanced(self) -> float: ...  # noqa: D102
+    @property
+    def correction(self) -> Array: ...  # noqa: D102
+
+    def update(self, dv: Array, dphi: float = 0.0) -> Array:
+        """Return the change of the free unknowns that goes with a change of the motions and the twist."""
+        ...
+
+
+class Solid(Protocol):
+    """What a walk asks of a body: its free nodes, places, and its condensation onto the scales' motions."""
+
+    @property
+    def free(self) -> Index: ...  # noqa: D102
+
+    def start(self, rest: Array) -> Array:
+        """Return the free unknowns at rest."""
+        ...
+
+    def places(self, z: Array, v: Array, phi: float) -> Array:
+        """Return the places (n, 3) of all masters."""
+        ...
+
+    def reduce(self, z: Array, v: Array, phi: float) -> Condensed | None:
+        """Condense; None where an element is inverted."""
+        ...
+
+
 class Body:
     """Elements with rigid scales tied in, a section that is held on average, and nodes with given places.
 

@@ -55,7 +55,7 @@ class Symmetric:
             try:
                 self._lu = linalg.splu(full, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
             except (RuntimeError, MemoryError) as error:
-                raise _refused(self._A.shape[0], str(error)) from None
+                raise refused(self._A.shape[0], str(error)) from None
             return
         self._call(self._phase, np.zeros((self._A.shape[0], 1)))
         self._phase = _FACTORISE
@@ -74,7 +74,7 @@ class Symmetric:
         except Exception as error:
             if type(error).__name__ != "PyPardisoError":
                 raise
-            raise _refused(self._A.shape[0], str(error)) from None
+            raise refused(self._A.shape[0], str(error)) from None
 
     def close(self) -> None:
         """Give the memory of the factors back."""
@@ -83,7 +83,8 @@ class Symmetric:
         self._lu = None
 
 
-def _refused(n: int, said: str) -> InputError:
+def refused(n: int, said: str) -> InputError:
+    """Return the error that says why equations could not be solved."""
     return InputError(
         f"the elements' {n} equations could not be solved ({said.strip()}): take larger elements, or give more memory"
     )

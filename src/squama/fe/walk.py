@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from squama.errors import InputError
-from squama.fe.body import Body, Reduced
+from squama.fe.body import Condensed, Solid
 from squama.fe.contact import DHAT, stiffness
 from squama.fe.plate import Array
 from squama.fe.small import Neighbours, Trail, advance, balance
@@ -54,7 +54,7 @@ class State(NamedTuple):
     v: Array
     phi: float
     T: float
-    reduced: Reduced
+    reduced: Condensed
     load: Any
     iterations: int
 
@@ -80,7 +80,7 @@ class Walk:
 
     Parameters
     ----------
-    body : Body
+    body : Solid
         Elements with the scales tied in.
     rest : (n, 3) array
         Its masters' places at rest.
@@ -102,7 +102,7 @@ class Walk:
     """
 
     def __init__(
-        self, body: Body, rest: Array, contact: Scales, ways: Array, record: Recorder, *, dhat: float = DHAT
+        self, body: Solid, rest: Array, contact: Scales, ways: Array, record: Recorder, *, dhat: float = DHAT
     ) -> None:
         self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
         self._record = record
@@ -163,7 +163,7 @@ class Walk:
                 return Ended(False, f"interrupted at phi = {self.phi:.4f} rad per pitch; the same command goes on")
         return Ended(True, "the asked twist was reached")
 
-    def _reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
+    def _reduce(self, z: Array, v: Array, phi: float) -> Condensed | None:
         return self.body.reduce(z, v.reshape(-1, 6), phi)
 
     def _begin(self) -> None:
@@ -189,7 +189,7 @@ class Walk:
             if reduced is None:
                 return "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
 
-            def linear(u: Array, x: float, at: Array = v, r: Reduced = reduced) -> tuple[Array, Array, Array]:
+            def linear(u: Array, x: float, at: Array = v, r: Condensed = reduced) -> tuple[Array, Array, Array]:
                 return r.s + r.S @ (u - at) + r.s_phi * (x - phi), r.S, r.s_phi
 
             if iteration == 1:
