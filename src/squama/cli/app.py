@@ -13,6 +13,7 @@ COMMANDS = {
     "bend": "Bend a beam towards its scales: moment, locking and friction, from a beam file.",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
     "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",
+    "deck": "Write an input deck of a finite beam for CalculiX or Abaqus.",
     "ends": "Find where many designs engage and how they end, from a table.",
     "sweep": "Solve a beam over ranges of parameters, into a store that can be resumed.",
     "map": "Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.",
