@@ -14,6 +14,8 @@ from squama.interrupt import Interrupted
 if TYPE_CHECKING:
     import xarray as xr
 
+    from squama.fe.deformed import Deformed
+
 
 def cell(
     beam: str,
@@ -37,6 +39,10 @@ def cell(
     plot: Annotated[tuple[str, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")] = (),
     csv: Annotated[str | None, flag("CSV file to write, units in the header.")] = None,
     netcdf: Annotated[str | None, flag("netCDF file to write (.nc).")] = None,
+    vtk: Annotated[str | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
+    picture: Annotated[
+        tuple[str, ...], flag("Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated.")
+    ] = (),
     restart: Annotated[
         str | None,
         flag("File written after every increment; where it is there, the run goes on from it."),
@@ -51,7 +57,7 @@ def cell(
     beam
         Beam file (TOML); "squama new beam.toml" writes an example.
     """
-    from squama import files
+    from squama import files, store
     from squama.cli import run
     from squama.cli.row import read_sense, read_twist
 
@@ -69,7 +75,10 @@ def cell(
         arguments["mesh"] = read_mesh(mesh)
     with problems.caught():
         read_sense(sense)
-    problems.lines += check_outputs(Options(plot=plot, csv=csv, netcdf=netcdf), [beam])
+    problems.lines += check_outputs(Options(plot=(*plot, *picture), csv=csv, netcdf=netcdf), [beam])
+    with problems.caught():
+        if vtk is not None:
+            store.check_place(vtk, (".vtu",))
     described = None
     with problems.caught():
         described = run.read_beam(beam, overrides)
@@ -86,6 +95,9 @@ def cell(
     from squama.fe import facade
 
     told = None if quiet else facade.print_progress
+    states: list[Deformed] = []
+    if vtk is not None or picture:
+        arguments["last"] = states.append
     try:
         data = facade.cell(described, progress=told, **arguments)
     except Interrupted as stop:
@@ -93,6 +105,8 @@ def cell(
         print(f"squama: {files.label(beam)}: {stop}{kept}", file=sys.stderr)
         return 130
     written = write(data, plot, csv, netcdf)
+    for state in states:
+        written += _write_state(state, vtk, picture)
     if json:
         _record(files.label(beam), data, written)
     else:
@@ -132,6 +146,21 @@ def write(data: xr.Dataset, plot: tuple[str, ...], csv: str | None, netcdf: str 
         figure = figures.elements_figure(data)
         written += [figures.save_figure(figure, path) for path in plot]
     written += [store.save(data, path) for path in (csv, netcdf) if path is not None]
+    return written
+
+
+def _write_state(state: Deformed, vtk: str | None, picture: tuple[str, ...]) -> list[Path]:
+    """Write the deformed pitch; return the places."""
+    written: list[Path] = []
+    if vtk is not None:
+        from squama.fe.vtk import write_vtu
+
+        written.append(write_vtu(state, vtk))
+    if picture:
+        from squama import plot as figures
+
+        figure = figures.deformed_figure(state)
+        written += [figures.save_figure(figure, path) for path in picture]
     return written
 
 

@@ -16,6 +16,7 @@ from squama import checks, units
 from squama._version import __version__
 from squama.errors import InputError
 from squama.fe.cell import COLUMNS, make_cell
+from squama.fe.deformed import Deformed, deformed
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.plate import MOTIONS
@@ -61,6 +62,7 @@ def cell(
     hinged: bool = False,
     restart: str | os.PathLike[str] | None = None,
     progress: Listener | None = None,
+    last: Callable[[Deformed], object] | None = None,
 ) -> xr.Dataset:
     """Twist one pitch of a beam by finite elements: helical periodicity, large strains, Coulomb contact of the scales.
 
@@ -86,6 +88,8 @@ def cell(
         File that is written after every increment; where it is there already, the run goes on from it.
     progress : callable, optional
         Told after every increment, see :class:`Progress`.
+    last : callable, optional
+        Given the deformed pitch at the end, see :class:`squama.fe.deformed.Deformed`.
 
     Returns
     -------
@@ -110,7 +114,7 @@ def cell(
     goal = units.twist(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
     if not 0 < goal < np.pi:
         checks.fail(f"to = {goal / beam.pitch:.6g} rad/m: must be above 0 and below {np.pi / beam.pitch:.6g}")
-    sizes = _sizes(mesh)
+    sizes = mesh_sizes(mesh)
     shape = geometry(beam)
     pitch = pitch_mesh(shape, *sizes)
     walk = make_cell(pitch, shape, friction, hinged=hinged)
@@ -120,6 +124,8 @@ def cell(
     }  # fmt: skip
     ended = follow(walk, sign * goal, increment, None if restart is None else Path(restart), key, progress)
     data = _dataset(beam, walk, sign)
+    if last is not None:
+        last(deformed(beam, walk, pitch))
     data.attrs |= {
         "title": "twisting of a scale-covered beam, one periodic pitch of finite elements",
         "load": "twisting",
@@ -135,7 +141,8 @@ def cell(
     return data.assign_coords(mu=((), friction, SYMBOLS["mu"].attrs))
 
 
-def _sizes(mesh: str | tuple[float, float]) -> tuple[float, float]:
+def mesh_sizes(mesh: str | tuple[float, float]) -> tuple[float, float]:
+    """Return the two sizes of a mesh, in pitches, from its name or from themselves."""
     if isinstance(mesh, str):
         checks.one_of("mesh", mesh, tuple(MESHES))
         return MESHES[mesh]

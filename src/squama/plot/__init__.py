@@ -10,6 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from squama.plot.deformed import deformed_figure
+    from squama.plot.elements import compare_figure, elements_figure
     from squama.plot.maps import red_figure
     from squama.plot.regimes import lock_lines_figure, regime_figure
     from squama.plot.response import response_figure
@@ -24,10 +26,16 @@ _HOME = {
     "lock_lines_figure": "regimes",
     "red_figure": "maps",
     "map_figure": "sweep",
+    "elements_figure": "elements",
+    "compare_figure": "elements",
+    "deformed_figure": "deformed",
     "save_figure": "style",
 }
 
 __all__ = [
+    "compare_figure",
+    "deformed_figure",
+    "elements_figure",
     "lock_lines_figure",
     "map_figure",
     "red_figure",
