@@ -35,24 +35,27 @@ class Bordered:
     ----------
     needs : int
         Bytes that factors and factorisation take, by the analysis of MKL; 0 where it is not installed.
+    work : float
+        Operations of a factorisation, likewise.
     """
 
     def __init__(self, pattern: Any, border: int) -> None:
         self._A, self._m = pattern.astype(np.float64), border
         self._lu: Any = None
         self._pardiso: Any = None
-        self.needs = 0
+        self.needs, self.work = 0, 0.0
         if find_spec("pypardiso") is None:
             return
         self._pardiso = solver = import_module("pypardiso").PyPardisoSolver(mtype=-2)
         # nested dissection, no matching: there are no multipliers
-        for place, value in ((1, 1), (2, 2), (8, 0), (10, 8), (11, 0), (13, 0), (24, 0), (36, _KEEP)):
+        for place, value in ((1, 1), (2, 2), (8, 0), (10, 8), (11, 0), (13, 0), (19, -1), (24, 0), (36, _KEEP)):
             solver.set_iparm(place, value)
         solver.perm = np.zeros(self.size, np.int32)
         solver.perm[-border:] = 1
         self._call(_ANALYSE, np.zeros((self.size, 1)))
         permanent, working = (int(solver.get_iparm(i)) for i in (16, 17))
         self.needs = 1024 * (permanent + working)
+        self.work = 1e6 * int(solver.get_iparm(19))
 
     @property
     def size(self) -> int:

@@ -1,19 +1,20 @@
 """Contact of the scales of a finite beam, each with its own six motions.
 
-Scale i stands i pitches further along z than scale 0. All pairs within reach count once; a contact acts on both of its
-scales, forwards and backwards. The twist does not come in by itself, only by the motions.
+Scale i stands i pitches further along z than scale 0, and its motions are counted in a frame turned by i phi (see
+:mod:`squama.fe.carried`). All pairs within reach count once; a contact acts on both of its scales.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from squama.fe.carried import Carried, spread
 from squama.fe.contact import DHAT, SLIP, Contact, Push, Resultant
-from squama.fe.plate import Array, Attached, Shape
+from squama.fe.plate import Array, Shape
 
 
 class Row:
@@ -32,30 +33,29 @@ class Row:
         self.reach = min(int(np.ceil(np.hypot(rest.eta, 2 * rest.beta))), scales - 1)
         eta, beta = rest.eta, rest.beta
         local = np.array([[0.0, -beta, 0.0], [0.0, beta, 0.0], [eta, beta, 0.0], [eta, -beta, 0.0]])
-        self.plate = Attached(rest, rest.base + local @ rest.axes)
+        plate = rest.base + local @ rest.axes
+        self._plates = [Carried(rest, plate + np.array([0.0, 0.0, k]), k) for k in range(scales)]
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
         """Pairs of scales that may touch."""
         return [(i, i + k) for k in range(1, self.reach + 1) for i in range(self.scales - k)]
 
-    def corners(self, v: Array) -> Array:
+    def _each(self, v: Array) -> Iterator[tuple[Carried, Array]]:
+        return zip(self._plates, v[: 6 * self.scales].reshape(-1, 6), strict=True)
+
+    def corners(self, v: Array, phi: float) -> Array:
         """Return the corners (4 N, 3), scale by scale in the order D, A, B, C; v begins with the scales' motions."""
-        motions = v[: 6 * self.scales].reshape(-1, 6)
-        places = np.stack([self.plate.places(m) for m in motions])
-        places[..., 2] += np.arange(self.scales)[:, None]
-        return places.reshape(-1, 3)
+        return np.concatenate([plate.places(m, phi) for plate, m in self._each(v)])
 
-    def rates(self, v: Array) -> Array:
-        """Return the derivatives (N, 12, 6) of each scale's corners by its own motions."""
-        motions = v[: 6 * self.scales].reshape(-1, 6)
-        return np.stack([self.plate.rates(m).reshape(12, 6) for m in motions])
+    def rates(self, v: Array, phi: float) -> Array:
+        """Return the derivatives (N, 12, 7) of each scale's corners by its own motions and phi."""
+        return np.stack([plate.rates(m, phi).reshape(12, 7) for plate, m in self._each(v)])
 
-    def curvature(self, v: Array, forces: Array) -> Array:
-        """Return for each scale the second derivatives (N, 6, 6) of ``sum(forces * corners)``, forces (4 N, 3)."""
-        motions = v[: 6 * self.scales].reshape(-1, 6)
-        both = zip(motions, forces.reshape(-1, 4, 3), strict=True)
-        return np.stack([self.plate.curvature(m, f) for m, f in both])
+    def curvature(self, v: Array, phi: float, forces: Array) -> Array:
+        """Return for each scale the second derivatives (N, 7, 7) of ``sum(forces * corners)``, forces (4 N, 3)."""
+        both = zip(self._each(v), forces.reshape(-1, 4, 3), strict=True)
+        return np.stack([plate.curvature(m, phi, f) for (plate, m), f in both])
 
 
 class Pair(NamedTuple):
@@ -83,7 +83,7 @@ class RowLoad:
     Attributes
     ----------
     normal, friction, total : (m + 1,) array
-        Derivatives of the work; the last is 0.
+        Derivatives of the work.
     tangent : (m + 1, m + 1) array
         Derivative of the total, not symmetric.
     push : Push or None
@@ -92,10 +92,11 @@ class RowLoad:
         Work of the present friction forces on the slip since ``before``.
     """
 
-    def __init__(self, contact: RowContact, v: Array, before: Array | None, kappa: float) -> None:
+    def __init__(self, contact: RowContact, v: Array, phi: float, before: Array | None, kappa: float) -> None:
+        row = contact.row
         self._contact, self._before, self._kappa = contact, before, kappa
-        self._corners = corners = contact.row.corners(v)
-        m = v.size + 1
+        self._corners = corners = row.corners(v, phi)
+        m, n = v.size + 1, row.scales
         self.normal, self.friction, self.tangent = np.zeros(m), np.zeros(m), np.zeros((m, m))
         self.push: Push | None = None
         self.slid = 0.0
@@ -103,15 +104,15 @@ class RowLoad:
         if push.tangent is None:
             return
         self.push = push
-        n = contact.row.scales
-        J = contact.row.rates(v)
+        own = np.append(np.arange(6 * n), m - 1)
+        J = row.rates(v, phi)
         for part, forces in ((self.normal, push.gradient), (self.friction, push.friction)):
-            part[: 6 * n] = (forces.reshape(n, 1, 12) @ J).ravel()
-        # blocks of two scales at a time: rows 12 a, columns 12 b
-        blocks = push.tangent.reshape(n, 12, n, 12).transpose(0, 2, 1, 3)
-        by_motions = J.transpose(0, 2, 1)[:, None] @ blocks @ J[None]
-        by_motions[range(n), range(n)] += contact.row.curvature(v, push.gradient + push.friction)
-        self.tangent[: 6 * n, : 6 * n] = by_motions.transpose(0, 2, 1, 3).reshape(6 * n, 6 * n)
+            each = (forces.reshape(n, 1, 12) @ J)[:, 0]
+            part[own] = np.append(each[:, :6], each[:, 6].sum())
+        # blocks of two scales at a time
+        blocks = J.transpose(0, 2, 1)[:, None] @ push.tangent.reshape(n, 12, n, 12).transpose(0, 2, 1, 3) @ J[None]
+        blocks[range(n), range(n)] += row.curvature(v, phi, push.gradient + push.friction)
+        self.tangent[np.ix_(own, own)] = spread(blocks)
         if before is not None:
             self.slid = float((push.friction * (corners - before)).sum())
 
@@ -159,24 +160,24 @@ class RowContact:
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row
-        rest = row.corners(np.zeros(6 * row.scales))
+        rest = row.corners(np.zeros(6 * row.scales), 0.0)
         self.contact = Contact(rest, row.pairs, mu, dhat=dhat, slip=slip)
         # places at rest do not come in, so any two scales will do for every pair
         self.two = Contact(rest[:8], [(0, 1)], mu, dhat=dhat, slip=slip)
 
-    def corners(self, v: Array, phi: float) -> Array:  # noqa: ARG002 - phi: the interface of all contacts
+    def corners(self, v: Array, phi: float) -> Array:
         """Return the corners of all scales, (4 N, 3)."""
-        return self.row.corners(v)
+        return self.row.corners(v, phi)
 
-    def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> RowLoad:  # noqa: ARG002
+    def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> RowLoad:
         """Evaluate contact; ``before`` and ``kappa`` as in :meth:`squama.fe.contact.Contact.push`."""
-        return RowLoad(self, v, before, kappa)
+        return RowLoad(self, v, phi, before, kappa)
 
     def free(self, start: Array, end: Array) -> float:
         """Return the fraction of a straight motion that no collision stops; see :meth:`Contact.free`."""
         return self.contact.free(start, end)
 
-    def places(self, v: Array, kappa: float) -> tuple[Array, Array, str]:
+    def places(self, v: Array, phi: float, kappa: float) -> tuple[Array, Array, str]:
         """Return where the tip edge of each scale touches the next one, p and s (N,), and all contacts in words.
 
         p and s are NaN where the tip edge of a scale does not touch the side edge of the next.
@@ -185,7 +186,7 @@ class RowContact:
         p, s = np.full(n, np.nan), np.full(n, np.nan)
         usual: set[int] = set()
         others: dict[str, None] = {}
-        for touch in self.contact.touches(self.row.corners(v), kappa):
+        for touch in self.contact.touches(self.row.corners(v, phi), kappa):
             if touch.second == touch.first + 1 and np.isfinite(touch.p):
                 if touch.first not in usual:
                     p[touch.first], s[touch.first] = touch.p, touch.s
