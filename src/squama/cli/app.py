@@ -12,6 +12,7 @@ COMMANDS = {
     "twist": "Twist a beam: torque, locking and friction, from a beam file.",
     "bend": "Bend a beam towards its scales: moment, locking and friction, from a beam file.",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
+    "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
     "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",
     "deck": "Write an input deck of a finite beam for CalculiX or Abaqus.",
     "ends": "Find where many designs engage and how they end, from a table.",
