@@ -14,6 +14,7 @@ COMMANDS = {
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
     "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
     "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",
+    "verify": "Set the models beside finite elements: differences along the twist, and how far each holds (extra fe).",
     "deck": "Write an input deck of a finite beam for CalculiX or Abaqus.",
     "ends": "Find where many designs engage and how they end, from a table.",
     "sweep": "Solve a beam over ranges of parameters, into a store that can be resumed.",

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from squama.fe.deformed import Deformed
 
+MOST_SCALES = 200
+
 
 def cell(
     beam: str,
@@ -31,6 +33,10 @@ def cell(
         ),
     ] = "medium",
     increment: Annotated[str, flag("Largest increment of the twist, rad per pitch (0.01).")] = "0.01",
+    scales: Annotated[str | None, flag("Number of scales of a finite beam; one endless pitch if not given.")] = None,
+    ends: Annotated[
+        str, flag("Along the axis the turned end of a finite beam is free or held (free); the other is fixed.")
+    ] = "free",
     hinged: Annotated[bool, Parameter(help="Block roll and yaw of the scales.")] = False,
     set_: Annotated[
         tuple[str, ...],
@@ -50,7 +56,7 @@ def cell(
     json: Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")] = False,
     quiet: Annotated[bool, Parameter(help="No lines of progress.")] = False,
 ) -> int:
-    """Twist one pitch of finite elements with helical periodicity; needs the extra fe.
+    """Twist one pitch of finite elements with helical periodicity, or a finite beam; needs the extra fe.
 
     Parameters
     ----------
@@ -59,7 +65,7 @@ def cell(
     """
     from squama import files, store
     from squama.cli import run
-    from squama.cli.row import read_sense, read_twist
+    from squama.cli.row import read_scales, read_sense, read_twist
 
     problems = Problems()
     arguments: dict[str, Any] = {"sense": sense, "hinged": hinged, "mesh": mesh, "restart": restart}
@@ -79,10 +85,22 @@ def cell(
     with problems.caught():
         if vtk is not None:
             store.check_place(vtk, (".vtu",))
+    if scales is not None:
+        with problems.caught():
+            arguments["scales"] = read_scales(scales, MOST_SCALES)
+        arguments["ends"] = ends
+        if ends not in ("free", "held"):
+            problems.lines.append(f'--ends = "{ends}": must be free or held')
+        if vtk is not None or picture:
+            problems.lines.append("--vtk and --picture show one endless pitch: leave them out, or leave out --scales")
+    elif ends != "free":
+        problems.lines.append("--ends: is for finite beams; give --scales too")
     described = None
     with problems.caught():
         described = run.read_beam(beam, overrides)
     if described is not None:
+        if "scales" in arguments:
+            described = described.replace(scales=arguments["scales"])
         with problems.caught():
             arguments["to"] = read_twist("--to", to, described)
         if described.friction.mu is None:
@@ -92,29 +110,34 @@ def cell(
     problems.settle()
     assert described is not None
 
-    from squama.fe import facade
+    from squama.cli import finite
+    from squama.fe import facade, facade_beam
 
     told = None if quiet else facade.print_progress
     states: list[Deformed] = []
     if vtk is not None or picture:
         arguments["last"] = states.append
     try:
-        data = facade.cell(described, progress=told, **arguments)
+        if scales is None:
+            data = facade.cell(described, progress=told, **arguments)
+        else:
+            said = None if quiet else finite.announce
+            data = facade_beam.beam(described, progress=told, announce=said, **arguments)
     except Interrupted as stop:
         kept = f"; {files.label(restart)} holds what is done" if restart else ""
         print(f"squama: {files.label(beam)}: {stop}{kept}", file=sys.stderr)
         return 130
-    written = write(data, plot, csv, netcdf)
+    written = (write if scales is None else finite.write)(data, plot, csv, netcdf)
     for state in states:
         written += _write_state(state, vtk, picture)
     if json:
         _record(files.label(beam), data, written)
     else:
-        show(files.label(beam), data, written)
+        (show if scales is None else finite.show)(files.label(beam), data, written)
     return 0
 
 
-def read_mesh(text: str) -> str | tuple[float, float]:
+def read_mesh(text: str, name: str = "--mesh") -> str | tuple[float, float]:
     """Return the name of a mesh, or its two sizes.
 
     Raises
@@ -129,9 +152,9 @@ def read_mesh(text: str) -> str | tuple[float, float]:
         return text
     parts = text.split(",")
     if len(parts) != 2:
-        message = f'--mesh = "{text}": must be {", ".join(MESHES)}, or two sizes in pitches such as 0.2,0.02'
+        message = f'{name} = "{text}": must be {", ".join(MESHES)}, or two sizes in pitches such as 0.2,0.02'
         raise InputError(message)
-    bulk, edge = (read_number("--mesh", part, 1e-4, 10.0, "0.0001 to 10", "0.2,0.02") for part in parts)
+    bulk, edge = (read_number(name, part, 1e-4, 10.0, "0.0001 to 10", "0.2,0.02") for part in parts)
     return bulk, edge
 
 

@@ -175,9 +175,9 @@ def compare_figure(table: xr.Dataset) -> Figure:
     top, low = (min(FAR, 1.1 * finite_max(np.maximum(s * off, 0), share)) for s in (1, -1))
     axes[0, 1].set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
     axes[0, 0].set_ylabel(text)
-    axes[0, 1].set_ylabel("Torque over the elements', less 1 (%)")
+    axes[0, 1].set_ylabel("Difference of the torque (%)")
     axes[1, 0].set_ylabel(label("theta", "deg"))
-    axes[1, 1].set_ylabel(r"$\theta$ less the elements' (deg)")
+    axes[1, 1].set_ylabel(r"Difference of $\theta$ (deg)")
     for ax, name in zip(axes.flat, "abcd", strict=True):
         letter(ax, f"({name})")
         ax.set_xlim(0, 1.03 * finite_max(phi))

@@ -1,0 +1,123 @@
+"""Models beside a curve by finite elements: differences along the twist, and how far each model holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.symbols import SYMBOLS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+SHARE = 0.05
+"""Difference of the torque within which a model counts as holding."""
+
+
+def compare(
+    elements: xr.Dataset, models: Mapping[str, tuple[str, xr.Dataset]], *, share: float = SHARE, title: str = ""
+) -> xr.Dataset:
+    """Set models beside a curve by finite elements, at the elements' twists.
+
+    Parameters
+    ----------
+    elements : xarray.Dataset
+        The reference: ``phi`` (rad per pitch, from 0 on), ``T``, ``theta`` along ``point``.
+    models : mapping
+        Name of each model: what it is in words, and its curve with the same variables. A curve at other twists is
+        interpolated linearly.
+    share : float
+        Difference of the torque that is allowed, over the elements' torque.
+    title : str
+        What is compared.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``point``: ``phi``, ``T_elements``, ``theta_elements``; along ``model`` and ``point``: ``T`` and ``theta``
+        (NaN beyond a model's end), ``dT`` = T/T_elements - 1, ``dtheta`` = theta - theta_elements; along ``model``:
+        ``words``, ``within``: the twist per pitch at which ``dT`` first leaves the share, ``last``: the last twist that
+        both curves have, ``dT_last``, ``dtheta_last``: the differences there.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> phi = np.array([0.0, 0.1, 0.2, 0.3])
+    >>> def curve(T):
+    ...     return xr.Dataset({"phi": ("point", phi), "T": ("point", T), "theta": ("point", 0.1 + phi)})
+    >>> table = compare(curve(phi), {"hinge": ("a hinge", curve(phi * [1, 1, 1.1, 1.3]))})
+    >>> round(float(table.within[0]), 3)
+    0.15
+    """
+    import xarray as xr
+
+    phi = np.asarray(elements["phi"].values, float)
+    T, theta = (np.asarray(elements[name].values, float) for name in ("T", "theta"))
+    order = list(models)
+    curves = [models[name][1] for name in order]
+    ours = {
+        name: np.array([_at(phi, curve, name) for curve in curves]).reshape(-1, phi.size) for name in ("T", "theta")
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dT = np.where((T != 0) & (phi > 0), ours["T"] / T - 1, np.nan)
+    dtheta = ours["theta"] - theta
+    found = [_reach(phi, off, share) for off in dT]
+    ends = [i for _, i in found]
+    rows = np.arange(len(order))
+    along, both = ("point",), ("model", "point")
+    twist = SYMBOLS["phi"].attrs
+    return xr.Dataset(
+        {
+            "T_elements": (along, T, _words("T", "torque of the elements")),
+            "theta_elements": (along, theta, _words("theta", "inclination of the elements' scale")),
+            "T": (both, ours["T"], SYMBOLS["T"].attrs),
+            "theta": (both, ours["theta"], SYMBOLS["theta"].attrs),
+            "dT": (both, dT, {"long_name": "torque over the elements', less 1", "units": "1"}),
+            "dtheta": (both, dtheta, {"long_name": "inclination less the elements'", "units": "rad"}),
+            "words": ("model", np.array([models[name][0] for name in order], dtype=str), {"long_name": "model"}),
+            "within": ("model", np.array([w for w, _ in found]), {**twist, "long_name": f"twist per pitch up to which "
+                       f"the torque is within {share:.0%}"}),
+            "last": ("model", phi[ends], {**twist, "long_name": "last twist per pitch that both curves have"}),
+            "dT_last": ("model", dT[rows, ends], {"long_name": "difference of the torque there", "units": "1"}),
+            "dtheta_last": ("model", dtheta[rows, ends], {"long_name": "difference of the inclination there",
+                            "units": "rad"}),
+        },
+        coords={"model": ("model", np.array(order, dtype=str)), "phi": (along, phi, twist)},
+        attrs={"title": title, "elements": str(elements.attrs.get("mesh", "")), "share": share},
+    )  # fmt: skip
+
+
+def _words(name: str, words: str) -> dict[str, Any]:
+    return {"long_name": words, "units": SYMBOLS[name].unit}
+
+
+def _at(phi: Array, curve: xr.Dataset, name: str) -> Array:
+    """Return a model's variable at twists (n,), NaN outside its own."""
+    x, y = (np.asarray(curve[key].values, float) for key in ("phi", name))
+    good = np.isfinite(x) & np.isfinite(y)
+    order = np.argsort(x[good], kind="stable")
+    if not good.any():
+        return np.full(phi.size, np.nan)
+    return np.asarray(np.interp(phi, x[good][order], y[good][order], left=np.nan, right=np.nan))
+
+
+def _reach(phi: Array, off: Array, share: float) -> tuple[float, int]:
+    """Return the twist at which a difference first leaves the share, and the last point at which there is one."""
+    there = np.flatnonzero(np.isfinite(off))
+    if not there.size:
+        return float("nan"), 0
+    size = np.abs(off[there])
+    beyond = np.flatnonzero(size > share)
+    if not beyond.size:
+        return float(phi[there[-1]]), int(there[-1])
+    i = int(beyond[0])
+    if i == 0:
+        return 0.0, int(there[-1])
+    a, b = size[i - 1], size[i]
+    x, y = phi[there[i - 1]], phi[there[i]]
+    return float(x + (y - x) * (share - a) / (b - a)), int(there[-1])
