@@ -218,6 +218,21 @@ def test_bad_flags(flags, words, cache, tmp_path, monkeypatch, capsys):
     assert "Traceback" not in said
 
 
+def test_an_interrupted_command_says_what_is_kept(cache, tmp_path, monkeypatch, capsys):
+    from squama.cli import main
+
+    def interrupt(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(joint, "condensed", interrupt)
+    squama.Beam.from_ratios(**FIG6B).to_toml("beam.toml")
+    assert main(["joint", "beam.toml", "--edge-size", "0.3"]) == 130
+    assert capsys.readouterr().err == (
+        "squama: beam.toml: interrupted; meshes that are done are kept: run it again to go on\n"
+    )
+
+
 @pytest.mark.slow
 def test_extrapolated_to_no_size(cache):
     """K_theta = .0119 within 2 %, C_f = 1.418 within 2 %; the bars hold the values of twice finer meshes."""

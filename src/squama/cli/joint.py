@@ -80,7 +80,12 @@ def joint(
     from squama.fe.joint import joint_matrix
 
     told = None if quiet else tell
-    found = joint_matrix(described, edge_size=size, levels=count, store=not fresh, progress=told)
+    try:
+        found = joint_matrix(described, edge_size=size, levels=count, store=not fresh, progress=told)
+    except KeyboardInterrupt:
+        kept = "" if fresh else "; meshes that are done are kept: run it again to go on"
+        print(f"squama: {files.label(beam)}: interrupted{kept}", file=sys.stderr)
+        return 130
     changed = described.replace(joint={"stiffness": _si(described, found).value, "inclusion_factor": found.C_f.value})
     written = []
     if toml is not None:
