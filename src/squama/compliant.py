@@ -50,9 +50,9 @@ def matrix(beam: Beam) -> Array:
     own = getattr(beam.joint, "matrix", None)
     if own is not None:
         return np.asarray(own, float)
-    from squama.fe import joint
+    from squama.fe.joint import joint_matrix
 
-    return np.asarray(joint.joint_matrix(beam).K, float)
+    return np.asarray(joint_matrix(beam).K, float)
 
 
 def rest(beam: Beam) -> Rest:
