@@ -74,7 +74,7 @@ def make_beam(
     unknowns = 3 * len(pitch.images[2]) * scales
     check(scales, unknowns)
     body = BeamBody(pitch, geometry, scales)
-    row = Row(geometry, scales)
+    row = Row(geometry, scales, geometry.cut)
     contact = RowContact(row, mu, dhat=dhat, slip=slip)
     each = np.eye(6)[:, [0, 1, 2, 4]] if hinged else np.eye(6)
     ways = np.zeros((body.motions, each.shape[1] * scales + (ends == "free")))
@@ -94,7 +94,7 @@ def make_beam(
         # the section that a scale's base stands on lies between two cuts
         share = -geometry.cut
         local = (1 - share) * turns[:-1] + share * turns[1:]
-        local -= state.phi * np.arange(scales)
+        local -= state.phi * (np.arange(scales) - geometry.cut)
         v = np.array([turned_back(geometry, *both) for both in zip(v, local, strict=True)])
         theta = [inclination(geometry, motion) for motion in v]
         gap = contact.contact.gap(contact.corners(state.v, state.phi), dhat)

@@ -18,7 +18,7 @@ from squama.fe.elements import Array, Elements, Index, Material, Result
 from squama.fe.geometry import Geometry
 from squama.fe.memory import available, too_large
 from squama.fe.mesh import Pitch, tile
-from squama.fe.plate import Rest, Shape
+from squama.fe.plate import Rest
 
 
 class Condensed(NamedTuple):
@@ -76,16 +76,18 @@ class BeamBody:
         self.cuts = np.stack([*(mesh.front + count * k for k in range(scales)), mesh.back])
         self.weights = pitch.section[1]
         self.elements = elements = Elements(mesh.nodes, mesh.tets, Material(1.0, geometry.nu))
-        # the end moves with the frame that is turned by N phi
+        places = mesh.nodes
+        self._rigid = [(nodes, Carried(geometry, places[nodes], k, geometry.cut)) for k, nodes in enumerate(mesh.tied)]
+        # the end's frame is turned by N phi
         axis = Rest(0.0, 0.0, np.eye(3), np.zeros(3))
-        bodies: list[tuple[Shape, Index]] = [*((geometry, nodes) for nodes in mesh.tied), (axis, mesh.back)]
-        self._rigid = [(nodes, Carried(rest, mesh.nodes[nodes], k)) for k, (rest, nodes) in enumerate(bodies)]
+        self._rigid.append((mesh.back, Carried(axis, places[mesh.back], scales)))
         tied = np.concatenate([nodes for nodes, _ in self._rigid])
         fixed = np.concatenate([mesh.front, tied])
         if np.unique(fixed).size != fixed.size:
             message = "the last scale's slot meets the end section: take smaller elements"
             raise InputError(message)
         self.free = np.setdiff1d(np.arange(elements.size), fixed)
+        self._heights = mesh.nodes[self.free, 2] - geometry.cut
         self._number(sparse, tied)
 
     @property
@@ -147,7 +149,7 @@ class BeamBody:
     def _turned(self, z: Array, phi: float, sign: int = 1) -> Array:
         """Turn free unknowns or their changes, node by node, into space (or back with sign -1); (free, 3)."""
         x, y, up = z.reshape(-1, 3).T
-        angles = sign * phi * self.rest[self.free, 2]
+        angles = sign * phi * self._heights
         c, s = np.cos(angles), np.sin(angles)
         return np.column_stack([c * x + s * y, c * y - s * x, up])
 
@@ -170,7 +172,7 @@ class BeamBody:
         Parameters
         ----------
         z : (unknowns,) array
-            Free unknowns: places of the free nodes, each turned back by phi times its height at rest.
+            Free unknowns: places of the free nodes, each turned back by phi times its height over the fixed end.
         v : (N + 1, 6) array
             Motions of the scales and of the end in their frames.
         phi : float
@@ -195,7 +197,7 @@ class BeamBody:
 
         def follow(dv: Array, dphi: float) -> Array:
             moved = self._turned(self.solver.solve(-f, np.append(dv, dphi)), phi, -1)
-            moved[:, :2] += dphi * self.rest[self.free, 2:] * (z.reshape(-1, 3)[:, [1, 0]] * [-1.0, 1.0])
+            moved[:, :2] += dphi * self._heights[:, None] * (z.reshape(-1, 3)[:, [1, 0]] * [-1.0, 1.0])
             return moved.ravel()
 
         return Condensed(

@@ -1,7 +1,8 @@
 """Points of a rigid scale whose six motions are counted in a frame that turns with the twist.
 
-Scale k of a beam stands at z = k; its frame is turned by k phi about z, clockwise. In an endless beam all scales have
-the same motions in their frames (see :mod:`squama.fe.plate`).
+Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, clockwise, where c is the place of the
+section that does not turn. In an endless beam all scales have the same motions in their frames (see
+:mod:`squama.fe.plate`).
 """
 
 from __future__ import annotations
@@ -23,11 +24,13 @@ class Carried:
         Places of the points at rest, on scale k.
     k : int
         How many pitches the scale stands further along z.
+    still : float
+        Place c along z of the section that does not turn.
     """
 
-    def __init__(self, rest: Shape, points: Array, k: int) -> None:
+    def __init__(self, rest: Shape, points: Array, k: int, still: float = 0.0) -> None:
         self._lift = np.array([0.0, 0.0, k])
-        self._attached, self._k = Attached(rest, points - self._lift), k
+        self._attached, self._k = Attached(rest, points - self._lift), k - still
 
     def places(self, v: Array, phi: float) -> Array:
         """Return the places (n, 3) for motions v (6,) and the twist per pitch."""

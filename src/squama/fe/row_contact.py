@@ -1,7 +1,7 @@
 """Contact of the scales of a finite beam, each with its own six motions.
 
-Scale i stands i pitches further along z than scale 0, and its motions are counted in a frame turned by i phi (see
-:mod:`squama.fe.carried`). All pairs within reach count once; a contact acts on both of its scales.
+Scale i stands i pitches further along z than scale 0, and its motions are counted in a frame that turns
+with the twist (:mod:`squama.fe.carried`). All pairs within reach count once; a contact acts on both of its scales.
 """
 
 from __future__ import annotations
@@ -26,15 +26,17 @@ class Row:
         Scale 0 at rest.
     scales : int
         How many.
+    still : float
+        Place along z of the section that does not turn, see :mod:`squama.fe.carried`.
     """
 
-    def __init__(self, rest: Shape, scales: int) -> None:
+    def __init__(self, rest: Shape, scales: int, still: float = 0.0) -> None:
         self.scales = scales
         self.reach = min(int(np.ceil(np.hypot(rest.eta, 2 * rest.beta))), scales - 1)
         eta, beta = rest.eta, rest.beta
         local = np.array([[0.0, -beta, 0.0], [0.0, beta, 0.0], [eta, beta, 0.0], [eta, -beta, 0.0]])
         plate = rest.base + local @ rest.axes
-        self._plates = [Carried(rest, plate + np.array([0.0, 0.0, k]), k) for k in range(scales)]
+        self._plates = [Carried(rest, plate + np.array([0.0, 0.0, k]), k, still) for k in range(scales)]
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
