@@ -52,7 +52,8 @@ class Ends(NamedTuple):
 
     ``phi_e`` twist per pitch at engagement (inf where it never engages), ``theta_end``, ``phi_end``, ``end`` (the words
     of :class:`squama.End`), ``neighbour`` whose contact is followed (0 for none), ``other`` pair that ends the path or
-    touches instead ("" for none).
+    touches instead ("" for none), ``sense`` as asked, ``phi_touch`` and ``theta_touch`` twist and inclination at which
+    the other pair comes in (NaN for none). Without engagement phi_end = inf and theta_end = theta0.
     """
 
     phi_e: Array
@@ -61,13 +62,16 @@ class Ends(NamedTuple):
     end: Array
     neighbour: Array
     other: Array
+    sense: Array = np.asarray("+")
+    phi_touch: Array = np.asarray(np.nan)
+    theta_touch: Array = np.asarray(np.nan)
 
 
 def _row(
     theta: ArrayLike, eta: ArrayLike, beta: ArrayLike, lam: ArrayLike, alpha: ArrayLike, sense: str, neighbour: int
 ) -> Twist:
     """Row of a neighbour at the inclinations ``theta``, checked."""
-    given = {name: checks.positive(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
+    given = {name: checks.ratio(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
     alpha = checks.between("alpha", alpha, 0.0, np.pi / 2)
     theta = checks.between("theta", theta, 0.0, np.pi)
     checks.together({"theta": theta, **given, "alpha": alpha})
@@ -237,8 +241,14 @@ def ends(
     other = np.full(flat[0].size, "", dtype="U96")
     for i in range(flat[0].size) if touches else np.flatnonzero(sol.crossing):
         other[i] = solution.other_words(sol, touches, int(i), mirrored=sign < 0)
+    came = sol.crossing > 0
+    phi_touch, theta_touch = np.where(came, sol.load_end, np.nan), np.where(came, sol.theta_end, np.nan)
+    for i, hit in enumerate(touches):
+        if hit is not None:
+            phi_touch[i], theta_touch[i] = hit.phi, hit.theta
     fields = (sol.load_e, sol.theta_end, sol.load_end, words, sol.neighbour, other)
-    return Ends(*(f.reshape(shape) for f in fields))
+    senses = np.full(words.size, sense)
+    return Ends(*(f.reshape(shape) for f in (*fields, senses, phi_touch, theta_touch)))
 
 
 __all__ = ["Contact", "End", "Ends", "Forces", "contact", "ends", "forces"]

@@ -129,7 +129,7 @@ def explain(errors: Iterable[Mapping[str, Any]], root: str | None, problems: Seq
         elif isinstance(cause, QuantityError):
             lines.append(f"{where} = {cause.shown}: {cause.reason}")
         elif isinstance(cause, InputError):
-            lines.append(str(cause))
+            lines += str(cause).splitlines()
         elif not key:
             lines.append(no_table(table, error["input"]))
         else:

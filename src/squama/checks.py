@@ -9,8 +9,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squama.errors import InputError
+from squama.model import reach
 from squama.model.laws import LAWS
 from squama.model.solve import Array
+
+EXAMPLES = {
+    "eta": "3",
+    "beta": "1.25",
+    "lam": "0.45",
+    "alpha": "np.radians(45)",
+    "theta0": "np.radians(10)",
+    "theta": "np.radians(20)",
+    "mu": "0.25",
+    "margin": "0.01",
+    "points": "200",
+    "at": "5",
+    "scales": "25",
+    "neighbour": "1",
+    "stiffness_ratio": "1",
+}
+"""What to write, by the name of an argument."""
 
 
 def fail(text: str) -> NoReturn:
@@ -33,7 +51,11 @@ def _refuse(name: str, array: Array, bad: Any, allowed: str) -> None:
         first = float(np.ravel(array)[np.flatnonzero(np.ravel(bad))[0]])
         count = int(np.count_nonzero(bad))
         where = f" (and {count - 1} more)" if count > 1 else ""
-        fail(f"{name} = {first:.6g}{where}: must be {allowed}")
+        fail(f"{name} = {first:.6g}{where}: must be {allowed}{_remedy(name, allowed)}")
+
+
+def _remedy(name: str, allowed: str = "") -> str:
+    return f"; write e.g. {EXAMPLES[name]}" if name in EXAMPLES and "write" not in allowed else ""
 
 
 def positive(name: str, value: ArrayLike) -> Array:
@@ -41,6 +63,18 @@ def positive(name: str, value: ArrayLike) -> Array:
     array = numbers(name, value)
     _refuse(name, array, array <= 0, "above 0")
     return array
+
+
+def overlap(name: str, value: ArrayLike) -> Array:
+    """Return eta or beta: above zero, and not so large that neighbours without end are within reach."""
+    array = numbers(name, value)
+    _refuse(name, array, (array <= 0) | (array > reach.MOST), reach.ALLOWED)
+    return array
+
+
+def ratio(name: str, value: ArrayLike) -> Array:
+    """Return eta, beta or another ratio above zero, within its bounds."""
+    return overlap(name, value) if name in ("eta", "beta") else positive(name, value)
 
 
 def not_negative(name: str, value: ArrayLike) -> Array:
@@ -80,7 +114,7 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
         elif name in ("mu", "stiffness_ratio"):
             given.append(not_negative(name, value))
         else:
-            given.append(positive(name, value))
+            given.append(ratio(name, value))
     cols = together(dict(zip(columns, given, strict=True)))
     return [np.ascontiguousarray(c, float).ravel() for c in cols], cols[0].shape
 
@@ -112,7 +146,7 @@ def whole(name: str, value: Any, low: float, high: float) -> int:
     allowed = f"a whole number from {low:g} to {high:g}"
     number = scalar(name, value, low, high + 1, allowed)
     if number != int(number):
-        fail(f"{name} = {number:.6g}: must be {allowed}")
+        fail(f"{name} = {number:.6g}: must be {allowed}{_remedy(name)}")
     return int(number)
 
 

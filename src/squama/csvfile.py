@@ -186,7 +186,7 @@ def _variable(
 
 
 def _header(name: str, unit: str | None) -> str:
-    return f"{name} ({unit})" if unit and unit != "1" else name
+    return f"{name} ({unit})" if unit else name
 
 
 def _texts(values: np.ndarray[Any, Any]) -> list[str]:

@@ -40,7 +40,10 @@ class Curve(NamedTuple):
 
 
 class Path(NamedTuple):
-    """The solved path of one design, cut to the asked range."""
+    """The solved path of one design, cut to the asked range; ``touch`` twist and inclination of the other contact.
+
+    Without engagement ``load_end`` is how far the straight part goes.
+    """
 
     row: Any
     x0: float
@@ -55,6 +58,7 @@ class Path(NamedTuple):
     other: str
     mu: float
     law: str
+    touch: tuple[float, float] = (np.nan, np.nan)
 
     @property
     def engaged(self) -> bool:
@@ -71,7 +75,8 @@ def path(case: Case, sol: Solution, touch: Touch | None, mu: float, law: str, ma
         # the straight part reaches to the other contact that comes first, or to the end of the search
         stop = touch.phi if touch else SEARCH
         stop = stop if to is None else min(stop, to)
-        return Path(None, 0, 0, 0, 1, np.inf, stop, case.theta0, end, 0, other, mu, law)
+        met = (touch.phi, case.theta0) if touch else (np.nan, np.nan)
+        return Path(None, 0, 0, 0, 1, np.inf, stop, case.theta0, end, 0, other, mu, law, met)
     t: Track = sol.tracks[0][1]
     row = scalar(t.row)
     x0, x_end = float(t.x0[0]), float(t.x_end[0])
@@ -97,6 +102,7 @@ def path(case: Case, sol: Solution, touch: Touch | None, mu: float, law: str, ma
         other,
         mu,
         law,
+        (load_end, theta_end) if other else (np.nan, np.nan),
     )
 
 
@@ -207,12 +213,13 @@ def _figures(case: Case, p: Path, last: dict[str, float]) -> dict[str, Any]:
     if p.row is not None:
         pt = p.row.point(p.x0, p.law, FLOAT)
         mu_static = mechanics.mu_lock(pt) if pt.M_f > 0 else np.inf
+    load_end = np.inf if p.end is End.NONE else p.load_end
     return {
         "load_e": p.load_e,
         "rate_e": p.load_e / case.pitch,
         "theta_end": p.theta_end,
-        "load_end": p.load_end,
-        "rate_end": p.load_end / case.pitch,
+        "load_end": load_end,
+        "rate_end": load_end / case.pitch,
         "theta_c": last["theta"],
         "rate_c": last["rate"],
         "torque_c": last["torque"],
@@ -224,4 +231,6 @@ def _figures(case: Case, p: Path, last: dict[str, float]) -> dict[str, Any]:
         "end": str(p.end),
         "neighbour": p.neighbour,
         "other_contact": p.other,
+        "load_touch": p.touch[0],
+        "theta_touch": p.touch[1],
     }

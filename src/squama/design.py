@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, ValidationError, model_validator
 from squama import beamfile, files, validity
 from squama.errors import InputError
 from squama.model import joint, section
-from squama.parts import Friction, Joint, Part, Quantity, Scale, Size, Substrate, read_ratios, whole
+from squama.parts import Friction, Joint, Part, Pitch, Quantity, Scale, Substrate, read_ratios, whole
 
 __all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
 
@@ -36,12 +36,13 @@ class Beam(Part):
     Raises
     ------
     InputError
-        One line per mistake; also if the embedded tab would come out of the substrate's other face.
+        One line per mistake; also if eta or beta is above 100, or the embedded tab would come out of the
+        substrate's other face.
     """
 
     scale: Scale
     substrate: Substrate
-    pitch: Size
+    pitch: Pitch
     scales: Annotated[int, BeforeValidator(whole)] = 25
     joint: Joint = Joint()
     friction: Friction = Friction()
@@ -60,9 +61,9 @@ class Beam(Part):
         ) -> None: ...
 
     @model_validator(mode="after")
-    def _tab_stays_inside(self) -> Self:
-        if message := validity.tab_problem(self):
-            raise InputError(message)
+    def _parts_fit(self) -> Self:
+        if problems := [*validity.reach_problems(self), *validity.tab_problems(self)]:
+            raise InputError("\n".join(problems))
         return self
 
     @classmethod
@@ -234,15 +235,15 @@ class Beam(Part):
             files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
         return text
 
-    def warnings(self, load: str = "twisting") -> list[str]:
-        """Say where the beam leaves the range of the model under a load ("twisting" or "bending").
+    def warnings(self, load: str = "twisting", sense: str = "+") -> list[str]:
+        """Say where the beam leaves the range of the model under a load ("twisting" or "bending") in a sense.
 
         Returns
         -------
         list of str
             One line per finding; empty if there is none. See `squama.validity`.
         """
-        return validity.messages(self, load)
+        return validity.messages(self, load, sense)
 
     @property
     def eta(self) -> float:

@@ -13,33 +13,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squama import api, files, tabular
+from squama import api, files, parts, tabular
 from squama.errors import InputError
+from squama.units import Bounds
 
 Numbers = NDArray[np.float64]
-
-
-class _Input(NamedTuple):
-    """Bounds of a column, in its own unit, and the words for them."""
-
-    low: float
-    high: float
-    closed: bool
-    allowed: str
-
-
-_POSITIVE = _Input(0.0, np.inf, False, "more than 0")
-_QUARTER = _Input(0.0, 90.0, False, "0 to 90 deg, exclusive")
-INPUTS: dict[str, _Input] = {
-    "eta": _POSITIVE,
-    "beta": _POSITIVE,
-    "lambda": _POSITIVE,
-    "alpha_deg": _QUARTER,
-    "theta0_deg": _QUARTER,
-    "mu": _Input(0.0, 10.0, True, "0 to 10"),
+_QUARTER = Bounds(0.0, 90.0, "0 to 90 deg, exclusive")
+INPUTS: dict[str, Bounds] = {
+    "eta": parts.RATIOS["eta"],
+    "beta": parts.RATIOS["beta"],
+    "lambda": parts.RATIOS["lam"],
+    "alpha_deg": _QUARTER._replace(example="45"),
+    "theta0_deg": _QUARTER._replace(example="10"),
+    "mu": parts.FRICTION._replace(example="0.25"),
 }
+"""Bounds of the columns, each in its own unit."""
 RESULTS = ("phi_e_rad", "end", "theta_end_deg", "phi_end_rad", "neighbour")
-OTHER = "other_contact"
+OTHER, SENSE = "other_contact", "sense"
+_ADDED = (*RESULTS, OTHER, SENSE)
 
 
 class Solved(NamedTuple):
@@ -63,10 +54,10 @@ def solve(path: str | os.PathLike[str], *, law: str = "edge", sense: str = "+", 
     Parameters
     ----------
     path : path
-        Columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are carried along. Columns with the names of
-        results are taken as those of an earlier run and replaced.
+        Columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are carried along. Where all columns of
+        results are there already they are those of an earlier run and are replaced; some of them are refused.
     law, sense, contacts
-        As in :func:`squama.ends`; with "all" the column other_contact is added.
+        As in :func:`squama.ends`; with "all" the column other_contact is added. The last column is the sense.
 
     Returns
     -------
@@ -97,7 +88,9 @@ def solve(path: str | os.PathLike[str], *, law: str = "edge", sense: str = "+", 
     if contacts == "all":
         results.append(found.other.tolist())
         names.append(OTHER)
-    kept = [i for i, name in enumerate(table.header.cells) if name not in (*RESULTS, OTHER)]
+    results.append(found.sense.tolist())
+    names.append(SENSE)
+    kept = [i for i, name in enumerate(table.header.cells) if name not in _ADDED]
     rows = [
         [row.cells[i] for i in kept] + list(added) for row, added in zip(good, zip(*results, strict=True), strict=True)
     ]
@@ -135,6 +128,15 @@ def _places(table: tabular.Table) -> dict[str, int]:
         if header.count(name) > 1 and name
     ]
     unused = [name for name in header if name not in INPUTS]
+    if len(unused) == len(header) and not any(tabular.guess(name, unused) for name in INPUTS):
+        raise tabular.no_header(table, ",".join(INPUTS))
+    # a table that has been here before has all of them
+    if not set(RESULTS) <= set(header):
+        problems += [
+            f"{line}the column {name} has the name of a result; rename it"
+            for name in dict.fromkeys(header)
+            if name in _ADDED
+        ]
     for name in INPUTS:
         if name not in header:
             hint = tabular.guess(name, unused)
@@ -156,11 +158,11 @@ def _good(table: tabular.Table, places: dict[str, int]) -> tuple[list[tabular.Ro
     fine = np.ones(len(whole), bool)
     for name, place in places.items():
         cells = [row.cells[place] for row in whole]
-        values, words = _numbers(cells)
-        _, high, closed, allowed = INPUTS[name]
-        inside = (values >= 0) & (values <= high) if closed else (values > 0) & (values < high)
+        values, words = _numbers(cells, INPUTS[name].example)
+        bounds = INPUTS[name]
+        inside = np.array([bounds.hold(value) for value in values.tolist()], bool)
         for i in np.flatnonzero(~inside):
-            reason = words.get(int(i), f"is out of range; allowed: {allowed}")
+            reason = words.get(int(i), f"is out of range; allowed: {bounds.allowed}; write e.g. {bounds.example}")
             wrong.setdefault(whole[i].line, []).append(f"{tabular.where(name, cells[i])}: {reason}")
         columns[name] = values
         fine &= inside
@@ -169,13 +171,13 @@ def _good(table: tabular.Table, places: dict[str, int]) -> tuple[list[tabular.Ro
     return [whole[i] for i in chosen], {name: values[chosen] for name, values in columns.items()}, problems
 
 
-def _numbers(cells: list[str]) -> tuple[Numbers, dict[int, str]]:
+def _numbers(cells: list[str], example: str) -> tuple[Numbers, dict[int, str]]:
     """Read cells; NaN and words, by their place, for those that hold no finite number."""
     values = np.full(len(cells), np.nan)
     words: dict[int, str] = {}
     for i, cell in enumerate(cells):
         try:
-            values[i] = tabular.number(cell)
+            values[i] = tabular.number(cell, example)
         except ValueError as error:
             words[i] = str(error)
     return values, words

@@ -121,6 +121,39 @@ def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object])
     return given
 
 
+def make_folder(path: str | os.PathLike[str]) -> Path:
+    """Make a folder if it is not there, or refuse a place that cannot take one or its files.
+
+    Parameters
+    ----------
+    path : path
+        The folder; its own folder must be there.
+
+    Returns
+    -------
+    Path
+        The folder, as given.
+
+    Raises
+    ------
+    InputError
+        The path is a file, the folder or the one above is read-only, or the latter is missing.
+    """
+    given = Path(path)
+    try:
+        target = given.resolve()
+        if target.exists() and not target.is_dir():
+            message = f"{label(path)}: is a file; give the name of a folder"
+            raise InputError(message)
+        _check_place(target / "file" if target.is_dir() else target, label(path))
+        target.mkdir(exist_ok=True)
+    except (OSError, ValueError, RuntimeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise _not_written(path, error) from None
+    return given
+
+
 def _check_place(target: Path, name: str) -> None:
     """Refuse a place that cannot take the file; mode bits are looked at because root may write anything."""
     folder = target.parent

@@ -55,9 +55,11 @@ TWISTING = Loading(
         "rate_c": "Phi_c",
         "torque_c": "T_c",
         **_FIGURES,
+        "load_touch": "phi_touch",
+        "theta_touch": "theta_touch",
     },
 )
-_SKIPPED = {"mu_lock", "mu_static"}
+_SKIPPED = {"mu_lock", "mu_static", "load_touch", "theta_touch"}
 COMPLIANT = Loading(
     "twisting",
     {role: name for role, name in TWISTING.along.items() if _SKIPPED.isdisjoint((role, name))}

@@ -121,6 +121,8 @@ def _names(table: tabular.Table, columns: _Columns) -> tuple[dict[str, int], dic
     folded = {name if len(name) < 4 else name.casefold(): name for name in names}
     over_by_name = {name: over for over, known in columns.over.items() for name in known}
     found: dict[str, tuple[str, str]] = {}
+    if not set(folded) & {*over_by_name, *columns.torque}:
+        raise tabular.no_header(table, columns.example)
     problems = []
     for role, known in (("rate", list(over_by_name)), ("torque", list(columns.torque))):
         present = [name for name in known if name in folded]

@@ -6,6 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from squama import files
 from squama.errors import InputError
 
@@ -15,12 +17,16 @@ if TYPE_CHECKING:
 MARK = "squama_file"
 """Global attribute that marks the files of :func:`write`; its value is the version of the layout."""
 
+LISTS = "squama_lists"
+"""Global attribute with the names of those that are lists; HDF5 does not tell a list of one number from a number."""
+
 _SIGNATURES = (b"\x89HDF\r\n\x1a\n",)
 
 
 def write(dataset: xr.Dataset, place: Path) -> None:
     """Write a dataset to a new file."""
-    marked = dataset.assign_attrs({MARK: 1})
+    lists = [str(key) for key, value in dataset.attrs.items() if isinstance(value, list)]
+    marked = dataset.assign_attrs({MARK: 1, **({LISTS: " ".join(lists)} if lists else {})})
     # what an earlier file wanted (chunks, fill values) does not belong to the data
     marked.drop_encoding().to_netcdf(place, engine="h5netcdf", format="NETCDF4")
 
@@ -57,7 +63,10 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
         raise _refused(name, "was not written by this version of squama")
     for variable in dataset.variables.values():
         variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
-    dataset.attrs = {key: _plain(value) for key, value in dataset.attrs.items()}
+    lists = dataset.attrs.pop(LISTS, "").split()
+    dataset.attrs = {
+        key: np.atleast_1d(value).tolist() if key in lists else _plain(value) for key, value in dataset.attrs.items()
+    }
     texts = {key: value.astype(str) for key, value in dataset.variables.items() if value.dtype == object}
     dataset = dataset.assign({key: value for key, value in texts.items() if key in dataset.data_vars})
     dataset = dataset.assign_coords({key: value for key, value in texts.items() if key in dataset.coords})

@@ -15,6 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 
 from squama import beamfile
 from squama.errors import InputError
+from squama.model import reach
 from squama.units import Bounds, Dimension, QuantityError, bounded, shown
 
 Quantity = float | str
@@ -26,12 +27,30 @@ QUARTER = Bounds(0.0, math.pi / 2, "0 to 90 deg, exclusive")
 MODULUS = Bounds(1e-6, 1e15, "more than 0; 1e-6 Pa to 1e15 Pa", closed=True)
 POISSON = Bounds(-1.0, 0.5, "-1 to 0.5, exclusive")
 STIFFNESS = Bounds(1e-18, 1e15, "more than 0; 1e-18 N m to 1e15 N m", closed=True)
-FACTOR = Bounds(1e-3, 1e3, "more than 0; 0.001 to 1000", closed=True, example="1.4")
+FACTOR = Bounds(1e-3, 1e3, "more than 0; 0.001 to 1000", closed=True)
 FRICTION = Bounds(0.0, 10.0, "0 to 10", closed=True)
-RATIO = Bounds(1e-9, 1e9, "more than 0; 1e-9 to 1e9", closed=True, example="1.2")
+RATIO = Bounds(1e-9, 1e9, "more than 0; 1e-9 to 1e9", closed=True)
+OVERLAP = Bounds(1e-9, reach.LARGEST, reach.ALLOWED, closed=True)
+RATIOS = {
+    "eta": OVERLAP._replace(example="3"),
+    "beta": OVERLAP._replace(example="1.25"),
+    "lam": RATIO._replace(example="0.45"),
+    "zeta": RATIO._replace(example="0.35"),
+    "slenderness": RATIO._replace(example="35"),
+}
+"""Bounds of the ratios."""
 
 
-def _read(dimension: Dimension, bounds: Bounds) -> BeforeValidator:
+def own(table: str, key: str, bounds: Bounds) -> Bounds:
+    """Return bounds whose example is that of a key of the beam file."""
+    return bounds._replace(example=beamfile.TABLES[table][key].example)
+
+
+def _read(table: str, key: str, bounds: Bounds) -> BeforeValidator:
+    dimension = beamfile.TABLES[table][key].dimension
+    assert dimension is not None
+    bounds = own(table, key, bounds)
+
     def read(value: object, info: ValidationInfo) -> float:
         return bounded(value, dimension, bounds, bare=(info.context or {}).get("bare", True))
 
@@ -52,7 +71,7 @@ def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
     problems = []
     for name, value in given.items():
         try:
-            ratios[name] = bounded(value, Dimension.RATIO, RATIO)
+            ratios[name] = bounded(value, Dimension.RATIO, RATIOS[name])
         except QuantityError as error:
             problems.append(f"{name} = {error.shown}: {error.reason}")
     if problems:
@@ -60,9 +79,7 @@ def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
     return ratios
 
 
-Size = Annotated[float, _read(Dimension.LENGTH, SIZE)]
-Depth = Annotated[float, _read(Dimension.LENGTH, DEPTH)]
-Angle = Annotated[float, _read(Dimension.ANGLE, QUARTER)]
+Pitch = Annotated[float, _read("beam", "pitch", SIZE)]
 
 
 class Part(BaseModel):
@@ -111,12 +128,12 @@ class Scale(Part):
     """
 
     _root = "scale"
-    length: Size
-    embedded: Depth
-    width: Size
-    thickness: Size
-    alpha: Angle
-    theta0: Angle
+    length: Annotated[float, _read("scale", "length", SIZE)]
+    embedded: Annotated[float, _read("scale", "embedded", DEPTH)]
+    width: Annotated[float, _read("scale", "width", SIZE)]
+    thickness: Annotated[float, _read("scale", "thickness", SIZE)]
+    alpha: Annotated[float, _read("scale", "alpha", QUARTER)]
+    theta0: Annotated[float, _read("scale", "theta0", QUARTER)]
 
     if TYPE_CHECKING:
 
@@ -153,10 +170,10 @@ class Substrate(Part):
     """
 
     _root = "substrate"
-    width: Size
-    thickness: Size
-    youngs_modulus: Annotated[float, _read(Dimension.PRESSURE, MODULUS)]
-    poisson_ratio: Annotated[float, _read(Dimension.RATIO, POISSON)]
+    width: Annotated[float, _read("substrate", "width", SIZE)]
+    thickness: Annotated[float, _read("substrate", "thickness", SIZE)]
+    youngs_modulus: Annotated[float, _read("substrate", "youngs_modulus", MODULUS)]
+    poisson_ratio: Annotated[float, _read("substrate", "poisson_ratio", POISSON)]
 
     if TYPE_CHECKING:
 
@@ -177,8 +194,8 @@ class Joint(Part):
     """
 
     _root = "joint"
-    stiffness: Annotated[float, _read(Dimension.TORQUE, STIFFNESS)] | None = None
-    inclusion_factor: Annotated[float, _read(Dimension.RATIO, FACTOR)] | None = None
+    stiffness: Annotated[float, _read("joint", "stiffness", STIFFNESS)] | None = None
+    inclusion_factor: Annotated[float, _read("joint", "inclusion_factor", FACTOR)] | None = None
 
     if TYPE_CHECKING:
 
@@ -195,7 +212,7 @@ class Friction(Part):
     """
 
     _root = "friction"
-    mu: Annotated[float, _read(Dimension.RATIO, FRICTION)] | None = None
+    mu: Annotated[float, _read("friction", "mu", FRICTION)] | None = None
 
     if TYPE_CHECKING:
 

@@ -32,7 +32,7 @@ def twist(
     law: str = "edge",
     margin: float = 0.01,
     points: int = 200,
-    at: ArrayLike | None = None,
+    at: ArrayLike | Sequence[float | str] | str | None = None,
     to: float | str | None = None,
     sense: str = "+",
     joint: str = "hinge",
@@ -53,7 +53,7 @@ def twist(
     points
         Number of points of a curve.
     at
-        Twist rates (rad/m, magnitudes) at which to give the response instead; NaN beyond the end of the curve.
+        Twists (magnitudes, as ``to``) at which to give the response instead; NaN beyond the end of the curve.
     to
         Twist at which to stop: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
     sense
@@ -93,7 +93,7 @@ def twisted(
     law: str = "edge",
     margin: float = 0.01,
     points: int = 200,
-    at: ArrayLike | None = None,
+    at: ArrayLike | Sequence[float | str] | str | None = None,
     to: float | str | None = None,
     sense: str = "+",
     joint: str = "hinge",
@@ -103,13 +103,13 @@ def twisted(
     checks.law(law)
     solved = JOINTS[checks.joint(joint)]
     stop = None if to is None else units.twist(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-    answer = solved(beam, _Asked(mu, law, margin, points, at, stop), sign)
+    answer = solved(beam, _Asked(mu, law, margin, points, _rates(at, units.twist, beam), stop, sense), sign)
     answer.attrs |= {"sense": sense, "joint": joint}
     return answer
 
 
 class _Asked(NamedTuple):
-    """Arguments of a response as given; ``stop`` in rad per pitch."""
+    """Arguments of a response as given; ``at`` in rad/m, ``stop`` in rad per pitch."""
 
     mu: ArrayLike | None
     law: str
@@ -117,6 +117,18 @@ class _Asked(NamedTuple):
     points: int
     at: ArrayLike | None
     stop: float | None
+    sense: str = "+"
+
+
+def _rates(at: Any, read: Callable[..., float], beam: Beam) -> Any:
+    """Return rates in rad/m where texts such as "0.2 rad/pitch" are given."""
+    given = [at] if isinstance(at, str) else at
+    if not isinstance(given, list | tuple) or not any(isinstance(value, str) for value in given):
+        return at
+    try:
+        return [read(value, pitch=beam.pitch, scales=beam.scales) for value in given]
+    except units.QuantityError as error:
+        checks.fail(f"at = {error.shown}: {error.reason}")
 
 
 def _hinged(beam: Beam, asked: _Asked, sign: int) -> Answer:
@@ -174,7 +186,7 @@ def bend(
     mu: ArrayLike | None = None,
     margin: float = 0.01,
     points: int = 200,
-    at: ArrayLike | None = None,
+    at: ArrayLike | Sequence[float | str] | str | None = None,
     to: float | str | None = None,
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
@@ -184,7 +196,7 @@ def bend(
     beam, mu, margin, points
         As in :func:`twist`. In the plane the two force laws coincide.
     at
-        Curvatures (rad/m) at which to give the response instead; NaN beyond the end of the curve.
+        Curvatures (as ``to``) at which to give the response instead; NaN beyond the end of the curve.
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
 
@@ -214,7 +226,7 @@ def bent(
     mu: ArrayLike | None = None,
     margin: float = 0.01,
     points: int = 200,
-    at: ArrayLike | None = None,
+    at: ArrayLike | Sequence[float | str] | str | None = None,
     to: float | str | None = None,
 ) -> Answer:
     """Return what :func:`bend` returns, before it is a dataset."""
@@ -224,7 +236,8 @@ def bent(
         return solution.solve_bending(np.array([beam.eta]), np.array([beam.scale.theta0]), np.array([m])), None
 
     stop = None if to is None else units.curvature(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-    return _respond(BENDING, beam, _closed(case, solve, "edge"), _Asked(mu, "edge", margin, points, at, stop), {})
+    asked = _Asked(mu, "edge", margin, points, _rates(at, units.curvature, beam), stop)
+    return _respond(BENDING, beam, _closed(case, solve, "edge"), asked, {})
 
 
 class Grid(NamedTuple):
@@ -269,9 +282,10 @@ def _respond(
         "load": loading.kind,
         "law": asked.law,
         "margin": margin,
+        "mu": mus.tolist(),
         "beam": _text(beam),
         "squama_version": __version__,
-        "warnings": "\n".join(beam.warnings(loading.kind)),
+        "warnings": "\n".join(beam.warnings(loading.kind, asked.sense)),
     }
     return Answer(_labelled(loading, curves, mus, constants), attrs)
 

@@ -16,6 +16,7 @@ from squama.design import Beam
 from squama.model import row as chain
 from squama.model import row_track
 from squama.model.outcome import End
+from squama.model.solution import SEARCH
 from squama.model.solve import Array
 from squama.symbols import SYMBOLS
 
@@ -120,8 +121,8 @@ def row(
     figures = {
         "phi_e": phi_e,
         "Phi_e": phi_e / d,
-        "phi_end": path.phi_end,
-        "Phi_end": path.phi_end / d,
+        "phi_end": math.inf if path.end is End.NONE else path.phi_end,
+        "Phi_end": math.inf if path.end is End.NONE else path.phi_end / d,
         "end": str(path.end),
         "scale_end": 0 if path.end in (End.RANGE, End.NONE) else path.scale + 1,
         "other_contact": path.other,
@@ -134,7 +135,8 @@ def _path(design: chain.Row, endless: xr.Dataset, phi_e: float, stop: float, poi
     """Follow the row from engagement to ``stop`` or to its end."""
     k = int(endless["neighbour"])
     if k == 0:
-        last = min(stop, float(endless["phi_end"]))
+        touch = float(endless["phi_touch"])
+        last = min(stop, touch if math.isfinite(touch) else SEARCH)
         other = str(endless["other_contact"].item()) if last < stop else ""
         return row_track.Track([], End.OTHER if other else End.NONE, 0, other, last)
     if stop <= phi_e:
@@ -228,9 +230,10 @@ def _dataset(beam: Beam, design: chain.Row, values: _Rows, figures: dict[str, An
         "title": "twisting of a row of scales",
         "load": "row",
         "law": "edge",
+        "mu": design.mu,
         "sense": sense,
         "beam": beam.replace(scales=design.scales).to_toml(),
         "squama_version": __version__,
-        "warnings": "\n".join(beam.warnings("twisting")),
+        "warnings": "\n".join(beam.warnings("twisting", sense)),
     }
     return data

@@ -85,6 +85,8 @@ _TABLE = (
     Symbol("kappa_e", "rad/m", "curvature at engagement", r"\kappa_e"),
     Symbol("psi_end", "rad", "bend per pitch at the end", r"\psi_\mathrm{end}"),
     Symbol("kappa_end", "rad/m", "curvature at the end", r"\kappa_\mathrm{end}"),
+    Symbol("phi_touch", "rad", "twist per pitch at which another pair touches", r"\varphi_\mathrm{touch}"),
+    Symbol("theta_touch", "rad", "inclination at which another pair touches", r"\theta_\mathrm{touch}"),
     Symbol("theta_end", "rad", "inclination at the end", r"\theta_\mathrm{end}"),
     Symbol("theta_c", "rad", "inclination at the cut-off", r"\theta_c", "theory: energy"),
     Symbol("Phi_c", "rad/m", "twist rate at the cut-off", r"\Phi_c", "theory: energy"),

@@ -102,6 +102,19 @@ def csv_error_line(lines: list[str], first: int, delimiter: str) -> int:
     return last
 
 
+def no_header(table: Table, wanted: str) -> InputError:
+    """Return the error for a table whose first line names none of the columns that are needed."""
+    cells = table.header.cells
+    text = shown(table.delimiter.join(cells))
+    try:
+        [float(cell) for cell in cells]
+    except ValueError:
+        what, remedy = f"the header {text} has none of the columns that are needed", "write a header like:"
+    else:
+        what, remedy = f"{text} are numbers where the header must stand", "write above them a line like:"
+    return table.error(table.header.line, f"{what}; {remedy} {wanted}")
+
+
 def ragged(row: Row, width: int) -> str | None:
     """Say that a row has not as many cells as the header; None if it has."""
     if len(row.cells) == width:
@@ -110,24 +123,24 @@ def ragged(row: Row, width: int) -> str | None:
     return f"has {have}, the header has {width}; give one for each column"
 
 
-def number(cell: str) -> float:
+def number(cell: str, example: str = "0.25") -> float:
     """Return a finite number, or refuse the cell with the value and what to write (a ValueError's text)."""
     try:
         value = float(cell)
     except ValueError:
         value = math.nan
         if not cell.strip():
-            message = "is empty; give a number"
+            message = f"is empty; write e.g. {example}"
         elif _DECIMAL_COMMA.fullmatch(cell):
             message = f"has a decimal comma; write {cell.strip().replace(',', '.')}"
         else:
-            message = "is not a number; write e.g. 0.25"
+            message = f"is not a number; write e.g. {example}"
         raise ValueError(message) from None
     if "_" in cell:
         message = "is not a number; write it without _"
         raise ValueError(message)
     if not math.isfinite(value):
-        message = "is not a finite number; write e.g. 0.25"
+        message = f"is not a finite number; write e.g. {example}"
         raise ValueError(message)
     return value
 

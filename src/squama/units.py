@@ -160,10 +160,18 @@ def bounded(value: object, dimension: Dimension | str, bounds: Bounds, *, bare: 
     Raises
     ------
     QuantityError
-        As `quantity`, or the value is out of bounds; a bare angle that would fit in degrees gets that hint.
+        As `quantity` but with the bounds' own example, or the value is out of bounds; a bare angle that would fit
+        in degrees gets that hint.
     """
     dimension = Dimension(dimension)
-    si = quantity(value, dimension, bare=bare)
+    try:
+        si = quantity(value, dimension, bare=bare)
+    except QuantityError as error:
+        reason = error.reason
+        # where the unit is wrong the user's own number stays
+        if bounds.example and not (isinstance(value, str) and "is needed" in reason):
+            reason = reason.replace(f"write e.g. {example(dimension)}", f"write e.g. {bounds.example}")
+        raise QuantityError(error.shown, reason) from None
     if bounds.hold(si):
         return si
     kind = _KINDS[dimension]

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from squama.errors import InputError
-from squama.model import joint, thickness
+from squama.model import joint, reach, thickness, twisting
 
 if TYPE_CHECKING:
     from squama.design import Beam
@@ -17,7 +17,7 @@ THIN = 0.05
 LOADS = ("twisting", "bending")
 
 
-def messages(beam: Beam, load: str = "twisting") -> list[str]:
+def messages(beam: Beam, load: str = "twisting", sense: str = "+") -> list[str]:
     """Say where a beam leaves the range of the model under a load.
 
     Parameters
@@ -26,6 +26,8 @@ def messages(beam: Beam, load: str = "twisting") -> list[str]:
         The beam.
     load : {"twisting", "bending"}
         Which theory is to be used on it.
+    sense : {"+", "-"}
+        Which way it is twisted.
 
     Returns
     -------
@@ -40,19 +42,34 @@ def messages(beam: Beam, load: str = "twisting") -> list[str]:
     if load not in LOADS:
         message = f"load = {load!r}: is not known; write one of {', '.join(LOADS)}"
         raise InputError(message)
-    return [*_overlap(beam), *_width(beam, load), *_thin(beam, load), *_laws(beam, load)]
+    return [*_overlap(beam), *_width(beam, load), *_thin(beam, load, sense), *_laws(beam, load)]
 
 
-def tab_problem(beam: Beam) -> str | None:
+def reach_problems(beam: Beam) -> list[str]:
+    """Say that the scales reach over too many neighbours, each of which would be asked for its contact."""
+    most = beam.pitch * reach.LARGEST
+    found = []
+    if beam.eta > reach.MOST:
+        found.append(("length", beam.scale.length, f"eta = l/d = {beam.eta:.6g}", most))
+    if beam.beta > reach.MOST:
+        found.append(("width", beam.scale.width, f"beta = b/d = {beam.beta:.6g}", 2 * most))
+    return [
+        f"scale.{key} = {_mm(size)}: makes {ratio} with beam.pitch = {_mm(beam.pitch)}; "
+        f"allowed: {reach.ALLOWED}; write at most {_mm(room)}"
+        for key, size, ratio, room in found
+    ]
+
+
+def tab_problems(beam: Beam) -> list[str]:
     """Say that the embedded tab, inclined by theta0, would come out of the substrate's other face."""
     sine = math.sin(beam.scale.theta0)
     depth, room = beam.scale.embedded * sine, beam.substrate.thickness
     if depth < room:
-        return None
-    return (
+        return []
+    return [
         f"scale.embedded = {_mm(beam.scale.embedded)}: the tab goes through the substrate, L sin(theta0) = "
         f"{_mm(depth)} in a thickness of {_mm(room)}; write less than {_mm(room / sine)}"
-    )
+    ]
 
 
 def _overlap(beam: Beam) -> list[str]:
@@ -78,7 +95,7 @@ def _width(beam: Beam, load: str) -> list[str]:
     return [f"{line}; they fit for alpha >= {math.ceil(fits * 100) / 100:.2f} deg"]
 
 
-def _thin(beam: Beam, load: str) -> list[str]:
+def _thin(beam: Beam, load: str, sense: str) -> list[str]:
     tau = beam.scale.thickness / beam.pitch
     if load == "twisting":
         gap = thickness.gap(beam.scale.alpha, beam.scale.theta0)
@@ -86,6 +103,8 @@ def _thin(beam: Beam, load: str) -> list[str]:
     else:
         gap = thickness.gap(0.0, beam.scale.theta0)
         name, measure = "d sin(theta0)", "psi"
+    # the other sense is the mirror image
+    ratios = beam.ratios | {"alpha": beam.scale.alpha * (-1 if sense == "-" else 1)}
     share = tau / gap
     if share <= THIN * (1 + 1e-9):
         return []
@@ -96,16 +115,26 @@ def _thin(beam: Beam, load: str) -> list[str]:
 
     def engagement(tau: float) -> str:
         if load == "twisting":
-            value = thickness.engagement_twisting(**beam.ratios, tau=tau)
+            value = thickness.engagement_twisting(**ratios, tau=tau)
         else:
             value = thickness.engagement_bending(beam.eta, beam.scale.theta0, tau)
         return f"{measure} = {value:.3g} rad per pitch" if math.isfinite(value) else "no twist"
 
-    return [
-        f"{line}uses {100 * share:.0f} % of the gap {name} = {_mm(gap * beam.pitch)} "
-        f"({100 * THIN:.0f} % is thin); "
-        f"plates of that thickness engage at {engagement(tau)}, the model's thin ones at {engagement(0.0)}"
-    ]
+    line += f"uses {100 * share:.0f} % of the gap {name} = {_mm(gap * beam.pitch)} ({100 * THIN:.0f} % is thin); "
+    if load == "twisting" and not _meets(ratios):
+        return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]
+    return [f"{line}plates of that thickness engage at {engagement(tau)}, the model's thin ones at {engagement(0.0)}"]
+
+
+def _meets(ratios: dict[str, float]) -> bool:
+    """Whether the tip of a thin plate comes to rest on the side edge of the next one; alpha below 0: sense "-"."""
+    eta, beta, lam, alpha, theta0 = ratios.values()
+    shape = math.sin(alpha), math.cos(alpha), eta, beta, lam
+    r = twisting.root(math.tan(theta0 / 2), *shape)
+    if r.q2 < 0 or r.H + math.sqrt(r.q2) <= 0:
+        return False
+    c = twisting.contact(r, math.sqrt(r.q2), *shape)
+    return bool(abs(c.p) <= beta and 0 <= c.s <= eta)
 
 
 def _laws(beam: Beam, load: str) -> list[str]:

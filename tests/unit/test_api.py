@@ -23,7 +23,12 @@ CALLS = {
 }
 RATIOS = ("contact", "forces", "ends")
 BAD = [
-    *((f, {name: v}, name, "above 0") for f in RATIOS for name in ("eta", "beta", "lam") for v in (0.0, -1.0)),
+    *((f, {name: v}, name, "above 0") for f in RATIOS for name in ("lam",) for v in (0.0, -1.0)),
+    *((f, {n: v}, n, "up to 100; write e.g.") for f in RATIOS for n in ("eta", "beta") for v in (0, -1.0, 101, 1e9)),
+    *((f, {"mu": -1}, "mu = -1", "0 or more; write e.g. 0.25") for f in ("forces", "ends", "twist", "bend")),
+    *((f, {"margin": 2}, "margin = 2", "write e.g. 0.01") for f in ("twist", "bend")),
+    *((f, {"points": 2.5}, "points = 2.5", "write e.g. 200") for f in ("twist", "bend")),
+    *((f, {"at": ["1 rad/m", v]}, "at = ", "write") for f in ("twist", "bend") for v in ("90 deg", "3 mm", "x")),
     *(
         (f, {name: v}, name, "finite")
         for f in RATIOS
@@ -156,4 +161,5 @@ def test_the_facade_lists_what_it_offers() -> None:
         _ = squama.untwist
     assert squama.Contact._fields[:3] == ("phi", "p", "s")
     assert squama.Forces._fields[:3] == ("normal", "friction", "torque")
+    assert squama.Ends._fields[5:] == ("other", "sense", "phi_touch", "theta_touch")
     assert squama.Ends._fields[:5] == ("phi_e", "theta_end", "phi_end", "end", "neighbour")

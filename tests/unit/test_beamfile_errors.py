@@ -204,9 +204,9 @@ def test_python_gets_the_same_words():
     assert isinstance(caught.value, ValueError)
     assert caught.value.__suppress_context__
     assert lines == [
-        'scale.length = -1 m: is out of range (more than 0; 1 nm to 1000 km); write e.g. "12 mm"',
+        'scale.length = -1 m: is out of range (more than 0; 1 nm to 1000 km); write e.g. "60 mm"',
         'scale.width = "12 deg": is an angle, but a length is needed; write e.g. "12 mm"',
-        'scale.thickness = nan: is not a finite number; write e.g. "12 mm"',
+        'scale.thickness = nan: is not a finite number; write e.g. "0.2 mm"',
         'scale.alpha = 45 rad: is out of range (0 to 90 deg, exclusive); write "45 deg"',
         "scale.tetha0: unknown key; did you mean theta0? allowed: length, embedded, width, thickness, alpha, theta0",
     ]
@@ -215,7 +215,28 @@ def test_python_gets_the_same_words():
     assert [line.split(":")[0] for line in str(caught.value).splitlines()] == ["scale = 3", "beam.substrat"]
     with pytest.raises(InputError) as caught:
         Beam.from_ratios(eta=0, beta="x", lam=float("inf"))
-    assert [line.split(" ")[0] for line in str(caught.value).splitlines()] == ["eta", "beta", "lam"]
+    assert str(caught.value).splitlines() == [
+        "eta = 0: is out of range (more than 0, up to 100); write e.g. 3",
+        'beta = "x": is not a plain number; write e.g. 1.25',
+        "lam = inf: is not a finite number; write e.g. 0.45",
+    ]
+    with pytest.raises(InputError) as caught:
+        Scale(**{**Beam.from_toml_text(GOOD).scale.model_dump(), "theta0": "100 deg"})
+    assert str(caught.value).endswith('write e.g. "10 deg"')
+
+
+def test_scales_of_endless_reach(tmp_path):
+    far = GOOD.replace('"60 mm"', '"2001 mm"').replace('"30 mm"', '"1000 km"')
+    length, width = _complaints(far, tmp_path)
+    assert length == (
+        "scale.length = 2001 mm: makes eta = l/d = 100.05 with beam.pitch = 20 mm; "
+        "allowed: more than 0, up to 100; write at most 2000 mm"
+    )
+    assert "beta = b/d = 2.5e+07" in width
+    assert width.endswith("write at most 4000 mm")
+    assert Beam.from_ratios(eta=100, beta=100, lam=0.3).beta == pytest.approx(100)
+    with pytest.raises(InputError, match="eta = 1000: is out of range"):
+        Beam.from_ratios(eta=1000)
 
 
 def _refused(path, words, writer=lambda place: place.write_text("new")):

@@ -200,8 +200,8 @@ def test_json_of_twist(beam, capsys):
     r = squama.twist(beam, points=30)
     for name in r.data_vars:
         place = found["curve"] if "point" in r[name].dims else found["figures"]
-        values = [np.nan if v is None else v for v in place[name]] if "point" in r[name].dims else place[name]
-        assert values == pytest.approx(r[name].values.tolist(), nan_ok=True), name
+        values = [np.nan if v is None else v for v in np.atleast_1d(place[name])]
+        assert values == pytest.approx(np.atleast_1d(r[name].values).tolist(), nan_ok=True), name
         assert found["units"][name] == r[name].attrs["units"]
     assert found["laws"]["edge"] == found["figures"]
     plate = squama.twist(beam, law="plate")

@@ -49,6 +49,7 @@ def test_same_as_one_by_one(law, sense, contacts, tmp_path):
         assert float(row["theta_end_deg"]) == pytest.approx(math.degrees(float(one.theta_end)), rel=1e-12)
         assert row["end"] == one.end.item()
         assert row["neighbour"] == str(int(one.neighbour))
+        assert row["sense"] == one.sense.item() == sense
         assert row.get("other_contact", "") == (one.other.item() if contacts == "all" else "")
 
 
@@ -56,7 +57,7 @@ def test_cells_and_order_are_kept(tmp_path):
     text = 'note,mu,theta0_deg,alpha_deg,lambda,beta,eta,id\n"a, ""b""", 0.50 ,1e1,45.0,.45,1.25,+3,007\n'
     rows = _written(_solve(tmp_path, text), tmp_path)
     assert list(rows[0])[:8] == ["note", "mu", "theta0_deg", "alpha_deg", "lambda", "beta", "eta", "id"]
-    assert list(rows[0])[8:] == ["phi_e_rad", "end", "theta_end_deg", "phi_end_rad", "neighbour"]
+    assert list(rows[0])[8:] == ["phi_e_rad", "end", "theta_end_deg", "phi_end_rad", "neighbour", "sense"]
     assert list(rows[0].values())[:8] == ['a, "b"', " 0.50 ", "1e1", "45.0", ".45", "1.25", "+3", "007"]
     assert rows[0]["end"] == "frictional lock"
     assert float(rows[0]["phi_e_rad"]) == pytest.approx(0.0481936, rel=1e-5)
@@ -85,18 +86,19 @@ def test_semicolons(tmp_path):
     [
         ("x,1.25,0.45,45,10,0.5", [['eta = "x"', "not a number"]]),
         (",1.25,0.45,45,10,0.5", [['eta = ""', "is empty"]]),
-        ("0,1.25,0.45,45,10,0.5", [["eta = 0", "more than 0"]]),
+        ("0,1.25,0.45,45,10,0.5", [["eta = 0", "allowed: more than 0, up to 100; write e.g. 3"]]),
+        ("1e6,1e9,0.45,45,10,0.5", [["eta = 1e6", "up to 100; write"], ["beta = 1e9", "up to 100; write e.g. 1.25"]]),
         ("-3,1.25,0.45,45,10,0.5", [["eta = -3", "more than 0"]]),
         ("nan,1.25,0.45,45,10,0.5", [["eta = nan", "finite"]]),
         ("inf,1.25,0.45,45,10,0.5", [["eta = inf", "finite"]]),
         ("3,0,0.45,45,10,0.5", [["beta = 0", "more than 0"]]),
-        ("3,1.25,-1,45,10,0.5", [["lambda = -1", "more than 0"]]),
-        ("3,1.25,0.45,90,10,0.5", [["alpha_deg = 90", "0 to 90 deg, exclusive"]]),
+        ("3,1.25,-1,45,10,0.5", [["lambda = -1", "more than 0", "write e.g. 0.45"]]),
+        ("3,1.25,0.45,90,10,0.5", [["alpha_deg = 90", "0 to 90 deg, exclusive; write e.g. 45"]]),
         ("3,1.25,0.45,0,10,0.5", [["alpha_deg = 0", "0 to 90 deg"]]),
         ("3,1.25,0.45,45 deg,10,0.5", [['alpha_deg = "45 deg"', "not a number"]]),
-        ("3,1.25,0.45,45,100,0.5", [["theta0_deg = 100", "0 to 90 deg"]]),
+        ("3,1.25,0.45,45,100,0.5", [["theta0_deg = 100", "0 to 90 deg, exclusive; write e.g. 10"]]),
         ("3,1.25,0.45,45,10,-0.1", [["mu = -0.1", "0 to 10"]]),
-        ("3,1.25,0.45,45,10,11", [["mu = 11", "0 to 10"]]),
+        ("3,1.25,0.45,45,10,11", [["mu = 11", "0 to 10; write e.g. 0.25"]]),
         ("3,1.25,0.45,45,10", [["has 5 cells, the header has 6"]]),
         ("3,1.25,0.45,45,10,0.5,9", [["has 7 cells"]]),
         ('"3,5",1.25,0.45,45,10,0.5', [["eta", "decimal comma", "3.5"]]),
@@ -131,7 +133,10 @@ def test_lines_are_those_of_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (f"{GOOD}\n{GOOD}\n", [f"column {name} is missing" for name in HEADER.split(",")]),
+        (f"{GOOD}\n{GOOD}\n", [f'line 1: "{GOOD}" are numbers where the header must stand; write above']),
+        ("a,b\n1,2\n", [f'"a,b" has none of the columns that are needed; write a header like: {HEADER}']),
+        (f"{HEADER},end\n{GOOD},x\n", ["the column end has the name of a result; rename it"]),
+        (f"{HEADER},sense,id\n{GOOD},x,1\n", ["the column sense has the name of a result; rename it"]),
         (f"{HEADER.replace(',mu', '')}\n3,1,1,45,10\n", ["column mu is missing"]),
         (f"{HEADER.replace('lambda', 'lamda')}\n{GOOD}\n", ["lambda is missing; rename lamda to lambda"]),
         (f"{HEADER.replace('alpha_deg', 'alpha')}\n{GOOD}\n", ["rename alpha to alpha_deg"]),

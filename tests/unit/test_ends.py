@@ -9,7 +9,7 @@ import pytest
 
 import squama
 from properties.designs import many, mirrored
-from squama.model import mechanics
+from squama.model import mechanics, reach
 from squama.model.outcome import CODES, SENTENCES, End
 from squama.model.paths import FLOAT, FoldedTwist, Twist
 
@@ -162,3 +162,20 @@ def test_the_first_event_wins_among_the_plates() -> None:
     touching = squama.ends(**MAIN, mu=0.5, sense="-", contacts="all")
     assert str(touching.other) == "side edge A1B1 on base edge D2A2 (k = 1)"
     assert str(touching.end) == "no engagement"
+    # without engagement the path has no end; where the plates touch is told beside it
+    assert (float(touching.phi_end), float(touching.theta_end)) == (math.inf, MAIN["theta0"])
+    assert (float(touching.phi_touch), float(touching.theta_touch)) == (pytest.approx(0.386690988), MAIN["theta0"])
+    np.testing.assert_array_equal(every.phi_touch, [*every.phi_end[:2], np.nan])
+    np.testing.assert_array_equal(every.theta_touch, [*every.theta_end[:2], np.nan])
+    assert np.isnan([tip.phi_touch, tip.theta_touch]).all()
+    assert every.sense.tolist() == 3 * ["+"]
+    assert str(touching.sense) == "-"
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_the_largest_designs_are_answered(sense: str) -> None:
+    for eta, beta in ((reach.LARGEST, reach.LARGEST), (reach.LARGEST, 1.25), (3.0, reach.LARGEST)):
+        at = {**MAIN, "eta": eta, "beta": beta, "alpha": np.radians([1.0, 45.0, 89.0])}
+        assert squama.ends(**at, mu=0.2, sense=sense, contacts="all").end.shape == (3,)
+        with pytest.raises(squama.InputError, match=r"must be more than 0, up to 100; write e\.g\."):
+            squama.ends(**{**at, "eta": 1e9}, mu=0.2)

@@ -84,7 +84,8 @@ def test_a_saved_response_is_a_measurement_too(tmp_path):
 @pytest.mark.parametrize(
     ("text", "lines"),
     [
-        ("1,2\n3,4\n", [["line 1", "no column of a twist", "Phi (rad/m), T (N m)"], ["no column of a torque"]]),
+        ("1,2\n3,4\n", [["line 1", '"1,2" are numbers where the header', "Phi (rad/m), T (N m)"]]),
+        ("time,force\n1,2\n", [["line 1", '"time,force" has none of the columns', "like: Phi (rad/m), T (N m)"]]),
         ("a (m),T (N m)\n3,4\n", [["line 1", "no column of a twist", '"a (m), T (N m)"']]),
         ("Phi,T (N m)\n1,2\n", [["line 1", 'column "Phi": has no unit', "Phi (rad/m)"]]),
         ("Phi (),T\n1,2\n", [['"Phi ()": has no unit'], ['"T": has no unit']]),

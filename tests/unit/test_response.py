@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import squama
 from properties.designs import Drawn
@@ -13,6 +14,7 @@ from squama.curve import Case, curve, path
 from squama.model import solution
 
 BEAM = squama.Beam.from_ratios(mu=0.5)
+BEAM_THICK = squama.Beam.from_ratios(slenderness=10, mu=0.5)
 BENT = squama.Beam.from_ratios(eta=5, theta0="5 deg", mu=0.3)
 DIMENSIONS = {"Phi": "rad/m", "phi": "rad", "theta": "rad", "T": "N m", "T_scales": "N m", "K_t": "N m2", "f0": "1"}
 DIMENSIONS |= {"N": "N", "f": "N", "p": "m", "s": "m", "U_el": "J/m", "W_fr": "J/m", "RED": "1", "mu_lock": "1"}
@@ -189,7 +191,35 @@ def test_to_before_engagement_and_beyond_the_end() -> None:
     assert late.end.item() == "frictional lock"
     none = squama.twist(BEAM, sense="-", to=2.0)
     assert none.end.item() == "no engagement"
-    assert float(none.Phi_end) == pytest.approx(2.0)
+    assert float(none.Phi[-1]) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("load", ["twist", "bend"])
+def test_rates_as_texts(load: str) -> None:
+    beam = BEAM if load == "twist" else BENT
+    rates = [0.05 / beam.pitch, 2.0, math.radians(90) / beam.length]
+    texts = respond(load, at=["0.05 rad/pitch", "2 rad/m", "90 deg total"])
+    xr.testing.assert_allclose(texts, respond(load, at=rates), rtol=1e-13)
+    xr.testing.assert_identical(respond(load, at="2 rad/m"), respond(load, at=2.0))
+
+
+def test_friction_is_in_the_attributes() -> None:
+    assert squama.twist(BEAM).attrs["mu"] == 0.5
+    assert squama.bend(BENT, mu=[0.1]).attrs["mu"] == [0.1]
+    assert squama.twist(BEAM, mu=np.array([0.0, 0.2])).attrs["mu"] == [0.0, 0.2]
+    assert squama.row(BEAM, scales=3, mu=0.2, points=5).attrs["mu"] == 0.2
+
+
+def test_warnings_are_those_of_the_sense() -> None:
+    # a beam that engages both ways, at other twists
+    shape = {"eta": 1.356, "beta": 1.729, "lam": 0.81, "alpha": "4.54 deg", "theta0": "17.91 deg"}
+    beam = squama.Beam.from_ratios(**shape, slenderness=10, mu=0.1)
+    for sense in ("+", "-"):
+        r = squama.twist(beam, sense=sense)
+        (line,) = [w for w in r.attrs["warnings"].splitlines() if "not thin" in w]
+        assert f"the model's thin ones at phi = {float(r.phi_e):.3g} rad" in line
+    (line,) = [w for w in squama.twist(BEAM_THICK, sense="-").attrs["warnings"].splitlines() if "not thin" in w]
+    assert "in this sense of twist the model's thin plates do not meet" in line
 
 
 def test_a_family_of_curves() -> None:
@@ -231,8 +261,10 @@ def test_the_other_sense_and_no_engagement() -> None:
     assert float(r.theta_end) == BEAM.scale.theta0
     # the plates do touch: the bare beam goes on to there, and that is said
     assert r.other_contact.item() == "side edge A1B1 on base edge D2A2 (k = 1)"
-    assert float(r.phi_end) == pytest.approx(0.386690988, abs=1e-9)
-    assert float(r.Phi[-1]) * BEAM.pitch == pytest.approx(float(r.phi_end))
+    assert np.isinf([r.phi_end, r.Phi_end]).all()
+    assert float(r.phi_touch) == pytest.approx(0.386690988, abs=1e-9)
+    assert float(r.theta_touch) == BEAM.scale.theta0
+    assert float(r.Phi[-1]) * BEAM.pitch == pytest.approx(float(r.phi_touch))
     np.testing.assert_allclose(r["T"], BEAM.torsional_rigidity * r.Phi, rtol=1e-14)
     assert float(r.RED_c) == 0
 
@@ -244,6 +276,7 @@ def test_plates_that_touch_before_the_contact_engages() -> None:
     assert r.other_contact.item() == "corner A2 on the face of scale 1 (k = 1)"
     assert float(r.phi_e) == pytest.approx(0.20512333722279022, rel=1e-10)
     assert float(r.phi_end) == pytest.approx(0.2005938093, abs=1e-9)
+    assert (float(r.phi_touch), float(r.theta_touch)) == (float(r.phi_end), float(r.theta_end))
     assert float(r.phi[-1]) == pytest.approx(float(r.phi_end), rel=1e-14)
     assert float(r.stiffening) == pytest.approx(1.0)
     np.testing.assert_allclose(r["T"], beam.torsional_rigidity * r.Phi, rtol=1e-14)

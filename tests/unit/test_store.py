@@ -74,7 +74,7 @@ def test_csv_for_people(tmp_path):
     lines = squama.save(data, tmp_path / "a.csv").read_text().splitlines()
     comments = [line for line in lines if line.startswith("# ")]
     rows = list(csv.reader(lines[len(comments) :]))
-    assert rows[0][:4] == ["mu", "Phi (rad/m)", "phi (rad)", "T (N m)"]
+    assert rows[0][:4] == ["mu (1)", "Phi (rad/m)", "phi (rad)", "T (N m)"]
     assert len(rows) - 1 == 3 * 20
     assert {row[0] for row in rows[1:]} == {"0.0", "0.2", "6.0"}
     assert float(rows[-1][3]) == float(data["T"][-1, -1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -92,16 +93,22 @@ def read_mu(text: str | None) -> float | list[float] | None:
     if text is None:
         return None
     values = [read_number("--mu", part, 0.0, 10.0, "0 to 10", "0.25") for part in text.split(",")]
+    twice = [f"{mu:g}" for mu in dict.fromkeys(values) if values.count(mu) > 1]
+    if twice:
+        once = ",".join(f"{mu:g}" for mu in dict.fromkeys(values))
+        message = f"--mu = {text}: {' and '.join(twice)} is given twice; write --mu {once}"
+        raise InputError(message)
     return values if len(values) > 1 else values[0]
 
 
 def read_points(text: str) -> int:
     """Return the number of points."""
-    value = read_number("--points", text, 3, 100_000, "3 to 100000", "200")
+    allowed = "3 to 100000"
+    value = read_number("--points", text, -math.inf, math.inf, allowed, "200")
     if value != int(value):
-        message = f"--points = {text}: is not a whole number; write e.g. 200"
+        message = f"--points = {text}: is not a whole number; allowed: {allowed}; write e.g. 200"
         raise InputError(message)
-    return int(value)
+    return int(read_number("--points", text, 3, 100_000, allowed, "200"))
 
 
 def read_overrides(settings: Iterable[str]) -> dict[str, dict[str, Any]]:

@@ -7,8 +7,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from squama.errors import InputError
-
 
 def paper(
     *figures: str,
@@ -28,18 +26,10 @@ def paper(
         Any of fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines of twisting beside bending);
         all if none is given.
     """
-    from squama import files, store
-
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        message = f"{files.label(out)}: is a file; give the name of a folder"
-        raise InputError(message)
-    if folder.exists():
-        store.check_place(folder / "claims.csv")
-
+    from squama import files
     from squama.paper import twisting2020
 
-    written = twisting2020.write(figures, folder, Path(points) if points is not None else None)
+    written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None)
     if json:
         from squama.cli import record
 

@@ -202,7 +202,8 @@ def _show(file: str, data: xr.Dataset, written: list[Path]) -> None:
     endless = float(last["T_periodic"])
     lines = [
         f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}",
-        f"end: {end} at phi = {number(float(data['phi_end']), 'rad/pitch')}"
+        f"end: {end}"
+        + (f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else "")
         + (f", scale {int(data['scale_end'])}" if data["scale_end"] else ""),
         SENTENCES[End(end)] + (f" ({data['other_contact'].item()})" if data["other_contact"].item() else ""),
         f"torque there: {moment(float(last['T']))}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,6 +65,8 @@ def respond(
             )
     problems.settle()
     assert beam is not None
+    if options.data and not options.plot:
+        print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     if isinstance(mu, list):
         numbers["mu"] = mu
     if joint == "compliant":

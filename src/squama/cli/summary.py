@@ -106,7 +106,15 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, Answer]
     total = beam.length
 
     def figure(name: str, factor: float = 1.0, unit: str = "") -> Callable[[Answer], str]:
-        return lambda data: number(float(data[name]) * factor, unit) if name in data.variables else "-"
+        # without engagement the curve has no end and no cut-off: it is as long as it is drawn
+        ended = name.rpartition("_")[2] in ("end", "c")
+
+        def cell(data: Answer) -> str:
+            if name not in data.variables or (ended and data["end"].item() == End.NONE):
+                return "-"
+            return number(float(data[name]) * factor, unit)
+
+        return cell
 
     def places(at: str) -> list[tuple[str, Callable[[Answer], str]]]:
         return [
@@ -137,7 +145,10 @@ def _single(words: _Words, beam: Beam, margin: float, laws: Mapping[str, Answer]
         ("  inclination theta", figure("theta_end", math.degrees(1), "deg")),
         (f"at the cut-off, margin {margin:g}", lambda _: ""),
         (f"  {words.rate_words} {rate}", figure(f"{rate}_c", 1, "rad/m")),
-        (f"  {words.torque_words} {torque}", lambda data: moment(float(data[f"{torque}_c"]))),
+        (
+            f"  {words.torque_words} {torque}",
+            lambda data: "-" if data["end"].item() == End.NONE else moment(float(data[f"{torque}_c"])),
+        ),
         ("  over the bare beam's", figure("stiffening")),
         ("  relative energy dissipation RED", figure("RED_c")),
         ("mu that locks at engagement", figure("mu_static")),
@@ -159,14 +170,18 @@ def _family(words: _Words, beam: Beam, data: Answer) -> Table:
     """Return the table with a row per coefficient of friction."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
     degrees = math.degrees(1)
+
+    def ended(name: str, factor: float = 1.0) -> Callable[[Any], str]:
+        return lambda c: "-" if c["end"].item() == End.NONE else number(float(c[name]) * factor)
+
     columns: dict[str, Callable[[Any], str]] = {
         "mu": lambda c: f"{float(c['mu']):g}",
         "end": lambda c: str(c["end"].item()),
         f"{words.angle}_e": lambda c: number(float(c[f"{words.angle}_e"])),
-        f"{words.angle}_end": lambda c: number(float(c[f"{words.angle}_end"])),
-        "total deg": lambda c: number(float(c[f"{words.rate}_end"]) * beam.length * degrees),
-        "theta deg": lambda c: number(float(c["theta_end"]) * degrees),
-        f"{words.torque} N m": lambda c: number(float(c[f"{words.torque}_c"])),
+        f"{words.angle}_end": ended(f"{words.angle}_end"),
+        "total deg": ended(f"{words.rate}_end", beam.length * degrees),
+        "theta deg": ended("theta_end", degrees),
+        f"{words.torque} N m": ended(f"{words.torque}_c"),
         f"{words.torque}/{words.torque}0": lambda c: number(float(c["stiffening"])),
         "RED": lambda c: number(float(c["RED_c"])),
     }
@@ -188,15 +203,32 @@ def _notes(load: str, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[
         lines = _stiffnesses(load, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
-    for name, data in laws.items():
-        of_law = f"{column(name)}, " if len(laws) > 1 else ""
-        for mu, other in zip(data["mu"].ravel(), data["other_contact"].ravel(), strict=True):
-            if other:
-                lines.append(f"other contact ({of_law}mu = {mu:g}): {other}")
-    if any("no engagement" in data["end"] for data in laws.values()):
-        lines.append("without engagement the end is that of the search (90 deg per pitch) or of the asked range")
+    lines += _others(laws)
+    if any(str(End.NONE) in data["end"] for data in laws.values()):
+        lines.append("without engagement the scales take no load and the curve is that of the beam without contact")
     if len(laws) > 1:
         lines.append(f"the curve, files and pictures are those of the {column(law)}")
+    return lines
+
+
+def _others(laws: Mapping[str, Answer]) -> list[str]:
+    """Return a line for each other contact, with the laws and the frictions that it belongs to."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for name, data in laws.items():
+        touch = data["phi_touch"].ravel() if "phi_touch" in data.variables else np.full(data["mu"].size, np.nan)
+        for mu, other, phi in zip(data["mu"].ravel(), data["other_contact"].ravel(), touch, strict=True):
+            if other:
+                at = f" at {number(float(phi), 'rad/pitch')}" if math.isfinite(phi) else ""
+                found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{mu:g}")
+    lines = []
+    for text, by_law in found.items():
+        pieces = by_law
+        frictions = list(dict.fromkeys(tuple(mus) for mus in by_law.values()))
+        if len(frictions) == 1 and len(by_law) == len(laws):
+            pieces = {"": list(frictions[0])}
+        for name, mus in pieces.items():
+            of_law = f"{column(name)}, " if name else ""
+            lines.append(f"other contact ({of_law}mu = {', '.join(mus)}): {text}")
     return lines
 
 

@@ -250,7 +250,7 @@ def write(
             message = f"figure {shown(name)}: is not known; write one or more of {' '.join(FIGURES)}"
             raise InputError(message)
     points = None if fe_points is None else read_points(fe_points)
-    place = _folder(directory)
+    place = files.make_folder(directory)
     done: list[Path] = []
     claims: list[Claim] = []
     for name in dict.fromkeys(figures or FIGURES):
@@ -259,19 +259,3 @@ def write(
         done.append(write_table(made.table, place / f"{name}.csv"))
         claims += made.claims
     return done + write_claims(claims, place)
-
-
-def _folder(directory: str | os.PathLike[str]) -> Path:
-    place = Path(directory)
-    try:
-        place.mkdir(exist_ok=True)
-    except FileNotFoundError:
-        problem = f"its folder {files.label(place.parent)} does not exist; make it first or give another path"
-    except FileExistsError:
-        problem = "is a file; give the name of a folder"
-    except (OSError, ValueError) as error:
-        problem = f"cannot be made ({(getattr(error, 'strerror', None) or str(error)).lower()}); give another path"
-    else:
-        return place
-    message = f"{files.label(directory)}: {problem}"
-    raise InputError(message)

@@ -44,14 +44,13 @@ def _key(name: str, bounds: Bounds) -> Parameter:
         Dimension.RATIO: "1",
     }
     words = meaning if len(meaning) > 4 else f"{key.replace('_', ' ')} {meaning}"
-    return Parameter(dimension, bounds, Symbol(name, units[dimension], f"{table} {words}", ""))
+    return Parameter(dimension, parts.own(table, key, bounds), Symbol(name, units[dimension], f"{table} {words}", ""))
 
 
 PARAMETERS: dict[str, Parameter] = {
-    **{n: Parameter(Dimension.RATIO, parts.RATIO, SYMBOLS[n]) for n in ("eta", "beta", "lam", "zeta")},
-    "slenderness": Parameter(Dimension.RATIO, parts.RATIO, SYMBOLS["slenderness"]),
-    **{n: Parameter(Dimension.ANGLE, parts.QUARTER, SYMBOLS[n]) for n in ("alpha", "theta0")},
-    "mu": Parameter(Dimension.RATIO, parts.FRICTION, SYMBOLS["mu"]),
+    **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
+    **{n: Parameter(Dimension.ANGLE, parts.own("scale", n, parts.QUARTER), SYMBOLS[n]) for n in ("alpha", "theta0")},
+    "mu": Parameter(Dimension.RATIO, parts.own("friction", "mu", parts.FRICTION), SYMBOLS["mu"]),
     "margin": Parameter(Dimension.RATIO, MARGINS, SYMBOLS["margin"]),
     **{f"scale.{n}": _key(f"scale.{n}", parts.SIZE) for n in ("length", "width", "thickness")},
     "scale.embedded": _key("scale.embedded", parts.DEPTH),

@@ -1,0 +1,76 @@
+"""What a summary says of other contacts, of a beam that never engages, and of flags without effect."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import squama
+from squama import response
+from squama.cli import main, summary
+
+
+@pytest.fixture
+def beam(tmp_path, monkeypatch):
+    """A beam that in the other sense does not engage; other edges touch there."""
+    monkeypatch.chdir(tmp_path)
+    beam = squama.Beam.from_ratios(mu=0.5)
+    beam.to_toml("beam.toml")
+    return beam
+
+
+def _out(capsys, *arguments):
+    assert main(list(arguments)) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    return captured.out
+
+
+def test_other_contact_of_both_laws_is_told_once(beam, capsys):
+    text = _out(capsys, "twist", "beam.toml", "--sense=-", "--mu", "0,0.5")
+    found = [line for line in text.splitlines() if line.startswith("other contact (")]
+    assert found == ["other contact (mu = 0, 0.5): side edge A1B1 on base edge D2A2 (k = 1) at 0.3867 rad/pitch"]
+    # at mu = 0 it ends both curves, at .5 friction locks before
+    text = _out(capsys, "twist", "beam.toml", "--mu", "0,0.5")
+    found = [line for line in text.splitlines() if line.startswith("other contact (")]
+    assert len(found) == 1
+    assert found[0].startswith("other contact (mu = 0): tip edge")
+
+
+def test_other_contact_of_one_law_is_told_with_it(beam):
+    touching, locking = (response.twisted(beam, mu=mu) for mu in (0.1, 0.5))
+    (line,) = summary._others({"edge": touching, "plate": locking})
+    assert line.startswith("other contact (edge law, mu = 0.1): tip edge C1B1")
+    (line,) = summary._others({"edge": touching, "plate": touching})
+    assert line.startswith("other contact (mu = 0.1): tip edge C1B1")
+    assert summary._others({"edge": locking, "plate": locking}) == []
+
+
+@pytest.mark.parametrize("mu", ["0.5", "0,0.5"])
+@pytest.mark.parametrize("settings", [[], ["--set", "scale.length=8 mm"]])
+def test_without_engagement_there_is_no_end(settings, mu, beam, capsys):
+    text = _out(capsys, "twist", "beam.toml", "--sense=-", *settings, "--mu", mu)
+    if settings:
+        beam = beam.replace(scale={"length": 0.008})
+    r = squama.twist(beam, sense="-", mu=0.5)
+    assert r.end.item() == "no engagement"
+    assert np.isinf([r.phi_end, r.Phi_end]).all()
+    assert bool(np.isnan(r.phi_touch)) == bool(settings)
+    # how far the curve is drawn is no end
+    assert f"{float(r.Phi[-1]):.4g}" not in text
+    assert f"{math.degrees(float(r.Phi[-1]) * beam.length):.4g}" not in text
+    assert "90 deg per pitch" not in text
+    record = json.loads(_out(capsys, "twist", "beam.toml", "--sense=-", *settings, "--mu", mu.split(",")[-1], "--json"))
+    assert record["figures"]["phi_end"] == "inf"
+    assert (record["figures"]["phi_touch"] is None) == bool(settings)
+
+
+def test_measured_points_need_a_picture(beam, capsys):
+    Path("test.csv").write_text("Phi (rad/m),T (N m)\n1,0.1\n")
+    assert main(["twist", "beam.toml", "--data", "test.csv", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == "squama: warning: --data has no effect without --plot; add e.g. --plot picture.png\n"
+    assert json.loads(captured.out)["mu"] == 0.5
+    assert "--data" not in _out(capsys, "twist", "beam.toml", "--data", "test.csv", "--plot", "a.png")
