@@ -13,6 +13,7 @@ from squama.errors import InputError, SquamaError, ValidityWarning
 
 if TYPE_CHECKING:
     from squama.api import Contact, Ends, Forces, contact, ends, forces
+    from squama.cycles import cycle
     from squama.derivatives import Gradient, gradient
     from squama.design import Beam, Friction, Joint, Scale, Substrate
     from squama.engines import Solved, solve
@@ -44,6 +45,7 @@ _HOME = {
     "twist": "response",
     "bend": "response",
     "row": "rows",
+    "cycle": "cycles",
     "sweep": "study.sweep",
     "open_sweep": "study.stored",
     "save": "store",
@@ -70,6 +72,7 @@ __all__ = [
     "__version__",
     "bend",
     "contact",
+    "cycle",
     "ends",
     "forces",
     "gradient",

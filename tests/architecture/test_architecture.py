@@ -23,7 +23,7 @@ LAYERS = (
     ("checks", "engines", "derivatives"),
     ("parts", "validity", "design"),
     ("fe",),
-    ("answer", "loading", "api", "curve", "compare", "compliant", "response", "rows"),
+    ("answer", "loading", "api", "curve", "compare", "compliant", "response", "rows", "histories", "cycles"),
     ("csvfile", "netcdf", "store", "measured", "designs"),
     ("plot", "study"),
     ("paper",),

@@ -11,6 +11,7 @@ COMMANDS = {
     "new": "Write a commented example of a beam file.",
     "twist": "Twist a beam: torque, locking and friction, from a beam file.",
     "bend": "Bend a beam towards its scales: moment, locking and friction, from a beam file.",
+    "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
     "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
     "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from squama.plot.cycle import cycle_figure
     from squama.plot.deformed import deformed_figure
     from squama.plot.elements import compare_figure, elements_figure
     from squama.plot.maps import red_figure
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 _HOME = {
     "response_figure": "response",
     "row_figure": "row",
+    "cycle_figure": "cycle",
     "regime_figure": "regimes",
     "lock_lines_figure": "regimes",
     "red_figure": "maps",
@@ -34,6 +36,7 @@ _HOME = {
 
 __all__ = [
     "compare_figure",
+    "cycle_figure",
     "deformed_figure",
     "elements_figure",
     "lock_lines_figure",

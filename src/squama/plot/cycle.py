@@ -1,0 +1,144 @@
+"""A history in two panels: the loops of the torque, and where the work goes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squama.design import Beam
+from squama.model.solve import Array
+from squama.plot.style import ACCENT, GREY, INK, PAGE, key, label, letter, new_figure, prefixed, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOADED, UNLOADED = INK, "#2166ac"
+"""Lines of growing and of falling twist."""
+
+
+@styled
+def cycle_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the loops of a history of loading and unloading, and its energies.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :func:`squama.cycle`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left: torque (moment) against twist (bend) per pitch, loading dark, unloading blue, drops at a reversal
+        dashed, the beam without contact grey; engagement, and twist that is left when the beam is let go, marked.
+        Right: elastic energy and frictional work along the way.
+
+    Examples
+    --------
+    >>> import squama
+    >>> from squama.plot import cycle_figure
+    >>> c = squama.cycle(squama.Beam.from_ratios(), "0.2 rad/pitch", mu=0.3)
+    >>> len(cycle_figure(c).axes)
+    2
+    """
+    twisting = dataset.attrs["load"] == "twisting"
+    angle, torque = ("phi", "T") if twisting else ("psi", "M")
+    figure = new_figure(PAGE, 3.1)
+    left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
+    _loops(left, dataset, angle, torque)
+    _energies(right, dataset, angle)
+    law = f", {dataset.attrs['law']} law" if twisting else ""
+    figure.suptitle(
+        f"Cycles of {dataset.attrs['load']}{law}, $\\mu$ = {float(dataset['mu']):g}", fontsize=8, x=0.01, ha="left"
+    )
+    for ax, name in ((left, "(a)"), (right, "(b)")):
+        letter(ax, name)
+    return figure
+
+
+def _loops(ax: Axes, dataset: xr.Dataset, angle: str, torque: str) -> None:
+    load, values = dataset[angle].values, dataset[torque].values
+    factor, text = prefixed(torque, float(np.abs(values).max()))
+    values = factor * values
+    branch = dataset["branch"].values
+    handles = []
+    beam = Beam.from_toml_text(dataset.attrs["beam"])
+    rigidity = beam.torsional_rigidity if torque == "T" else beam.bending_rigidity
+    ends = np.array([load.min(), load.max()])
+    ax.plot(ends, factor * rigidity * ends / beam.pitch, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, zorder=1)
+    for name, words, style in (
+        ("straight", "scales apart", {"color": GREY}),
+        ("loading", "loading", {"color": LOADED}),
+        ("unloading", "unloading", {"color": UNLOADED}),
+        ("stick", "reversal: the scales stick", {"color": ACCENT, "linestyle": (0, (2, 1))}),
+    ):
+        mask = branch[1:] == name
+        if mask.any():
+            handles.append(key(words, **style))
+            ax.plot(*_parted(load, values, mask), linewidth=1.3, zorder=2, **style)
+    _arrows(ax, load, values, branch)
+    engaged = np.sort(dataset[f"{angle}_e"].values * np.where(dataset["sense"].values == "-", -1, 1))
+    engaged = engaged[(engaged >= load.min()) & (engaged <= load.max())]
+    if engaged.size:
+        at = factor * rigidity * engaged / beam.pitch
+        ax.plot(engaged, at, linestyle="", marker="o", color=INK, markerfacecolor="white", markersize=4, zorder=4)
+        handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
+    rest = np.unique(dataset[f"{angle}_residual"].values)
+    rest = rest[rest != 0]
+    if rest.size:
+        ax.plot(rest, 0 * rest, linestyle="", marker="s", color=ACCENT, markersize=4, zorder=4)
+        handles.append(key("left when let go", linestyle="", marker="s", color=ACCENT, markersize=4))
+    handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=0.8))
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    what = "Twist" if torque == "T" else "Bend"
+    symbol = r"\varphi" if torque == "T" else r"\psi"
+    ax.set_xlabel(f"{what} per pitch ${symbol}$ (rad)")
+    ax.set_ylabel(text)
+    ax.legend(handles=handles, loc="upper left")
+
+
+def _parted(x: Array, y: Array, mask: Array) -> tuple[Array, Array]:
+    """Return lines between the points whose segments are wanted, with gaps elsewhere."""
+    points = np.stack([x, y])
+    segments = np.stack([points[:, :-1], points[:, 1:], np.full_like(points[:, 1:], np.nan)], axis=-1)[:, mask]
+    return segments[0].ravel(), segments[1].ravel()
+
+
+def _arrows(ax: Axes, load: Array, values: Array, branch: Array) -> None:
+    """Draw the direction of the first two ways in contact of either kind."""
+    for name, colour in (("loading", LOADED), ("unloading", UNLOADED)):
+        places = np.flatnonzero(branch == name)
+        if not places.size:
+            continue
+        runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+        for run in sorted(runs, key=len, reverse=True)[:1]:
+            middle = 0.5 * (load[run[0]] + load[run[-1]])
+            i = int(run[np.argmin(np.abs(load[run] - middle))])
+            j = max(i - 4, int(run[0]))
+            if i > j:
+                arrow = {
+                    "arrowstyle": "-|>",
+                    "color": colour,
+                    "linewidth": 0,
+                    "mutation_scale": 13,
+                    "shrinkA": 0,
+                    "shrinkB": 0,
+                }
+                ax.annotate("", (load[i], values[i]), (load[j], values[j]), arrowprops=arrow)
+
+
+def _energies(ax: Axes, dataset: xr.Dataset, angle: str) -> None:
+    load = dataset[angle].values
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(load)))])
+    elastic, work = dataset["U_el"].values, dataset["W_fr"].values
+    factor, text = prefixed("U_el", float(max(elastic.max(), work.max())))
+    ax.plot(way, factor * elastic, color=GREY)
+    ax.plot(way, factor * work, color=ACCENT)
+    ax.set_xlim(0, way[-1])
+    ax.set_ylim(0, 1.3 * factor * float(max(elastic.max(), work.max())))
+    ax.set_xlabel(f"Way gone {'twisting' if angle == 'phi' else 'bending'} (rad per pitch)")
+    ax.set_ylabel(f"Energy per length {text[text.rindex('(') :]}")
+    names = (("U_el", GREY), ("W_fr", ACCENT))
+    ax.legend(handles=[key(label(n).rpartition(" (")[0], color=c) for n, c in names], loc="upper left")
