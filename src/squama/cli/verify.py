@@ -107,7 +107,7 @@ def verify(
     from squama.fe.facade import print_progress
     from squama.study import verify as study
 
-    study.make_folder(folder)
+    files.make_folder(folder)
     try:
         found = study.verify(
             described,

@@ -83,7 +83,7 @@ def verify(
     KeyboardInterrupt
         Ctrl-C; what is done stays in the folder.
     """
-    place = make_folder(folder)
+    place = files.make_folder(folder)
     say = announce or (lambda _: None)
     friction = beam.friction.mu if mu is None else mu
     if friction is None:
@@ -108,7 +108,7 @@ def verify(
         say("compliant joint")
         data = response.twist(beam, joint="compliant", **asked)
         models["compliant"] = "compliant joint, stiffness for elements of no size", data
-        models["mesh"] = "compliant joint, stiffness of this mesh", _compliant(beam, K, friction, rates, sense)
+        models["mesh"] = "compliant joint, stiffness of this mesh", compliant_curve(beam, K, friction, rates, sense)
     if scales is not None:
         data = _beam(beam, scales, place, mesh=beam_mesh, progress=progress, announce=say, **common)
         written.append(store.save(data, place / "beam.nc"))
@@ -118,11 +118,19 @@ def verify(
     title = f"Models beside finite elements{blocked}, sense {sense}, mu = {friction:g}"
     table = compare(elements, models, title=title)
     table.attrs["beam"] = beam.to_toml()
-    written.append(store.save(table, place / "comparison.csv"))
+    written.append(store.save(flat(table), place / "comparison.csv"))
     from squama import plot
 
     written.append(plot.save_figure(plot.compare_figure(table), place / "comparison.png"))
     return Verified(table, elements, written)
+
+
+def flat(table: xr.Dataset) -> xr.Dataset:
+    """Return a table in which every row has its twist and the elements' values, as a CSV file wants them."""
+    loose = table.reset_coords("phi")
+    along = [name for name in ("phi", "T_elements", "theta_elements") if loose[name].dims == ("point",)]
+    first = {name: loose[name].broadcast_like(table["dT"]) for name in along}
+    return loose.drop_vars(along).assign(first)[[*along, *(name for name in loose.data_vars if name not in along)]]
 
 
 def own_matrix(beam: Beam, mesh: str | tuple[float, float]) -> Array:
@@ -168,7 +176,8 @@ def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
     }
 
 
-def _compliant(beam: Beam, K: Array, mu: float, rates: Array, sense: str) -> xr.Dataset:
+def compliant_curve(beam: Beam, K: Array, mu: float, rates: Array, sense: str = "+") -> xr.Dataset:
+    """Return phi, T and theta of rigid scales on a stiffness matrix at twist rates (rad/m)."""
     import xarray as xr
 
     given = hinge_of(K, beam)
@@ -177,30 +186,6 @@ def _compliant(beam: Beam, K: Array, mu: float, rates: Array, sense: str) -> xr.
     along = compliant.curve(beam, joint, mu, rates * beam.pitch, sign=sign).along
     names = {"phi": "load", "T": "torque", "theta": "theta"}
     return xr.Dataset({name: ("point", np.asarray(along[role], float)) for name, role in names.items()})
-
-
-def make_folder(folder: str | os.PathLike[str]) -> Path:
-    """Make a folder if need be, and see that one can write in it.
-
-    Raises
-    ------
-    InputError
-        That fails.
-    """
-    place = Path(folder)
-    if place.exists() and not place.is_dir():
-        message = f"{files.label(place)}: is a file; give the name of a folder"
-        raise InputError(message)
-    try:
-        place.mkdir(exist_ok=True)
-    except FileNotFoundError:
-        message = f"{files.label(place)}: its folder does not exist; make it first or give another path"
-        raise InputError(message) from None
-    except OSError as error:
-        message = f"{files.label(place)}: cannot be made ({error.strerror or error}); give another path"
-        raise InputError(message) from None
-    store.check_place(place / "comparison.csv")
-    return place
 
 
 def _beam(beam: Beam, scales: int, place: Path, **arguments: Any) -> xr.Dataset:
