@@ -110,6 +110,7 @@ class Walk:
         self.kappa = stiffness(_FIRST, dhat)
         self.before = contact.corners(self.v, self.phi)
         self.trail = Trail(self.v, self.phi, self.before)
+        self._z_trail = Trail(self.z, self.phi, np.empty(0))
         self.T = self.W = self.W_fr = self._power = 0.0
         self.rows: list[tuple[float, ...]] = []
         self.words: list[str] = []
@@ -180,9 +181,13 @@ class Walk:
     def _increment(self, phi: float) -> str:
         """Go to a twist; the reason if that fails, and nothing has changed then."""
         step = phi - self.phi
-        expected = self.v + self._v_rate * step if len(self.rows) == 1 else self.trail.expected(phi)
+        if len(self.rows) == 1:
+            z, expected = self.z + self._rate * step, self.v + self._v_rate * step
+        else:
+            # both in the same way, or the elements beside the scales are torn
+            z, expected = self._z_trail.expected(phi), self.trail.expected(phi)
+        v = expected
         before = self.trail.before(phi)
-        z, v = self.z + self._rate * step, expected
         places = 3 * self.body.free.size
         for iteration in range(1, ITERATIONS + 1):
             reduced = self._reduce(z, v, phi)
@@ -213,8 +218,9 @@ class Walk:
         power = load.slid * self.trail.stretch(phi) / step
         self.W += (self.T + state.T) / 2 * step
         self.W_fr += (self._power + power) / 2 * step
-        self._rate, self._power, self.before = (z - self.z) / step, power, before
+        self._power, self.before = power, before
         self.trail.add(v, phi, self.contact.corners(v, phi))
+        self._z_trail.add(z, phi, np.empty(0))
         self._keep(state)
         return ""
 
@@ -241,10 +247,10 @@ class Walk:
         """
         past = self.trail.past
         arrays: dict[str, Any] = {
-            "z": self.z, "v": self.v, "rate": self._rate, "v_rate": self._v_rate, "before": self.before,
+            "v": self.v, "rate": self._rate, "v_rate": self._v_rate, "before": self.before,
             "numbers": np.array([self.phi, self.kappa, self.T, self.W, self.W_fr, self._power, self.halvings]),
             "rows": np.array(self.rows), "words": np.array(self.words),
-            "past_v": np.array([p[0] for p in past]),
+            "past_z": np.array([p[0] for p in self._z_trail.past]), "past_v": np.array([p[0] for p in past]),
             "past_phi": np.array([p[1] for p in past]), "past_corners": np.array([p[2] for p in past]),
         }  # fmt: skip
         beside = path.with_name(f".{path.name}.new")
@@ -276,7 +282,8 @@ class Walk:
                     "remove it or name another output"
                 )
                 raise InputError(message)
-        self.z, self.v, self._rate, self._v_rate = (kept[name] for name in ("z", "v", "rate", "v_rate"))
+        self.v, self._rate, self._v_rate = (kept[name] for name in ("v", "rate", "v_rate"))
+        self.z = kept["past_z"][-1]
         self.before = kept["before"]
         numbers = [float(x) for x in kept["numbers"]]
         self.phi, self.kappa, self.T, self.W, self.W_fr, self._power = numbers[:6]
@@ -285,3 +292,4 @@ class Walk:
         self.words = [str(words) for words in kept["words"]]
         past = zip(kept["past_v"], kept["past_phi"].tolist(), kept["past_corners"], strict=True)
         self.trail = Trail.of(list(past))
+        self._z_trail = Trail.of([(z, p[1], np.empty(0)) for z, p in zip(kept["past_z"], self.trail.past, strict=True)])
