@@ -213,11 +213,13 @@ def _along(senses: Senses, values: list[float], points: int) -> dict[str, Any]:
     """Return every variable along the history, by role."""
     turns, parts = set(history.reversals(values)), []
     done = 0.0
+    known: dict[_Piece, dict[str, Any]] = {}
     for i, (start, stop) in enumerate(itertools.pairwise(values)):
         fresh = i == 0 or i in turns
         for piece in _pieces(senses, start, stop):
-            part = _evaluate(senses, piece, points)
-            part["W_fr"] += done
+            if piece not in known:
+                known[piece] = _evaluate(senses, piece, points)
+            part = {**known[piece], "branch": known[piece]["branch"].copy(), "W_fr": known[piece]["W_fr"] + done}
             done = float(part["W_fr"][-1])
             part["leg"] = np.full(part["load"].size, i + 1)
             if fresh and i and piece.sign and senses.mu:

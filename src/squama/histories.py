@@ -155,11 +155,13 @@ def check(values: list[float], found: Senses) -> None:
     InputError
         The first twist beyond the largest that is allowed, or at which the scales do not slide back; one line.
     """
+    ways = set()
     for i, value in enumerate(values):
         sign = "-" if value < 0 else "+"
         if abs(value) > found.most[sign] * (1 + _SAME):
             checks.fail(f"twist = {value:.6g} rad/pitch: is beyond {_beyond(found, sign)}")
-        if i:
+        if i and (values[i - 1], value) not in ways:
+            ways.add((values[i - 1], value))
             _slides_back(values[i - 1], value, found)
 
 

@@ -208,6 +208,14 @@ def test_bad_arguments(arguments, words):
     assert "\n" not in str(caught.value)
 
 
+def test_the_other_contact_is_named_as_for_growing_twist():
+    once = squama.twist(BEAM, mu=0.3, sense="-")
+    with pytest.raises(InputError) as caught:
+        squama.cycle(BEAM, "-0.5 rad/pitch", mu=0.3)
+    assert f"follow: {once.other_contact.item()};" in str(caught.value)
+    assert f"is beyond -{float(once.phi_end):.6g} rad/pitch" in str(caught.value)
+
+
 def test_a_refused_twist_names_one_that_is_taken():
     with pytest.raises(InputError) as caught:
         squama.cycle(BEAM, "0.5 rad/pitch", mu=0.3)
