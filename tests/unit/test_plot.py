@@ -79,6 +79,35 @@ def test_title_names_the_end():
     assert "no engagement; side edge" in text
 
 
+@pytest.mark.parametrize("kind", RESPONSES)
+def test_letters_stand_clear_of_the_curves(kind):
+    figure = response_figure(RESPONSES[kind]())
+    for ax in figure.axes:
+        low, high = ax.get_ylim()
+        for line in ax.lines:
+            x, y = np.asarray(line.get_xydata(), float).T
+            near = y[(x < 0.14 * ax.get_xlim()[1]) & np.isfinite(y)]
+            assert near.size == 0 or near.max() <= low + 0.85 * (high - low), ax.get_ylabel()
+
+
+def test_marks_on_the_axis_are_whole_and_a_force_of_zero_has_an_axis():
+    figure = response_figure(squama.twist(BEAM, mu=[0, 0.5], points=40))
+    ends = [line for line in figure.axes[1].lines if line.get_marker() == "x"]
+    assert [(line.get_ydata()[0], line.get_clip_on()) for line in ends] == [(0.0, False)]
+    # without friction it slides, with much it is locked at once: no friction force in either
+    assert response_figure(squama.twist(BEAM, mu=[0, 7], points=40)).axes[1].get_ylim() == (0, 1)
+
+
+def test_a_beam_that_nothing_touches_has_no_end_in_its_picture():
+    beam = BEAM.replace(scale={"length": "8 mm"})
+    never, touching = (response_figure(squama.twist(b, sense="-", points=40)) for b in (beam, BEAM))
+    for figure, marks in ((never, 0), (touching, 1)):
+        assert sum(line.get_marker() == "x" for line in figure.axes[0].lines) == marks
+        assert ("end, no lock" in [t.get_text() for t in figure.legends[0].get_texts()]) == bool(marks)
+    assert "0.3867 rad/pitch" in touching._suptitle.get_text().replace("\n", " ")
+    assert all(ax.get_xlabel()[:1].isupper() for ax in (touching.axes[0].child_axes[0], touching.axes[2]))
+
+
 @pytest.mark.parametrize("ending", FORMATS)
 def test_the_same_figure_gives_the_same_bytes(ending, tmp_path):
     files = [tmp_path / f"{name}{ending}" for name in "ab"]

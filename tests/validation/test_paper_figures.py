@@ -192,6 +192,44 @@ def test_folder_that_cannot_be_made(place, words, tmp_path):
         twisting2020.write(["fig4"], tmp_path / place)
 
 
+def test_envelopes_that_stop_are_marked():
+    """In Fig. 5b every end of an envelope above the axis has its mark, and the legend tells why it stops."""
+    figure = twisting2020.fig5b().figure
+    words = [t.get_text() for t in figure.legends[0].get_texts()]
+    assert "beyond: ends without a lock" in words
+    assert any(w.startswith("drawn so far") and "1°" in w and "70°" in w for w in words)
+    lines = figure.axes[0].lines
+    marks = np.vstack([line.get_xydata() for line in lines if line.get_marker() == "o"])
+    colours = {line.get_color() for line in lines if line.get_marker() == "o"}
+    envelopes = [line for line in lines if line.get_marker() == "None" and line.get_color() in colours]
+    assert len(envelopes) == 10
+    for line in envelopes:
+        xy = line.get_xydata()[np.isfinite(line.get_ydata())]
+        for end in (xy[0], xy[-1]):
+            assert end[1] < 1e-9 or np.abs(marks - end).max(axis=1).min() < 1e-12
+
+
+def test_curves_that_coincide_are_both_seen():
+    figure = twisting2020.fig6b().figure
+    first = figure.axes[0].lines[:2]
+    data = figure.axes[0].lines
+    dashed = [line for line in data if line.get_linestyle() == "--" and line.get_color() == first[0].get_color()]
+    assert first[0].get_linewidth() > 2 * dashed[0].get_linewidth()
+    np.testing.assert_allclose(first[0].get_ydata(), dashed[0].get_ydata(), rtol=1e-9)
+    # where the laws differ both lines are alike
+    assert first[1].get_linewidth() == dashed[0].get_linewidth()
+
+
+def test_the_fold_of_the_main_case():
+    alpha = claims.fold_alpha()
+    assert np.degrees(alpha) == pytest.approx(14.1, abs=0.05)
+    for a, folded in ((alpha - A(0.05), True), (alpha + A(0.05), False)):
+        (_, track) = maps.ends(maps.sweep(par.main(), "alpha", [a]), 0.0, "edge").tracks[0]
+        theta = scalar(track.row).theta(np.linspace(track.x0[0], track.x_end[0], 4000))
+        # past a fold the inclination comes back
+        assert (theta.max() > theta[-1] + 1e-9) == folded
+
+
 HEAD = ",".join(fe_points.COLUMNS)
 
 

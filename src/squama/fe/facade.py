@@ -129,6 +129,7 @@ def cell(
     data.attrs |= {
         "title": "twisting of a scale-covered beam, one periodic pitch of finite elements",
         "load": "twisting",
+        "mu": friction,
         "sense": sense,
         "joint": "elements, roll and yaw blocked" if hinged else "elements",
         "mesh": f"{len(pitch.tets)} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",

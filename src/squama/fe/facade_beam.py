@@ -126,6 +126,7 @@ def beam(
     data.attrs |= {
         "title": "twisting of a scale-covered beam, finite elements",
         "load": "twisting",
+        "mu": friction,
         "sense": sense,
         "joint": "elements, roll and yaw blocked" if hinged else "elements",
         "ends": ends,

@@ -52,7 +52,11 @@ def _lines(ax: Axes, data: xr.Dataset, x: str, y: str, *, asymptotes: bool = Fal
     for law in data["law"].values:
         for i, colour in enumerate(colours):
             line = data.sel(law=law).isel(mu=i)
-            ax.plot(line[x].values, line[y].values, color=colour, linestyle=DASHES[str(law)])
+            # where the laws give the same curve the one below is broad and pale, so that the dashes above it are seen
+            values = data[y].isel(mu=i).values
+            same = len(values) > 1 and bool(np.allclose(values[0], values[1], rtol=1e-9, equal_nan=True))
+            below: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.35} if same and law == "plate" else {}
+            ax.plot(line[x].values, line[y].values, color=colour, linestyle=DASHES[str(law)], **below)
             if asymptotes and law == "plate" and line["end"] == "frictional lock":
                 end = float(line["phi_end"] / line["phi_e"])
                 ax.axvline(end, color=colour, linewidth=0.8, linestyle=":", zorder=0)

@@ -30,6 +30,8 @@ HATCHES = {
     "no engagement": ("++", "no engagement"),
 }
 """Regions that end without a lock, or at once: hatching and name."""
+DARK = COLOURS(1)
+"""Ground of a hatching in the legend: dissipation is small where a curve ends without a lock."""
 BOUNDARY = "here the end changes: values may jump"
 
 
@@ -67,7 +69,14 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
     handles: list[Any] = [
-        Patch(facecolor="white", edgecolor=GREY, hatch=HATCHES[e][0], label=HATCHES[e][1]) for e in HATCHES if e in seen
+        Patch(
+            facecolor="white" if e == "static lock" else DARK,
+            edgecolor=GREY if e == "static lock" else "white",
+            hatch=HATCHES[e][0],
+            label=HATCHES[e][1],
+        )
+        for e in HATCHES
+        if e in seen
     ]
     if set(seen) - {"static lock"}:
         handles.append(key(BOUNDARY, color=ACCENT, linewidth=0.9))
@@ -109,7 +118,8 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
             ax.plot(x, line, color=INK, linewidth=1.0, zorder=4)
             _name_region(ax, x, line, float(y[-1]))
             continue
-        ax.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
+        with mpl.rc_context({"hatch.color": "white"}):
+            ax.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
         ax.contour(x, y, inside.astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9)
     touch = part["phi_touch"].values[:, None]
     ahead = np.where(np.isfinite(touch), part["phi_end"].values - touch, -1.0).T

@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHOWN = ("frictional lock", "static lock")
+STOPS: dict[str, tuple[dict[str, Any], str]] = {
+    "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
+    "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
+}
+"""Marks where an envelope stops, by why: another end takes over, or the range of the drawing; and their words."""
 
 
 @styled
@@ -68,6 +73,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     laws = [str(law) for law in dataset["law"].values]
     mus = [float(mu) for mu in dataset["mu"].values]
     colours = shades(len(mus))
+    marked: set[str] = set()
     for law in laws:
         for mu, colour in zip(mus, colours, strict=True):
             line = dataset.sel(law=law, mu=mu)
@@ -77,6 +83,9 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
             still = line["end"].values == "static lock"
             keep &= ~(still & np.roll(still, 1) & np.roll(still, -1))
             ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=DASHES[law])
+            for mark, at in _stops(line["end"].values).items():
+                marked |= {mark} if at.any() else set()
+                ax.plot(x[at], y[at], linestyle="", color=colour, **STOPS[mark][0])
     ax.set_xlim(0, 1.03 * max(right, float(np.nanmax(dataset["phi_lock"].values)) / np.pi))
     ax.set_ylim(0, 1.08 * float(np.nanmax(dataset["theta_lock"].values) - theta0) / np.pi)
     ax.set_xlabel(r"Twist per pitch $\varphi/\pi$ (1)")
@@ -89,9 +98,21 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
         handles.append(key("contact leaves the tip edge", color=GREY, linestyle="-.", linewidth=1.6))
     if np.isfinite(dataset["phi_touch"].values).any():
         handles.append(key("other plates touch first", color=ACCENT, linestyle=":"))
+    limits = dataset["scan"].values[[0, -1]] * (180 / np.pi if over == "alpha" else 1)
+    unit = "°" if over == "alpha" else ""
+    span = rf"$\{over}$ = {limits[0]:.3g}{unit} or {limits[1]:.3g}{unit}"
+    handles += [key(words.format(span), linestyle="", **style) for m, (style, words) in STOPS.items() if m in marked]
     figure.legend(handles=handles, loc="outside right upper")
     _regions(ax, dataset, scaled)
     return figure
+
+
+def _stops(end: Array) -> dict[str, Array]:
+    """Where an envelope stops off the axis: beside designs that end without a lock, and at the ends of the range."""
+    locked, sliding = np.isin(end, SHOWN), end == "frictional lock"
+    beside = np.r_[False, ~locked[:-1]] | np.r_[~locked[1:], False]
+    outer = np.arange(end.size) % (end.size - 1) == 0
+    return {"other": sliding & beside, "range": sliding & outer & ~beside}
 
 
 def _tag(ax: Axes, x: Array, y: Array, text: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -101,6 +102,7 @@ def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
         factor, text = prefixed(names.tangent, top)
         _panel(last, curves, names.tangent, factor, text, rising=True)
     for ax, name in zip(axes.flat, "abcd", strict=True):
+        _room(ax, right)
         ax.text(0.03, 0.97, f"({name})", transform=ax.transAxes, fontweight="bold", va="top")
         ax.set_xlim(0, right)
         for c in curves:
@@ -109,7 +111,7 @@ def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
         ax.set_xlabel(label(names.rate))
     _top(load, beam, names)
     _legend(figure, curves, measured)
-    figure.suptitle(_title(dataset, names, curves), fontsize=8, x=0.01, ha="left")
+    figure.suptitle(textwrap.fill(_title(dataset, names, curves), 112), fontsize=8, x=0.01, ha="left")
     return figure
 
 
@@ -182,8 +184,8 @@ def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, 
         v = factor * np.asarray(c.data[name].values, float)
         ax.plot(c.rate, v, color=c.colour)
         _end(ax, c, v)
-    if rising and (top := _limit(curves, name)) > 0:
-        ax.set_ylim(0, 1.08 * factor * top)
+    if rising:
+        ax.set_ylim(0, 1.08 * factor * _limit(curves, name) or 1.0)
     elif name == "theta":
         low, high = ax.get_ylim()
         ax.set_ylim(max(0.0, low if high - low > 2 else low - 5), high if high - low > 2 else low + 5)
@@ -191,10 +193,24 @@ def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, 
 
 
 def _end(ax: Axes, c: _Curve, v: Array) -> None:
-    """Mark the end of a curve that does not lock."""
+    """Mark the end of a curve that does not lock; on the axis the mark is not cut in half."""
     good = np.flatnonzero(np.isfinite(v))
-    if good.size and c.end not in LOCKS:
-        ax.plot(c.rate[good[-1]], v[good[-1]], "x", color=c.colour, zorder=4)
+    if good.size and _ends(c):
+        ax.plot(c.rate[good[-1]], v[good[-1]], "x", color=c.colour, zorder=4, clip_on=bool(v[good[-1]]))
+
+
+def _ends(c: _Curve) -> bool:
+    """Whether a curve ends without a lock; where nothing ever touches it has no end."""
+    return c.end not in LOCKS and (c.end != "no engagement" or bool(c.data["other_contact"].item()))
+
+
+def _room(ax: Axes, right: float) -> None:
+    """Keep curves off the letter of the panel in its upper left corner."""
+    low, high = ax.get_ylim()
+    drawn = np.concatenate([np.asarray(line.get_xydata(), float) for line in ax.lines] or [np.empty((0, 2))])
+    top = finite_max(drawn[drawn[:, 0] < 0.14 * right, 1], low)
+    if top > low + 0.84 * (high - low):
+        ax.set_ylim(low, low + (top - low) / 0.8)
 
 
 def _empty(ax: Axes, curves: list[_Curve], name: str) -> None:
@@ -223,7 +239,7 @@ def _top(ax: Axes, beam: Beam, names: _Names) -> None:
         return angle / degrees
 
     top = ax.secondary_xaxis("top", functions=(over, back))
-    top.set_xlabel(f"{names.verb} of the whole beam, {beam.scales} scales (deg)")
+    top.set_xlabel(f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)")
     top.tick_params(labelsize=7)
 
 
@@ -236,7 +252,7 @@ def _legend(figure: Figure, curves: list[_Curve], measured: Any) -> None:
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
     if any(c.end in LOCKS for c in curves):
         handles.append(key("lock", linestyle=":", linewidth=0.8))
-    if any(c.end not in LOCKS for c in curves):
+    if any(_ends(c) for c in curves):
         handles.append(key("end, no lock", linestyle="", marker="x"))
     if measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))
@@ -255,5 +271,6 @@ def _title(dataset: xr.Dataset, names: _Names, curves: list[_Curve]) -> str:
     at = f" at {c.rate_end:.4g} rad/m" if np.isfinite(c.rate_end) else ""
     other = str(c.data["other_contact"].values)
     if c.end == "no engagement":
-        return f"{text}; {other} touches{at}" if other else text
+        touch = f" at {float(c.data['phi_touch']):.4g} rad/pitch" if "phi_touch" in c.data else ""
+        return f"{text}; {other} touches{touch}" if other else text
     return f"{text}{at}: {other}" if other else text + at

@@ -58,7 +58,7 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.3,
     "lines.markersize": 4.5,
     "lines.solid_capstyle": "round",
-    "hatch.linewidth": 0.5,
+    "hatch.linewidth": 0.9,
     "hatch.color": GREY,
     "figure.facecolor": "white",
     "figure.dpi": DPI,
@@ -73,6 +73,7 @@ _SETTINGS: Any = STYLE
 AXIS = {
     "f0": r"Friction force $\bar{f}_0 = f\,l/K_\theta$",
     "N": "Normal force $N$ (N)",
+    "alpha": r"Angle of the scale width $\alpha$ (rad)",
     "theta": r"Inclination $\theta$ (rad)",
     "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m$^2$)",
     "K_b": r"Tangent stiffness $\mathrm{d}M/\mathrm{d}\kappa$ (N m$^2$)",
