@@ -181,7 +181,7 @@ _SENSE: dict[str, Any] = {
     "load_e": lambda s, sign: s.paths[sign].load_e,
     "most": lambda s, sign: s.most[sign],
     "jam": _jam,
-    "load_end": lambda s, sign: s.paths[sign].load_end,
+    "load_end": lambda s, sign: math.inf if s.paths[sign].row is None else s.paths[sign].load_end,
     "end": lambda s, sign: str(s.paths[sign].end),
     "other_contact": lambda s, sign: s.paths[sign].other,
     "neighbour": lambda s, sign: s.paths[sign].neighbour,

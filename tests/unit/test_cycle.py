@@ -213,7 +213,10 @@ def test_the_other_contact_is_named_as_for_growing_twist():
     with pytest.raises(InputError) as caught:
         squama.cycle(BEAM, "-0.5 rad/pitch", mu=0.3)
     assert f"follow: {once.other_contact.item()};" in str(caught.value)
-    assert f"is beyond -{float(once.phi_end):.6g} rad/pitch" in str(caught.value)
+    # as far as there, and there is no end of a path that has not begun
+    c = squama.cycle(BEAM, "-0.3 rad/pitch", mu=0.3).sel(sense="-")
+    assert float(c.phi_end) == float(once.phi_end) == math.inf
+    assert float(c.phi_most) == pytest.approx(float(once.Phi.max()) * BEAM.pitch)
 
 
 def test_a_refused_twist_names_one_that_is_taken():
