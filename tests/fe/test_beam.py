@@ -3,6 +3,7 @@
 import os
 import time
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ pytest.importorskip("netgen", reason="needs netgen-mesher (the extra fe)")
 pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("numba", reason="needs the extra fe")
 
+from squama.cli import main
 from squama.design import Beam
 from squama.errors import InputError
 from squama.fe import memory
@@ -20,7 +22,7 @@ from squama.fe.facade_beam import beam
 from squama.fe.mesh import tile
 
 MU = 0.5
-FIG6B = Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)
+FIG6B = Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
 GJ = 0.4 * 0.22868 * 1.28 * 0.64**3
 """Saint-Venant's stiffness of the section 2 : 1, over E d^4."""
 
@@ -191,6 +193,7 @@ def test_the_curve_in_si_units_with_restart(tmp_path):
     work = np.trapezoid(data["T"].values, data["Phi"].values)
     assert float(data["W"][-1]) == pytest.approx(work, rel=1e-9)
     assert float(data["T"][-1]) == pytest.approx(0.04 * 1.43 * GJ * E * d**3, rel=0.4)
+    assert data.attrs["mu"] == float(data["mu"])
     assert data["T"].attrs["units"] == "N m"
     assert abs(data.attrs["energy_error"]) < 0.01
     with pytest.raises(InputError, match="belongs to a run with scales = 2"):
@@ -209,6 +212,25 @@ def test_the_curve_in_si_units_with_restart(tmp_path):
 def test_what_is_not_usable_is_refused(wrong, message):
     with pytest.raises(InputError, match=message):
         beam(FIG6B, **{"to": "0.1 rad/pitch", "mu": 0.2, "scales": 2, **wrong})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--scales", "1"], '--scales = "1"'),
+        (["--scales", "2.5"], "--scales = 2.5: is not a whole number"),
+        (["--scales", "3", "--ends", "loose"], '--ends = "loose": must be free or held'),
+        (["--ends", "held"], "--ends: is for finite beams; give --scales too"),
+        (["--scales", "3", "--vtk", "a.vtu"], "--vtk and --picture show one endless pitch"),
+    ],
+)
+def test_the_command_says_what_is_wrong(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("beam.toml").write_text(FIG6B.to_toml())
+    assert main(["cell", "beam.toml", "--to", "0.1 rad/pitch", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("squama: error: ")
+    assert words in line
 
 
 @pytest.mark.slow
