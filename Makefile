@@ -39,7 +39,7 @@ PYTEST := $(RUN) -m pytest --basetemp="$(LOCAL)/pytest"
 
 .PHONY: help
 help: ## this list
-	@sed -n 's/^\([a-z]*\): .*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-16s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z0-9]*\): .*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-16s %s\n", $$1, $$2 }'
 	@echo "  PYTHON=python3.12 names the interpreter (make clean first), JOBS=8 the test processes."
 
 # ---- set-up ----------------------------------------------------------------------------------------------
@@ -97,6 +97,11 @@ demo: .venv/.run ## the main job on examples/pla_on_vps.toml: summary, picture, 
 paper: .venv/.run ## the paper's figures and the table of its claims, in out/paper
 	@mkdir -p out
 	.venv/bin/squama paper -o out/paper
+
+.PHONY: fig6b
+fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (a quarter of an hour; goes on where it was stopped)
+	$(PIP) --editable '.[$(EXTRAS),fe]'
+	OMP_NUM_THREADS=2 nice $(RUN) -m squama.paper.elements out/fig6b
 
 # ---- checks ----------------------------------------------------------------------------------------------
 

@@ -65,7 +65,7 @@ def test_the_dataset_is_the_curve_in_si_units():
     assert {v: r[v].attrs["units"] for v in ("u_X", "w_Z", "gap", "T")} == {
         "u_X": "m", "w_Z": "rad", "gap": "m", "T": "N m",
     }  # fmt: skip
-    assert r.attrs["joint"] == "compliant"
+    assert (r.attrs["joint"], r.attrs["mu"]) == ("compliant", float(r.mu))
     assert r.attrs["K_theta"] == pytest.approx(0.01263 * UNIT, rel=1e-3)
     assert r["end"].item() == "range end"
     assert r["first_contact"].item() == "tip edge C1B1 on side edge D2C2 (k = 1)"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -33,6 +34,8 @@ NEAR = 1e-3
 """Curves are drawn to this margin before a lock."""
 ABOVE = 2.0
 MARKERS = "osD^v<>p"
+COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
+"""Line of the compliant joint."""
 
 
 def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str], points: int = POINTS) -> xr.Dataset:
@@ -102,53 +105,93 @@ def fig6a(data: xr.Dataset) -> Figure:
 
 
 @styled
-def fig6b(parts: dict[float, xr.Dataset], points: FePoints | None) -> Figure:
-    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points if there are any."""
-    n = len(parts)
-    figure = new_figure(PAGE if n > 1 else 0.6 * PAGE, 3.4)
-    axes = np.atleast_1d(np.asarray(figure.subplots(1, n, sharey=True)))
+def fig6b(
+    parts: dict[float, xr.Dataset], points: FePoints | None, own: dict[float, xr.Dataset] | None = None
+) -> Figure:
+    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points if there are any.
+
+    ``own``: curves of the edge law with the elements' own K_theta and C_f; they make a second row of panels, with the
+    compliant joint where the points hold it.
+    """
+    n, rows = len(parts), 2 if own else 1
+    figure = new_figure(PAGE if n > 1 else 0.6 * PAGE, 3.4 if rows == 1 else 5.8)
+    axes = figure.subplots(rows, n, sharey="row", sharex="col", squeeze=False)
     top = 0.0
-    for ax, name, (eta, data) in zip(axes, "abcd", parts.items(), strict=False):
+    for column, (eta, data) in enumerate(parts.items()):
+        ax = axes[0, column]
         _lines(ax, data, "Phi", "T_GI")
-        rate = np.array([0.0, finite_max(data["Phi"].values)])
-        bare = float(data["T_GI"].values.flat[1] / data["Phi"].values.flat[1])
-        ax.plot(rate, bare * rate, color=GREY, linewidth=1, linestyle=(0, (1, 1.2)))
-        top = max(top, _readable(data))
-        letter(ax, rf"({name}) $\eta$ = {eta:g}")
-        ax.set_xlabel(r"Twist rate $\Phi$ (rad/m)")
-        for i, mu in enumerate(data["mu"].values):
-            last = data.isel(mu=i, law=-1)
-            if str(last["end"].values) not in ("frictional lock", "kinematic lock", "static lock"):
-                ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=shades(data.sizes["mu"])[i])
-            if points is not None:
-                mine = (points.eta == eta) & (points.mu == mu)
-                colour = shades(data.sizes["mu"])[i]
-                ax.plot(
-                    points.rate[mine],
-                    points.load[mine],
-                    linestyle="",
-                    marker=MARKERS[i % len(MARKERS)],
-                    markersize=3.5,
-                    markerfacecolor=colour,
-                    markeredgecolor=INK,
-                    markeredgewidth=0.6,
-                    zorder=4,
-                )
-                top = max(top, finite_max(points.load[mine], 0.0))
-        ax.set_xlim(0, None)
-    axes[0].set_ylim(0, 1.05 * top)
-    axes[0].set_ylabel(r"Torque $T/(G_B I)$, $I$ polar moment (rad/m)")
-    data = next(iter(parts.values()))
-    handles = [*_keys(data), key("no contact", color=GREY, linewidth=1, linestyle=(0, (1, 1.2)))]
+        top = max(top, _readable(data), _draw_points(axes[:, column], data, points, eta))
+        _off_edge(ax, data.isel(law=-1))
+        letter(ax, rf"({'abcd'[column]}) $\eta$ = {eta:g}" + (", scaling laws of the paper" if own else ""))
+        if own:
+            ax = axes[1, column]
+            _lines(ax, own[eta], "Phi", "T_GI")
+            _off_edge(ax, own[eta].isel(law=-1))
+            _draw_compliant(ax, data, points, eta)
+            letter(ax, rf"({'abcd'[n + column]}) $\eta$ = {eta:g}, stiffness from the elements")
+        for ax in axes[:, column]:
+            rate = np.array([0.0, finite_max(data["Phi"].values)])
+            bare = float(data["T_GI"].values.flat[1] / data["Phi"].values.flat[1])
+            ax.plot(rate, bare * rate, color=GREY, linewidth=1, linestyle=(0, (1, 1.2)))
+            ax.set_xlim(0, None)
+        axes[-1, column].set_xlabel(r"Twist rate $\Phi$ (rad/m)")
+    axes[0, 0].set_ylim(0, 1.05 * top)
+    if own and points is not None:
+        axes[1, 0].set_ylim(0, 1.4 * finite_max(points.load))
+    for ax in axes[:, 0]:
+        ax.set_ylabel(r"Torque $T/(G_B I)$, $I$ polar moment (rad/m)")
+    handles = [*_keys(next(iter(parts.values()))), key("no contact", color=GREY, linewidth=1, linestyle=(0, (1, 1.2)))]
     handles.append(key("off the tip edge (edge law)", linestyle="", marker="x"))
     if points is None:
-        axes[0].text(0.03, 0.97, "no finite element\npoints given", transform=axes[0].transAxes, va="top", color=GREY)
+        words = "no finite element\npoints given"
+        axes[0, 0].text(0.03, 0.97, words, transform=axes[0, 0].transAxes, va="top", color=GREY)
     else:
         handles.append(
             key(f"finite elements ({Path(points.source).name[-30:]})", linestyle="", marker="o", markersize=3.5)
         )
+        if own and points.compliant is not None:
+            handles.append(key("compliant joint", linewidth=0.9, linestyle=COMPLIANT))
     figure.legend(handles=handles, loc="outside lower center", ncols=4 if n > 1 else 3)
     return figure
+
+
+def _off_edge(ax: Axes, data: xr.Dataset) -> None:
+    """Mark where curves of one law end without a lock."""
+    for i, colour in enumerate(shades(data.sizes["mu"])):
+        last = data.isel(mu=i)
+        if str(last["end"].values) not in ("frictional lock", "kinematic lock", "static lock"):
+            ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=colour)
+
+
+def _draw_points(axes: Any, data: xr.Dataset, points: FePoints | None, eta: float) -> float:
+    """Draw the points of one overlap ratio into panels; return the largest load."""
+    top = 0.0
+    for i, (mu, colour) in enumerate(zip(data["mu"].values, shades(data.sizes["mu"]), strict=True)):
+        if points is None:
+            continue
+        mine = (points.eta == eta) & (points.mu == mu)
+        for ax in axes:
+            ax.plot(
+                points.rate[mine],
+                points.load[mine],
+                linestyle="",
+                marker=MARKERS[i % len(MARKERS)],
+                markersize=3.5,
+                markerfacecolor=colour,
+                markeredgecolor=INK,
+                markeredgewidth=0.6,
+                zorder=4,
+            )
+        top = max(top, finite_max(points.load[mine], 0.0))
+    return top
+
+
+def _draw_compliant(ax: Axes, data: xr.Dataset, points: FePoints | None, eta: float) -> None:
+    if points is None or points.compliant is None:
+        return
+    for mu, colour in zip(data["mu"].values, shades(data.sizes["mu"]), strict=True):
+        mine = (points.eta == eta) & (points.mu == mu)
+        ax.plot(points.rate[mine], points.compliant[mine], color=colour, linewidth=0.9, linestyle=COMPLIANT)
 
 
 def _readable(data: xr.Dataset) -> float:

@@ -16,6 +16,10 @@ from squama.paper.tables import Claim
 
 COLUMNS = ("eta", "mu", "Phi (rad/m)", "T/(G_B I) (rad/m)")
 """Header of the file: overlap ratio, coefficient of friction, twist rate, torque over G_B times the polar moment."""
+COMPLIANT = "compliant joint T/(G_B I) (rad/m)"
+"""Column that may be there too: torque of the compliant joint with the stiffness of the same mesh; may be empty."""
+K_THETA, C_F = "K_theta/(E_B d^3)", "C_f"
+"""Comments that may stand at the head, each with a number after a colon: the hinge that the elements make."""
 LEAST = {COLUMNS[0]: 1.0, COLUMNS[1]: 0.0, COLUMNS[2]: 0.0}
 CLOSE = 0.1
 """Relative difference of torques that counts as agreement."""
@@ -24,13 +28,18 @@ MOST = 4
 
 
 class FePoints(NamedTuple):
-    """Points in the order of the file; ``source`` is its name."""
+    """Points in the order of the file; ``source`` is its name.
+
+    ``compliant`` is the compliant joint's load, and ``joint`` K_theta (E_B d^3) and C_f of the elements, if given.
+    """
 
     eta: Array
     mu: Array
     rate: Array
     load: Array
     source: str
+    compliant: Array | None = None
+    joint: tuple[float, float] | None = None
 
 
 def read_points(path: str | os.PathLike[str]) -> FePoints:
@@ -40,7 +49,8 @@ def read_points(path: str | os.PathLike[str]) -> FePoints:
     ----------
     path : path
         A CSV file with the columns ``eta, mu, Phi (rad/m), T/(G_B I) (rad/m)`` in any order, one point a row;
-        I is the polar moment of the section. Leading lines that start with # are comments.
+        I is the polar moment of the section. Leading lines that start with # are comments. A column
+        :data:`COMPLIANT` and the comments :data:`K_THETA` and :data:`C_F` are read too.
 
     Returns
     -------
@@ -72,7 +82,28 @@ def read_points(path: str | os.PathLike[str]) -> FePoints:
     if (count := np.unique(eta).size) > MOST:
         message = f"{table.name}: has {count} values of eta, the figure has room for {MOST}; write more files"
         raise InputError(message)
-    return FePoints(eta, mu, rate, load, table.name)
+    return FePoints(eta, mu, rate, load, table.name, _compliant(table), _joint(table))
+
+
+def _compliant(table: tabular.Table) -> Array | None:
+    header = table.header.cells
+    if COMPLIANT not in header:
+        return None
+    problems: list[str] = []
+    i = header.index(COMPLIANT)
+    cells = [(row.line, row.cells[i]) for row in table.rows]
+    values = [_value(COMPLIANT, cell, line, problems) if cell.strip() else math.nan for line, cell in cells]
+    if problems:
+        raise InputError("\n".join(f"{table.name}: {problem}" for problem in problems))
+    return np.array(values)
+
+
+def _joint(table: tabular.Table) -> tuple[float, float] | None:
+    found = dict(line.lstrip("# ").rsplit(": ", 1) for line in table.comments if ": " in line)
+    try:
+        return float(found[K_THETA]), float(found[C_F])
+    except (KeyError, ValueError):
+        return None
 
 
 def _value(column: str, cell: str, line: int, problems: list[str]) -> float:
@@ -89,7 +120,10 @@ def _value(column: str, cell: str, line: int, problems: list[str]) -> float:
 
 
 def compare(points: FePoints | None) -> list[Claim]:
-    """Set the points beside the model with both force laws: the largest difference, and up to which twist."""
+    """Set the points beside both force laws and, if they hold it, the compliant joint.
+
+    The largest difference, and up to which twist the two agree.
+    """
     text = "the model agrees with finite elements"
     if points is None:
         words = "give a file of finite element points to compare"
@@ -99,9 +133,13 @@ def compare(points: FePoints | None) -> list[Claim]:
         beam = par.fig6b(float(eta))
         for mu in np.unique(points.mu[points.eta == eta]):
             mine = (points.eta == eta) & (points.mu == mu)
+            models = {}
             for law in par.LAWS:
                 run = response.twist(beam, mu=float(mu), law=law, at=points.rate[mine])
-                model = run["T"].values / (beam.G_B * beam.I)
+                models[law] = run["T"].values / (beam.G_B * beam.I)
+            if points.compliant is not None:
+                models["compliant"] = points.compliant[mine]
+            for law, model in models.items():
                 with np.errstate(all="ignore"):
                     apart = abs(points.load[mine] / model - 1)
                 good = np.isfinite(apart)

@@ -123,28 +123,42 @@ def fig6a(points: FePoints | None = None) -> Made:  # noqa: ARG001
 
 
 def fig6b(points: FePoints | None = None) -> Made:
-    """Torque over G_B I against twist rate, with finite element points if there are any."""
-    from squama.paper import curves, fe_points, tables
+    """Torque over G_B I against twist rate, with finite element points: those of the package if none are given."""
+    from squama.paper import curves, elements, fe_points, tables
     from squama.paper import parameters as par
 
+    points = elements.stored() if points is None else points
     etas = par.FIG6B_ETAS if points is None else tuple(np.unique(points.eta))
     mus = par.FIG6B_MUS if points is None else tuple(np.unique(points.mu))
-    parts = {float(eta): curves.both_laws(par.fig6b(float(eta)), mus, par.LAWS) for eta in etas}
+    beams = {float(eta): par.fig6b(float(eta)) for eta in etas}
+    parts = {eta: curves.both_laws(beam, mus, par.LAWS) for eta, beam in beams.items()}
+    own = {}
+    if points is not None and points.joint is not None:
+        for eta, beam in beams.items():
+            K_theta = points.joint[0] * beam.substrate.youngs_modulus * beam.pitch**3
+            alike = beam.replace(joint={"stiffness": K_theta, "inclusion_factor": points.joint[1]})
+            own[eta] = curves.both_laws(alike, mus, ("edge",))
     columns = {
         "mu (1)": ("mu", 1.0),
         "Phi (rad/m)": ("Phi", 1.0),
         "T/(G_B I) (rad/m)": ("T_GI", 1.0),
     }
     pieces = []
-    for eta, data in parts.items():
-        rows = tables.flat(data, {"law": ("law", 1.0), **columns})
-        pieces.append({"source": np.full(rows["law"].size, "model"), "eta (1)": np.full(rows["law"].size, eta), **rows})
+    for source, curves_of in (("model", parts), ("model, joint of the elements", own)):
+        for eta, data in curves_of.items():
+            rows = tables.flat(data, {"law": ("law", 1.0), **columns})
+            n = rows["law"].size
+            pieces.append({"source": np.full(n, source), "eta (1)": np.full(n, eta), **rows})
     if points is not None:
-        n = points.eta.size
-        names = {"source": np.full(n, "finite elements"), "eta (1)": points.eta, "law": np.full(n, "")}
-        pieces.append({**names, **dict(zip(columns, (points.mu, points.rate, points.load), strict=True))})
+        loads = {"finite elements": points.load}
+        if points.compliant is not None:
+            loads["compliant joint"] = points.compliant
+        for source, load in loads.items():
+            n = points.eta.size
+            names = {"source": np.full(n, source), "eta (1)": points.eta, "law": np.full(n, "")}
+            pieces.append({**names, **dict(zip(columns, (points.mu, points.rate, load), strict=True))})
     table = {header: np.concatenate([p[header] for p in pieces]) for header in pieces[0]}
-    return Made(curves.fig6b(parts, points), table, fe_points.compare(points))
+    return Made(curves.fig6b(parts, points, own), table, fe_points.compare(points))
 
 
 def _red(over: str, values: Any) -> tuple[Any, Figure, dict[str, Any]]:
@@ -229,7 +243,8 @@ def write(
     directory : path
         Where to write; made if it is not there, its own folder must be.
     fe_points : path, optional
-        CSV file of finite element points for fig6b; see :func:`squama.paper.fe_points.read_points`.
+        CSV file of finite element points for fig6b in place of those in the package; see
+        :func:`squama.paper.fe_points.read_points`.
 
     Returns
     -------

@@ -1,0 +1,119 @@
+"""The finite element points of Fig. 6b that come with the package, and how they are computed anew.
+
+``python -m squama.paper.elements out/fig6b`` runs the periodic cells (the extra fe; about a quarter of an hour on two
+cores) and writes the file. The folder gets a restart file and a netCDF file of each cell; a second call goes on there.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from squama import files, store
+from squama.errors import InputError
+from squama.paper import fe_points
+from squama.paper import parameters as par
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from squama.fe.compare import Array
+
+STORED = Path(__file__).with_name("fig6b_elements.csv")
+MESH = "medium"
+REACH = {2.0: 0.38, 3.0: 0.3}
+"""Twist to go to for each overlap ratio, rad per pitch: about where the contact of the model leaves the tip edge."""
+FINER = 5.0
+"""A run that stops early goes on in increments smaller by this factor."""
+PACKAGES = ("squama", "netgen-mesher", "ipctk", "numpy", "scipy")
+
+
+def stored() -> fe_points.FePoints | None:
+    """Return the points that come with the package."""
+    return fe_points.read_points(STORED) if STORED.exists() else None
+
+
+def run(eta: float, mu: float, folder: Path) -> xr.Dataset:
+    """Run one periodic cell, or the rest of it."""
+    from squama.fe import facade
+
+    name = f"eta{eta:g}_mu{mu:g}"
+    asked: dict[str, Any] = {
+        "mu": mu,
+        "to": f"{REACH[eta]:g} rad/pitch",
+        "mesh": MESH,
+        "restart": folder / f"{name}.npz",
+        "progress": facade.print_progress,
+    }
+    print(f"eta = {eta:g}, mu = {mu:g}", file=sys.stderr, flush=True)
+    data = facade.cell(par.fig6b(eta), **asked)
+    if not data.attrs["reached"]:
+        data = facade.cell(par.fig6b(eta), increment=facade.INCREMENT / FINER, **asked)
+    store.save(data, folder / f"{name}.nc")
+    return data
+
+
+def write(folder: Path, place: Path = STORED) -> Path:
+    """Run all cells and write their points, with the compliant joint's torque of the same mesh beside them."""
+    from squama.study.verify import compliant_curve, hinge_of, own_matrix
+
+    rows: list[Array] = []
+    notes: list[str] = []
+    for eta in par.FIG6B_ETAS:
+        beam = par.fig6b(eta)
+        K = own_matrix(beam, MESH)
+        joint = hinge_of(K, beam)
+        unit = beam.substrate.youngs_modulus * beam.pitch**3
+        K_theta, C_f = joint["stiffness"] / unit, joint["inclusion_factor"]
+        for mu in par.FIG6B_MUS:
+            data = run(eta, mu, folder)
+            rate, T = data["Phi"].values[1:], data["T"].values[1:]
+            other = compliant_curve(beam, K, mu, rate)["T"].values
+            scale = beam.G_B * beam.I
+            rows.append(
+                np.column_stack([np.full(rate.size, eta), np.full(rate.size, mu), rate, T / scale, other / scale])
+            )
+            notes.append(f"eta = {eta:g}, mu = {mu:g}: {data.attrs['sentence']}; {data.attrs['mesh']}")
+            notes[-1] += f"; energy balance {data.attrs['energy_error']:.1e}"
+    head = [
+        "Periodic cells of finite elements at the geometry of Fig. 6b, and the compliant joint with their stiffness",
+        "by: make fig6b; versions: " + ", ".join(f"{name} {_version(name)}" for name in PACKAGES),
+        f"{fe_points.K_THETA}: {K_theta:.6g}",
+        f"{fe_points.C_F}: {C_f:.6g}",
+        *notes,
+    ]
+    lines = [f"# {line}" for line in head] + [",".join((*fe_points.COLUMNS, fe_points.COMPLIANT))]
+    lines += [",".join("" if np.isnan(v) else f"{v:.7g}" for v in row) for row in np.concatenate(rows)]
+    return files.atomic_write(place, lambda at: at.write_text("\n".join(lines) + "\n", encoding="utf-8"))
+
+
+def _version(name: str) -> str:
+    from squama._version import __version__
+
+    return __version__ if name == "squama" else version(name)
+
+
+def main() -> int:
+    """Write the stored points anew; the argument is the folder of the runs."""
+    if len(sys.argv) != 2:
+        print("usage: python -m squama.paper.elements FOLDER", file=sys.stderr)
+        return 2
+    folder = Path(sys.argv[1])
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        print(f"wrote {write(folder)}")
+    except InputError as error:
+        print(f"squama: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt as stop:
+        print(f"squama: {stop}; {files.label(folder)} holds what is done", file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
