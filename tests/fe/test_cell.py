@@ -18,6 +18,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.interrupt import Interrupted
 from squama.paper import parameters as par
+from squama.plot import deformed_figure
 
 MESH = (0.4, 0.2)
 """1700 elements, too stiff by a few percent."""
@@ -170,6 +171,11 @@ def test_the_last_state_is_that_of_the_curve_and_reads_back(beam, tmp_path):
     volumes = np.linalg.det(x[:, 1:] - x[:, :1]) / 6
     # Gauss points have equal weights
     assert volumes @ state.density / state.pitch == pytest.approx(float(data["U_el"][-1]), rel=1e-9)
+    figure = deformed_figure(state)
+    assert "0.03 rad per pitch" in figure.get_suptitle()
+    # every outer face that is seen, of three images
+    assert len(figure.axes[0].collections[0].get_paths()) > 3 * 0.3 * len(state.surface)
+
     from squama.fe.vtk import write_vtu
 
     file = write_vtu(state, tmp_path / "cell.vtu")

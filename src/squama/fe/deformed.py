@@ -6,6 +6,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama.fe.elements import Array, Index, Material, Turn
 from squama.fe.geometry import geometry
@@ -24,9 +25,9 @@ class Deformed(NamedTuple):
     """One pitch of the substrate and three scales.
 
     ``nodes``, ``moved`` (n, 3): places at rest and now, m; ``tets`` (m, 10), ``surface`` (q, 6) as in
-    :class:`squama.fe.mesh.Pitch`, the surface without the slot's walls; per element ``stretch`` (largest principal
-    stretch), ``density`` (strain energy per volume at rest, J/m3) and ``mises`` (von Mises stress in the deformed
-    state, Pa), means over its Gauss points;
+    :class:`squama.fe.mesh.Pitch`, ``walls`` (q,): whether a triangle is the slot's; per element
+    ``stretch`` (largest principal stretch), ``density`` (strain energy per volume at rest, J/m3) and ``mises`` (von
+    Mises stress in the deformed state, Pa), means over its Gauss points;
     ``scales``, ``scales_moved`` (3, 4, 3): corners of the mid-planes of the scales -1, 0, 1 with their embedded parts,
     m; ``phi``: twist, rad per pitch, signed; ``pitch`` and ``exposed``, the scale's exposed length: m.
     """
@@ -35,6 +36,7 @@ class Deformed(NamedTuple):
     moved: Array
     tets: Index
     surface: Index
+    walls: NDArray[np.bool_]
     stretch: Array
     density: Array
     mises: Array
@@ -81,7 +83,8 @@ def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
         nodes=pitch.nodes * d,
         moved=moved * d,
         tets=pitch.tets,
-        surface=pitch.surface[~np.isin(pitch.surface, pitch.tied).all(axis=1)],
+        surface=pitch.surface,
+        walls=np.asarray(np.isin(pitch.surface, pitch.tied).all(axis=1)),
         stretch=stretch,
         density=density * E,
         mises=mises * E,

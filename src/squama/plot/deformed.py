@@ -41,8 +41,11 @@ def deformed_figure(state: Deformed) -> Figure:
     ax = figure.subplots()
     view = _view()
     strain = 100 * (state.at_nodes(state.stretch) - 1)[state.surface[:, :3]].mean(axis=1)
-    norm = Normalize(0.0, max(_percentile(strain, state.moved[state.surface[:, :3]]), 1e-6))
+    outer = ~state.walls
+    norm = Normalize(0.0, max(_percentile(strain[outer], state.moved[state.surface[outer, :3]]), 1e-6))
     colours = mpl.colormaps["viridis"](norm(strain))
+    # the scale fills its slot
+    colours[state.walls] = (*SCALE[:3], 1.0)
     polygons: list[Array] = []
     fills: list[Array] = []
     depths: list[Array] = []
