@@ -21,7 +21,7 @@ from squama.fe.memory import check
 from squama.fe.mesh import Pitch
 from squama.fe.plate import MOTIONS, Shape, inclination, turned
 from squama.fe.row_contact import Row, RowContact
-from squama.fe.walk import State, Walk
+from squama.fe.walk import JUMP, State, Walk
 
 ENDS = ("free", "held")
 """What the turned end does along the axis."""
@@ -104,7 +104,8 @@ def make_beam(
         ]  # fmt: skip
         return [*along, *theta, *v.T.ravel(), *N, *f, *p, *s, *np.diff(turns)], words
 
-    return Walk(body, body.rest, contact, ways, record, dhat=dhat)
+    # what the twist of many pitches does to a scale adds up along the beam
+    return Walk(body, body.rest, contact, ways, record, dhat=dhat, jump=JUMP * max(1.0, scales / 5))
 
 
 def turned_back(rest: Shape, v: Array, turn: float) -> Array:

@@ -92,6 +92,8 @@ class Walk:
         Makes the rows.
     dhat : float
         See :mod:`squama.fe.contact`.
+    jump : float
+        See :data:`JUMP`.
 
     Attributes
     ----------
@@ -102,9 +104,17 @@ class Walk:
     """
 
     def __init__(
-        self, body: Solid, rest: Array, contact: Scales, ways: Array, record: Recorder, *, dhat: float = DHAT
+        self,
+        body: Solid,
+        rest: Array,
+        contact: Scales,
+        ways: Array,
+        record: Recorder,
+        *,
+        dhat: float = DHAT,
+        jump: float = JUMP,
     ) -> None:
-        self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
+        self.body, self.contact, self.ways, self.dhat, self._jump = body, contact, ways, dhat, jump
         self._record = record
         self.z, self.v, self.phi = body.start(rest), np.zeros(len(ways)), 0.0
         self.kappa = stiffness(_FIRST, dhat)
@@ -211,7 +221,7 @@ class Walk:
                 break
         else:
             return f"no balance within {ITERATIONS} iterations"
-        if np.abs(v - expected).max() > JUMP:
+        if np.abs(v - expected).max() > self._jump:
             return "the next equilibrium is a jump away"
         load = self.contact.load(v, phi, before, self.kappa)
         state = State(z, v, phi, reduced.torque + float(load.total[-1]), reduced, load, iteration)
