@@ -71,7 +71,7 @@ def _row(
     theta: ArrayLike, eta: ArrayLike, beta: ArrayLike, lam: ArrayLike, alpha: ArrayLike, sense: str, neighbour: int
 ) -> Twist:
     """Row of a neighbour at the inclinations ``theta``, checked."""
-    given = {name: checks.ratio(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
+    given = {name: checks.positive(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
     alpha = checks.between("alpha", alpha, 0.0, np.pi / 2)
     theta = checks.between("theta", theta, 0.0, np.pi)
     checks.together({"theta": theta, **given, "alpha": alpha})

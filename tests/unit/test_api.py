@@ -24,7 +24,8 @@ CALLS = {
 RATIOS = ("contact", "forces", "ends")
 BAD = [
     *((f, {name: v}, name, "above 0") for f in RATIOS for name in ("lam",) for v in (0.0, -1.0)),
-    *((f, {n: v}, n, "up to 100; write e.g.") for f in RATIOS for n in ("eta", "beta") for v in (0, -1.0, 101, 1e9)),
+    *((f, {n: v}, n, "above 0; write e.g.") for f in ("contact", "forces") for n in ("eta", "beta") for v in (0, -1.0)),
+    *((f, {n: v}, n, "up to 100; write e.g.") for f in ("ends",) for n in ("eta", "beta") for v in (0, -1.0, 101, 1e9)),
     *((f, {"mu": -1}, "mu = -1", "0 or more; write e.g. 0.25") for f in ("forces", "ends", "twist", "bend")),
     *((f, {"margin": 2}, "margin = 2", "write e.g. 0.01") for f in ("twist", "bend")),
     *((f, {"points": 2.5}, "points = 2.5", "write e.g. 200") for f in ("twist", "bend")),

@@ -133,7 +133,9 @@ RANGES = [
         ["theta0 = 5 deg to 89 deg", "some cells are no valid beam", "at theta0 = 89 deg", "the tab"],
     ),
     ("zeta=0.1:100:5", ["zeta = 0.1 to 100", "some cells are no valid beam", "at zeta = 100"]),
-    ("eta=1:1e9:5", ["some cells are no valid beam", "scale.length"]),
+    ("eta=1:1e9:5", ["--over eta =", "is out of range (more than 0, up to 100); write e.g. 3"]),
+    ("scale.length=1mm:1000km:5", ["some cells are no valid beam", "eta = l/d = 5e+07", "up to 100; write at most"]),
+    ("beam.pitch=1um:20mm:5", ["some cells are no valid beam", "eta = l/d", "beta = b/d"]),
 ]
 
 
@@ -295,7 +297,7 @@ def test_pictures(arguments, place, capsys):
 def test_csv_of_a_slice(place, capsys):
     assert main(["map", "four.zarr", *HELD, "--csv", "a.csv"]) == 0
     rows = list(csv.reader(line for line in Path("a.csv").read_text().splitlines() if not line.startswith("#")))
-    assert rows[0][:5] == ["mu", "alpha (rad)", "margin", "phi_e (rad)", "theta_end (rad)"]
+    assert rows[0][:5] == ["mu (1)", "alpha (rad)", "margin (1)", "phi_e (rad)", "theta_end (rad)"]
     assert "torque (N m)" in rows[0]
     assert len(rows) == 1 + 5 * 4 * 3
     data = squama.read("a.csv")

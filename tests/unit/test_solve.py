@@ -132,7 +132,7 @@ def test_shapes_broadcast_and_empty_arrays_come_back() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"eta": -1.0}, "eta = -1: must be above 0"),
+        ({"eta": -1.0}, "eta = -1: must be more than 0, up to 100; write e.g. 3"),
         ({"mu": [0.1, -0.2]}, "mu = -0.2: must be 0 or more"),
         ({"alpha": 45.0}, "np.radians(45)"),
         ({"theta0": 0.0}, "theta0 = 0"),
