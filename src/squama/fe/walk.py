@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -28,6 +29,12 @@ JUMP = 0.02
 """Largest distance of an equilibrium from where the last ones point; beyond, the increment is halved."""
 _FIRST = 1e-3
 _HALVINGS = 7
+
+
+_KEPT = frozenset(
+    ("v", "rate", "v_rate", "before", "numbers", "rows", "words", "past_v", "past_phi", "past_corners", "past_z")
+)
+"""Arrays of a restart file."""
 
 
 class Increment(NamedTuple):
@@ -282,9 +289,12 @@ class Walk:
             with np.load(path, allow_pickle=False) as stored:
                 kept = {name: stored[name] for name in stored.files}
                 old = json.loads(str(kept["key"]))
-        except (OSError, ValueError, KeyError, EOFError):
-            message = f"{path}: is no restart file of squama; remove it or name another output"
-            raise InputError(message) from None
+            missing = _KEPT - kept.keys()
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+            missing = _KEPT
+        if missing:
+            message = f"{path}: is no restart file of this version of squama; remove it or name another output"
+            raise InputError(message)
         for name in sorted({*old, *key}):
             if old.get(name) != key.get(name):
                 message = (
