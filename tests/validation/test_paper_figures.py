@@ -9,7 +9,7 @@ import squama
 from squama.model import energy
 from squama.model.outcome import CODES, End
 from squama.model.solve import scalar
-from squama.paper import claims, fe_points, maps, red, twisting2020
+from squama.paper import claims, elements, fe_points, maps, red, twisting2020
 from squama.paper import parameters as par
 
 A = np.radians
@@ -126,7 +126,32 @@ def test_claim_4_torque_and_stiffness_rise_with_mu(table):
     for law in par.LAWS:
         assert holds(table, "fig6a", law, "torque rises")[0] == "yes"
         assert holds(table, "fig6a", law, "stiffness rises")[0] == "yes"
-    assert holds(table, "fig6b", "both", "finite elements")[0] == "open"
+
+
+def test_fig6b_the_hinge_agrees_with_elements_early_and_the_compliant_joint_throughout(table):
+    rows = [r for r in table if r["figure"] == "fig6b"]
+    assert len(rows) == 18
+    assert {(r["law"], r["holds"]) for r in rows} == {("plate", "in part"), ("edge", "in part"), ("compliant", "yes")}
+    stored = elements.stored()
+    assert stored.joint == pytest.approx((0.01265, 1.431), rel=1e-3)
+    for eta in par.FIG6B_ETAS:
+        beam = par.fig6b(eta)
+        unit = beam.substrate.youngs_modulus * beam.pitch**3 / (beam.G_B * beam.I)
+        for mu in par.FIG6B_MUS:
+            mine = (stored.eta == eta) & (stored.mu == mu)
+            assert stored.rate[mine][-1] * beam.pitch == pytest.approx(elements.REACH[eta])
+            if eta == 3:
+                # another program's torques at .1 rad per pitch
+                T = np.interp(0.1, stored.rate[mine] * beam.pitch, stored.load[mine]) / unit
+                assert pytest.approx({0.0: 0.00879, 0.2: 0.00941, 0.5: 0.01049}[mu], rel=0.02) == T
+    np.testing.assert_allclose(stored.compliant, stored.load, rtol=0.06)
+
+
+def test_fig6b_without_the_packages_points(monkeypatch):
+    monkeypatch.setattr(elements, "STORED", elements.STORED.with_name("none.csv"))
+    made = twisting2020.fig6b()
+    assert [c.holds for c in made.claims] == ["open"]
+    assert len(made.figure.axes) == 2
 
 
 def test_claim_5_red(table):
