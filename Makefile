@@ -99,7 +99,7 @@ paper: .venv/.run ## the paper's figures and the table of its claims, in out/pap
 	.venv/bin/squama paper -o out/paper
 
 .PHONY: fig6b
-fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (a quarter of an hour; goes on where it was stopped)
+fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on where it was stopped)
 	$(PIP) --editable '.[$(EXTRAS),fe]'
 	OMP_NUM_THREADS=2 nice $(RUN) -m squama.paper.elements out/fig6b
 

@@ -1,7 +1,7 @@
 """The finite element points of Fig. 6b that come with the package, and how they are computed anew.
 
-``python -m squama.paper.elements out/fig6b`` runs the periodic cells (the extra fe; about a quarter of an hour on two
-cores) and writes the file. The folder gets a restart file and a netCDF file of each cell; a second call goes on there.
+``python -m squama.paper.elements out/fig6b`` runs the periodic cells (the extra fe; about ten minutes on two cores) and
+writes the file. The folder gets a restart file and a netCDF file of each cell; a second call goes on there.
 """
 
 from __future__ import annotations
