@@ -109,7 +109,9 @@ def test_a_run_that_is_interrupted_and_killed_goes_on_where_it_was(beam, whole, 
         with pytest.raises(InputError, match=words):
             facade.cell(beam, **{**ASKED, **changes}, restart=file)
     file.write_bytes(b"something else")
-    with pytest.raises(InputError, match=r"run\.npz: is no restart file of this version of squama; remove it or name another output"):
+    with pytest.raises(
+        InputError, match=r"run\.npz: is no restart file of this version of squama; remove it or name another output"
+    ):
         facade.cell(beam, **ASKED, restart=file)
     assert file.read_bytes() == b"something else"
 
