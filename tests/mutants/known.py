@@ -131,6 +131,10 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/energy.py", "stacklevel=2,"): {"*": "the line that a warning names"},
     ("model/neighbours.py", "SAMPLES = 13"): {"*": _TUNING},
     ("model/neighbours.py", "FOLDED_SAMPLES = 41"): {"*": _TUNING},
+    (
+        "model/neighbours.py",
+        "return row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9",
+    ): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
     ("model/neighbours.py", "return np.asarray(np.maximum(1.0, np.floor(reach(row, ARRAY))))"): {
         "1.0 -> 2.0": _OUT_OF_REACH,
     },

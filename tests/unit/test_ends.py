@@ -9,7 +9,7 @@ import pytest
 
 import squama
 from properties.designs import many, mirrored
-from squama.model import mechanics, reach
+from squama.model import mechanics, neighbours, reach
 from squama.model.outcome import CODES, SENTENCES, End
 from squama.model.paths import FLOAT, FoldedTwist, Twist
 
@@ -179,3 +179,19 @@ def test_the_largest_designs_are_answered(sense: str) -> None:
         assert squama.ends(**at, mu=0.2, sense=sense, contacts="all").end.shape == (3,)
         with pytest.raises(squama.InputError, match=r"must be more than 0, up to 100; write e\.g\."):
             squama.ends(**{**at, "eta": 1e9}, mu=0.2)
+
+
+def test_the_bound_of_the_neighbours_is_what_a_tip_can_reach() -> None:
+    dice = np.random.default_rng(4)
+    n = 200
+    eta, beta, theta = dice.uniform(1, 8, n), dice.uniform(0.1, 3, n), dice.uniform(0.01, 3, n)
+    alpha = dice.uniform(-1.5, 1.5, n)
+    one = np.ones(n)
+    row = Twist(eta, beta, 0.4 * one, np.sin(alpha), np.cos(alpha), 0.1 * one, one)
+    # neighbour k is met at k = (eta - s) cos a cos th + (beta + p) sin a, 0 <= s <= eta, -beta <= p <= beta
+    along = [(eta - s) * np.cos(alpha) * np.cos(theta) for s in (0 * eta, eta)]
+    across = [(beta + p) * np.sin(alpha) for p in (-beta, beta)]
+    farthest = np.maximum(*along) + np.maximum(*across)
+    spare = neighbours.reach_at(row, np.cos(theta)) - farthest
+    assert (spare > 0).all()
+    assert (spare < 1e-8).all()
