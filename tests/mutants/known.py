@@ -115,6 +115,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/energy.py", "return h / ops.larger((D0 - D1) / D1, 1e-7)"): {
         "1e-7 -> (1e-7 * 1.1)": "far enough that the logarithm is straight",
     },
+    ("model/energy.py", "for part in blocks(left.size, max(1, BLOCK * FEW_NODES // n)):"): {"*": _TUNING},
     ("model/energy.py", "rough = np.abs(c[-4:]).max(axis=0) > TOLERANCE * np.abs(total)"): {
         "4 -> (4 * 2 + 1)": _TUNING,
         "- -> nothing": "asks more terms to be small: takes more nodes for the same work",
@@ -145,6 +146,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         " / row.k -> nothing #2": "in 480 000 designs no tip came to rest beyond the other scale's tip: s <= eta anyway",  # noqa: E501
         "/ -> * #2": "as above",
     },
+    ("model/neighbours.py", "return (abs(c.p) <= row.beta / j) & (c.s >= 0) & (c.s <= row.eta / j)"): {
+        " / j -> nothing #2": "in 200 000 designs no crossing lay beyond the other scale's tip: s <= eta anyway",
+        "/ -> * #2": "as above",
+    },
+    ("model/neighbours.py", "near = np.maximum(near[1:], near[:-1])"): {"- -> nothing": _OUT_OF_REACH},
     ("model/neighbours.py", "n = row.eta.size"): {"eta -> beta": "all columns have one size"},
     ("model/neighbours.py", "met = np.flatnonzero((phi == best[p][owner]) & np.isfinite(phi))[::-1]"): {
         "- -> nothing": "which of two that are met at the very same twist, to the last bit",

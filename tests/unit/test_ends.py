@@ -195,3 +195,21 @@ def test_the_bound_of_the_neighbours_is_what_a_tip_can_reach() -> None:
     spare = neighbours.reach_at(row, np.cos(theta)) - farthest
     assert (spare > 0).all()
     assert (spare < 1e-8).all()
+
+
+def test_neighbours_that_a_tip_reaches_only_early_in_an_interval(monkeypatch) -> None:
+    # at the end of the interval in which it is met the tip is too high for the neighbour
+    designs = {
+        "eta": np.array([5.789271953756154, 6.6502390392195]),
+        "beta": np.array([2.423783525705396, 2.879415975862547]),
+        "lam": np.array([0.4529943636549085, 0.35606644769543827]),
+        "alpha": np.radians([38.107097370141055, 31.153160464182204]),
+        "theta0": np.radians([12.706464598334026, 14.802921034099503]),
+        "mu": 0.0,
+    }
+    coarse = squama.ends(**designs)
+    monkeypatch.setattr(neighbours, "SAMPLES", 401)
+    fine = squama.ends(**designs)
+    assert (coarse.end == "other contact").all()
+    assert (fine.end == "other contact").all()
+    np.testing.assert_allclose(coarse.phi_end, fine.phi_end, rtol=1e-9)
