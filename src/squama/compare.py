@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.answer import Answer
-from squama.model.solve import Array
+from squama.fe.compare import SHARE, holds
 
-SHARE = 0.05
-"""Difference of the torque within which a model counts as holding."""
+__all__ = ["SHARE", "Difference", "differences"]
 
 
 class Difference(NamedTuple):
@@ -41,24 +40,12 @@ def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list
     for i, mu in enumerate(np.atleast_1d(answer["mu"])):
         one, two = (a if a.family is None else a.pick(i) for a in (answer, reference))
         phi, T, T0 = two["phi"], one["T"], two["T"]
-        common = np.flatnonzero(np.isfinite(T) & np.isfinite(T0) & (phi > 0))
-        if common.size == 0:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.where(phi > 0, T / T0 - 1, np.nan)
+        within, end = holds(phi, off, share)
+        if np.isnan(within):
             found.append(Difference(float(mu), np.nan, np.nan, np.nan, np.nan))
             continue
-        off = T[common] / T0[common] - 1
-        end = int(common[-1])
         theta = float(one["theta"][end] - two["theta"][end])
-        found.append(Difference(float(mu), _within(phi[common], off, share), float(phi[end]), float(off[-1]), theta))
+        found.append(Difference(float(mu), within, float(phi[end]), float(off[end]), theta))
     return found
-
-
-def _within(phi: Array, off: Array, share: float) -> float:
-    """Twist at which the difference leaves the share for the first time; the last one if it does not."""
-    beyond = np.flatnonzero(np.abs(off) > share)
-    if beyond.size == 0:
-        return float(phi[-1])
-    i = int(beyond[0])
-    if i == 0:
-        return 0.0
-    a, b = abs(float(off[i - 1])), abs(float(off[i]))
-    return float(phi[i - 1] + (phi[i] - phi[i - 1]) * (share - a) / (b - a))

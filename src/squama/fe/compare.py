@@ -66,7 +66,7 @@ def compare(
     with np.errstate(divide="ignore", invalid="ignore"):
         dT = np.where((T != 0) & (phi > 0), ours["T"] / T - 1, np.nan)
     dtheta = ours["theta"] - theta
-    found = [_reach(phi, off, share) for off in dT]
+    found = [holds(phi, off, share) for off in dT]
     ends = [i for _, i in found]
     rows = np.arange(len(order))
     along, both = ("point",), ("model", "point")
@@ -106,8 +106,31 @@ def _at(phi: Array, curve: xr.Dataset, name: str) -> Array:
     return np.asarray(np.interp(phi, x[good][order], y[good][order], left=np.nan, right=np.nan))
 
 
-def _reach(phi: Array, off: Array, share: float) -> tuple[float, int]:
-    """Return the twist at which a difference first leaves the share, and the last point at which there is one."""
+def holds(phi: Array, off: Array, share: float = SHARE) -> tuple[float, int]:
+    """Return how far a difference stays within a share.
+
+    Parameters
+    ----------
+    phi : (n,) array
+        Twists, rising.
+    off : (n,) array
+        Relative difference there; NaN where there is none.
+    share : float
+        What is allowed, either way.
+
+    Returns
+    -------
+    within : float
+        Twist at which the difference first leaves the share, between two points linearly; 0 if it is outside from the
+        start, the last twist if it never is, NaN if there is no difference at all.
+    last : int
+        Number of the last point at which there is a difference; 0 if there is none.
+
+    Examples
+    --------
+    >>> holds(np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.04, -0.06]), 0.05)
+    (0.25, 2)
+    """
     there = np.flatnonzero(np.isfinite(off))
     if not there.size:
         return float("nan"), 0
