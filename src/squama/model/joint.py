@@ -11,7 +11,6 @@ third off: give `joint.stiffness` where it is known.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -64,7 +63,8 @@ def stiffness_twisting(youngs_modulus: float, scale_thickness: float, half_width
     -----
     Source: paper, text after Eq. 7. Range: 0 < L << 2t and t_s << l + L; see `LAWS`.
     """
-    return 3.62 * youngs_modulus * scale_thickness**2 * half_width * math.pow(embedded / scale_thickness, 1.55)
+    power: float = (embedded / scale_thickness) ** 1.55
+    return 3.62 * youngs_modulus * scale_thickness**2 * half_width * power
 
 
 def stiffness_bending(youngs_modulus: float, scale_thickness: float, width: float, embedded: float) -> float:
@@ -90,7 +90,8 @@ def stiffness_bending(youngs_modulus: float, scale_thickness: float, width: floa
     -----
     Source: the bending papers (docs, theory: bending). Range: 0 < L << 2t and t_s << l + L; see `LAWS`.
     """
-    return 0.66 * youngs_modulus * width * scale_thickness**2 * math.pow(embedded / scale_thickness, 1.75)
+    power: float = (embedded / scale_thickness) ** 1.75
+    return 0.66 * youngs_modulus * width * scale_thickness**2 * power
 
 
 def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:

@@ -18,6 +18,8 @@ from squama.model import joint, section
 from squama.model.solve import Array
 from squama.study.parameters import Axis, text_of
 
+Each = Callable[..., Array]
+
 
 class Cells(NamedTuple):
     """What the response of each cell depends on; SI units, radians, arrays that broadcast against each other.
@@ -43,7 +45,7 @@ class Cells(NamedTuple):
         return np.asarray(np.where(soft > 0, self.rigidity / np.where(soft > 0, soft, 1.0), 0.0))
 
 
-def cells(beam: Beam, load: str, values: Mapping[str, Any]) -> Cells:
+def cells(beam: Beam, load: str, values: Mapping[str, Any], *, each: Each | None = None) -> Cells:
     """Return the designs of a beam with some parameters replaced.
 
     Parameters
@@ -53,16 +55,20 @@ def cells(beam: Beam, load: str, values: Mapping[str, Any]) -> Cells:
     load : {"twisting", "bending"}
         Which laws of joint and section apply.
     values : mapping
-        Numbers or arrays by the names of :data:`squama.study.parameters.PARAMETERS`, SI units.
+        Numbers or arrays by the names of :data:`squama.study.parameters.PARAMETERS`, SI units; with `each` also
+        complex ones.
+    each : callable, optional
+        Evaluates a law for arrays; one element after the other by default, to the last bit as :class:`squama.Beam`.
 
     Returns
     -------
     Cells
     """
+    each = _each if each is None else each
     scale, bar = beam.scale, beam.substrate
 
     def v(name: str, otherwise: Any) -> Any:
-        return np.asarray(values[name], float) if name in values else np.asarray(otherwise, float)
+        return _numbers(values.get(name, otherwise))
 
     pitch, t = v("beam.pitch", beam.pitch), v("substrate.thickness", bar.thickness) / 2
     embedded, thickness = v("scale.embedded", scale.embedded), v("scale.thickness", scale.thickness)
@@ -83,15 +89,15 @@ def cells(beam: Beam, load: str, values: Mapping[str, Any]) -> Cells:
     if "joint.stiffness" in values or beam.joint.stiffness is not None:
         K = v("joint.stiffness", beam.joint.stiffness)
     else:
-        K = _each(
+        K = each(
             joint.LAWS[f"stiffness {load}"].value, E, thickness, half if load == "twisting" else 2 * half, embedded
         )
     if "joint.inclusion_factor" in values or beam.joint.inclusion_factor is not None:
         C = v("joint.inclusion_factor", beam.joint.inclusion_factor)
     else:
-        C = _each(joint.LAWS[f"inclusion {load}"].value, zeta, beta, lam)
+        C = each(joint.LAWS[f"inclusion {load}"].value, zeta, beta, lam)
     if load == "twisting":
-        rigidity = C * _each(section.torsion_constant, across, 2 * t) * section.shear_modulus(E, nu)
+        rigidity = C * each(section.torsion_constant, across, 2 * t) * section.shear_modulus(E, nu)
     else:
         rigidity = C * E * section.bending_moment_of_area(across, 2 * t)
     alpha, theta0 = v("alpha", scale.alpha), v("theta0", scale.theta0)
@@ -108,6 +114,12 @@ def cells(beam: Beam, load: str, values: Mapping[str, Any]) -> Cells:
     }
     mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
     return Cells(eta, beta, lam, alpha, theta0, mu, K, d, rigidity, sizes)
+
+
+def _numbers(value: Any) -> Array:
+    """Return an array of floats; complex numbers stay."""
+    array = np.asarray(value)
+    return array if np.iscomplexobj(array) else array.astype(float)
 
 
 def _each(law: Callable[..., float], *arguments: Array) -> Array:

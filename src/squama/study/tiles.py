@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from squama.design import Beam
-from squama.engines import solve
 from squama.model.solve import Array
 from squama.study.cells import cells
+from squama.study.columns import in_si, solved
 from squama.study.plan import VARIABLES, Plan, Tile
 
 _FAR = np.iinfo(np.int16).max
@@ -42,30 +42,8 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
     margin = float(values.pop("margin").item() if plan.margin is None else plan.margin)
     c = cells(_beam(plan.beam_toml), plan.load, values)
-    s = solve(
-        eta=c.eta,
-        beta=c.beta,
-        lam=c.lam,
-        alpha=c.alpha,
-        theta0=c.theta0,
-        mu=c.mu,
-        stiffness_ratio=c.ratio,
-        law=law,
-        sense=plan.sense,
-        margin=margin,
-        load=plan.load,
-        engine=plan.engine,
-    )
-    found = s._asdict()
-    per_length = c.K / c.d
-    found |= {"torque": s.torque * c.K, "U_el": s.U_el * per_length, "W_fr": s.W_fr * per_length}
-    if not np.all(c.K > 0):
-        # a joint without stiffness: the scales do nothing, the beam is as it is without contact
-        bare = np.broadcast_to(c.K > 0, np.broadcast_shapes(c.K.shape, s.torque.shape)) == 0
-        rate = s.load_c / c.d
-        found["torque"] = np.where(bare, c.rigidity * rate, found["torque"])
-        found["U_el"] = np.where(bare, c.rigidity * rate**2 / 2, found["U_el"])
-        found["RED"] = np.where(bare, 0.0, s.RED)
+    s = solved(c, law=law, sense=plan.sense, margin=margin, load=plan.load, engine=plan.engine)
+    found = in_si(c, s)
     found["neighbour"] = np.minimum(s.neighbour, _FAR)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
     whole = tuple(n for n, dim in zip(shape, plan.dims, strict=True) if dim != "law")
