@@ -1,4 +1,4 @@
-"""Equilibrium of one scale against its neighbours: a small Newton solver whose steps never pass through a contact.
+"""Equilibrium of scales against their neighbours: a small Newton solver whose steps never pass through a contact.
 
 Unknown are the six motions v at a given twist phi. The body that carries the scale enters through a callable, so that
 a matrix and condensed finite elements use the same solver. Friction has the normal force and direction of the present
@@ -22,9 +22,9 @@ TOLERANCE = 1e-9
 _ROUNDING = 1e-6
 """The same where rounding lets no step make it smaller."""
 ROUNDS = 25
-"""Most Newton steps at one twist."""
+"""Most Newton steps at one twist; a row of scales has more, see :func:`_many`."""
 SUBSTEPS = 30
-"""Most stops on the way to a twist, each where a scale would otherwise pass through another."""
+"""Most stops on the way to a twist, each where a scale would otherwise pass through another; likewise."""
 _SHRINK = 16
 _LEAST, _NEAR = 1e-6, 1e-7
 _FALL, _FALL_REACH = 100, 0.05
@@ -119,7 +119,7 @@ def balance(
     now = state(v)
     metric = np.linalg.inv(_convex(now.stiff))
     rounds = 0
-    while np.abs(now.r).max() > tolerance * now.scale and rounds < ROUNDS:
+    while np.abs(now.r).max() > tolerance * now.scale and rounds < ROUNDS * _many(ways):
         rounds += 1
         least = (now.r @ metric @ now.r) * (1 - 1e-4)
         for contact_part in (now.tangent, _convex(now.tangent)):
@@ -163,13 +163,13 @@ def fall(
     for _ in range(_FALL):
         force, stiff, _ = body(v, phi)
         load = contact.load(v, phi, before, kappa)
-        r = ways.T @ (force + load.total[:6])
-        step = -ways @ np.linalg.solve(_convex(ways.T @ (stiff + load.tangent[:6, :6]) @ ways), r)
+        r = ways.T @ (force + load.total[:-1])
+        step = -ways @ np.linalg.solve(_convex(ways.T @ (stiff + load.tangent[:-1, :-1]) @ ways), r)
         size = float(np.abs(step).max())
         if size < _NEAR:
             return balance(body, contact, v, phi, before, kappa, ways)
         step *= min(1.0, _FALL_REACH / size)
-        here, down = contact.corners(v, phi), abs(float((force + load.total[:6]) @ step))
+        here, down = contact.corners(v, phi), abs(float((force + load.total[:-1]) @ step))
         for _ in range(4 * _SHRINK):
             clear = contact.free(here, contact.corners(v + step, phi))
             if clear == 1:
@@ -179,7 +179,12 @@ def fall(
                     break
             step = step * min(clear, 0.5 if clear == 1 else 1.0)
         v = v + step
-    return Found(v, phi, False, _FALL, np.inf, np.zeros(6))
+    return Found(v, phi, False, _FALL, np.inf, np.zeros_like(v))
+
+
+def _many(ways: Array) -> int:
+    """Return half the number of bodies: contacts of a row meet and stick one after the other."""
+    return max(1, len(ways) // 12)
 
 
 class _State(NamedTuple):
@@ -234,7 +239,7 @@ def advance(
     """
     (v, phi), (guess, wanted) = start, goal
     rounds = 0
-    for _ in range(SUBSTEPS):
+    for _ in range(SUBSTEPS * _many(ways)):
         here = contact.corners(v, phi)
         share = 1.0
         while (
