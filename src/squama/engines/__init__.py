@@ -71,10 +71,13 @@ class Solved(NamedTuple):
 
 
 def _fastest(problem: Problem) -> str:
-    """Name of the engine that is likely to answer first."""
-    n = problem.eta.size
+    return fastest(problem.eta.size, problem.load)
+
+
+def fastest(n: int, load: str) -> str:
+    """Name of the engine that is likely to answer first for ``n`` designs."""
     loaded = ENGINES["numba"] in sys.modules
-    if problem.load == "bending" or n < (WARM if loaded else COLD) or find_spec("numba") is None:
+    if load == "bending" or n < (WARM if loaded else COLD) or find_spec("numba") is None:
         return "numpy"
     try:
         made = import_module(ENGINES["numba"]).ready()

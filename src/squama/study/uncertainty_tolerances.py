@@ -1,0 +1,279 @@
+"""How the dimensions of a beam scatter: distributions, and how they are written.
+
+"60 deg +- 1 deg" are limits, between which every value is as likely as any other (the rule of the Guide to the
+Expression of Uncertainty in Measurement, 4.3.7, where nothing else is known); a word behind tells otherwise.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from squama import beamfile
+from squama.design import Beam
+from squama.errors import InputError
+from squama.model.solve import Array
+from squama.study.parameters import PARAMETERS, canonical, text_of
+from squama.units import Dimension, QuantityError, quantity, shown
+
+MOST_CUT = 0.1
+"""Largest share of a normal distribution that may lie outside a parameter's bounds."""
+_NOTED = 1e-9
+KINDS = {"normal": 2, "uniform": 2, "triangular": 3}
+"""Distributions, and how many values each is given by."""
+KEYS = tuple(
+    f"{table}.{key}" for table, keys in beamfile.TABLES.items() for key, k in keys.items() if k.dimension is not None
+)
+"""What may scatter: every dimension, angle and modulus of a beam file."""
+_SHORT = {key.partition(".")[2]: key for key in ("scale.alpha", "scale.theta0", "friction.mu", "beam.pitch")}
+_CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
+_PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)
+_WORD = re.compile(r"(.*?)\s*(?:(uniform|triangular)|([\d.]*)\s*sd)\s*", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+class Tolerance(NamedTuple):
+    """Distribution of one parameter, SI units.
+
+    ``name`` as in the beam file; ``kind`` of :data:`KINDS`; ``numbers``: mean and sd, limits, or limits with the most
+    likely value in between; ``low``, ``high``: what the parameter may be at all, to which a normal distribution is
+    truncated; ``outside``: share of the normal distribution that this leaves out.
+    """
+
+    name: str
+    kind: str
+    numbers: tuple[float, ...]
+    low: float
+    high: float
+    outside: float = 0.0
+
+    def at(self, u: Array) -> Array:
+        """Return the quantiles at the probabilities ``u``, above 0 and below 1."""
+        if self.kind == "uniform":
+            a, b = self.numbers
+            return a + (b - a) * u
+        if self.kind == "triangular":
+            a, c, b = self.numbers
+            rising = a + np.sqrt(u * (b - a) * (c - a))
+            return np.asarray(np.where(u * (b - a) < c - a, rising, b - np.sqrt((1 - u) * (b - a) * (b - c))))
+        from scipy.special import ndtr, ndtri
+
+        mean, sd = self.numbers
+        below, most = ndtr((np.array([self.low, self.high]) - mean) / sd)
+        x = mean + sd * ndtri(below + u * (most - below))
+        return np.asarray(np.clip(x, self.low, self.high))
+
+    @property
+    def text(self) -> str:
+        """The distribution with units, such as "normal(0.25, 0.02)"."""
+        return f"{self.kind}({', '.join(text_of(canonical(self.name), v) for v in self.numbers)})"
+
+    @property
+    def notes(self) -> list[str]:
+        """Say that something was cut off, if it was."""
+        if self.outside < _NOTED:
+            return []
+        bounds = PARAMETERS[canonical(self.name)].bounds
+        return [f"{self.name} = {self.text}: truncated to {bounds.allowed}, which leaves out {self.outside:.2g} of it"]
+
+
+def tolerances(given: Mapping[str, Any], beam: Beam, *, bare: bool = True) -> list[Tolerance]:
+    """Read distributions by the names of the beam file.
+
+    Parameters
+    ----------
+    given : mapping
+        Text as in the module's head, or ``(kind, number, ..)``; nested tables are taken as their keys.
+    beam : Beam
+        What "+- 1 deg" alone refers to.
+    bare : bool
+        Whether a number without a unit is SI.
+
+    Returns
+    -------
+    list of Tolerance
+
+    Raises
+    ------
+    InputError
+        One line per mistake.
+    """
+    found: dict[str, Tolerance] = {}
+    problems: list[str] = []
+    flat = _flat(given)
+    for name, value in flat:
+        try:
+            key = _key(name)
+            if key in found:
+                problems.append(f"{name}: is given twice; give each tolerance once")
+            else:
+                found[key] = _read(key, name, value, beam, bare)
+        except InputError as error:
+            problems += str(error).splitlines()
+    if not flat:
+        problems.append('tolerances: there are none; give at least one, e.g. scale.alpha = "60 deg +- 1 deg"')
+    if problems:
+        raise InputError("\n".join(problems))
+    return list(found.values())
+
+
+def _flat(given: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    rows: list[tuple[str, Any]] = []
+    for name, value in given.items():
+        if isinstance(value, Mapping):
+            rows += [(f"{name}.{key}", v) for key, v in value.items()]
+        else:
+            rows.append((str(name), value))
+    return rows
+
+
+def _key(name: str) -> str:
+    """Return the name as in the beam file."""
+    key = _SHORT.get(name, name)
+    if key in KEYS:
+        return key
+    if name in PARAMETERS and "." not in name:
+        message = (
+            f"{name}: is a ratio or a setting, no dimension that is made; give tolerances of lengths, e.g. scale.length"
+        )
+        raise InputError(message)
+    close = [k for k in KEYS if k.endswith(f".{name}")]
+    close = close or [_SHORT.get(k, k) for k in difflib.get_close_matches(name.lower(), [*KEYS, *_SHORT], n=1)]
+    guess = f"did you mean {' or '.join(close)}? " if close else ""
+    message = (
+        f"{shown(name).strip(chr(34))}: nothing of that name can have a tolerance; {guess}allowed: {', '.join(KEYS)}"
+    )
+    raise InputError(message)
+
+
+def _nominal(key: str, beam: Beam) -> float | None:
+    table, _, name = key.partition(".")
+    part = beam if table == "beam" else getattr(beam, table)
+    value = getattr(part, name)
+    return None if value is None else float(value)
+
+
+def _read(key: str, name: str, value: Any, beam: Beam, bare: bool) -> Tolerance:
+    try:
+        kind, items, sds = _form(value)
+        nominal = _nominal(key, beam)
+        if sds is not None and items[0] == "":
+            if nominal is None:
+                _refuse(f"the beam has no {key} of its own to which this belongs; write the value too")
+            items = [nominal, items[1]]
+        numbers = _numbers(items, PARAMETERS[canonical(key)].dimension, bare, kind == "normal" or sds is not None)
+        if sds is not None:
+            numbers = _about(kind, numbers[0], numbers[1], sds)
+        return _checked(key, kind, tuple(numbers))
+    except QuantityError as error:
+        text = shown(value)
+        problem = str(error).replace(f"{text} ", "", 1) if text == error.shown else str(error)
+        message = f"{name} = {text}: {problem}"
+        raise InputError(message) from None
+    except _RefusedError as error:
+        message = f"{name} = {shown(value)}: {str(error).replace('EXAMPLE', _example(key))}"
+        raise InputError(message) from None
+
+
+class _RefusedError(InputError):
+    """What is wrong with a tolerance, without its name."""
+
+
+def _refuse(problem: str) -> NoReturn:
+    raise _RefusedError(problem)
+
+
+def _form(value: Any) -> tuple[str, list[Any], float | None]:
+    """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
+    if isinstance(value, list | tuple) and value and isinstance(value[0], str):
+        kind, items = value[0], list(value[1:])
+    elif isinstance(value, str) and (call := _CALL.fullmatch(value)):
+        kind, items = call[1].lower(), [part.strip() for part in call[2].split(",")]
+    elif isinstance(value, str) and (both := _PLUS_MINUS.fullmatch(value)):
+        word = _WORD.fullmatch(both[2])
+        spread = word[1] if word else both[2]
+        if word is None or word[2]:
+            return word[2] if word else "uniform", [both[1], spread], 0.0
+        sds = word[3] or "1"
+        if not _NUMBER.fullmatch(sds) or float(sds) == 0:
+            _refuse("does not say how many standard deviations; EXAMPLE")
+        return "normal", [both[1], spread], float(sds)
+    else:
+        _refuse("is no tolerance; EXAMPLE")
+    if kind not in KINDS:
+        _refuse(f'"{kind}" is no distribution that is known; EXAMPLE')
+    if len(items) != KINDS[kind]:
+        what = {"normal": "mean, sd", "uniform": "low, high", "triangular": "low, most likely, high"}[kind]
+        _refuse(f"{kind} takes {KINDS[kind]} values: {kind}({what})")
+    return kind, items, None
+
+
+def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -> list[float]:
+    """Return values in SI units; a unit serves those without one, and a spread may be in % of the first."""
+    texts = [item for item in items if isinstance(item, str) and not item.endswith("%")]
+    units = [unit for text in texts if (unit := _NUMBER.sub("", text, count=1).strip())]
+    found: list[float] = []
+    for i, item in enumerate(items):
+        if isinstance(item, str) and item.endswith("%") and spread and i == 1:
+            found.append(abs(found[0]) * quantity(item[:-1].strip(), Dimension.RATIO) / 100)
+        elif isinstance(item, str) and units and _NUMBER.fullmatch(item):
+            found.append(quantity(f"{item} {units[-1]}", dimension, bare=bare))
+        else:
+            # what the beam has is in SI units already
+            found.append(quantity(item, dimension, bare=bare or not isinstance(item, str)))
+    return found
+
+
+def _about(kind: str, middle: float, spread: float, sds: float) -> list[float]:
+    if spread <= 0:
+        _refuse("what stands behind +- must be more than 0; EXAMPLE")
+    if kind == "normal":
+        return [middle, spread / sds]
+    return [middle - spread, middle + spread] if kind == "uniform" else [middle - spread, middle, middle + spread]
+
+
+def _checked(key: str, kind: str, numbers: tuple[float, ...]) -> Tolerance:
+    bounds = PARAMETERS[canonical(key)].bounds
+    low, high = bounds.low, bounds.high
+    if not bounds.closed:
+        low, high = float(np.nextafter(low, high)), float(np.nextafter(high, low))
+    if kind == "normal":
+        from scipy.special import ndtr
+
+        mean, sd = numbers
+        if sd <= 0:
+            _refuse("the standard deviation must be more than 0; EXAMPLE")
+        outside = float(ndtr((low - mean) / sd) + ndtr((mean - high) / sd))
+        if outside > MOST_CUT:
+            _refuse(
+                f"{outside:.0%} of it would be out of range ({bounds.allowed}), at most {MOST_CUT:.0%} may be cut off; "
+                "make it narrower or write limits"
+            )
+        return Tolerance(key, kind, numbers, low, high, outside)
+    if not numbers[0] < numbers[-1] or list(numbers) != sorted(numbers):
+        _refuse(f"the values of {kind} must grow from the first to the last; EXAMPLE")
+    for number in numbers:
+        if not low <= number <= high:
+            at = text_of(canonical(key), number)
+            _refuse(f"it reaches to {at}, which is out of range ({bounds.allowed}); make it narrower")
+    return Tolerance(key, kind, numbers, low, high)
+
+
+def _example(key: str) -> str:
+    value, spread = {
+        Dimension.LENGTH: ("20 mm", "0.1 mm"),
+        Dimension.ANGLE: ("60 deg", "1 deg"),
+        Dimension.PRESSURE: ("1.5 MPa", "5 %"),
+        Dimension.TORQUE: ("0.02 N m", "10 %"),
+    }.get(PARAMETERS[canonical(key)].dimension, ("0.25", "0.03"))
+    return f'write e.g. "{value} +- {spread}" (limits), "{value} +- {spread} sd" or "normal({value}, {spread})"'
+
+
+def nominal(tolerance: Tolerance, beam: Beam) -> float:
+    """Return the beam's own value of a parameter, or the median of its distribution where the beam has none."""
+    own = _nominal(tolerance.name, beam)
+    return float(tolerance.at(np.array([0.5]))[0]) if own is None else own
