@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from squama.derivatives import Gradient, gradient
     from squama.design import Beam, Friction, Joint, Scale, Substrate
     from squama.engines import Solved, solve
+    from squama.fabrication.facade import Export, export
+    from squama.identify.facade import fit
+    from squama.identify.result import Fit
     from squama.model.outcome import End
     from squama.response import bend, twist
     from squama.rows import row
@@ -46,8 +49,12 @@ _HOME = {
     "bend": "response",
     "row": "rows",
     "cycle": "cycles",
+    "fit": "identify.facade",
+    "Fit": "identify.result",
     "sweep": "study.sweep",
     "open_sweep": "study.stored",
+    "export": "fabrication.facade",
+    "Export": "fabrication.facade",
     "save": "store",
     "read": "store",
     "SYMBOLS": "symbols",
@@ -59,6 +66,8 @@ __all__ = [
     "Contact",
     "End",
     "Ends",
+    "Export",
+    "Fit",
     "Forces",
     "Friction",
     "Gradient",
@@ -74,6 +83,8 @@ __all__ = [
     "contact",
     "cycle",
     "ends",
+    "export",
+    "fit",
     "forces",
     "gradient",
     "open_sweep",

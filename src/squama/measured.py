@@ -19,6 +19,9 @@ from squama import files, tabular, units
 from squama.errors import InputError
 from squama.units import shown
 
+SHOWN = 8
+"""Mistakes of a file that are named one by one."""
+
 
 class Measured(NamedTuple):
     """Measured points: ``rate`` (twist rate or curvature, rad/m) and ``load`` (torque or bending moment, N m).
@@ -90,6 +93,81 @@ def read(path: str | os.PathLike[str], *, pitch: float, scales: int, load: str =
     ...     read(file, pitch=0.02, scales=25)
     Measured(rate=array([2.]), load=array([0.04]), label='test')
     """
+    table, used, factors, _ = _columns(path, pitch, scales, load)
+    values = _values(table, used)
+    return Measured(values[0] * factors[0], values[1] * factors[1], Path(files.label(path)).stem)
+
+
+class Specimen(NamedTuple):
+    """One specimen's points in the order in which they were measured, ``rate`` and ``load`` as in :class:`Measured`.
+
+    ``label`` names it; ``file`` and ``lines`` say where its rows stand, for messages ("" and None if in no file).
+    """
+
+    rate: NDArray[np.float64]
+    load: NDArray[np.float64]
+    label: str
+    file: str = ""
+    lines: NDArray[np.int64] | None = None
+
+    def where(self, i: int) -> str:
+        """Name the place of a point in messages."""
+        if self.lines is None:
+            return f"{self.label}: point {i}"
+        return f"{self.file}: line {self.lines[i]}"
+
+
+def read_specimens(
+    path: str | os.PathLike[str], *, pitch: float, scales: int, load: str = "twisting"
+) -> list[Specimen]:
+    r"""Read measured points of one or more specimens, in the order of the rows.
+
+    Parameters
+    ----------
+    path, pitch, scales, load
+        As for :func:`read`. A column ``specimen`` tells specimens apart; without it all rows are one.
+
+    Returns
+    -------
+    list of Specimen
+        In the order in which they first occur.
+
+    Raises
+    ------
+    InputError
+        One line per mistake, each with the file and the line.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "test.csv")
+    ...     _ = file.write_text("specimen, total (deg), T (N mm)\nA, 90, 40\nB, 90, 42\nA, 95, 44\n")
+    ...     [(s.label, s.load.tolist()) for s in read_specimens(file, pitch=0.02, scales=25)]
+    [('A', [0.04, 0.044]), ('B', [0.042])]
+    """
+    table, used, factors, place = _columns(path, pitch, scales, load)
+    rate, torque = (values * factor for values, factor in zip(_values(table, used), factors, strict=True))
+    stem, lines = Path(files.label(path)).stem, np.array([row.line for row in table.rows])
+    if place is None:
+        return [Specimen(rate, torque, stem, table.name, lines)]
+    labels = [row.cells[place].strip() for row in table.rows]
+    empty = [
+        f"{table.name}: line {line}: specimen is empty; name it" for line, n in zip(lines, labels, strict=True) if not n
+    ]
+    if empty:
+        raise InputError(_some(empty))
+    found = []
+    for label in dict.fromkeys(labels):
+        mine = np.array([other == label for other in labels])
+        found.append(Specimen(rate[mine], torque[mine], label, table.name, lines[mine]))
+    return found
+
+
+def _columns(
+    path: str | os.PathLike[str], pitch: float, scales: int, load: str
+) -> tuple[tabular.Table, tuple[int, int], list[float], int | None]:
+    """Open a table: the places of abscissa and ordinate, what they are multiplied with, the place of the specimen."""
     columns = _LOADS[load]
     table = tabular.read(path)
     cells = table.header.cells
@@ -104,9 +182,8 @@ def read(path: str | os.PathLike[str], *, pitch: float, scales: int, load: str =
             problems.append(f"{table.name}: line {table.header.line}: {error}")
     if problems:
         raise InputError("\n".join(problems))
-    used = (names[rate_name], names[wanted["torque"][0]])
-    values = _values(table, used)
-    return Measured(values[0] * factors[0], values[1] * factors[1], Path(files.label(path)).stem)
+    specimen = next((i for name, i in names.items() if name.casefold() == "specimen"), None)
+    return table, (names[rate_name], names[wanted["torque"][0]]), factors, specimen
 
 
 def _names(table: tabular.Table, columns: _Columns) -> tuple[dict[str, int], dict[str, tuple[str, str]]]:
@@ -189,7 +266,19 @@ def _values(table: tabular.Table, used: tuple[int, int]) -> list[NDArray[np.floa
                 target.append(tabular.number(row.cells[i]))
             except ValueError as error:
                 place = tabular.where(table.header.cells[i], row.cells[i])
-                problems.append(f"{table.name}: line {row.line}: {place}: {error}")
+                reason = str(error)
+                if "is empty" in reason or "finite" in reason:
+                    # a gap in a record is not filled by an example
+                    reason = f"{reason.partition(';')[0]}; leave out the rows that were not measured"
+                problems.append(f"{table.name}: line {row.line}: {place}: {reason}")
     if problems:
-        raise InputError("\n".join(problems))
+        raise InputError(_some(problems))
     return [np.array(column) for column in values]
+
+
+def _some(problems: list[str]) -> str:
+    """Join lines; of very many the first, and how many there are."""
+    if len(problems) <= SHOWN:
+        return "\n".join(problems)
+    first = problems[0].partition(": line")[0]
+    return "\n".join([*problems[:SHOWN], f"{first}: and {len(problems) - SHOWN} more mistakes of this kind"])

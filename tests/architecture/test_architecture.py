@@ -25,6 +25,7 @@ LAYERS = (
     ("fe",),
     ("answer", "loading", "api", "curve", "compare", "compliant", "response", "rows", "histories", "cycles"),
     ("csvfile", "netcdf", "store", "measured", "designs"),
+    ("fabrication",),
     ("plot", "study"),
     ("paper",),
     ("cli",),

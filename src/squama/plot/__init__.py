@@ -13,10 +13,12 @@ if TYPE_CHECKING:
     from squama.plot.cycle import cycle_figure
     from squama.plot.deformed import deformed_figure
     from squama.plot.elements import compare_figure, elements_figure
+    from squama.plot.fit import corner_figure, fit_figure
     from squama.plot.maps import red_figure
     from squama.plot.regimes import lock_lines_figure, regime_figure
     from squama.plot.response import response_figure
     from squama.plot.row import row_figure
+    from squama.plot.solids import solids_figure
     from squama.plot.style import save_figure
     from squama.plot.sweep import map_figure
 
@@ -24,6 +26,8 @@ _HOME = {
     "response_figure": "response",
     "row_figure": "row",
     "cycle_figure": "cycle",
+    "fit_figure": "fit",
+    "corner_figure": "fit",
     "regime_figure": "regimes",
     "lock_lines_figure": "regimes",
     "red_figure": "maps",
@@ -31,14 +35,17 @@ _HOME = {
     "elements_figure": "elements",
     "compare_figure": "elements",
     "deformed_figure": "deformed",
+    "solids_figure": "solids",
     "save_figure": "style",
 }
 
 __all__ = [
     "compare_figure",
+    "corner_figure",
     "cycle_figure",
     "deformed_figure",
     "elements_figure",
+    "fit_figure",
     "lock_lines_figure",
     "map_figure",
     "red_figure",
@@ -46,6 +53,7 @@ __all__ = [
     "response_figure",
     "row_figure",
     "save_figure",
+    "solids_figure",
 ]
 
 

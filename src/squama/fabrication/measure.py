@@ -1,0 +1,153 @@
+"""Sizes measured back from the meshes, beside those that were asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import cos, degrees, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.fabrication import mesh as meshes
+from squama.fabrication import rays
+from squama.fabrication.mesh import Mesh
+from squama.fabrication.place import Plan
+from squama.fabrication.recipe import Array, Recipe
+
+VOLUME, FILE_VOLUME, OVERLAP, LENGTH, ANGLE = 1e-6, 1e-4, 1e-6, 1e-6, 1e-6
+"""Tolerances: volume in memory and from a file (relative), common volume (mm^3), lengths (mm), angles (deg)."""
+
+
+class Check(NamedTuple):
+    """One thing that was looked at: ``what``, of which ``solid``; lengths in mm, angles in deg, volumes in mm^3."""
+
+    what: str
+    solid: str
+    expected: float
+    measured: float
+    unit: str
+    tolerance: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is as it should be."""
+        return bool(abs(self.measured - self.expected) <= self.tolerance)
+
+    def line(self) -> str:
+        """Return it in words."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.solid}: {self.what} = {self.measured:.9g}{unit}, should be {self.expected:.9g}{unit}"
+
+
+def solid(recipe: Recipe, mesh: Mesh) -> Iterator[Check]:
+    """Look at a solid: closed, manifold, in one piece, its volume that of the closed form."""
+    body = meshes.manifold(mesh)
+    yield Check("edges that are not closed", mesh.name, 0, rays.open_edges(mesh), "", 0)
+    yield Check("pinched vertices", mesh.name, 0, rays.pinched(mesh), "", 0)
+    yield Check("pieces", mesh.name, 1, len(body.decompose()), "", 0)
+    yield Check("volume", mesh.name, recipe.volume, mesh.volume, "mm^3", VOLUME * recipe.volume)
+
+
+def scale(plan: Plan, mesh: Mesh) -> Iterator[Check]:
+    """Measure a scale in its place on the bench: thickness by rays between its largest faces, angles of these."""
+    top = next(f for f in rays.faces(mesh) if f.normal[2] > 0)
+    through = rays.cast(mesh, rays.samples(mesh, top.triangles).reshape(-1, 3), -top.normal)
+    yield Check("thickness", mesh.name, plan.thickness, _worst(through, plan.thickness), "mm", LENGTH)
+    yield from _angles(plan, mesh.name, top.normal)
+
+
+def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:
+    """Measure the slots of the substrate on the bench: number, distance, depth, thickness and angles."""
+    oblique = [f for f in rays.faces(mesh) if np.abs(f.normal).max() < 1 - 1e-9]
+    # walls that face each other; the largest such pair is what a plate lies between
+    floors = [f for f in oblique if f.normal[2] > 0 and any(_opposite(f, g) for g in oblique)]
+    if not floors:
+        yield Check("slots", mesh.name, plan.scales, 0, "", 0)
+        return
+    floor = floors[0]
+    points = rays.samples(mesh, floor.triangles)
+    heights = points.mean(axis=1) @ floor.normal
+    order = np.argsort(heights)
+    planes = np.split(order, np.flatnonzero(np.diff(heights[order]) > LENGTH) + 1)
+    yield Check("slots", mesh.name, plan.scales, len(planes), "", 0)
+    levels = np.array([heights[p].mean() for p in planes])
+    pitches = np.diff(levels) / np.abs(floor.normal[0])
+    yield Check("distance of slots", mesh.name, plan.pitch, _worst(pitches, plan.pitch), "mm", LENGTH)
+    _, _, wide = plan.slot
+    found = np.concatenate([_thickness(mesh, points[p], floor.normal) for p in planes])
+    yield Check("thickness of slots", mesh.name, wide, _worst(found, wide), "mm", LENGTH)
+    corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
+    deep = plan.slot[0] * sin(plan.theta0) + wide / 2 * cos(plan.theta0)
+    depth = float(mesh.vertices[:, 2].max() - corners[:, 2].min())
+    yield Check("depth of slots", mesh.name, deep, depth, "mm", LENGTH)
+    yield from _angles(plan, mesh.name, floor.normal)
+
+
+def _thickness(mesh: Mesh, points: Array, normal: Array) -> Array:
+    """Return what rays from a slot's floor meet; those that leave through its mouth meet nothing. inf if all do."""
+    met = rays.cast(mesh, points.reshape(-1, 3), normal)
+    inside = met[np.isfinite(met)]
+    return inside if inside.size else np.array([np.inf])
+
+
+def _angles(plan: Plan, name: str, normal: Array) -> Iterator[Check]:
+    """Read theta0 and alpha from the normal (along, across, up) of a plate's upper side."""
+    theta0 = degrees(np.arctan2(np.hypot(normal[0], normal[1]), normal[2]))
+    alpha = degrees(np.arctan2(normal[1], -normal[0]))
+    # n_Z = (sin th sin a, cos th, -sin th cos a) in the beam's x, y, z
+    yield Check("theta0", name, degrees(plan.theta0), float(theta0), "deg", ANGLE)
+    yield Check("alpha", name, degrees(plan.alpha), float(alpha), "deg", ANGLE / max(sin(plan.theta0), 1e-3))
+
+
+def overlaps(named: Sequence[Mesh], what: str) -> Check:
+    """Return the common volume of all pairs of solids."""
+    bodies = [meshes.manifold(m) for m in named]
+    boxes = np.array([m.bounds for m in named])
+    total = 0.0
+    for i in range(len(named)):
+        near = (boxes[i, 0] <= boxes[:, 1]).all(1) & (boxes[:, 0] <= boxes[i, 1]).all(1)
+        total += sum(abs((bodies[i] ^ bodies[j]).volume()) for j in np.flatnonzero(near) if j > i)
+    return Check("common volume of all pairs", what, 0, total, "mm^3", OVERLAP)
+
+
+def gap(one: Mesh, others: Sequence[Mesh], search: float) -> float:
+    """Return the least distance from a solid to others, mm; ``search`` if it is more than that."""
+    body = meshes.manifold(one)
+    return min((float(body.min_gap(meshes.manifold(o), search)) for o in others), default=search)
+
+
+def read_back(loaded: Sequence[tuple[str, Any, float]], file: str) -> Iterator[Check]:
+    """Look at solids read from a file: (name, trimesh.Trimesh, volume asked for) each."""
+    for name, found, volume in loaded:
+        where = f"{file}, {name}" if name else file
+        yield Check("watertight", where, 1, float(found.is_watertight and found.is_winding_consistent), "", 0)
+        yield Check("volume", where, volume, float(found.volume), "mm^3", FILE_VOLUME * volume)
+
+
+def _opposite(f: rays.Faces, g: rays.Faces) -> bool:
+    return bool(f.normal @ g.normal < -1 + 1e-9)
+
+
+def _worst(found: Array, expected: float) -> float:
+    """Return the value that is farthest from what is expected."""
+    return float(found[np.abs(found - expected).argmax()]) if found.size else expected
+
+
+def slits(plan: Plan, lids: Sequence[Mesh]) -> Iterator[Check]:
+    """Measure the slits of the lid in its place on the bench: number, thickness and angles."""
+    count = 0
+    for lid in lids:
+        oblique = [f for f in rays.faces(lid) if np.abs(f.normal).max() < 1 - 1e-9]
+        floors = [f for f in oblique if f.normal[2] > LENGTH and any(_opposite(f, g) for g in oblique)]
+        if not floors:
+            continue
+        floor = floors[0]
+        points = rays.samples(lid, floor.triangles)
+        heights = points.mean(axis=1) @ floor.normal
+        order = np.argsort(heights)
+        planes = np.split(order, np.flatnonzero(np.diff(heights[order]) > LENGTH) + 1)
+        count += len(planes)
+        found = np.concatenate([_thickness(lid, points[p], floor.normal) for p in planes])
+        yield Check("thickness of slits", lid.name, plan.slit[1], _worst(found, plan.slit[1]), "mm", LENGTH)
+        yield from _angles(plan, lid.name, floor.normal)
+    yield Check("slits", "lid", plan.scales, count, "", 0)

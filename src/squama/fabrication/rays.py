@@ -1,0 +1,93 @@
+"""What a mesh says about itself: closed or not, directions of its faces, rays through it. Knows no plan."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.fabrication.mesh import Index, Mesh
+from squama.fabrication.recipe import Array
+
+NEAR = 1e-9
+"""A ray meets no surface nearer than this to its start, mm; nor one that it grazes at a smaller sine."""
+
+
+class Faces(NamedTuple):
+    """Faces of one direction: unit ``normal`` (3,), ``area`` in mm^2, numbers of the ``triangles``."""
+
+    normal: Array
+    area: float
+    triangles: Index
+
+
+def open_edges(mesh: Mesh) -> int:
+    """Return how many edges are not run through once in each direction; 0: closed, oriented and manifold."""
+    directed = np.concatenate([mesh.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
+    key = directed[:, 0] * len(mesh.vertices) + directed[:, 1]
+    back = directed[:, 1] * len(mesh.vertices) + directed[:, 0]
+    unique, counts = np.unique(key, return_counts=True)
+    return int((counts > 1).sum() + (~np.isin(back, unique)).sum())
+
+
+def pinched(mesh: Mesh) -> int:
+    """Return at how many vertices several sheets of the surface meet in the point alone; 0 for a manifold."""
+    count = np.zeros(len(mesh.vertices), int)
+    around: dict[int, dict[int, int]] = {}
+    for a, b, c in mesh.triangles.tolist():
+        for corner, start, stop in ((a, b, c), (b, c, a), (c, a, b)):
+            around.setdefault(corner, {})[start] = stop
+            count[corner] += 1
+    bad = 0
+    for corner, ring in around.items():
+        start = place = next(iter(ring))
+        for _ in range(len(ring)):
+            place = ring.get(place, start)
+            if place == start:
+                break
+            count[corner] -= 1
+        bad += count[corner] != 1
+    return bad
+
+
+def faces(mesh: Mesh) -> list[Faces]:
+    """Return the faces by direction, the largest first; mirrored directions are two."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    twice = np.linalg.norm(normals, axis=1)
+    whole = twice > NEAR
+    units = normals[whole] / twice[whole, None]
+    numbers = np.flatnonzero(whole)
+    _, group = np.unique(np.round(units, 5) + 0.0, axis=0, return_inverse=True)
+    found = []
+    for g in range(int(group.max()) + 1):
+        inside = numbers[group.ravel() == g]
+        total = normals[inside].sum(axis=0)
+        found.append(Faces(total / np.linalg.norm(total), float(twice[inside].sum() / 2), inside))
+    return sorted(found, key=lambda f: -f.area)
+
+
+def samples(mesh: Mesh, triangles: Index) -> Array:
+    """Return four points inside each triangle (n, 4, 3): its middle, and one close to each corner."""
+    near = 0.999 * np.eye(3) + 0.0005 * (1 - np.eye(3))
+    shares = np.concatenate([np.full((1, 3), 1 / 3), near])
+    return np.asarray(np.einsum("sc,tcx->tsx", shares, mesh.vertices[mesh.triangles[triangles]]))
+
+
+def cast(mesh: Mesh, origins: Array, direction: Array) -> Array:
+    """Return the distance from each origin (n, 3) along a unit direction to the next surface; inf if there is none."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    first, second = b - a, c - a
+    across = np.cross(direction, second)
+    det = np.einsum("ij,ij->i", first, across)
+    size = np.linalg.norm(np.cross(first, second), axis=1)
+    usable = np.abs(det) > NEAR * np.maximum(size, NEAR)
+    a, first, second, across, det = (x[usable] for x in (a, first, second, across, det))
+    away = origins[:, None] - a
+    u = (away * across).sum(-1) / det
+    turned = np.cross(away, first)
+    v = (turned @ direction) / det
+    t = (turned * second).sum(-1) / det
+    slack = 1e-12
+    met = (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t > 1e-7)
+    return np.asarray(np.where(met, t, np.inf).min(axis=1))

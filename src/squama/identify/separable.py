@@ -1,0 +1,99 @@
+"""What the data tell apart, what they do not, and which further measurement would.
+
+The linearised model at the estimates says it: the covariance of the parameters, and what it becomes with points
+added that have not been measured.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.histories import Senses
+from squama.identify.estimate import derivatives
+from squama.identify.forward import Forward, build
+from squama.identify.parameters import Asked
+from squama.model.outcome import End
+from squama.model.solve import Array
+
+HARDLY = 0.95
+"""Correlation from which two parameters are called hardly separable."""
+UNSEEN = 0.5
+"""Standard error over the estimate from which a parameter is called not determined."""
+FAR = 0.9
+"""How far towards the end of the path further points are proposed."""
+
+
+class Remedy(NamedTuple):
+    """A further measurement: what, and the standard errors expected with it, in the order of the parameters."""
+
+    what: str
+    errors: Array
+
+
+def condition(jacobian: Array) -> float:
+    """Condition number of the derivatives with columns of one length: 1 if no parameter resembles another."""
+    s = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0), compute_uv=False)
+    return float(s[0] / s[-1])
+
+
+def correlations(covariance: Array) -> Array:
+    """Correlation matrix of a covariance."""
+    error = np.sqrt(np.diag(covariance))
+    return np.asarray(covariance / np.outer(error, error))
+
+
+def pairs(names: tuple[str, ...], correlation: Array) -> list[tuple[str, str, float]]:
+    """Pairs of parameters that are hardly separable, with their correlations."""
+    found = [(a, b, float(correlation[i, j])) for i, a in enumerate(names) for j, b in enumerate(names) if i < j]
+    return [pair for pair in found if abs(pair[2]) > HARDLY]
+
+
+def remedies(
+    asked: Asked, values: Array, senses: Senses, forward: Forward, jacobian: Array, noise: float
+) -> list[Remedy]:
+    """Further measurements with as much noise, best first for the parameter that is known worst.
+
+    Parameters
+    ----------
+    senses
+        Both senses at the estimates.
+    forward, jacobian
+        Points that are used, and the derivatives there.
+    noise
+        Standard deviation of a measured torque.
+    """
+    theta0 = asked.physical(values).theta0
+    touching = forward.theta > theta0
+    pitch = senses.case.pitch
+    added: list[tuple[str, Forward]] = []
+    loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
+    if loaded.any() and np.count_nonzero(back) < 0.2 * np.count_nonzero(loaded):
+        index = np.flatnonzero(loaded)
+        added.append(
+            (
+                "unloading measured too, at the twists of the loading",
+                forward.take(index)._replace(way=-forward.way[index]),
+            )
+        )
+    n = max(int(np.count_nonzero(loaded)), 10)
+    sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
+    path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
+    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < 0.2 * forward.rate.size:
+        load = s * np.linspace(0, path.load_e, n)
+        added.append((f"{n} points before engagement", build(senses, load, np.ones(n))))
+    far = float(np.abs(forward.rate).max()) * pitch
+    end = path.load_e + FAR * (senses.most[sign] - path.load_e)
+    if path.end is not End.NONE and np.isfinite(path.load_e) and end > 1.02 * far:
+        load = s * np.linspace(max(far, path.load_e), end, n + 1)[1:]
+        added.append((f"{n} points more of loading, up to {end:.3g} rad/pitch", build(senses, load, np.ones(n))))
+    found = []
+    with np.errstate(all="ignore"):
+        for what, more in added:
+            J = np.concatenate([jacobian, derivatives(more, asked, values)])
+            norm = np.linalg.norm(J, axis=0)
+            half = np.linalg.pinv(J / norm)
+            found.append(Remedy(what, noise * np.linalg.norm(half, axis=1) / norm))
+        share = [float(np.max(r.errors / np.maximum(np.abs(values), 1e-300))) for r in found]
+    return [found[i] for i in np.argsort(share, kind="stable")]

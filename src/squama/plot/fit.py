@@ -1,0 +1,175 @@
+"""A fit in two panels: measured points with the fitted curve, and what is left."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from squama.model.solve import Array
+from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, prefixed, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNLOADED = "#2166ac"
+_POINTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "straight": ("before engagement", {"color": GREY, "marker": "."}),
+    "loading": ("loading", {"color": INK, "marker": "."}),
+    "unloading": ("unloading", {"color": UNLOADED, "marker": "."}),
+    "stick": ("at a reversal, not used", {"color": INK, "marker": "o", "markerfacecolor": "none", "markersize": 3.5}),
+    "beyond": ("beyond the range, not used", {"color": GREY, "marker": "x", "markersize": 3}),
+}
+
+
+@styled
+def fit_figure(dataset: xr.Dataset) -> Figure:
+    """Draw measured points, the fitted curve and the residuals.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :meth:`squama.Fit.dataset`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Above: torque (moment) against twist (bend) per pitch, the curve with twice its standard error (dark) and twice
+        the noise of a point (light). Below: measured less fitted, with twice the noise.
+
+    Examples
+    --------
+    >>> import squama
+    >>> from squama.plot import fit_figure
+    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
+    >>> f = squama.fit(squama.cycle(beam, "0.2 rad/pitch"), beam)
+    >>> len(fit_figure(f.dataset()).axes)
+    2
+    """
+    twisting = dataset.attrs["load"] == "twisting"
+    angle, torque = ("phi", "T") if twisting else ("psi", "M")
+    figure = new_figure(PAGE, 5.0)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1))
+    largest = float(np.abs(dataset[torque].values).max())
+    factor, text = prefixed(torque, largest)
+    _curve(upper, dataset, angle, torque, factor)
+    handles = _points(upper, dataset, angle, factor * dataset[torque].values)
+    handles += [
+        key("fitted", color=ACCENT),
+        Patch(color=ACCENT, alpha=0.35, linewidth=0, label="twice its standard error"),
+        Patch(color=ACCENT, alpha=0.12, linewidth=0, label="twice the noise of a point"),
+    ]
+    upper.set_ylabel(text)
+    upper.legend(handles=handles, loc="upper left")
+    noise = float(dataset["noise"])
+    shown = dataset["residual"].values[np.isfinite(dataset["residual"].values)]
+    small, words = prefixed(torque, float(np.max(np.abs(shown), initial=2 * noise)))
+    lower.axhspan(-2 * small * noise, 2 * small * noise, color=ACCENT, alpha=0.12, linewidth=0)
+    lower.axhline(0, color=ACCENT, linewidth=0.8)
+    used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
+    _points(lower, used, angle, small * used["residual"].values)
+    lower.set_ylabel(f"Measured less fitted {words[words.rindex('(') :]}")
+    lower.set_xlabel(r"Twist per pitch $\varphi$ (rad)" if twisting else r"Bend per pitch $\psi$ (rad)")
+    letter(upper, "(a)")
+    letter(lower, "(b)")
+    figure.suptitle(textwrap.fill(_title(dataset), 112), fontsize=8, x=0.01, ha="left")
+    return figure
+
+
+def _title(dataset: xr.Dataset) -> str:
+    law = f", {dataset.attrs['law']} law" if dataset.attrs["load"] == "twisting" else ""
+    return f"Fit in {dataset.attrs['load']}{law}: {dataset.attrs['estimates'].replace('+-', "±")}"
+
+
+def _curve(ax: Axes, dataset: xr.Dataset, angle: str, torque: str, factor: float) -> None:
+    noise = factor * float(dataset["noise"])
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    for leg in np.unique(dataset["leg"].values):
+        one = dataset.isel(curve=np.flatnonzero(dataset["leg"].values == leg))
+        x, y = one[f"{angle}_curve"].values, factor * one[f"{torque}_curve"].values
+        error = factor * one[f"{torque}_curve_error"].values
+        ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
+        # the drop at the start of a way has no width
+        x, y, error = x[1:], y[1:], error[1:]
+        ax.fill_between(x, y - 2 * noise, y + 2 * noise, color=ACCENT, alpha=0.12, linewidth=0, zorder=1)
+        ax.fill_between(x, y - 2 * error, y + 2 * error, color=ACCENT, alpha=0.35, linewidth=0, zorder=2)
+
+
+def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> list[Any]:
+    handles: list[Any] = []
+    for name, (words, style) in _POINTS.items():
+        mask = dataset["branch"].values == name
+        if mask.any():
+            drawn = {"markersize": 3.0, **style, "linestyle": ""}
+            ax.plot(dataset[angle].values[mask], values[mask], zorder=2.5, **drawn)
+            handles.append(key(words, **drawn))
+    return handles
+
+
+@styled
+def corner_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the posterior samples of a fit, each parameter against each.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :meth:`squama.Fit.dataset` of a fit with samples.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On the diagonal the histograms with the estimate and its standard error as a normal distribution; below it the
+        samples, with the ellipse that holds 95 % of the normal distribution of estimates and covariance.
+    """
+    samples, names = dataset["sample_value"].values, [str(n) for n in dataset["parameter"].values]
+    units = [str(u) for u in dataset["unit"].values]
+    estimate, error = dataset["estimate"].values, dataset["error"].values
+    n = len(names)
+    figure = new_figure(min(PAGE, 1.2 + 1.9 * n), 0.6 + 1.8 * n)
+    axes = np.atleast_2d(figure.subplots(n, n, sharex="col", squeeze=False))
+    angle = np.linspace(0, 2 * np.pi, 121)
+    circle = np.sqrt(-2 * np.log(0.05)) * np.stack([np.cos(angle), np.sin(angle)])
+    for i in range(n):
+        for j in range(n):
+            ax = axes[i, j]
+            if j > i:
+                ax.set_visible(False)
+                continue
+            if i == j:
+                ax.hist(samples[:, i], bins=40, density=True, color=GREY, alpha=0.5)
+                x = estimate[i] + error[i] * np.linspace(-3.5, 3.5, 121)
+                ax.plot(
+                    x,
+                    np.exp(-0.5 * ((x - estimate[i]) / error[i]) ** 2) / (error[i] * np.sqrt(2 * np.pi)),
+                    color=ACCENT,
+                )
+                ax.set_yticks([])
+                ax.spines["left"].set_visible(False)
+            else:
+                ax.plot(samples[:, j], samples[:, i], ".", color=INK, markersize=1.2, alpha=0.25, rasterized=True)
+                c = dataset["correlation"].values[i, j]
+                half = np.linalg.cholesky(np.array([[1, c], [c, 1 + 1e-12]]))
+                both = half @ circle
+                ax.plot(estimate[j] + error[j] * both[0], estimate[i] + error[i] * both[1], color=ACCENT)
+                if j == 0:
+                    ax.set_ylabel(_axis(names[i], units[i]))
+                else:
+                    ax.tick_params(labelleft=False)
+            ax.locator_params(axis="x", nbins=4)
+            if i == n - 1:
+                ax.set_xlabel(_axis(names[j], units[j]))
+    handles = [
+        key("samples", color=GREY, linestyle="", marker="."),
+        key("estimate and covariance of the least squares: 95 %", color=ACCENT),
+    ]
+    figure.legend(handles=handles, loc="upper right")
+    return figure
+
+
+def _axis(name: str, unit: str) -> str:
+    text = {"mu": r"$\mu$", "K_theta": r"$K_\theta$", "C_f": "$C_f$", "E_B": "$E_B$", "theta0": r"$\theta_0$"}
+    return f"{text.get(name, 'Zero $T_0$')}{'' if unit == '1' else f' ({unit})'}"
