@@ -82,7 +82,8 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
 
 def _title(dataset: xr.Dataset) -> str:
     law = f", {dataset.attrs['law']} law" if dataset.attrs["load"] == "twisting" else ""
-    return f"Fit in {dataset.attrs['load']}{law}: {dataset.attrs['estimates'].replace('+-', "±")}"
+    estimates = dataset.attrs["estimates"].replace("+-", "±")
+    return f"Fit in {dataset.attrs['load']}{law}: {estimates}"
 
 
 def _curve(ax: Axes, dataset: xr.Dataset, angle: str, torque: str, factor: float) -> None:
