@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from squama.store import read, save
     from squama.study.stored import open_sweep
     from squama.study.sweep import sweep
+    from squama.study.uncertainty import uncertainty
     from squama.symbols import SYMBOLS
 
 _HOME = {
@@ -55,6 +56,7 @@ _HOME = {
     "open_sweep": "study.stored",
     "export": "fabrication.facade",
     "Export": "fabrication.facade",
+    "uncertainty": "study.uncertainty",
     "save": "store",
     "read": "store",
     "SYMBOLS": "symbols",
@@ -94,6 +96,7 @@ __all__ = [
     "solve",
     "sweep",
     "twist",
+    "uncertainty",
 ]
 
 

@@ -22,6 +22,8 @@ COMMANDS = {
     "ends": "Find where many designs engage and how they end, from a table.",
     "sweep": "Solve a beam over ranges of parameters, into a store that can be resumed.",
     "map": "Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.",
+    "explore": "Open a page in the browser on which a beam is turned, changed, loaded and compared (extra web).",
+    "uncertainty": "Say what tolerances do: Monte Carlo, probability of locking, Sobol indices.",
     "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",
 }
 """Names of the commands and what they do; each is the function of that name in the module of that name."""

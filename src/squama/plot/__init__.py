@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from squama.plot.solids import solids_figure
     from squama.plot.style import save_figure
     from squama.plot.sweep import map_figure
+    from squama.plot.uncertainty import uncertainty_figure
 
 _HOME = {
     "response_figure": "response",
@@ -36,6 +37,7 @@ _HOME = {
     "compare_figure": "elements",
     "deformed_figure": "deformed",
     "solids_figure": "solids",
+    "uncertainty_figure": "uncertainty",
     "save_figure": "style",
 }
 
@@ -54,6 +56,7 @@ __all__ = [
     "row_figure",
     "save_figure",
     "solids_figure",
+    "uncertainty_figure",
 ]
 
 

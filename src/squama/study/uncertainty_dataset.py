@@ -121,7 +121,7 @@ def _attrs(u: Uncertain) -> dict[str, Any]:
         "sampler": u.sampler,
         "seed": u.seed,
         "nominal_end": u.nominal_end,
-        "tolerances": json.dumps({t.name: t.text for t in u.case.tolerances}),
+        "tolerances": json.dumps({t.name: [t.kind, *t.numbers] for t in u.case.tolerances}),
         "without_indices": json.dumps(u.indices.left_out if u.indices else {}),
         "before": u.before.text if u.before else "",
         "beam": u.case.beam.to_toml(),

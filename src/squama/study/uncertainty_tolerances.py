@@ -30,6 +30,12 @@ KEYS = tuple(
 )
 """What may scatter: every dimension, angle and modulus of a beam file."""
 _SHORT = {key.partition(".")[2]: key for key in ("scale.alpha", "scale.theta0", "friction.mu", "beam.pitch")}
+_SHOWN = {
+    Dimension.LENGTH: ("mm", 1e-3),
+    Dimension.ANGLE: ("deg", np.pi / 180),
+    Dimension.PRESSURE: ("MPa", 1e6),
+    Dimension.TORQUE: ("N m", 1.0),
+}
 _CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
 _PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)
 _WORD = re.compile(r"(.*?)\s*(?:(uniform|triangular)|([\d.]*)\s*sd)\s*", re.DOTALL)
@@ -70,7 +76,8 @@ class Tolerance(NamedTuple):
     @property
     def text(self) -> str:
         """The distribution with units, such as "normal(0.25, 0.02)"."""
-        return f"{self.kind}({', '.join(text_of(canonical(self.name), v) for v in self.numbers)})"
+        unit, size = _SHOWN.get(PARAMETERS[canonical(self.name)].dimension, ("", 1.0))
+        return f"{self.kind}({', '.join(f'{v / size:.6g} {unit}'.strip() for v in self.numbers)})"
 
     @property
     def notes(self) -> list[str]:

@@ -1,0 +1,191 @@
+"""What tolerances do, in panels: histogram of the end twist by end, cumulative probability, Sobol indices."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squama import units
+from squama.design import Beam
+from squama.model.outcome import End
+from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, shades, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHOWN = ("{}_e", "{}_end", "{}_c", "RED_c", "W_fr_c", "K_e")
+"""Figures whose indices are drawn, with the letter of angle or load."""
+_TEX = {
+    "phi_e": r"$\varphi_e$",
+    "phi_end": r"$\varphi_\mathrm{end}$",
+    "psi_e": r"$\psi_e$",
+    "psi_end": r"$\psi_\mathrm{end}$",
+    "T_c": "$T_c$",
+    "M_c": "$M_c$",
+    "RED_c": "RED",
+    "W_fr_c": r"$W_\mathrm{fr}$",
+    "K_e": "$K_e$",
+    "engaged": "engages",
+    "locked": "locks",
+    "locked before": "locks\nbefore",
+}
+_LEAST = 0.01
+
+
+@styled
+def uncertainty_figure(dataset: xr.Dataset) -> Figure:
+    """Draw what tolerances do to where a beam ends, and which of them matter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From :func:`squama.uncertainty`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left: histogram of the end twist, by named end. Then: probability that the beam has locked (solid), or that
+        its curve has ended in any way (dashed), before a twist. Right, if there are Sobol indices: the total index of
+        each tolerance, with its 95 % interval, and the first-order index inside it.
+
+    Examples
+    --------
+    >>> import squama
+    >>> from squama.plot import uncertainty_figure
+    >>> u = squama.uncertainty(squama.Beam.from_ratios(mu=0.3), {"mu": "+- 0.05"}, samples=4096)
+    >>> len(uncertainty_figure(u).axes)
+    2
+    """
+    indexed = "S1" in dataset and dataset.sizes["indexed"]
+    rows = 2 if indexed else 1
+    figure = new_figure(PAGE, 3.0 + (2.9 if indexed else 0))
+    grid = figure.add_gridspec(rows, 2)
+    left, right = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1], sharex=None)
+    _histogram(left, dataset)
+    _cumulative(right, dataset)
+    panels = [left, right]
+    if indexed:
+        panels.append(figure.add_subplot(grid[1, :]))
+        _indices(panels[-1], dataset)
+    law = f", {dataset.attrs['law']} law" if dataset.attrs["load"] == "twisting" else ""
+    figure.suptitle(
+        f"{dataset.attrs['samples']} beams within their tolerances, {dataset.attrs['load']}{law}",
+        fontsize=8,
+        x=0.01,
+        ha="left",
+    )
+    for ax, name in zip(panels, ("(a)", "(b)", "(c)"), strict=False):
+        letter(ax, name)
+    return figure
+
+
+def _axis(dataset: xr.Dataset) -> str:
+    return r"Twist per pitch $\varphi$ (rad)" if dataset.attrs["load"] == "twisting" else r"Bend per pitch $\psi$ (rad)"
+
+
+def _ends(dataset: xr.Dataset) -> list[str]:
+    """Return the ends that have a place, the commonest first."""
+    ends = [e for e in dataset["end"].values if e != End.NONE]
+    return sorted(ends, key=lambda e: -float(dataset["probability"].sel(end=e)))
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if share < 0.995 or share == 1 else f"{100 * share:.5g} %"
+
+
+def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
+    low, high = dataset["bin_low"].values, dataset["bin_high"].values
+    ends = _ends(dataset)
+    colours = shades(max(len(ends), 2))
+    under = np.zeros(low.size)
+    handles = []
+    for end, colour in zip(ends, colours, strict=False):
+        counts = dataset["count"].sel(end=end).values / dataset.attrs["samples"]
+        density = counts / np.maximum(high - low, 1e-300)
+        ax.fill_between(
+            np.repeat(np.append(low, high[-1:]), 2)[1:-1],
+            np.repeat(under, 2),
+            np.repeat(under + density, 2),
+            color=colour,
+            linewidth=0,
+        )
+        under = under + density
+        share = float(dataset["probability"].sel(end=end))
+        handles.append(key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
+    none = [e for e in dataset["end"].values if e == End.NONE]
+    if none:
+        share = float(dataset["probability"].sel(end=none[0]))
+        handles.append(key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
+    angle = "phi" if dataset.attrs["load"] == "twisting" else "psi"
+    if f"{angle}_end" in dataset["figure"].values:
+        nominal = float(dataset["nominal"].sel(figure=f"{angle}_end"))
+        if np.isfinite(nominal):
+            ax.axvline(nominal, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
+            handles.append(key("nominal beam", color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2))))
+    ax.set_xlabel(f"{_axis(dataset)} at the end")
+    ax.set_ylabel("Probability density (1/rad)")
+    ax.set_ylim(0, 1.35 * float(under.max()) if under.size else 1)
+    ax.legend(handles=handles, loc="upper left")
+
+
+def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
+    edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
+    n = dataset.attrs["samples"]
+    locks = [e for e in _ends(dataset) if End(e).locks]
+    every = dataset["count"].sum("end").values / n
+    locked = dataset["count"].sel(end=locks).sum("end").values / n
+    handles = [key("has locked", color=INK)]
+    ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK)
+    if len(locks) < len(_ends(dataset)):
+        ax.plot(edges, np.append(0, np.cumsum(every)), color=GREY, linestyle=(0, (4, 2)))
+        handles.append(key("its curve has ended", color=GREY, linestyle=(0, (4, 2))))
+    if dataset.attrs["before"] and (place := _place(dataset)) is not None:
+        p = float(dataset["P_locked_before"])
+        ax.axvline(place, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
+        if edges.size and edges[0] <= place <= edges[-1]:
+            ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
+        words = f"{dataset.attrs['before']}: {100 * p:.3g} % locked"
+        handles.append(key(words, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2))))
+    ax.set_ylim(0, 1.35)
+    ax.set_yticks([0, 0.25, 0.5, 0.75, 1])
+    ax.set_xlabel(_axis(dataset))
+    ax.set_ylabel("Probability")
+    ax.legend(handles=handles, loc="upper left")
+
+
+def _place(dataset: xr.Dataset) -> float | None:
+    """Return the twist that was asked for per pitch; None for a rate, which is none where the pitch varies."""
+    beam = Beam.from_toml_text(dataset.attrs["beam"])
+    read = units.twist if dataset.attrs["load"] == "twisting" else units.curvature
+    one, two = (read(dataset.attrs["before"], pitch=d, scales=beam.scales) for d in (1.0, 2.0))
+    if one != two:
+        return one
+    return None if "beam.pitch" in dataset["parameter"].values else one * beam.pitch
+
+
+def _indices(ax: Axes, dataset: xr.Dataset) -> None:
+    angle, load = ("phi", "T") if dataset.attrs["load"] == "twisting" else ("psi", "M")
+    wanted = [name.format(load if name == "{}_c" else angle) for name in SHOWN]
+    figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
+    total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
+    error = dataset["ST_conf"].sel(indexed=figures).values
+    names = list(dataset["parameter"].values)
+    order = [i for i in np.argsort(-total.max(axis=0)) if total[:, i].max() > _LEAST]
+    width = 0.84 / max(len(order), 1)
+    colours = shades(max(len(order), 2))
+    x = np.arange(len(figures))
+    for j, i in enumerate(order):
+        at = x + (j - (len(order) - 1) / 2) * width
+        ax.bar(at, np.maximum(total[:, i], 0), 0.9 * width, color=colours[j], alpha=0.45, linewidth=0)
+        ax.bar(at, np.clip(first[:, i], 0, None), 0.9 * width, color=colours[j], linewidth=0)
+        ax.errorbar(at, total[:, i], error[:, i], color=INK, linestyle="", linewidth=0.7, capsize=1.5)
+    handles = [key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
+    handles.append(key("total index (pale), 95 %", color=GREY, alpha=0.45, linewidth=5))
+    ax.set_xticks(x, [_TEX.get(f, f) for f in figures])
+    ax.tick_params(axis="x", length=0)
+    ax.set_ylim(0, None)
+    ax.set_ylabel("Sobol index")
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
