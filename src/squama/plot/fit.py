@@ -72,7 +72,7 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     lower.axhline(0, color=ACCENT, linewidth=0.8)
     used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
     _points(lower, used, angle, small * used["residual"].values)
-    lower.set_ylabel(f"Measured less fitted {words[words.rindex('(') :]}")
+    lower.set_ylabel(f"Residual {words[words.rindex('(') :]}")
     lower.set_xlabel(r"Twist per pitch $\varphi$ (rad)" if twisting else r"Bend per pitch $\psi$ (rad)")
     letter(upper, "(a)")
     letter(lower, "(b)")
