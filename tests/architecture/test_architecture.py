@@ -27,7 +27,8 @@ LAYERS = (
     ("csvfile", "netcdf", "store", "measured", "designs"),
     ("fabrication",),
     ("plot", "study", "identify"),
-    ("paper",),
+    ("paper", "view"),
+    ("web",),
     ("cli",),
     ("__main__",),
 )

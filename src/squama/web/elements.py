@@ -1,0 +1,146 @@
+"""The page's own elements: parameter fields and the three-dimensional view; three.js is the one that NiceGUI brings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import nicegui
+from nicegui import ui
+
+from squama import view
+from squama.view.three import LIBRARY
+from squama.web.fields import FIELDS, Field
+
+SCRIPTS = Path(view.__file__).parent / "js"
+THREE = Path(nicegui.__file__).parent / LIBRARY
+
+
+class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE), "squama-view": str(SCRIPTS)}):
+    """The beam in three dimensions; it is given design and state, never vertices."""
+
+    def __init__(self, scene: dict[str, Any], on_dark: Callable[[bool], None]) -> None:
+        super().__init__()
+        self._props["arrows"] = True
+        self.show(scene)
+        self.on("dark", lambda event: on_dark(bool(event.args)))
+
+    def show(self, scene: dict[str, Any]) -> None:
+        """Show another design or state."""
+        self._props.update(scene)
+        self.update()
+
+    def arrows(self, *, on: bool) -> None:
+        """Show or hide the arrows of the forces."""
+        self._props["arrows"] = on
+        self.update()
+
+
+class NumberField(ui.element, component="field.js"):
+    """A parameter: slider, number, unit, range, and what is wrong with an entry."""
+
+    def __init__(self, name: str, on_change: Callable[[str, str], None]) -> None:
+        super().__init__()
+        self.name, self.field = name, FIELDS[name]
+        f: Field = self.field
+        self._props.update(
+            {
+                "name": name,
+                "label": f.label,
+                "symbol": f.symbol,
+                "unit": f.unit,
+                "allowed": f.allowed,
+                "low": f.low,
+                "high": f.high,
+                "log": f.log,
+                "whole": f.whole,
+                "optional": f.optional,
+                "error": "",
+                "answered": 0,
+            }
+        )
+
+        def changed(event: Any) -> None:
+            self._props["answered"] = int(event.args["number"])
+            on_change(name, str(event.args["text"])[:200])
+            self.update()
+
+        self.on("change", changed)
+
+    def show(self, value: float | None, *, high: float | None = None, hint: float | None = None) -> None:
+        """Show a value (SI); ``high`` another end of the slider, ``hint`` the value while the field is empty."""
+        f = self.field
+        new: dict[str, Any] = {"shown": f.shown(value), "error": ""}
+        if high is not None:
+            new["high"] = high
+        if hint is not None:
+            new["hint"] = f"{hint / f.factor:.4g} by its law"
+        at = value if value is not None else hint
+        new["at"] = 0.0 if at is None else self._place(at / f.factor, new.get("high", self._props["high"]))
+        if any(self._props.get(key) != v for key, v in new.items()):
+            self._props.update(new)
+            self.update()
+
+    def _place(self, shown: float, high: float) -> float:
+        low = self.field.low
+        shown = min(max(shown, low), high)
+        if self.field.log:
+            import math
+
+            return math.log(shown / low) / math.log(high / low)
+        return (shown - low) / (high - low) if high > low else 0.0
+
+    def explain(self, message: str) -> None:
+        """Say what is wrong with the entry."""
+        self._props["error"] = message
+
+
+class Choice(ui.element):
+    """A native list of choices, which keyboards and screen readers know."""
+
+    def __init__(self, label: str, options: dict[str, str], value: str, on_change: Callable[[str], None]) -> None:
+        super().__init__("label")
+        self.classes("choice")
+        with self:
+            ui.element("span").props["textContent"] = label
+            self.list = ui.element("select")
+            self.list.props["aria-label"] = label
+        self.list.on("change", lambda event: on_change(str(event.args)), js_handler="(e) => emit(e.target.value)")
+        self.set(options, value)
+
+    def set(self, options: dict[str, str], value: str) -> None:
+        """Offer these options, and show the value."""
+        if (options, value) == getattr(self, "_shown", None):
+            return
+        self._shown = (options, value)
+        self.list.clear()
+        with self.list:
+            for key, words in options.items():
+                option = ui.element("option")
+                option.props.update({"value": key, "textContent": words})
+        self.list.props["value"] = value
+        self.list.update()
+
+
+def button(label: str, act: Callable[[], Any], title: str = "", mark: str = "") -> ui.element:
+    """Return a native button."""
+    element = ui.element("button").on("click", act)
+    element.props.update({"type": "button", "textContent": label, "title": title or label})
+    if mark:
+        element.props["data-do"] = mark
+    return element
+
+
+def text(tag: str, words: str = "", classes: str = "") -> ui.element:
+    """Return an element with plain text."""
+    element = ui.element(tag).classes(classes)
+    write(element, words)
+    return element
+
+
+def write(element: ui.element, words: str) -> None:
+    """Change the text of an element."""
+    if element.props.get("textContent") != words:
+        element.props["textContent"] = words
+        element.update()

@@ -1,0 +1,241 @@
+"""The regime map: how designs end over two of their parameters, with the design that is shown."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.engines import solve
+from squama.errors import InputError
+from squama.model.outcome import CODES, End
+from squama.model.solve import Array
+from squama.web import charts, live
+from squama.web.fields import FIELDS
+from squama.web.state import State
+
+AXES = ("mu", "alpha", "eta", "theta0", "beta", "lam")
+"""Fields that can be an axis."""
+BENDING_AXES = ("mu", "eta", "theta0")
+SIZE = (41, 33)
+"""Designs along the axes."""
+RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": (0.0, 2.0)}
+"""Ranges of axes that differ from those of the sliders, in shown units."""
+COLOURS: dict[End, str] = {
+    End.FRICTIONAL: "#d55e00",
+    End.KINEMATIC: "#0072b2",
+    End.STATIC: "#7b1fa2",
+    End.OFF_TIP: "#e8c468",
+    End.OFF_SIDE: "#a6d1b4",
+    End.OTHER: "#8d99a6",
+    End.RELEASED: "#66b2a0",
+    End.RANGE: "#c9c9c9",
+    End.NONE: "#eef0f2",
+}
+"""Colours of the ends: locks dark, the rest pale."""
+
+
+class Key(NamedTuple):
+    """What a map depends on: its axes, its fixed ratios (in the order of `_FIXED`), loading, law, sense, margin."""
+
+    x: str
+    y: str
+    fixed: tuple[float, ...]
+    load: str
+    law: str
+    sense: str
+    margin: float
+
+
+class Grid(NamedTuple):
+    """Values along the axes (shown units), and by y and x: codes of the ends, load angles, RED."""
+
+    x: Array
+    y: Array
+    code: Array
+    load_e: Array
+    load_end: Array
+    RED: Array
+
+
+_FIXED = ("mu", *(name for name in AXES if name != "mu"))
+
+
+def axes(load: str) -> tuple[str, ...]:
+    """Return the fields that can be an axis under a kind of loading."""
+    return AXES if load == "twisting" else BENDING_AXES
+
+
+def key(state: State, x: str, y: str) -> Key:
+    """Return what the map of a state depends on; values of its own axes are left out."""
+    fixed = tuple(math.nan if n in (x, y) else float(state.value(n) or 0.0) for n in _FIXED)
+    held = tuple(-1.0 if math.isnan(v) else v for v in fixed)
+    m = live.motion(state.setting)
+    ratio = m.case.rigidity / (m.case.stiffness * m.case.pitch) if m.case.stiffness else 0.0
+    return Key(x, y, (*held, float(f"{ratio:.6g}")), state.load, state.law, state.sense, state.margin)
+
+
+@functools.lru_cache(maxsize=8)
+def grid(wanted: Key) -> Grid:
+    """Solve the designs of a map."""
+    values = dict(zip(_FIXED, wanted.fixed, strict=False))
+    along = [np.linspace(*_range(name), n) for name, n in zip((wanted.x, wanted.y), SIZE, strict=True)]
+    columns: dict[str, Any] = {name: v for name, v in values.items() if v != -1.0}
+    columns[wanted.x] = along[0][None, :] * FIELDS[wanted.x].factor
+    columns[wanted.y] = along[1][:, None] * FIELDS[wanted.y].factor
+    done = solve(
+        **columns,
+        stiffness_ratio=wanted.fixed[-1],
+        law=wanted.law,
+        sense=wanted.sense,
+        margin=wanted.margin,
+        load=wanted.load,
+        engine="numpy",
+    )
+    shape = (SIZE[1], SIZE[0])
+    parts = [np.broadcast_to(v, shape) for v in (done.code, done.load_e, done.load_end, done.RED)]
+    return Grid(along[0], along[1], *parts)
+
+
+def _range(name: str) -> tuple[float, float]:
+    return RANGES.get(name, (FIELDS[name].low, FIELDS[name].high))
+
+
+def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
+    """Return the state with the design of a cell of the map.
+
+    Raises
+    ------
+    InputError
+        The beam cannot be so; the message names what is in the way.
+    """
+    at = (np.linspace(*_range(x), SIZE[0])[cell[0]], np.linspace(*_range(y), SIZE[1])[cell[1]])
+    for name, value in zip((x, y), at, strict=True):
+        state = state.change(name, f"{value:.6g}")
+    return state
+
+
+def options(state: State, wanted: Key, found: Grid | None, *, dark: bool) -> dict[str, Any]:
+    """Return the options of the map; without a grid the frame alone."""
+    look = charts.theme(dark=dark)
+    labels = [_label(name) for name in (wanted.x, wanted.y)]
+    spans = [_range(wanted.x), _range(wanted.y)]
+    steps = [(high - low) / (n - 1) for (low, high), n in zip(spans, SIZE, strict=True)]
+    values = [
+        charts.axis(label, look, nameGap=gap, min=low - step / 2, max=high + step / 2, splitLine={"show": False})
+        for label, gap, (low, high), step in zip(labels, (20, 30), spans, steps, strict=True)
+    ]
+    for one in values:
+        one["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
+    names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
+    codes = [CODES.index(end) for end in ends(found)] if found else []
+    pieces = [{"value": c, "color": COLOURS[CODES[c]]} for c in codes]
+    return {
+        "animation": False,
+        "aria": {"enabled": True, "label": {"description": f"Map of ends over {labels[0]} and {labels[1]}"}},
+        "backgroundColor": "transparent",
+        "grid": {"left": 58, "right": 16, "top": 8, "bottom": 36},
+        "tooltip": {"trigger": "item", "confine": True, ":formatter": _tooltip(wanted, state.load)},
+        "xAxis": [names[0], {**values[0], "position": "bottom"}],
+        "yAxis": [names[1], {**values[1], "position": "left"}],
+        "visualMap": {"type": "piecewise", "pieces": pieces, "dimension": 2, "seriesIndex": 0, "show": False},
+        "series": [
+            {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0,
+             "data": _cells(found), "progressive": 0, "emphasis": {"itemStyle": {"borderColor": look.ink}}},
+            marker(state, wanted),
+            *kept(state, wanted),
+        ],
+    }  # fmt: skip
+
+
+def ends(found: Grid) -> list[End]:
+    """Return the ends that a map shows."""
+    return [CODES[c] for c in sorted({int(c) for c in np.unique(found.code)})]
+
+
+def marker(state: State, wanted: Key) -> dict[str, Any]:
+    """Return the series of the current design."""
+    return {
+        "type": "scatter",
+        "name": "this design",
+        "id": "now",
+        "xAxisIndex": 1,
+        "yAxisIndex": 1,
+        "silent": True,
+        "data": [_place(state, wanted)],
+        "symbol": "circle",
+        "symbolSize": 14,
+        "itemStyle": {"color": "#ffffff", "borderColor": "#111111", "borderWidth": 3},
+        "z": 10,
+    }
+
+
+def kept(state: State, wanted: Key) -> list[dict[str, Any]]:
+    """Return the series of the kept designs: their letters."""
+    return [
+        {
+            "type": "scatter",
+            "name": live.NAMES[i],
+            "id": f"kept{i}",
+            "xAxisIndex": 1,
+            "yAxisIndex": 1,
+            "silent": True,
+            "data": [_place(one, wanted)] if one.load == state.load else [],
+            "symbolSize": 16,
+            "itemStyle": {"color": "#ffffff", "borderColor": live.COLOURS[i], "borderWidth": 2},
+            "label": {"show": True, "formatter": live.NAMES[i], "color": "#111111", "fontSize": 10},
+            "z": 9,
+        }
+        for i, one in enumerate(state.kept)
+    ]
+
+
+def _place(state: State, wanted: Key) -> list[float]:
+    return [float(state.value(n) or 0.0) / FIELDS[n].factor for n in (wanted.x, wanted.y)]
+
+
+def _label(name: str) -> str:
+    field = FIELDS[name]
+    return f"{field.label} {field.symbol}" + (f" ({field.unit})" if field.unit else "")
+
+
+def _cells(found: Grid | None) -> list[list[Any]]:
+    """Rows of column, row, code, engagement, end, RED; what is not finite is left out."""
+    if found is None:
+        return []
+    cells = []
+    for j in range(found.y.size):
+        for i in range(found.x.size):
+            figures = [float(f"{v[j, i]:.4g}") for v in (found.load_e, found.load_end, found.RED)]
+            cells.append([i, j, int(found.code[j, i]), *(v if math.isfinite(v) else None for v in figures)])
+    return cells
+
+
+def _tooltip(wanted: Key, load: str) -> str:
+    """Return the function that says what a cell is, for the browser."""
+    angle = live.WORDS[load]["angle"]
+    parts = []
+    for place, name, n in ((0, wanted.x, SIZE[0]), (1, wanted.y, SIZE[1])):
+        low, high = _range(name)
+        field = FIELDS[name]
+        value = f"({low} + p.value[{place}] * {(high - low) / (n - 1)}).toPrecision(3)"
+        parts.append(f"'{field.symbol} = ' + {value} + '{' ' + field.unit if field.unit else ''}<br>'")
+    ends = [str(end) for end in CODES]
+    more = f"(p.value[3] == null ? '' : '<br>{angle} at engagement ' + p.value[3] + ', at the end ' + p.value[4])"
+    red = "(p.value[5] == null ? '' : '<br>RED ' + p.value[5])"
+    return f"(p) => {' + '.join(parts)} + '<b>' + {ends}[p.value[2]] + '</b>' + {more} + {red}"
+
+
+def check_axes(load: str, x: str, y: str) -> None:
+    """Refuse axes that the loading does not have, or one twice.
+
+    Raises
+    ------
+    InputError
+        With the ones that can be chosen.
+    """
+    if x == y or not {x, y} <= set(axes(load)):
+        message = f"map: {x} and {y}: choose two of {', '.join(axes(load))}"
+        raise InputError(message)

@@ -1,0 +1,181 @@
+"""The page: its parts, and what happens when something in them is changed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any
+
+from nicegui import app, run, ui
+
+from squama.errors import InputError
+from squama.web import charts, download, link, live, map, panels  # noqa: A004 - the module is named after what it draws
+from squama.web.elements import BeamView, button, text, write
+from squama.web.state import State
+
+WAIT = 0.2
+"""Seconds without a change after which the map is computed anew."""
+
+
+class Explorer:
+    """One open page: its state, and the elements that show it."""
+
+    def __init__(self, state: State, notice: str = "") -> None:
+        self.state, self.dark = state, False
+        self.map_axes = ("mu", "alpha")
+        self.pending: asyncio.Task[None] | None = None
+        self.map_key: map.Key | None = None
+        ui.add_css(files("squama.web").joinpath("page.css").read_text(encoding="utf-8"))
+        self.mode = ui.dark_mode(None)
+        with ui.element("header"):
+            text("h1", "squama explorer")
+            self.presets = panels.presets(self)
+            panels.tools(self)
+        with ui.element("div").classes("explorer"):
+            with ui.element("section").classes("stage").props('aria-label="Beam"'):
+                self.view = BeamView(live.scene(state), self.darken)
+                with ui.element("div").classes("over"):
+                    button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
+                    self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
+                panels.legend()
+            self.notice = text("p", "", "notice").props('role="alert"')
+            self.outcome = panels.Outcome()
+            self.controls = panels.Controls(self)
+            with ui.element("section").classes("plots").props('aria-label="Plots"'):
+                self.plots = {plot: self._chart(charts.line_options(state, plot, dark=False)) for plot in charts.PLOTS}
+                with ui.element("div").classes("plot"):
+                    self.map_choices = panels.map_choices(self)
+                    self.map_ends = ui.element("ul").classes("legend ends")
+                    self.map = ui.echart({"series": []})
+                    self.map.props["aria-label"] = "Regime map; a click takes the design under the pointer"
+                    self.map.on("componentClick", self.clicked, ["value", "seriesId"])
+            self.compared = panels.Compared(self)
+        self.say(notice)
+        self.draw()
+
+    def _chart(self, options: dict[str, Any]) -> ui.echart:
+        with ui.element("div").classes("plot"):
+            chart = ui.echart(options)
+        chart.props["role"] = "img"
+        return chart
+
+    # ---- what people do ------------------------------------------------------------------------------------
+
+    def enter(self, name: str, words: str) -> None:
+        """Take what was entered in a field; what cannot be used is explained there and changes nothing."""
+        try:
+            state = self.state.change(name, words)
+            live.motion(state.setting)
+        except InputError as error:
+            self.controls.fields[name].explain(str(error))
+            return
+        self.set(state)
+
+    def attempt(self, make: Callable[[], State]) -> None:
+        """Go to a state, or say why that cannot be."""
+        try:
+            state = make()
+            live.motion(state.setting)
+        except InputError as error:
+            self.say(str(error))
+            return
+        self.say("")
+        self.set(state)
+
+    def set(self, state: State) -> None:
+        """Show a state."""
+        self.state = state
+        self.draw()
+
+    def clicked(self, event: Any) -> None:
+        """Take the design of a cell of the map."""
+        value = event.args.get("value")
+        if event.args.get("seriesId") == "cells" and isinstance(value, list):
+            self.attempt(lambda: map.take(self.state, *self.map_axes, (int(value[0]), int(value[1]))))
+
+    def choose_axes(self, x: str, y: str) -> None:
+        """Draw the map over other parameters."""
+        try:
+            map.check_axes(self.state.load, x, y)
+        except InputError as error:
+            self.say(str(error))
+            return
+        self.map_axes = (x, y)
+        self.draw_map()
+
+    def toggle_arrows(self) -> None:
+        """Show or hide the arrows of the forces."""
+        on = not self.view.props["arrows"]
+        self.view.arrows(on=on)
+        self.arrows.props["textContent"] = "Hide forces" if on else "Show forces"
+        self.arrows.update()
+
+    def darken(self, dark: bool) -> None:
+        """Draw the plots for a dark or a light page."""
+        if dark != self.dark:
+            self.dark = dark
+            self.draw_plots()
+            self.draw_map(now=True)
+
+    def say(self, words: str) -> None:
+        """Show a line above the figures, or take it away."""
+        write(self.notice, words)
+        self.notice.classes(remove="shown" if not words else "", add="shown" if words else "")
+
+    def save(self, kind: str) -> None:
+        """Hand a file to the browser."""
+        if kind == "png":
+            self.view.run_method("save", "beam.png")
+            return
+        try:
+            name, content = download.make(self.state, kind)
+        except InputError as error:
+            self.say(str(error))
+            return
+        ui.download.content(content, name)
+
+    # ---- what is drawn -------------------------------------------------------------------------------------
+
+    def draw(self) -> None:
+        """Draw everything that the state changes; the map follows when nothing more comes in."""
+        self.view.show(live.scene(self.state))
+        self.controls.show(self.state)
+        self.outcome.show(self.state)
+        self.compared.show(self.state)
+        self.draw_plots()
+        self.draw_map()
+        ui.run_javascript(f"history.replaceState(null, '', '?{link.query(self.state)}')")
+
+    def draw_plots(self) -> None:
+        """Draw the three curves."""
+        for plot, chart in self.plots.items():
+            chart._props["options"] = charts.line_options(self.state, plot, dark=self.dark)
+            chart.update()
+
+    def draw_map(self, *, now: bool = False) -> None:
+        """Move the mark of the design; compute the map anew where it depends on what has changed."""
+        if not set(self.map_axes) <= set(map.axes(self.state.load)):
+            self.map_axes = ("mu", "eta")
+        self.map_choices(self.state.load, self.map_axes)
+        wanted = map.key(self.state, *self.map_axes)
+        if wanted == self.map_key and not now:
+            series = [map.marker(self.state, wanted), *map.kept(self.state, wanted)]
+            if len(self.map.options["series"]) == len(series) + 1:
+                self.map.options["series"][1:] = series
+                self.map.run_chart_method("setOption", {"series": series})
+                return
+        if self.pending is not None:
+            self.pending.cancel()
+        if app.is_started:
+            self.pending = asyncio.get_running_loop().create_task(self._map(wanted))
+
+    async def _map(self, wanted: map.Key) -> None:
+        await asyncio.sleep(WAIT)
+        found = await run.io_bound(map.grid, wanted)
+        if found is None or self.map.is_deleted:
+            return
+        self.map_key = wanted
+        panels.list_ends(self.map_ends, map.ends(found))
+        self.map._props["options"] = map.options(self.state, wanted, found, dark=self.dark)
+        self.map.update()

@@ -1,0 +1,239 @@
+"""Parts of the page: presets and tools, parameters, outcome, comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from squama.model.outcome import End
+from squama.web import live, map, state  # noqa: A004 - the module is named after what it draws
+from squama.web.elements import Choice, NumberField, button, text, write
+from squama.web.fields import CHOICES, FIELDS
+from squama.web.state import PRESETS, State
+
+if TYPE_CHECKING:
+    from squama.web.page import Explorer
+
+OPEN = ("Loading", "Ratios and angles")
+"""Groups of fields that are open at first."""
+NONE = {"": "Start from ..."}
+
+
+def presets(page: Explorer) -> Choice:
+    """Return the list of beams to start from."""
+
+    def go(name: str) -> None:
+        if name:
+            page.attempt(lambda: state.preset(name, page.state.kept))
+
+    return Choice("Preset", NONE | {name: words for name, (words, _) in PRESETS.items()}, "", go)
+
+
+def tools(page: Explorer) -> None:
+    """Make the buttons of downloads, link and brightness."""
+    with ui.element("nav").props('aria-label="Files and page"'):
+        for kind, what in (
+            ("toml", "the beam file"),
+            ("csv", "the curve as a table"),
+            ("png", "the view as a picture"),
+            ("html", "the view as a page that opens without a server"),
+        ):
+            button(kind.upper(), lambda kind=kind: page.save(kind), f"Download {what}", kind)  # type: ignore[misc]
+        copy = button("Copy link", lambda: None, "Copy the address of this state", "link")
+        copy.on(
+            "click",
+            js_handler="(e) => { navigator.clipboard.writeText(location.href); const b = e.target; "
+            "b.textContent = 'Copied'; setTimeout(() => { b.textContent = 'Copy link'; }, 1500); }",
+        )
+        brightness = ui.element("button").props('type="button" data-do="dark" title="Change between light and dark"')
+        brightness.props["textContent"] = "Light/dark"
+        brightness.on("click", lambda: page.mode.set_value(not page.dark))
+
+
+def legend() -> None:
+    """Say what the colours of the view mean."""
+    with ui.element("ul").classes("legend"):
+        for name, words in (
+            ("free", "no contact"),
+            ("sliding", "sliding"),
+            ("locked", "locked"),
+            ("ended", "end, no lock"),
+            ("normal", "normal force on the tip"),
+            ("friction", "friction on the tip"),
+        ):
+            with ui.element("li"):
+                ui.element("b").classes(f"key {name}")
+                text("span", words)
+
+
+class Controls:
+    """All parameters in groups that can be folded."""
+
+    def __init__(self, page: Explorer) -> None:
+        self.fields: dict[str, NumberField] = {}
+        self.choices: dict[str, Choice] = {}
+        groups = list(dict.fromkeys(field.group for field in FIELDS.values()))
+        with ui.element("section").classes("controls").props('aria-label="Parameters"'):
+            for group in groups:
+                with ui.element("details") as folded:
+                    folded.props["open"] = group in OPEN
+                    text("summary", group)
+                    if group == "Loading":
+                        for name, (label, options) in CHOICES.items():
+                            self.choices[name] = Choice(label, options, "", _chooser(page, name))
+                    for name, field in FIELDS.items():
+                        if field.group == group:
+                            self.fields[name] = NumberField(name, page.enter)
+
+    def show(self, now: State) -> None:
+        """Show a state in all fields."""
+        for name, choice in self.choices.items():
+            choice.set(CHOICES[name][1], getattr(now, name))
+        laws = {"stiffness": now.beam.joint_stiffness, "inclusion": now.beam.C_f}
+        if now.load == "bending":
+            laws = {"stiffness": now.beam.bending_joint_stiffness, "inclusion": 1.0}
+        for name, field in self.fields.items():
+            value = now.value(name)
+            if name == "twist":
+                most = float(f"{live.motion(now.setting).most:.3g}")
+                field.show(value, high=most)
+            else:
+                field.show(value, hint=laws.get(name))
+        twisting = now.load == "twisting"
+        for name in ("law", "sense"):
+            self.choices[name].set_visibility(twisting)
+
+
+def _chooser(page: Explorer, name: str) -> Callable[[str], None]:
+    return lambda value: page.attempt(lambda: page.state.change(name, value))
+
+
+class Outcome:
+    """The end of the curve in words, the figures of the current point, the warnings."""
+
+    def __init__(self) -> None:
+        with ui.element("section").classes("outcome").props('aria-label="Outcome"'):
+            with ui.element("div").classes("end"):
+                self.end = text("strong")
+                self.where = text("span")
+                with ui.element("details").classes("warnings") as self.folded:
+                    self.summary = text("summary")
+                    self.list = ui.element("ul")
+            self.sentence = text("p", "", "sentence").props('aria-live="polite"')
+            self.readings = ui.element("dl")
+        self.shown: dict[str, tuple[ui.element, ui.element]] = {}
+        self.told: list[str] = []
+
+    def show(self, now: State) -> None:
+        """Show a state."""
+        end, where, sentence = live.outcome(now)
+        write(self.end, end)
+        write(self.where, where)
+        write(self.sentence, sentence)
+        rows = live.readings(now)
+        if [label for label, _ in rows] != list(self.shown):
+            self.readings.clear()
+            with self.readings:
+                for label, _ in rows:
+                    with ui.element("div"):
+                        self.shown[label] = text("dt", label), text("dd")
+            self.shown = {label: self.shown[label] for label, _ in rows}
+        for label, value in rows:
+            write(self.shown[label][1], value)
+        self.warn(live.warnings(now))
+
+    def warn(self, lines: list[str]) -> None:
+        """List where the beam leaves the range of the model."""
+        if lines == self.told:
+            return
+        self.told = lines
+        self.folded.set_visibility(bool(lines))
+        many = "1 warning" if len(lines) == 1 else f"{len(lines)} warnings"
+        write(self.summary, f"{many}: outside the model's range")
+        self.list.clear()
+        with self.list:
+            for line in lines:
+                text("li", line)
+
+
+HEADS = ("", "design", "end", "engagement (rad)", "end (rad)", "load at the cut-off", "RED")
+
+
+class Compared:
+    """The table of the kept designs beside the one that is shown."""
+
+    def __init__(self, page: Explorer) -> None:
+        self.page = page
+        with ui.element("section").classes("compared").props('aria-label="Comparison"'):
+            with ui.element("p"):
+                text("strong", "Compare")
+                button(
+                    "Keep this design", lambda: page.attempt(page.state.keep), "Keep it to compare, up to three", "keep"
+                )
+            self.table = ui.element("table")
+        self.rows: list[dict[str, str]] = []
+
+    def show(self, now: State) -> None:
+        """Show a state; with nothing kept there is no table."""
+        rows = live.compared(now) if now.kept else []
+        if rows == self.rows:
+            return
+        self.rows = rows
+        self.table.clear()
+        with self.table:
+            if not rows:
+                return
+            with ui.element("thead"), ui.element("tr"):
+                for head in HEADS:
+                    text("th", head)
+                text("th", "")
+            with ui.element("tbody"):
+                for i, row in enumerate(rows):
+                    self._row(i, row, kept=i < len(now.kept))
+
+    def _row(self, i: int, row: dict[str, str], *, kept: bool) -> None:
+        page = self.page
+        with ui.element("tr"):
+            for name, value in row.items():
+                cell = text("td", value)
+                if name == "name" and kept:
+                    cell.style(f"color: {live.COLOURS[i]}; font-weight: bold")
+            with ui.element("td"):
+                if kept:
+                    button("Show", lambda: page.attempt(lambda: page.state.show(i)), f"Show design {row['name']}")
+                    button("Remove", lambda: page.attempt(lambda: page.state.drop(i)), f"Remove design {row['name']}")
+
+
+def map_choices(page: Explorer) -> Callable[[str, tuple[str, str]], None]:
+    """Make the two lists of the map's axes; return what shows others in them."""
+    lists: list[Choice] = []
+
+    def chosen(i: int, name: str) -> None:
+        x, y = page.map_axes
+        # the one that is there already changes places
+        page.choose_axes(*((name, x if name == y else y) if i == 0 else (y if name == x else x, name)))
+
+    with ui.element("p").classes("axes"):
+        text("strong", "Regime map")
+        for i, label in enumerate(("Across", "Up")):
+            lists.append(Choice(label, {}, "", lambda name, i=i: chosen(i, name)))  # type: ignore[misc]
+        text("small", "click takes a design")
+
+    def show(load: str, axes: tuple[str, str]) -> None:
+        options = {name: f"{FIELDS[name].symbol} {FIELDS[name].label.lower()}" for name in map.axes(load)}
+        for one, axis in zip(lists, axes, strict=True):
+            one.set(options, axis)
+
+    return show
+
+
+def list_ends(place: ui.element, ends: Sequence[End]) -> None:
+    """Say what the colours of the map mean."""
+    place.clear()
+    with place:
+        for end in ends:
+            with ui.element("li"):
+                ui.element("b").classes("key").style(f"background: {map.COLOURS[end]}")
+                text("span", str(end))

@@ -1,0 +1,77 @@
+// The three-dimensional view as a component: it receives design and state, and draws them (squama-view, scene.js).
+import { BeamScene, geometry } from "squama-view";
+
+const KEYS = {
+  ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
+  "+": [0, 0, 1.15], "=": [0, 0, 1.15], "-": [0, 0, 1 / 1.15],
+}; // prettier-ignore
+
+export default {
+  props: { design: Object, state: Object, words: String, arrows: Boolean },
+  emits: ["dark"],
+  template: `
+    <div class="view">
+      <canvas tabindex="0" role="img" :aria-label="words + '. Arrow keys turn, plus and minus zoom, Home resets.'"
+        @keydown="key"></canvas>
+      <p class="lost" v-if="lost" role="alert">This browser shows no WebGL, which the view needs.</p>
+    </div>`,
+  data: () => ({ lost: false }),
+  mounted() {
+    const canvas = this.$el.querySelector("canvas");
+    try {
+      this.beam = new BeamScene(canvas, { onDraw: () => (this.drawn = performance.now()) });
+    } catch {
+      this.lost = true;
+      return;
+    }
+    // for tests and for people with a console
+    Object.assign(window, { squamaView: this.beam, squamaGeometry: geometry });
+    this.watched = new ResizeObserver(() => this.beam.resize(this.$el.clientWidth, this.$el.clientHeight));
+    this.watched.observe(this.$el);
+    this.themed = new MutationObserver(() => this.theme());
+    this.themed.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    this.beam.resize(this.$el.clientWidth, this.$el.clientHeight);
+    this.show();
+    this.theme();
+  },
+  beforeUnmount() {
+    this.watched?.disconnect();
+    this.themed?.disconnect();
+    this.beam?.dispose();
+  },
+  watch: {
+    state: "show",
+    design: "show",
+    arrows: "show",
+  },
+  methods: {
+    show() {
+      if (!this.beam) return;
+      this.beam.arrows = this.arrows;
+      this.beam.set(this.design, this.state);
+    },
+    theme() {
+      const dark = document.body.classList.contains("body--dark");
+      if (dark === this.dark) return;
+      this.dark = dark;
+      this.beam.theme(dark ? "dark" : "light");
+      this.$emit("dark", dark);
+    },
+    key(event) {
+      if (event.key === "Home") this.reset();
+      else if (event.key in KEYS) this.beam.orbit(...KEYS[event.key]);
+      else return;
+      event.preventDefault();
+    },
+    reset() {
+      this.beam?.reset();
+    },
+    save(name) {
+      this.beam.draw();
+      const link = document.createElement("a");
+      link.href = this.beam.canvas.toDataURL("image/png");
+      link.download = name;
+      link.click();
+    },
+  },
+};
