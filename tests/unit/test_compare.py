@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from squama import store
-from squama.cli.verify import ranges
+from squama.cli.verify import finite, ranges
 from squama.fe.compare import compare
 from squama.plot import compare_figure, elements_figure
 from squama.study.verify import flat
@@ -80,9 +80,27 @@ def test_the_ranges_in_words(table):
     near, leaves, below, ends, _, none = ranges(table)
     assert near == "near (1 % more): within 5% in torque as far as both go, 0.3 rad/pitch"
     assert "up to 0.1 rad/pitch; at 0.3 +15.0 %, theta +17.19 deg" in leaves
-    assert "up to 0 rad/pitch; at 0.3 -10.0 %" in below
+    assert "more than 5% off in torque from the start; at 0.3 -10.0 %" in below
     assert ends.endswith("as far as both go, 0.2 rad/pitch")
     assert none == "none (nothing): has no twist in common with the elements"
+
+
+def test_finite_beams_are_set_beside_each_other():
+    models = {
+        "near": ("1 % more", curve(1.01 * PHI)),
+        "beam": ("finite beam", curve(0.5 * PHI)),
+        "row": ("row", curve(np.where(PHI < 0.205, 0.4 * PHI, np.nan), theta=0.2 + PHI)),
+    }
+    table = compare(curve(PHI, mesh="a mesh"), models)
+    assert [line.split()[0] for line in ranges(table)] == ["near"]
+    beam, row = finite(table)
+    assert "beside the endless one the torque is -50 % at 0.01 rad/pitch and -50 % at 0.3, theta +0.00 deg" in beam
+    assert "beside the finite beam the torque is -20 % at 0.01 rad/pitch and -20 % at 0.2, theta +5.73 deg" in row
+    assert finite(table.sel(model=["near"])) == []
+    # what makes a beam finite is no error of a model: not in the panels of differences
+    torque, off, theta, apart = compare_figure(table).axes
+    assert [len(ax.lines) for ax in (torque, theta)] == [4, 4]
+    assert (len(off.lines), len(apart.lines)) == (1, 2)
 
 
 def test_the_figure_shows_every_model(table):

@@ -63,6 +63,7 @@ def show(file: str, data: xr.Dataset, written: list[Path]) -> None:
             f"{number(float(one['twist']), 'rad')}{contact}"
         )
     lines.append(f"energy balance: (W - U_el - W_fr)/W = {data.attrs['energy_error']:.2e}")
+    lines += [f"warning: {line}" for line in data.attrs["warnings"].splitlines()]
     before = ""
     for phi, words in zip(data["phi"].values, data["contact"].values, strict=True):
         if words != before:

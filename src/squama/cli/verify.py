@@ -43,7 +43,7 @@ def verify(
     ] = "medium",
     increment: Annotated[str, flag("Largest increment of the twist, rad per pitch (0.01).")] = "0.01",
     hinged: Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")] = False,
-    scales: Annotated[str | None, flag("Run a finite beam of so many scales too, 2 to 200; hours for 25.")] = None,
+    scales: Annotated[str | None, flag("Run a finite beam of so many scales too, 2 to 200.")] = None,
     beam_mesh: Annotated[str, flag("Mesh of the finite beam (coarse).")] = "coarse",
     set_: Annotated[
         tuple[str, ...],
@@ -58,7 +58,7 @@ def verify(
     json: Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")] = False,
     quiet: Annotated[bool, Parameter(help="No lines of progress.")] = False,
 ) -> int:
-    """Set the hinge, the compliant joint and a finite beam beside finite elements; needs the extra fe.
+    """Set the hinge, the compliant joint and finite beams beside finite elements; needs the extra fe.
 
     The folder holds the table (CSV), the picture and the elements' run; the same command goes on where it was stopped.
 
@@ -154,6 +154,8 @@ def _show(file: str, found: Verified) -> None:
     from squama import files
 
     data, console = found.table, Console(highlight=False, markup=False, emoji=False)
+    # the table's lines wrap on a narrow terminal rather than lose digits
+    console = Console(highlight=False, markup=False, emoji=False, width=max(console.width, 100))
     attrs = found.elements.attrs
     console.print(f"{file}: {data.attrs['title']}", style="bold", soft_wrap=True)
     console.print(f"elements: {attrs['mesh']}; {attrs['sentence']}", soft_wrap=True)
@@ -166,8 +168,10 @@ def _show(file: str, found: Verified) -> None:
         console.print(words, style="bold", soft_wrap=True)
         console.print(_table(data, name, factor))
         console.print()
-    for line in ranges(data):
+    for line in [*ranges(data), *finite(data)]:
         console.print(line, soft_wrap=True)
+    for line in filter(None, data.attrs["warnings"].splitlines()):
+        console.print(f"warning: {line}", soft_wrap=True)
     for path in found.written:
         console.print(f"wrote {files.label(path)}", soft_wrap=True)
 
@@ -186,15 +190,19 @@ def _table(data: xr.Dataset, name: str, factor: float) -> Table:
     for i in np.unique(np.linspace(0, phi.size - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
         cells = [factor * float(at[name].sel(model=model)) for model in models]
-        texts = ["-" if math.isnan(cell) else f"{cell:+.2f}" for cell in cells]
+        texts = ["-" if math.isnan(cell) else f"{cell:+.{2 if abs(cell) < 99 else 0}f}" for cell in cells]
         table.add_row(f"{phi[i]:.4g}", f"{scale * float(at[own]):.4g}", *texts)
     return table
 
 
 def ranges(data: xr.Dataset) -> list[str]:
-    """Return a line per model: how far it holds, and by how much it is off at the end."""
+    """Return a line per model of the endless beam: how far it holds, and by how much it is off at the end."""
+    from squama.fe.compare import FINITE
+
     lines, share = [], float(data.attrs["share"])
     for name in data["model"].values:
+        if name in FINITE:
+            continue
         one = data.sel(model=name)
         within, last, off = (float(one[key]) for key in ("within", "last", "dT_last"))
         words = f"{name} ({one['words'].item()})"
@@ -204,8 +212,38 @@ def ranges(data: xr.Dataset) -> list[str]:
             lines.append(f"{words}: within {share:.0%} in torque as far as both go, {last:.4g} rad/pitch")
         else:
             angle = math.degrees(float(one["dtheta_last"]))
-            lines.append(
-                f"{words}: within {share:.0%} in torque up to {within:.4g} rad/pitch; "
-                f"at {last:.4g} {100 * off:+.1f} %, theta {angle:+.2f} deg"
-            )
+            holds = f"within {share:.0%} in torque up to {within:.4g} rad/pitch"
+            holds = holds if within else f"more than {share:.0%} off in torque from the start"
+            size = f"{100 * off:+.1f} %" if abs(off) < 1 else f"{1 + off:.3g} times"
+            lines.append(f"{words}: {holds}; at {last:.4g} {size}, theta {angle:+.2f} deg")
+    return lines
+
+
+def finite(data: xr.Dataset) -> list[str]:
+    """Return what there is to say of finite beams: the elements' beside the endless one, the row beside the elements'.
+
+    An endless beam says nothing on how good a short one is, so the row of hinges is held to the elements' beam.
+    """
+    import numpy as np
+
+    if "beam" not in data["model"].values:
+        return []
+    beam, row = data.sel(model="beam"), data.sel(model="row")
+    lines = []
+    for one, other, words in (
+        (beam, None, f"{beam['words'].item()}: beside the endless one"),
+        (row, beam, f"{row['words'].item()}: beside the finite beam"),
+    ):
+        T, theta = (data["T_elements"], data["theta_elements"]) if other is None else (other["T"], other["theta"])
+        both = np.flatnonzero(np.isfinite(one["T"].values) & np.isfinite(T.values) & (data["phi"].values > 0))
+        if not both.size:
+            lines.append(f"{words} there is no twist that both have")
+            continue
+        off = [100 * float(one["T"][i] / T[i] - 1) for i in both]
+        angle = math.degrees(float(one["theta"][both[-1]] - theta[both[-1]]))
+        first, last = (float(data["phi"][i]) for i in (both[0], both[-1]))
+        lines.append(
+            f"{words} the torque is {off[0]:+.3g} % at {first:.4g} rad/pitch and {off[-1]:+.3g} % at {last:.4g}, "
+            f"theta {angle:+.2f} deg there"
+        )
     return lines

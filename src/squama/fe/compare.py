@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 SHARE = 0.05
 """Difference of the torque within which a model counts as holding."""
+FINITE = ("beam", "row")
+"""Names of curves of finite beams; what sets them apart from the endless one is no fault of a model."""
 
 
 def compare(

@@ -16,7 +16,7 @@ from squama._version import __version__
 from squama.fe.beam import ALONG, EACH, ENDS, make_beam
 from squama.fe.beam_body import BeamBody
 from squama.fe.facade import INCREMENT, Listener, follow, mesh_sizes
-from squama.fe.geometry import geometry
+from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.plate import MOTIONS
 from squama.fe.walk import Walk
@@ -135,9 +135,20 @@ def beam(
         "sentence": ended.sentence,
         "beam": beam.replace(scales=n).to_toml(),
         "squama_version": __version__,
-        "warnings": "",
+        "warnings": "\n".join(warnings(shape, n)),
     }
     return data.assign_coords(mu=((), friction, SYMBOLS["mu"].attrs))
+
+
+def warnings(shape: Geometry, scales: int) -> list[str]:
+    """Say where the grips leave no section of the bar free: they run along the scales' bases."""
+    skew = shape.width * np.tan(shape.alpha)
+    if scales - skew >= 1:
+        return []
+    return [
+        f"the gripped end sections run along with the scales' bases, over {skew:.3g} pitches of the bar: of {scales} "
+        f"pitches none is free of them, so the beam is far stiffer than an endless one; take {int(skew) + 4} or more"
+    ]
 
 
 def size(walk: Walk, goal: float, increment: float) -> str:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from squama.fe.compare import FINITE
 from squama.model.solve import Array
 from squama.plot.style import (
     ACCENT,
@@ -150,7 +151,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     -------
     matplotlib.figure.Figure
         Torque, its difference from the elements' with the band within which a model counts as holding, inclination
-        and its difference, all over the twist per pitch.
+        and its difference, all over the twist per pitch. Finite beams have no differences.
     """
     figure = new_figure(PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
@@ -160,18 +161,19 @@ def compare_figure(table: xr.Dataset) -> Figure:
     axes[0, 0].plot(phi, factor * table["T_elements"].values, **own)
     axes[1, 0].plot(phi, np.degrees(table["theta_elements"].values), **own)
     names = [str(name) for name in table["model"].values]
-    for name, colour, line in zip(names, _colours(len(names)), LINES * len(names), strict=False):
+    looks = _looks(names)
+    for name, style in looks.items():
         one = table.sel(model=name)
-        style = {"color": colour, "linestyle": line}
         axes[0, 0].plot(phi, factor * one["T"].values, **style)
-        axes[0, 1].plot(phi, 100 * one["dT"].values, **style)
         axes[1, 0].plot(phi, np.degrees(one["theta"].values), **style)
-        axes[1, 1].plot(phi, np.degrees(one["dtheta"].values), **style)
+        if name not in FINITE:
+            axes[0, 1].plot(phi, 100 * one["dT"].values, **style)
+            axes[1, 1].plot(phi, np.degrees(one["dtheta"].values), **style)
     share = 100 * float(table.attrs["share"])
     axes[0, 1].axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0)
     axes[1, 1].axhline(0, color=GREY, linewidth=0.7)
     _limits(axes[0, 0], factor * np.asarray(table["T_elements"].values, float))
-    off = 100 * np.asarray(table["dT"].values, float)
+    off = 100 * np.asarray(table["dT"].sel(model=[name for name in names if name not in FINITE]).values, float)
     top, low = (min(FAR, 1.1 * finite_max(np.maximum(s * off, 0), share)) for s in (1, -1))
     axes[0, 1].set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
     axes[0, 0].set_ylabel(text)
@@ -183,20 +185,29 @@ def compare_figure(table: xr.Dataset) -> Figure:
         ax.set_xlim(0, 1.03 * finite_max(phi))
     for ax in axes[1]:
         ax.set_xlabel(TWIST)
-    figure.legend(handles=_handles(table, names, own), loc="outside lower center", ncols=2)
+    figure.legend(handles=_handles(table, looks, own), loc="outside lower center", ncols=2)
     figure.suptitle(str(table.attrs["title"]), fontsize=8, x=0.01, ha="left")
     return figure
 
 
-def _colours(n: int) -> list[Any]:
-    return [*shades(max(n - 1, 1)), ACCENT][:n] if n > 1 else [ACCENT]
+def _looks(names: list[str]) -> dict[str, dict[str, Any]]:
+    """Return how each model is drawn; finite beams are grey."""
+    endless = [name for name in names if name not in FINITE]
+    colours = [*shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
+    looks = {
+        name: {"color": colour, "linestyle": line}
+        for name, colour, line in zip(endless, colours, LINES * len(names), strict=False)
+    }
+    return looks | {
+        name: {"color": GREY, "linestyle": line}
+        for name, line in zip(FINITE, ("-", (0, (3, 1.5))), strict=True)
+        if name in names
+    }
 
 
-def _handles(table: xr.Dataset, names: list[str], own: dict[str, Any]) -> list[Line2D]:
+def _handles(table: xr.Dataset, looks: dict[str, dict[str, Any]], own: dict[str, Any]) -> list[Line2D]:
     handles = [key(f"finite elements: {table.attrs['elements']}", **own)]
-    for name, colour, line in zip(names, _colours(len(names)), LINES * len(names), strict=False):
-        handles.append(key(str(table["words"].sel(model=name).item()), color=colour, linestyle=line))
-    return handles
+    return handles + [key(str(table["words"].sel(model=name).item()), **style) for name, style in looks.items()]
 
 
 def _limits(ax: Axes, reference: Array) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from squama import checks, compliant, files, response, store
+from squama import checks, compliant, files, response, rows, store, units
 from squama.errors import InputError
 from squama.fe import facade
 from squama.fe.compare import Array, compare
@@ -54,7 +54,7 @@ def verify(
     progress: facade.Listener | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verified:
-    """Run finite elements and set the hinge (both laws), the compliant joint and, if asked, a finite beam beside them.
+    """Run finite elements and set the hinge (both laws), the compliant joint and, if asked, finite beams beside them.
 
     Parameters
     ----------
@@ -66,7 +66,8 @@ def verify(
     mu, to, sense, mesh, increment, hinged, progress
         As for :func:`squama.fe.facade.cell`; without ``to`` see :func:`default_reach`.
     scales : int, optional
-        Run the elements' beam of so many scales too (theta: its middle scale).
+        Run the elements' beam of so many scales too, and the row of as many hinges (theta: the middle scale, the one
+        nearer to the turned end where there are two).
     beam_mesh : str or (float, float)
         Its mesh.
     announce : callable, optional
@@ -91,6 +92,8 @@ def verify(
         raise InputError(message)
     if to is None:
         to = default_reach(beam, friction, sense)
+    # a twist "total" is one of the beam that is described, not of fewer scales
+    to = units.twist(to, pitch=beam.pitch, scales=beam.scales)
     say("periodic cell of finite elements")
     common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged}
     elements = facade.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
@@ -112,12 +115,16 @@ def verify(
     if scales is not None:
         data = _beam(beam, scales, place, mesh=beam_mesh, progress=progress, announce=say, **common)
         written.append(store.save(data, place / "beam.nc"))
-        middle = data.assign(theta=data["theta"].isel(scale=scales // 2))
-        models["beam"] = f"finite beam of {scales} scales, {data.attrs['mesh']}", middle
+        row = rows.row(beam, scales=scales, mu=friction, to=to, sense=sense)
+        middle = scales // 2
+        which = f"of {scales} scales, theta of scale {middle + 1}"
+        models["beam"] = f"finite beam {which}", data.assign(theta=data["theta"].isel(scale=middle))
+        models["row"] = f"row {which.replace('scales', 'hinges', 1)}", row.assign(theta=row["theta"].isel(scale=middle))
     blocked = ", roll and yaw blocked" if hinged else ""
     title = f"Models beside finite elements{blocked}, sense {sense}, mu = {friction:g}"
     table = compare(elements, models, title=title)
     table.attrs["beam"] = beam.to_toml()
+    table.attrs["warnings"] = "" if scales is None else data.attrs["warnings"]
     written.append(store.save(flat(table), place / "comparison.csv"))
     from squama import plot
 
