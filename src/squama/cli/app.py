@@ -22,6 +22,7 @@ COMMANDS = {
     "ends": "Find where many designs engage and how they end, from a table.",
     "sweep": "Solve a beam over ranges of parameters, into a store that can be resumed.",
     "map": "Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.",
+    "view": "Draw a beam in space: picture, animation, or a page of its own that turns it.",
     "explore": "Open a page in the browser on which a beam is turned, changed, loaded and compared (extra web).",
     "uncertainty": "Say what tolerances do: Monte Carlo, probability of locking, Sobol indices.",
     "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",

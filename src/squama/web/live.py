@@ -99,13 +99,12 @@ def readings(state: State) -> list[tuple[str, str]]:
     words = WORDS[state.load]
     total = math.degrees(now.load) * state.beam.scales
     return [
-        (words["angle"], f"{number(now.load)} rad/pitch"),
-        ("rate", f"{number(now.load / state.beam.pitch)} rad/m"),
-        ("over the beam", f"{number(total)}°"),
+        (words["angle"], f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
+        ("in all", f"{number(total)}°"),
         (words["load"], quantity(now.torque, "N m")),
         ("θ", f"{number(math.degrees(now.theta))}°"),
-        ("normal force N", quantity(now.N, "N")),
-        ("friction f", quantity(now.f, "N")),
+        ("normal force", quantity(now.N, "N")),
+        ("friction force", quantity(now.f, "N")),
     ]
 
 

@@ -198,7 +198,7 @@ def _place(state: State, wanted: Key) -> list[float]:
 
 def _label(name: str) -> str:
     field = FIELDS[name]
-    return f"{field.label} {field.symbol}" + (f" ({field.unit})" if field.unit else "")
+    return field.symbol + (f" ({field.unit})" if field.unit else "")
 
 
 def _cells(found: Grid | None) -> list[list[Any]]:
@@ -225,7 +225,8 @@ def _tooltip(wanted: Key, load: str) -> str:
     ends = [str(end) for end in CODES]
     more = f"(p.value[3] == null ? '' : '<br>{angle} at engagement ' + p.value[3] + ', at the end ' + p.value[4])"
     red = "(p.value[5] == null ? '' : '<br>RED ' + p.value[5])"
-    return f"(p) => {' + '.join(parts)} + '<b>' + {ends}[p.value[2]] + '</b>' + {more} + {red}"
+    last = f"'<b>' + {ends}[p.value[2]] + '</b>' + {more} + {red} + '<br><i>click takes it</i>'"
+    return f"(p) => {' + '.join(parts)} + {last}"
 
 
 def check_axes(load: str, x: str, y: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from squama.model.outcome import End
+from squama.view.look import COLOURS
 from squama.web import live, map, state  # noqa: A004 - the module is named after what it draws
 from squama.web.elements import Choice, NumberField, button, text, write
 from squama.web.fields import CHOICES, FIELDS
@@ -64,7 +65,9 @@ def legend() -> None:
             ("friction", "friction on the tip"),
         ):
             with ui.element("li"):
-                ui.element("b").classes(f"key {name}")
+                key = ui.element("b").classes(f"key {name}")
+                if name in COLOURS:
+                    key.style(f"background: {COLOURS[name]}")
                 text("span", words)
 
 
@@ -219,7 +222,6 @@ def map_choices(page: Explorer) -> Callable[[str, tuple[str, str]], None]:
         text("strong", "Regime map")
         for i, label in enumerate(("Across", "Up")):
             lists.append(Choice(label, {}, "", lambda name, i=i: chosen(i, name)))  # type: ignore[misc]
-        text("small", "click takes a design")
 
     def show(load: str, axes: tuple[str, str]) -> None:
         options = {name: f"{FIELDS[name].symbol} {FIELDS[name].label.lower()}" for name in map.axes(load)}

@@ -3,18 +3,11 @@
 import { OrbitControls, THREE } from "nicegui-scene";
 import { arrow, bar, contact, directions, first, scale } from "./geometry.js";
 
-export const COLOURS = {
-  free: 0x4a90c2, // not in contact
-  sliding: 0xe0a030, // in contact
-  locked: 0xc8323c,
-  ended: 0x8a63b0, // at an end that is no lock
-  normal: 0x14803c,
-  friction: 0xc2185b,
-  point: 0x111111,
-};
-const THEMES = {
-  light: { background: 0xf7f7f5, bar: 0xcfc8ba, edge: 0x2b2b2b, point: 0x111111 },
-  dark: { background: 0x16191d, bar: 0x6d675c, edge: 0xe6e6e6, point: 0xffffff },
+// colours of the scales: not in contact, sliding, locked, at an end that is no lock (look.py has the same)
+export const COLOURS = { free: "#4a90c2", sliding: "#e0a030", locked: "#c8323c", ended: "#8a63b0" };
+export const THEMES = {
+  light: { background: "#f7f7f5", bar: "#cfc8ba", edge: "#2b2b2b", point: "#111111", normal: "#14803c", friction: "#c2185b" },
+  dark: { background: "#16191d", bar: "#6d675c", edge: "#e6e6e6", point: "#ffffff", normal: "#3ddc84", friction: "#ff5fa2" },
 };
 const MOST = 64; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
@@ -42,7 +35,7 @@ export class BeamScene {
   // Everything that is drawn, made once; `set` only moves it.
   make() {
     const both = { side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-    const solid = (colour) => new THREE.MeshLambertMaterial({ color: colour });
+    const solid = () => new THREE.MeshLambertMaterial();
     const many = (shape, material) => {
       const mesh = new THREE.InstancedMesh(shape, material, MOST);
       mesh.frustumCulled = false;
@@ -52,7 +45,7 @@ export class BeamScene {
     // what lies behind a scale is seen through it, pale
     const through = (shape, material) => {
       const mesh = many(shape, material);
-      const pale = new THREE.MeshBasicMaterial({ color: material.color, transparent: true, opacity: 0.3, depthTest: false });
+      const pale = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, depthTest: false });
       mesh.pale = many(shape, pale);
       mesh.pale.instanceMatrix = mesh.instanceMatrix;
       mesh.pale.material.color = material.color;
@@ -71,12 +64,14 @@ export class BeamScene {
       part.frustumCulled = false;
       this.scene.add(part);
     }
-    this.points = through(new THREE.SphereGeometry(DOT, 12, 8), solid(COLOURS.point));
+    this.points = through(new THREE.SphereGeometry(DOT, 12, 8), solid());
     const shaft = new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0);
     const head = new THREE.ConeGeometry(1, 1, 14).translate(0, 0.5, 0);
     this.forces = {};
-    for (const name of ["normal", "friction"])
-      this.forces[name] = [through(shaft, solid(COLOURS[name])), through(head, solid(COLOURS[name]))];
+    for (const name of ["normal", "friction"]) {
+      const material = solid();
+      this.forces[name] = [through(shaft, material), through(head, material)];
+    }
   }
 
   theme(name) {
@@ -85,6 +80,7 @@ export class BeamScene {
     this.rims.material.color.set(colours.edge);
     this.bar.material.color.set(colours.bar);
     this.points.material.color.set(colours.point);
+    for (const name of ["normal", "friction"]) this.forces[name][0].material.color.set(colours[name]);
     this.request();
   }
 
