@@ -71,7 +71,7 @@ def uncertainty(
     with problems.caught():
         arguments["margin"] = read_number("--margin", margin, 1e-12, 1 - 1e-12, "at least 1e-12, below 1", "0.01")
     wholes = (
-        ("samples", samples, 1280, MOST, "131072"),
+        ("samples", samples, 3200, MOST, "131072"),
         ("seed", seed, 0, 2**31, "7"),
         ("indices", indices, 0, 2**20, "4096"),
     )

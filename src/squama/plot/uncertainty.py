@@ -33,6 +33,7 @@ _TEX = {
     "locked before": "locks\nbefore",
 }
 _LEAST = 0.01
+_ROOM = 1.4
 
 
 @styled
@@ -63,7 +64,7 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     rows = 2 if indexed else 1
     figure = new_figure(PAGE, 3.0 + (2.9 if indexed else 0))
     grid = figure.add_gridspec(rows, 2)
-    left, right = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1], sharex=None)
+    left, right = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
     _histogram(left, dataset)
     _cumulative(right, dataset)
     panels = [left, right]
@@ -123,11 +124,11 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
     if f"{angle}_end" in dataset["figure"].values:
         nominal = float(dataset["nominal"].sel(figure=f"{angle}_end"))
         if np.isfinite(nominal):
-            ax.axvline(nominal, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
+            ax.axvline(nominal, 0, 1 / _ROOM, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
             handles.append(key("nominal beam", color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2))))
     ax.set_xlabel(f"{_axis(dataset)} at the end")
     ax.set_ylabel("Probability density (1/rad)")
-    ax.set_ylim(0, 1.35 * float(under.max()) if under.size else 1)
+    ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
     ax.legend(handles=handles, loc="upper left")
 
 
@@ -144,12 +145,12 @@ def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
         handles.append(key("its curve has ended", color=GREY, linestyle=(0, (4, 2))))
     if dataset.attrs["before"] and (place := _place(dataset)) is not None:
         p = float(dataset["P_locked_before"])
-        ax.axvline(place, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
+        ax.axvline(place, 0, 1 / _ROOM, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
         words = f"{dataset.attrs['before']}: {100 * p:.3g} % locked"
         handles.append(key(words, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2))))
-    ax.set_ylim(0, 1.35)
+    ax.set_ylim(0, _ROOM)
     ax.set_yticks([0, 0.25, 0.5, 0.75, 1])
     ax.set_xlabel(_axis(dataset))
     ax.set_ylabel("Probability")
@@ -183,9 +184,9 @@ def _indices(ax: Axes, dataset: xr.Dataset) -> None:
         ax.bar(at, np.clip(first[:, i], 0, None), 0.9 * width, color=colours[j], linewidth=0)
         ax.errorbar(at, total[:, i], error[:, i], color=INK, linestyle="", linewidth=0.7, capsize=1.5)
     handles = [key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
-    handles.append(key("total index (pale), 95 %", color=GREY, alpha=0.45, linewidth=5))
+    handles.append(key("pale: total index, 95 %", color=GREY, alpha=0.45, linewidth=5))
     ax.set_xticks(x, [_TEX.get(f, f) for f in figures])
     ax.tick_params(axis="x", length=0)
-    ax.set_ylim(0, None)
+    ax.set_ylim(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2))
     ax.set_ylabel("Sobol index")
-    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    ax.legend(handles=handles, loc="upper left", ncols=4)

@@ -14,14 +14,14 @@ from squama.model.solve import Array
 from squama.study import uncertainty_indices, uncertainty_samples
 from squama.study.uncertainty_indices import Indices
 from squama.study.uncertainty_samples import LOCKS, MOST, NONE, REPLICATES, SAMPLERS, Case
-from squama.study.uncertainty_statistics import LEAST, Probability, Summary, probability, summary
+from squama.study.uncertainty_statistics import Probability, Summary, probability, summary
 from squama.study.uncertainty_tolerances import Tolerance, nominal, tolerances
 
 if TYPE_CHECKING:
     import xarray as xr
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
-SAMPLES = 2**17
+SAMPLES, FEWEST = 2**17, 3200
 BINS = 120
 ENGAGED, LOCKED, BEFORE = "engaged", "locked", "locked before"
 """Properties of a sample, beside its figures, that have probabilities and Sobol indices."""
@@ -195,7 +195,7 @@ def uncertain(
     checks.sense(sense)
     checks.one_of("sampler", sampler, SAMPLERS)
     margin = checks.scalar("margin", margin, 1e-12, 1.0, "at least 1e-12 and below 1")
-    each = uncertainty_samples.size(checks.whole("samples", samples, REPLICATES * 2 * LEAST, MOST), sampler)
+    each = uncertainty_samples.size(checks.whole("samples", samples, FEWEST, MOST), sampler)
     seed = checks.whole("seed", seed, 0, 2**31)
     quantiles = _levels(levels, each)
     base = checks.whole("indices", indices, 0, 2**20)
