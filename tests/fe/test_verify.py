@@ -1,5 +1,6 @@
 """`squama verify --scales`: finite beams beside the endless one, run as a user runs it."""
 
+import functools
 import json
 
 import numpy as np
@@ -12,6 +13,8 @@ pytest.importorskip("numba", reason="needs the extra fe")
 import squama
 from squama import compliant
 from squama.cli import main
+from squama.fe import joint, mesh
+from squama.fe.geometry import geometry
 from squama.study import verify as study
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
@@ -22,7 +25,11 @@ MESH = ["--mesh", "0.4,0.2", "--beam-mesh", "0.4,0.2", "--increment", "0.02", "-
 def folder(tmp_path, monkeypatch):
     """A beam's file; the stiffness of the coarse mesh serves for that of elements of no size, which takes a minute."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(compliant, "matrix", lambda beam: study.own_matrix(beam, (0.4, 0.2)))
+    # one mesh, and one matrix of it, for all
+    monkeypatch.setattr(mesh, "_mesh", functools.cache(mesh._mesh))
+    own = functools.cache(lambda beam: joint.condensed(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)))
+    monkeypatch.setattr(study, "own_matrix", lambda beam, size: own(beam))
+    monkeypatch.setattr(compliant, "matrix", own)
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
     return tmp_path
 
