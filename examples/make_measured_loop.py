@@ -3,6 +3,7 @@
 Run it from the repository: python examples/make_measured_loop.py [file to write]
 """
 
+import itertools
 import sys
 from pathlib import Path
 
@@ -40,7 +41,7 @@ def make() -> str:
     total, torque = np.degrees(true.Phi.values * beam.length), 1e3 * true["T"].values
     # every way begins and ends with a turning point, which stands twice in a cycle
     readings = []
-    for leg, (start, stop) in enumerate(zip(ENDS[:-1], ENDS[1:], strict=True), start=1):
+    for leg, (start, stop) in enumerate(itertools.pairwise(ENDS), start=1):
         way = true.leg.values == leg
         n = int(abs(stop - start) / STEP)
         wanted = np.linspace(start, stop, n + 1)[1:-1] + rng.uniform(-0.2, 0.2, n - 1) * STEP

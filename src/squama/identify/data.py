@@ -186,6 +186,8 @@ def _unusable(s: Specimen, turns: list[int]) -> str | None:
         return "the torque is 0 in every row; check the column and the load cell"
     if n > 1 and np.ptp(s.load) == 0:
         return f"the torque is {s.load[0]:.6g} N m in every row; check the column and the load cell"
+    if float(s.rate @ s.load) < 0:
+        return "torque and twist have opposite signs; turn the sign of one of them"
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):
         return (
             f"the twist turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}; give the rows in the "

@@ -183,13 +183,17 @@ def _enough(points: _Points, asked: Asked, noise_known: bool) -> None:
         return
     start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})
     senses = histories.senses(start, asked.load, asked.bound("mu", 0), "edge", _NEAR)
-    at = min(senses.paths["+"].load_e, senses.paths["-"].load_e)
-    far = float(np.abs(rec.load[usable]).max())
-    where = "the scales never engage" if not np.isfinite(at) else f"engagement is at {at:.4g} rad/pitch"
-    remedy = "" if not np.isfinite(at) else f"; measure beyond {at:.4g} rad/pitch ({at / asked.beam.pitch:.4g} rad/m)"
+    far = float(max(rec.load[usable], key=abs))
+    at = senses.paths["-" if far < 0 else "+"].load_e
+    where = f"in this sense, {'-' if far < 0 else '+'}, the scales do not engage"
+    remedy = "; if the sense was the other, turn the signs of twist and torque"
+    if np.isfinite(at):
+        at = float(np.copysign(at, far))
+        where = f"engagement is at {at:.4g} rad/pitch"
+        remedy = f"; measure beyond {at:.4g} rad/pitch ({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B only"
     checks.fail(
         f"data: all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where}), where "
-        f"{' and '.join(hidden)} cannot be seen{remedy}, or find C_f or E_B only"
+        f"{' and '.join(hidden)} cannot be seen{remedy}"
     )
 
 

@@ -10,18 +10,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama import histories
 from squama.histories import Senses
 from squama.identify.estimate import derivatives
 from squama.identify.forward import Forward, build
-from squama.identify.parameters import Asked
+from squama.identify.parameters import Asked, ask
 from squama.model.outcome import End
+from squama.model.paths import ARRAY
 from squama.model.solve import Array
 
 HARDLY = 0.95
 """Correlation from which two parameters are called hardly separable."""
 UNSEEN = 0.5
 """Standard error over the estimate from which a parameter is called not determined."""
-FAR = 0.9
+FAR = 0.5
 """How far towards the end of the path further points are proposed."""
 
 
@@ -53,7 +55,7 @@ def pairs(names: tuple[str, ...], correlation: Array) -> list[tuple[str, str, fl
 def remedies(
     asked: Asked, values: Array, senses: Senses, forward: Forward, jacobian: Array, noise: float
 ) -> list[Remedy]:
-    """Further measurements with as much noise, best first for the parameter that is known worst.
+    """Further measurements with as much noise, and the standard errors that they would bring.
 
     Parameters
     ----------
@@ -84,16 +86,45 @@ def remedies(
         load = s * np.linspace(0, path.load_e, n)
         added.append((f"{n} points before engagement", build(senses, load, np.ones(n))))
     far = float(np.abs(forward.rate).max()) * pitch
-    end = path.load_e + FAR * (senses.most[sign] - path.load_e)
+    end = max(far, path.load_e)
+    end += FAR * (senses.most[sign] - end)
     if path.end is not End.NONE and np.isfinite(path.load_e) and end > 1.02 * far:
         load = s * np.linspace(max(far, path.load_e), end, n + 1)[1:]
         added.append((f"{n} points more of loading, up to {end:.3g} rad/pitch", build(senses, load, np.ones(n))))
+    further = [(what, derivatives(more, asked, values)) for what, more in added]
+    if asked.load == "twisting" and touching.any():
+        further += _bending(asked, values, float(forward.theta.max()), forward, n)
     found = []
     with np.errstate(all="ignore"):
-        for what, more in added:
-            J = np.concatenate([jacobian, derivatives(more, asked, values)])
+        for what, more in further:
+            J = np.concatenate([jacobian, more])
             norm = np.linalg.norm(J, axis=0)
             half = np.linalg.pinv(J / norm)
             found.append(Remedy(what, noise * np.linalg.norm(half, axis=1) / norm))
-        share = [float(np.max(r.errors / np.maximum(np.abs(values), 1e-300))) for r in found]
-    return [found[i] for i in np.argsort(share, kind="stable")]
+    return found
+
+
+def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int) -> list[tuple[str, Array]]:
+    """Return a bending test up to the largest inclination of these points, with as much noise for its largest moment.
+
+    Friction, joint and inclination at rest are those of the twisting test; its own rigidity is known.
+    """
+    if asked.beam.eta < 1:
+        return []
+    at = asked.physical(values)
+    bent = ask(asked.fitted(values), "bending", asked.names)
+    senses = histories.senses(bent.beam, "bending", at.mu, "edge", 0.1)
+    path = senses.paths["+"]
+    if not path.engaged:
+        return []
+    last = min(float(path.row.point(np.array([theta]), path.law, ARRAY).load[0]), senses.most["+"])
+    if last <= path.load_e:
+        return []
+    points = build(senses, np.linspace(path.load_e, last, n), np.ones(n))
+    J = derivatives(points, bent, values)
+    for name in ("C_f", "E_B", "zero"):
+        i = asked.place(name)
+        if i is not None:
+            J[:, i] = 0.0
+    largest = np.abs(forward.torque(at)).max() / np.abs(points.torque(bent.physical(values))).max()
+    return [(f"a bending test too, {n} points of loading up to {last:.3g} rad/pitch", J * largest)]

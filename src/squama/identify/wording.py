@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from squama.identify.result import Fit
 
 WORDS = {"twisting": ("twist", "twist rate", "torque"), "bending": ("bend", "curvature", "moment")}
+_GAIN = 0.7
+"""A further measurement is named if it brings one of the errors concerned below this part of it."""
 _UNITS = {"rad": (180 / math.pi, "deg"), "Pa": (1.0, "Pa"), "N m": (1.0, "N m"), "1": (1.0, "")}
 _SCALES = ((1e9, 1e-9, "G"), (1e6, 1e-6, "M"), (1e3, 1e-3, "k"), (1e-1, 1.0, ""), (0.0, 1e3, "m"))
 
@@ -36,7 +38,7 @@ def with_error(value: float, error: float, unit: str) -> str:
     value, error = value * factor, error * factor
     if not math.isfinite(error) or error <= 0:
         return f"{value:.6g} +- {error:.3g} {name}".strip()
-    digits = max(0, 1 - math.floor(math.log10(error)))
+    digits = min(max(0, 1 - math.floor(math.log10(error))), 9)
     return f"{value:.{digits}f} +- {error:.{digits}f} {name}".strip()
 
 
@@ -129,7 +131,8 @@ def notes(fit: Any, autocorrelation: float, lock: str | None) -> list[str]:
     for name, here in zip(fit.parameters, fit.at_bound, strict=True):
         if here:
             i = fit.parameters.index(name)
-            out.append(f"{name} is at its bound {fit.estimates[i]:.6g}: errors are as without bounds")
+            nearer = min((fit.asked.low[i], fit.asked.high[i]), key=lambda b, v=fit.estimates[i]: abs(b - v))
+            out.append(f"{name} is at its bound {nearer:.6g}: errors are as without bounds")
     hard = separable.pairs(fit.parameters, fit.correlation)
     for a, b, c in hard:
         out.append(
@@ -142,8 +145,11 @@ def notes(fit: Any, autocorrelation: float, lock: str | None) -> list[str]:
         f"{n} is not determined by these points: its error is {100 * fit.errors[n] / abs(fit.values[n]):.0f} % of it"
         for n in weak
     ]
-    if hard or weak:
-        out += [f"would help: {remedy(fit, r)}" for r in fit.remedies[:2]]
+    concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
+    for r in fit.remedies:
+        now = np.array(list(fit.errors.values()))
+        if any(r.errors[i] < _GAIN * now[i] for i in concerned):
+            out.append(f"would help: {remedy(fit, r)}")
     limit = max(0.2, 3 / math.sqrt(max(int(np.count_nonzero(fit.used)), 1)))
     if autocorrelation > limit:
         share = math.sqrt((1 + autocorrelation) / (1 - min(autocorrelation, 0.99)))
