@@ -1,0 +1,40 @@
+"""A million beams within their tolerances, statistics included, and Sobol indices; processor time on standard output."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+import squama
+from squama.study.uncertainty import uncertain
+
+BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
+VARY = {
+    "scale.alpha": "+- 1 deg",
+    "scale.theta0": "+- 1 deg",
+    "scale.length": "+- 1 %",
+    "scale.thickness": "+- 5 % 2 sd",
+    "beam.pitch": "+- 1 %",
+    "substrate.thickness": "+- 1 %",
+    "substrate.youngs_modulus": "+- 10 % triangular",
+    "mu": "normal(0.25, 0.03)",
+}
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "random"])
+def test_a_million_samples(benchmark, sampler) -> None:
+    uncertain(BEAM, VARY, samples=2**17)
+
+    def run() -> None:
+        start = time.process_time()
+        uncertain(BEAM, VARY, samples=10**6, sampler=sampler, before="240 deg total")
+        benchmark.extra_info["cpu_s"] = time.process_time() - start
+
+    benchmark.pedantic(run, rounds=3)
+    print(f"{sampler}: {benchmark.extra_info['cpu_s']:.2f} s of processor time")
+
+
+def test_indices(benchmark) -> None:
+    uncertain(BEAM, VARY, samples=3200, indices=64)
+    benchmark.pedantic(lambda: uncertain(BEAM, VARY, samples=3200, indices=4096), rounds=3)
