@@ -26,7 +26,7 @@ LAYERS = (
     ("answer", "loading", "api", "curve", "compare", "compliant", "response", "rows", "histories", "cycles"),
     ("csvfile", "netcdf", "store", "measured", "designs"),
     ("fabrication",),
-    ("plot", "study", "identify"),
+    ("plot", "study", "identify", "inverse"),
     ("paper", "view"),
     ("web",),
     ("cli",),

@@ -1,0 +1,127 @@
+"""Many starts at once: a screen of points all over the bounds, then Gauss-Newton steps under linearised limits.
+
+All starts are evaluated together by the batch engine. A step is the least-squares step inside a box around the point,
+inside the bounds, and inside the limits as they are linearised there; it is taken if the merit falls, else the box
+shrinks. So a step that loses the lock, or meets another contact of the plates first, is not taken.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from squama.inverse.lsi import lsi
+from squama.inverse.problem import PRICE, Look, Problem
+from squama.model.solve import Array
+
+BEST = 400
+"""Points of the screen whose plates are tested against each other."""
+SPREAD = 0.06
+"""Least distance of two starts, in the unit cube, per root of the number of variables."""
+ROUNDS = 60
+BEND = 1.0
+"""How far the border of the domain may bend, per square of a step."""
+DAMPING = 1e-7
+SMALL = 1e-13
+WIDEST, FIRST = 0.5, 0.15
+"""Half widths of the box of a step, of the unit cube."""
+
+
+def sobol(n: int, m: int, seed: int) -> Array:
+    """Return n points of a scrambled Sobol sequence in the unit cube of m dimensions."""
+    from scipy.stats import qmc
+
+    power = int(np.ceil(np.log2(max(n, 2))))
+    return np.asarray(qmc.Sobol(m, scramble=True, rng=np.random.default_rng(seed)).random_base2(power))[:n]
+
+
+def screen(problem: Problem, first: Array, n: int, keep: int, seed: int) -> Array:
+    """Return the best points of a screen, spread out; ``first`` (m,) is the starting beam."""
+    y = np.vstack([first, sobol(n, len(first), seed)])
+    merit = problem.look(y, slopes=False, plates=False).merit
+    y = y[np.argsort(merit, kind="stable")[:BEST]]
+    look = problem.look(y, slopes=False, plates=True)
+    order = np.argsort(look.merit, kind="stable")
+    order = order[np.isfinite(look.merit[order])]
+    chosen: list[int] = []
+    for i in order:
+        if len(chosen) < keep and all(_apart(y[i], y[j]) >= SPREAD for j in chosen):
+            chosen.append(int(i))
+    chosen += [int(i) for i in order if i not in chosen][: keep - len(chosen)]
+    return y[chosen]
+
+
+def _apart(a: Array, b: Array) -> float:
+    return float(np.linalg.norm(a - b) / np.sqrt(a.size))
+
+
+def refine(problem: Problem, y: Array) -> Look:
+    """Return the points that are reached from the starts (n, m)."""
+    best = _own(problem.look(y, slopes=True, plates=True))
+    n = len(y)
+    radius = np.full(n, FIRST)
+    live = np.isfinite(best.merit)
+    for _ in range(ROUNDS):
+        lanes = np.flatnonzero(live)
+        if not lanes.size:
+            break
+        steps = np.array([_step(best, int(i), radius[i], len(problem.inside)) for i in lanes])
+        trial = np.clip(best.y[lanes] + steps, 0.0, 1.0)
+        look = problem.look(trial, slopes=True, plates=True)
+        gain = best.merit[lanes] - look.merit
+        promised = np.array([best.merit[i] - _model(best, int(i), trial[k] - best.y[i]) for k, i in enumerate(lanes)])
+        better = gain > 0
+        size = np.abs(trial - best.y[lanes]).max(axis=1)
+        with np.errstate(all="ignore"):
+            ratio = np.where(promised > 0, gain / promised, 0.0)
+        # where the border holds a step back the box shrinks too, and lets the next one nearer to it
+        wide = np.where(ratio > 0.7, 2.0, 1.0) * np.clip(radius[lanes], size, np.maximum(2 * size, radius[lanes] / 8))
+        radius[lanes] = np.where(ratio > 0.2, np.minimum(wide, WIDEST), np.minimum(size, radius[lanes]) / 3)
+        _adopt(best, look, lanes[better], np.flatnonzero(better))
+        done = (radius[lanes] < SMALL) | (best.merit[lanes] < 1e-26)
+        live[lanes[done]] = False
+    return best
+
+
+def _own(look: Look) -> Look:
+    """Return a copy whose arrays may be written to."""
+    found = type(look.found)(*(np.array(v) for v in look.found))
+    arrays = {name: np.array(getattr(look, name)) for name in Look._fields if name != "found"}
+    return Look(**arrays, found=found)
+
+
+def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:
+    """Take over the points that are better."""
+    best.y[to] = look.y[of]
+    for name in ("r", "J", "g", "G", "merit", "d"):
+        getattr(best, name)[..., to] = getattr(look, name)[..., of]
+    for mine, theirs in zip(best.found, look.found, strict=True):
+        mine[..., to] = theirs[..., of]
+
+
+def _step(look: Look, i: int, radius: float, inside: int) -> Array:
+    """Return the step of one point; the last ``inside`` limits are those of the domain."""
+    m = look.y.shape[1]
+    # a residual without a slope (a figure that is not there) has nothing to say
+    J, r = look.J[:, :, i], look.r[:, i]
+    E = np.vstack([J, np.sqrt(DAMPING) * np.eye(m)])
+    f = np.append(-r, np.zeros(m))
+    low, high = np.maximum(-look.y[i], -radius), np.minimum(1 - look.y[i], radius)
+    box, edge = np.vstack([np.eye(m), -np.eye(m)]), np.append(low, -high)
+    # the border of the domain is no limit that may be broken on the way: keep off it as far as it may bend
+    g, G = np.array(look.g[:, i]), look.G[:, :, i]
+    g[g.size - inside :] -= BEND * radius**2
+    step = lsi(E, f, np.vstack([box, G]), np.append(edge, -g))
+    if step is None:
+        # the limits cannot all be kept inside the box: as far as they can
+        broken = g < 0
+        E = np.vstack([E, PRICE * G[broken]])
+        f = np.append(f, -PRICE * g[broken])
+        step = lsi(E, f, np.vstack([box, G[~broken]]), np.append(edge, -g[~broken]))
+    return np.zeros(m) if step is None else np.clip(step, low, high)
+
+
+def _model(look: Look, i: int, step: Array) -> float:
+    """Merit that is expected after a step."""
+    r = look.r[:, i] + look.J[:, :, i] @ step
+    g = look.g[:, i] + look.G[:, :, i] @ step
+    return float(0.5 * r @ r + PRICE * np.maximum(-g, 0).sum())

@@ -1,0 +1,127 @@
+"""What is varied: dimensions of a beam between bounds, as points of the unit cube."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.design import Beam
+from squama.inverse.figures import flat
+from squama.model.sensitivity import STEP
+from squama.model.solve import Array
+from squama.study.cells import Cells
+from squama.study.columns import columns
+from squama.study.parameters import ALIASES, PARAMETERS
+
+FULL = {short: full for full, short in ALIASES.items() if "." in full}
+"""Names as in the beam file of the parameters that sweeps call by a shorter one."""
+DIMENSIONS = tuple(FULL.get(name, name) for name in PARAMETERS if "." in FULL.get(name, name))
+"""Dimensions of a beam file that may be varied."""
+WIDE = 10.0
+"""Bounds farther apart than this factor are divided in equal ratios."""
+
+
+class Variable(NamedTuple):
+    """A dimension (``name`` as in the beam file, ``key`` as in a sweep) and its bounds, SI."""
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def key(self) -> str:
+        """Name of the parameter."""
+        return ALIASES.get(self.name, self.name)
+
+    @property
+    def geometric(self) -> bool:
+        """Whether the range is divided in equal ratios."""
+        return self.low > 0 and self.high / self.low > WIDE
+
+
+class Space(NamedTuple):
+    """A beam and what is varied of it."""
+
+    beam: Beam
+    load: str
+    variables: tuple[Variable, ...]
+
+    def values(self, y: Array) -> dict[str, Array]:
+        """Return dimensions (SI, by key) of points (n, m) of the unit cube."""
+        found = {}
+        for v, share in zip(self.variables, y.T, strict=True):
+            value = v.low * (v.high / v.low) ** share if v.geometric else v.low + (v.high - v.low) * share
+            # rounding must not leave the bounds
+            found[v.key] = np.clip(value, v.low, v.high)
+        return found
+
+    def place(self, values: dict[str, float]) -> Array:
+        """Return the point (m,) of the unit cube of some dimensions, by key; outside the bounds the nearest."""
+        shares = []
+        for v in self.variables:
+            value = min(max(values[v.key], v.low), v.high)
+            whole = np.log(v.high / v.low) if v.geometric else v.high - v.low
+            shares.append((np.log(value / v.low) if v.geometric else value - v.low) / whole)
+        return np.array(shares)
+
+    def cells(self, y: Array) -> Cells:
+        """Return the columns of points (n, m)."""
+        return _sized(columns(self.beam, self.values(y), load=self.load), len(y))
+
+    def moved(self, y: Array) -> list[Cells]:
+        """Return the columns with each variable moved by a complex step; derivatives are by the unit cube."""
+        values = self.values(y)
+        found = []
+        for v in self.variables:
+            rate = values[v.key] * np.log(v.high / v.low) if v.geometric else v.high - v.low
+            found.append(stepped(self.beam, self.load, values, v.key, rate, len(y)))
+        return found
+
+    def beam_of(self, y: Array) -> Beam:
+        """Return the beam of one point (m,)."""
+        values = self.values(y[None])
+        changes: dict[str, Any] = {}
+        for v in self.variables:
+            table, _, key = v.name.partition(".")
+            value = float(values[v.key][0])
+            if table == "beam":
+                changes[key] = value
+            else:
+                changes.setdefault(table, {})[key] = value
+        return self.beam.replace(**changes)
+
+
+def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Array | float, n: int) -> Cells:
+    """Return the columns with one dimension moved by ``rate`` i STEP."""
+    at = np.broadcast_to(values.get(key, of_beam(beam, load, key)), n)
+    return _sized(columns(beam, {**values, key: at + 1j * STEP * rate}, load=load), n)
+
+
+def of_beam(beam: Beam, load: str, key: str) -> float:
+    """Return a dimension of a beam by its key, SI; of a joint also where it follows from a law."""
+    table, _, name = FULL.get(key, key).partition(".")
+    if table == "beam":
+        return beam.pitch
+    value = getattr(getattr(beam, table), name)
+    if value is None and name == "stiffness":
+        value = beam.joint_stiffness if load == "twisting" else beam.bending_joint_stiffness
+    if value is None and name == "inclusion_factor":
+        value = beam.C_f
+    return 0.0 if value is None else float(value)
+
+
+def given(beam: Beam) -> Sequence[str]:
+    """Return the keys of all dimensions that a beam has of its own, in the order of the parameters."""
+    found = []
+    for name in DIMENSIONS:
+        table, _, key = name.partition(".")
+        if table == "beam" or getattr(getattr(beam, table), key) is not None:
+            found.append(ALIASES.get(name, name))
+    return found
+
+
+def _sized(c: Cells, n: int) -> Cells:
+    """Return flat columns of n designs also where nothing is varied that they depend on."""
+    return flat(c._replace(eta=np.broadcast_to(c.eta, n)))
