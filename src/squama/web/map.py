@@ -10,6 +10,7 @@ import numpy as np
 
 from squama.engines import solve
 from squama.errors import InputError
+from squama.model import joint, section
 from squama.model.outcome import CODES, End
 from squama.model.solve import Array
 from squama.web import charts, live
@@ -38,11 +39,11 @@ COLOURS: dict[End, str] = {
 
 
 class Key(NamedTuple):
-    """What a map depends on: its axes, its fixed ratios (in the order of `_FIXED`), loading, law, sense, margin."""
+    """What a map depends on: its axes, the values of the other fields (SI), loading, law, sense, margin."""
 
     x: str
     y: str
-    fixed: tuple[float, ...]
+    fixed: tuple[tuple[str, float | None], ...]
     load: str
     law: str
     sense: str
@@ -60,7 +61,8 @@ class Grid(NamedTuple):
     RED: Array
 
 
-_FIXED = ("mu", *(name for name in AXES if name != "mu"))
+_STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "stiffness", "inclusion")
+"""Fields on which only the share of the bar in the energy depends."""
 
 
 def axes(load: str) -> tuple[str, ...]:
@@ -70,24 +72,20 @@ def axes(load: str) -> tuple[str, ...]:
 
 def key(state: State, x: str, y: str) -> Key:
     """Return what the map of a state depends on; values of its own axes are left out."""
-    fixed = tuple(math.nan if n in (x, y) else float(state.value(n) or 0.0) for n in _FIXED)
-    held = tuple(-1.0 if math.isnan(v) else v for v in fixed)
-    m = live.motion(state.setting)
-    ratio = m.case.rigidity / (m.case.stiffness * m.case.pitch) if m.case.stiffness else 0.0
-    return Key(x, y, (*held, float(f"{ratio:.6g}")), state.load, state.law, state.sense, state.margin)
+    fixed = tuple((name, state.value(name)) for name in (*AXES, *_STIFF) if name not in (x, y))
+    return Key(x, y, fixed, state.load, state.law, state.sense, state.margin)
 
 
 @functools.lru_cache(maxsize=8)
 def grid(wanted: Key) -> Grid:
     """Solve the designs of a map."""
-    values = dict(zip(_FIXED, wanted.fixed, strict=False))
     along = [np.linspace(*_range(name), n) for name, n in zip((wanted.x, wanted.y), SIZE, strict=True)]
-    columns: dict[str, Any] = {name: v for name, v in values.items() if v != -1.0}
-    columns[wanted.x] = along[0][None, :] * FIELDS[wanted.x].factor
-    columns[wanted.y] = along[1][:, None] * FIELDS[wanted.y].factor
+    values: dict[str, Any] = dict(wanted.fixed)
+    values[wanted.x] = along[0][None, :] * FIELDS[wanted.x].factor
+    values[wanted.y] = along[1][:, None] * FIELDS[wanted.y].factor
     done = solve(
-        **columns,
-        stiffness_ratio=wanted.fixed[-1],
+        **{name: values[name] for name in AXES},
+        stiffness_ratio=_ratio(values, wanted.load),
         law=wanted.law,
         sense=wanted.sense,
         margin=wanted.margin,
@@ -97,6 +95,27 @@ def grid(wanted: Key) -> Grid:
     shape = (SIZE[1], SIZE[0])
     parts = [np.broadcast_to(v, shape) for v in (done.code, done.load_e, done.load_end, done.RED)]
     return Grid(along[0], along[1], *parts)
+
+
+def _ratio(v: dict[str, Any], load: str) -> Any:
+    """Return the rigidity of the beam without contact over K d, with the laws that a beam has."""
+    d, modulus = v["pitch"], v["modulus"]
+    thick, half = 2 * v["lam"] * d, v["beta"] * d
+    twisting = load == "twisting"
+    stiffness, factor = v["stiffness"], v["inclusion"]
+    if stiffness is None:
+        across = half if twisting else 2 * half
+        stiffness = joint.LAWS[f"stiffness {load}"].value(modulus, v["thickness"], across, v["embedded"])
+    if factor is None:
+        factor = joint.LAWS[f"inclusion {load}"].value(v["embedded"] / d, v["beta"], v["lam"])
+    if twisting:
+        bare = section.shear_modulus(modulus, v["poisson"]) * section.torsion_constants(v["bar_width"], np.array(thick))
+    else:
+        bare = modulus * section.bending_moment_of_area(v["bar_width"], thick)
+    # a tab of no length has no stiffness: then the bar has all the energy, and there is no share to tell
+    return np.divide(
+        factor * bare, stiffness * d, out=np.zeros(np.shape(factor * bare * stiffness)), where=stiffness > 0
+    )
 
 
 def _range(name: str) -> tuple[float, float]:

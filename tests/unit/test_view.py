@@ -1,0 +1,289 @@
+"""A beam in space: geometry against the oracle, forces against balance and torque, pictures, the stand-alone page."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import squama
+from oracle import twisting
+from oracle.vectors import FP, Design, scale
+from squama.cli import main
+from squama.errors import InputError
+from squama.view import geometry, look, picture, standalone, three
+from squama.view.motion import ENDED, FREE, LOCKED, MOST_SCALES, SLIDING, Motion, Setting, shape
+from squama.view.raster import SAMPLES, Canvas
+
+MAIN = squama.Beam.from_ratios(scales=7)
+CASES = [
+    Setting(MAIN, 0.5),
+    Setting(MAIN, 0.5, law="plate"),
+    Setting(MAIN.replace(scale={"alpha": "8 deg"}), 0.2),
+    Setting(MAIN.replace(scale={"alpha": "70 deg"}), 0.1),
+    # the tip-side pair engages in the other sense too
+    Setting(
+        squama.Beam.from_ratios(eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02),
+        0.2,
+        sense="-",
+    ),
+    Setting(MAIN, 0.3, load="bending"),
+]
+IDS = ["edge", "plate", "flat", "steep", "other sense", "bending"]
+FRACTIONS = (0.3, 0.7, 0.99)
+
+
+def contact_load(motion: Motion, fraction: float) -> float:
+    e = motion.path.load_e
+    return e + fraction * (motion.last - e)
+
+
+@pytest.fixture
+def one_pair(monkeypatch):
+    """Leave out the test of the plates against each other, which ends some of these paths before."""
+    monkeypatch.setattr("squama.model.solution.with_touches", lambda sol, *_, **__: (sol, [None]))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_scales_are_those_of_the_oracle(sense: int) -> None:
+    rng = np.random.default_rng(3)
+    for eta, alpha, beta, lam, theta, phi in rng.uniform([1, 0.1, 0.3, 0.1, 0.1, 0], [5, 1.4, 2, 1, 1.6, 1], (20, 6)):
+        d = {"load": "twisting", "eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "half": 1.0, "sense": sense}
+        for j in (0, 1, 3):
+            ours = geometry.scale(d, phi, theta, j)
+            theirs = scale(FP, Design(eta, alpha, beta, lam, 0.1, sense), theta, phi, j)
+            # the oracle's first scale stands where twist and place begin, as the one at k = 0 does
+            for mine, other in (
+                (ours.x, theirs.x),
+                (ours.y, theirs.y),
+                (ours.z, theirs.z),
+                (ours.o, theirs.base),
+                (ours.m, theirs.tip),
+                (ours.corners, (theirs.D, theirs.A, theirs.B, theirs.C)),
+            ):
+                assert np.allclose(mine, other, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("setting", CASES, ids=IDS)
+@pytest.mark.parametrize("fraction", FRACTIONS)
+def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting, fraction: float) -> None:
+    motion = Motion(setting)
+    d, state = shape(setting, motion.path.neighbour), motion.state(contact_load(motion, fraction))
+    assert state.name == SLIDING
+    at = [state.load / setting.beam.pitch]
+    if setting.load == "bending":
+        r = squama.bend(setting.beam, mu=setting.mu, at=at)
+        places = 0.0, r.r.item()
+    else:
+        r = squama.twist(setting.beam, mu=setting.mu, at=at, law=setting.law, sense=setting.sense)
+        places = r.p.item(), r.s.item()
+    c = geometry.contact(d, state.load, state.theta, 1.5)
+    assert np.allclose((c.p, c.s), np.array(places) / setting.beam.pitch, rtol=0, atol=1e-9)
+    # the two edges do meet there
+    assert np.allclose(c.point, c.on_tip, rtol=0, atol=1e-9)
+    assert state.theta == pytest.approx(r.theta.item(), rel=1e-12)
+    torque = r["M" if setting.load == "bending" else "T"].item()
+    assert (state.N, state.f, state.torque) == pytest.approx((r.N.item(), r.f.item(), torque), rel=1e-9)
+
+
+@pytest.mark.parametrize("setting", CASES, ids=IDS)
+@pytest.mark.parametrize("fraction", FRACTIONS)
+def test_the_forces_as_drawn_balance_the_joint(one_pair, setting: Setting, fraction: float) -> None:
+    """What the neighbours do to a scale turns it about its base as far as its spring is turned."""
+    motion = Motion(setting)
+    d, state = shape(setting, motion.path.neighbour), motion.state(contact_load(motion, fraction))
+    own = geometry.scale(d, state.load, state.theta, 0)
+
+    def force(k: float) -> tuple[np.ndarray, np.ndarray]:
+        n, t = geometry.directions(d, state.load, state.theta, state.slip, k)
+        return geometry.contact(d, state.load, state.theta, k).point, state.N * n + state.f * t
+
+    moment = 0.0
+    for k, sign in ((0, 1), (-d["neighbour"], -1)):
+        place, acting = force(k)
+        moment -= sign * float(np.cross(place - own.o, acting) @ own.y)
+    lift = motion.case.stiffness * (state.theta - setting.beam.scale.theta0)
+    assert moment * setting.beam.pitch == pytest.approx(lift, rel=1e-8)
+
+
+@pytest.mark.parametrize("fraction", FRACTIONS)
+def test_the_forces_as_drawn_are_the_torque(fraction: float) -> None:
+    """By the edge law the moment of a contact about the axis is the scales' part of the torque (virtual work)."""
+    motion = Motion(CASES[0])
+    d, state = shape(CASES[0]), motion.state(contact_load(motion, fraction))
+    n, t = geometry.directions(d, state.load, state.theta, state.slip, 0)
+    point = geometry.contact(d, state.load, state.theta, 0).point
+    moment = -float(np.cross(point, state.N * n + state.f * t)[2]) * MAIN.pitch
+    scales = state.torque - motion.case.rigidity * state.load / MAIN.pitch
+    assert moment == pytest.approx(scales, rel=1e-8)
+    # and the oracle, from vectors alone, has it too
+    o = twisting.forces(
+        state.theta, state.load, Design(MAIN.eta, MAIN.scale.alpha, MAIN.beta, MAIN.lam, MAIN.scale.theta0),
+        "edge", 0.5, FP,
+    )  # fmt: skip
+    assert moment / motion.case.stiffness == pytest.approx(float(o.torque_direct), rel=1e-8)
+
+
+def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_face() -> None:
+    d = shape(CASES[0])
+    sections, places = geometry.bar(d, 0.2)
+    assert places[[0, -1]] == pytest.approx([-3.5, 3.5])
+    turned = sections[-1][1] - sections[-1][0]
+    assert math.atan2(-turned[1], turned[0]) == pytest.approx(0.7)
+    assert np.allclose(np.linalg.norm(sections[:, 1] - sections[:, 0], axis=1), 2 * d["half"])
+    b = shape(CASES[-1])
+    bent, _ = geometry.bar(b, 0.2)
+    face = bent[:, :2].mean(axis=1)
+    chord = 2 * math.sin(0.2 / geometry.STEPS / 2) / 0.2
+    assert np.allclose(np.linalg.norm(np.diff(face, axis=0), axis=1), chord)
+    assert face[-1][1] > face[21][1], "it bends towards its scales"
+
+
+def test_states_are_named_and_do_not_go_beyond_the_end() -> None:
+    locks, leaves = Motion(CASES[0]), Motion(CASES[2])
+    assert [locks.state(x).name for x in (0, 0.9 * locks.path.load_e, 0.2, locks.last, 5)] == [
+        FREE, FREE, SLIDING, LOCKED, LOCKED
+    ]  # fmt: skip
+    assert leaves.state(leaves.most).name == ENDED
+    assert locks.state(5).load == pytest.approx(locks.last) == pytest.approx(locks.samples(30)[-1].load)
+    static = Motion(Setting(MAIN, 10.0))
+    assert static.end == "static lock"
+    assert static.state(1.0)[:3] == (static.path.load_e, MAIN.scale.theta0, 0.0)
+    assert static.state(1.0).name == LOCKED
+    never = Motion(Setting(squama.Beam.from_ratios(eta=0.5, beta=0.2), 0.2))
+    assert never.end == "no engagement"
+    assert never.state(0.5 * never.last).name == FREE
+    assert shape(Setting(MAIN.replace(scales=1000), 0.1))["scales"] == MOST_SCALES
+
+
+def test_nearer_triangles_hide_farther_ones_however_they_come() -> None:
+    camera = look.fitted(np.array([[-1.0, -1, -1], [1, 1, 1]]), 1.0)
+    middle = camera.eye - 5 * camera.back
+    side = np.array([camera.right, camera.up])
+
+    def triangle(nearer: float) -> np.ndarray:
+        return np.array(
+            [middle + nearer * camera.back + a * side[0] + b * side[1] for a, b in ((-2, -2), (2, -2), (0, 3))]
+        )
+
+    for order in ((0, 1), (1, 0)):
+        canvas = Canvas(40, 40, camera, np.ones(3))
+        for i in order:
+            canvas.triangles(triangle(i)[None], np.eye(3)[i][None])
+        assert canvas.pixels()[20, 20].tolist() == [0, 255, 0]
+    canvas.triangles(triangle(-1)[None], np.array([[0.0, 0, 1]]), through=True)
+    assert canvas.pixels()[20, 20].tolist() == [0, 178, 76]
+    assert canvas.colour.shape[0] == 40 * SAMPLES
+
+
+def test_a_picture_shows_the_whole_beam_in_the_colour_of_its_state() -> None:
+    motion = Motion(CASES[0])
+    d = shape(CASES[0])
+    for load, colour in ((0.01, "free"), (0.2, "sliding"), (1.0, "locked")):
+        state = motion.state(load)
+        camera = look.fitted(look.outline(d, state.load, state.theta), 2.0)
+        seen = camera.seen(look.outline(d, state.load, state.theta))
+        assert np.abs(seen[:, :2]).max() == pytest.approx(1 / look.AWAY, abs=0.05)
+        pixels = picture.render(d, state, 0.5, camera, (300, 150)).reshape(-1, 3).astype(float)
+        # shaded or not, the hue is that of the state
+        wanted = picture._rgb(look.COLOURS[colour])
+        share = {
+            name: np.mean(
+                np.linalg.norm(pixels / 255 / np.linalg.norm(pixels / 255, axis=1, keepdims=True)
+                               - picture._rgb(value) / np.linalg.norm(picture._rgb(value)), axis=1) < 0.06
+            )
+            for name, value in look.COLOURS.items()
+        }  # fmt: skip
+        assert share[colour] > 0.1 > max(v for name, v in share.items() if name != colour), (load, wanted)
+
+
+def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "beam.toml"]) == 0
+    made = ["-o", "a.png", "-o", "a.gif", "-o", "a.html"]
+    assert (
+        main(["view", "beam.toml", "--twist", "0.14 rad/pitch", "--frames", "4", *made, "--set", "beam.scales=5"]) == 0
+    )
+    out = capsys.readouterr().out
+    assert "0.14 rad per pitch" in out
+    assert out.count("wrote a.") == 3
+    still, moving = Image.open("a.png"), Image.open("a.gif")
+    assert still.size == picture.SIZE
+    assert (moving.n_frames, moving.size) == (4, picture.SMALL)
+    frames = [np.asarray(moving.convert("RGB"), float) for i in range(4) if moving.seek(i) is None]
+    assert np.abs(frames[0] - frames[2]).mean() > 1
+    assert np.abs(frames[1] - frames[3]).mean() < 0.01, "there and back"
+    assert main(["view", "beam.toml", "--twist", "3 rad/pitch", "-o", "b.png", "--json", "--dark", "--no-forces"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["end"], told["state"]["scales"]) == ("frictional lock", "locked")
+    assert told["state"]["load"] == pytest.approx(told["last"]) != told["asked"]
+    still.close()
+    moving.close()
+
+
+def test_bad_input_is_one_line_each_and_writes_nothing(tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "beam.toml"]) == 0
+    capsys.readouterr()
+    bad = [
+        "--twist",
+        "0.1",
+        "--law",
+        "x",
+        "--mu",
+        "-1",
+        "--margin",
+        "2",
+        "--frames",
+        "2.5",
+        "-o",
+        "a.jpg",
+        "-o",
+        "beam.toml",
+    ]
+    assert main(["view", "beam.toml", *bad]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    starts = ("--mu", "--margin", "--frames", "--law", "a.jpg", "beam.toml", "--twist")
+    assert [line.removeprefix("squama: error: ").split(" ")[0].rstrip(":") for line in lines] == list(starts)
+    assert main(["view", "beam.toml"]) == 2
+    assert main(["view", "none.toml", "-o", "a.png"]) == 2
+    assert main(["view", "beam.toml", "-o", "a.png", "--twist", "-0.1 rad/pitch"]) == 2
+    assert "--sense -" in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["beam.toml"]
+
+
+def test_the_page_of_its_own_has_everything_inside() -> None:
+    motion = Motion(CASES[0])
+    text = standalone.page(motion, 0.2)
+    outside = re.findall(r"""(?:src|href)=["']?([^"' >]+)""", text)
+    assert outside == []
+    imports = json.loads(re.search(r'<script type="importmap">(.*?)</script>', text)[1])["imports"]
+    assert all(value.startswith("data:text/javascript;base64,") for value in imports.values())
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text)[1])
+    assert data["states"][data["first"]]["load"] == pytest.approx(0.2, abs=0.003)
+    assert (data["end"], len(data["states"])) == ("frictional lock", standalone.SAMPLES)
+    assert data["states"][-1]["name"] == "locked"
+
+
+def test_without_nicegui_the_page_says_what_to_install(monkeypatch) -> None:
+    monkeypatch.setattr("squama.view.three.find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'squama\[web\]'"):
+        three.find()
+
+
+def test_the_scripts_have_the_same_colours_and_sizes() -> None:
+    folder = Path(geometry.__file__).parent / "js"
+    scene, form = ((folder / f"{name}.js").read_text(encoding="utf-8") for name in ("scene", "geometry"))
+    for name, value in look.COLOURS.items():
+        assert f'{name}: "{value}"' in scene
+    for theme in look.THEMES.values():
+        assert ", ".join(f'{name}: "{value}"' for name, value in theme.items()) in scene
+    assert f"const [HEAD, SHAFT, DOT] = [{picture.HEAD}, {picture.SHAFT}, {picture.DOT}]" in scene
+    assert f"STEPS = {geometry.STEPS};" in form
+    assert f"LONGEST = {geometry.LONGEST};" in form
+    assert all(len(path.read_text(encoding="utf-8").splitlines()) < 350 for path in folder.glob("*.js"))

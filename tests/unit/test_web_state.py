@@ -1,0 +1,296 @@
+"""The explorer without a browser: fields, states, links, numbers of the page, map, files."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import squama
+from squama.cli import main
+from squama.errors import InputError
+from squama.paper import parameters
+from squama.view.look import COLOURS, THEMES
+from squama.web import charts, download, link, live, map, server, state  # noqa: A004
+from squama.web.fields import CHOICES, FIELDS
+
+START = state.preset("main")
+IN_RANGE = {name: st.floats(f.low, f.high).map(lambda x: f"{x:.4g}") for name, f in FIELDS.items() if not f.whole}
+
+
+def test_presets_are_the_papers_beams_and_the_example() -> None:
+    assert START.beam.replace(friction={"mu": None}) == parameters.main()
+    assert state.preset("fig6b2").beam.eta == pytest.approx(2)
+    assert state.preset("pla").beam == squama.Beam.from_toml("examples/pla_on_vps.toml")
+    with pytest.raises(InputError, match="preset"):
+        state.preset("x")
+    for name in state.PRESETS:
+        one = state.preset(name)
+        assert 0 < one.twist < live.motion(one.setting).last
+
+
+@pytest.mark.parametrize("name", [n for n, f in FIELDS.items() if f.place[0] == "ratio"])
+def test_a_ratio_changes_its_dimension_and_nothing_else(name: str) -> None:
+    before = START.value(name)
+    changed = START.change(name, f"{0.8 * before:.17g}")
+    assert changed.value(name) == pytest.approx(0.8 * before, rel=1e-14)
+    assert changed.beam.pitch == START.beam.pitch
+    flat = [
+        {f"{t}.{k}": v for t, part in s.beam.model_dump().items() if isinstance(part, dict) for k, v in part.items()}
+        for s in (START, changed)
+    ]
+    assert len([key for key in flat[0] if flat[0][key] != flat[1][key]]) == 1
+    # and the dimension gives the ratio back
+    size = {"eta": "length", "beta": "width", "zeta": "embedded", "slenderness": "thickness", "lam": "bar_thickness"}[
+        name
+    ]
+    again = START.change(size, FIELDS[size].shown(changed.value(size)))
+    assert again.value(name) == pytest.approx(changed.value(name), rel=1e-5)
+
+
+def test_what_is_shown_in_a_field_is_read_back() -> None:
+    for name, field in FIELDS.items():
+        value = START.value(name)
+        text = field.shown(value)
+        if not field.optional:
+            assert START.change(name, text).value(name) == pytest.approx(value, rel=1e-5)
+    assert START.change("length", "6 cm").value("length") == pytest.approx(0.06)
+    assert START.change("twist", "90 deg total").twist == pytest.approx(math.pi / 2 / 25)
+    assert START.change("twist", "20 deg/pitch").twist == pytest.approx(math.radians(20))
+    assert START.change("stiffness", "20 N mm").beam.joint.stiffness == pytest.approx(0.02)
+    assert START.change("stiffness", "3").change("stiffness", "").beam.joint.stiffness is None
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("eta", "0", "more than 0"),
+        ("eta", "", "not a plain number"),
+        ("length", "5 deg", "a length is needed"),
+        ("embedded", "700", "goes through the substrate"),
+        ("scales", "2.5", "whole number"),
+        ("mu", "-1", "0 to 10"),
+        ("margin", "1", "below 1"),
+        ("alpha", "95", "0 to 90 deg"),
+        ("poisson", "0.5", "-1 to 0.5"),
+        ("stiffness", "0", "more than 0"),
+        ("twist", "-0.1", "0 to 10 rad/pitch"),
+        ("twist", "20 deg", "over which length"),
+        ("pitch", "0,5", 'write "0.5"'),
+        ("width", "nan", "not a length"),
+        ("modulus", "<b>1</b>", "not a pressure"),
+        ("law", "other", "edge"),
+        ("load", "pull", "twisting"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line_with_what_is_allowed(name: str, text: str, words: str) -> None:
+    with pytest.raises(InputError, match=re.escape(words)) as error:
+        START.change(name, text)
+    assert "\n" not in str(error.value)
+
+
+@given(st.sampled_from(sorted(IN_RANGE)), st.data())
+def test_every_place_of_a_slider_is_shown_or_explained(name: str, data: st.DataObject) -> None:
+    text = data.draw(IN_RANGE[name])
+    try:
+        now = START.change(name, text)
+    except InputError as error:
+        # the one thing that two fields can be at odds about
+        if "tab goes through" in str(error):
+            return
+        raise
+    shown = live.scene(now)["state"]
+    assert all(math.isfinite(shown[key]) for key in ("load", "theta", "N", "f", "torque", "x"))
+    json.dumps([charts.line_options(now, plot, dark=False) for plot in charts.PLOTS], allow_nan=False)
+    assert link.read(link.query(now)) == now
+
+
+def test_designs_are_kept_shown_and_dropped() -> None:
+    now = START
+    for eta in ("2", "2.5", "3.5"):
+        now = now.change("eta", eta).keep()
+    assert [round(one.beam.eta, 6) for one in now.kept] == [2, 2.5, 3.5]
+    with pytest.raises(InputError, match="kept already"):
+        now.keep()
+    with pytest.raises(InputError, match="3 designs are kept"):
+        now.change("eta", "4").keep()
+    assert now.show(0).beam.eta == pytest.approx(2)
+    assert now.show(0).kept == now.kept
+    assert [round(one.beam.eta, 6) for one in now.drop(1).kept] == [2, 3.5]
+    assert link.read(link.query(now)) == now
+    rows = live.compared(now.drop(2))
+    assert [row["name"] for row in rows] == ["A", "B", "now"]
+    r = squama.twist(now.kept[0].beam, mu=0.5)
+    assert (rows[0]["end"], rows[0]["RED"]) == (r.end.item(), f"{r.RED_c.item():.4g}")
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("scale.length=5", "has no unit"),
+        ("x=1", "not known"),
+        ("load=twisting", "is missing"),
+        ("keep=a%3D1&" * 4, "at most 3"),
+        ("a" * 30_000, "longer than"),
+        (link.query(START).replace("law=edge", "law=x"), "law"),
+        (link.query(START).replace("twist=0.1875", "twist=-1"), "0 to 10"),
+        (link.query(START) + "&keep=x%3D1", "not known"),
+    ],
+)
+def test_a_link_that_cannot_be_used_says_why(query: str, words: str) -> None:
+    with pytest.raises(InputError, match=re.escape(words)):
+        link.read(query)
+
+
+@pytest.mark.parametrize("name", ["main", "pla"])
+@pytest.mark.parametrize("law", ["edge", "plate"])
+def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
+    now = state.preset(name).change("law", law)
+    r = squama.twist(now.beam, law=law, points=live.POINTS)
+    for plot, variable, unit in (("torque", r["T"], 1.0), ("theta", np.degrees(r.theta), 1.0), ("f", r.f, 1.0)):
+        options = charts.line_options(now, plot, dark=False)
+        own = next(s for s in options["series"] if s["name"] == "this design")
+        x, y = np.array(own["data"]).T
+        factor = y[-1] / variable.values[-1]
+        assert np.log10(factor) == pytest.approx(round(np.log10(factor)), abs=1e-4)
+        assert np.allclose(x, r.phi, rtol=1e-5, atol=1e-9)
+        assert np.allclose(y, unit * factor * variable.values, rtol=1e-5, atol=1e-9 * abs(y).max())
+        point = next(s for s in options["series"] if s["name"] == "current point")["data"][0]
+        assert point[0] == pytest.approx(now.twist)
+        # the point lies on the curve
+        assert point[1] == pytest.approx(np.interp(now.twist, x, y), rel=2e-3)
+
+
+def test_bending_is_a_mode_of_its_own() -> None:
+    now = START.change("load", "bending")
+    m = squama.bend(now.beam)
+    assert live.outcome(now)[0] == m.end.item()
+    words = dict(live.readings(now))
+    assert "Moment M" in words
+    assert live.scene(now)["design"]["alpha"] == 0
+    both = now.keep().change("load", "twisting")
+    assert len(both.kept) == 1
+    names = [s["name"] for s in charts.line_options(both, "torque", dark=True)["series"]]
+    assert "A" not in names, "a bent beam has no place among twisted ones"
+    assert live.warnings(now) == now.beam.warnings("bending")
+
+
+def test_the_outcome_is_told_in_words() -> None:
+    end, where, sentence = live.outcome(START)
+    assert (end, where) == ("frictional lock", "engagement at φ = 0.04819; end at φ = 0.2691 rad/pitch")
+    assert sentence.startswith("Friction holds")
+    beyond = live.outcome(START.change("twist", "1"))[2]
+    assert "Shown at its last state, φ = 0.2679" in beyond
+    never = START.change("eta", "0.5").change("beta", "0.2")
+    assert live.outcome(never)[0] == "no engagement"
+    assert live.compared(never)[0]["engagement"] == "never"
+
+
+@pytest.mark.parametrize(
+    ("load", "x", "y"), [("twisting", "mu", "alpha"), ("twisting", "beta", "lam"), ("bending", "mu", "eta")]
+)
+def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
+    now = START.change("load", load)
+    found = map.grid(map.key(now, x, y))
+    for i, j in ((3, 30), (20, 16), (38, 5)):
+        design = map.take(now, x, y, (i, j))
+        assert design.value(x) / FIELDS[x].factor == pytest.approx(found.x[i], rel=1e-5)
+        assert design.value(y) / FIELDS[y].factor == pytest.approx(found.y[j], rel=1e-5)
+        b = design.beam
+        if load == "twisting":
+            e = squama.ends(**b.ratios, mu=design.mu)
+            assert map.CODES[found.code[j, i]] == e.end.item()
+            assert found.load_end[j, i] == pytest.approx(e.phi_end.item(), rel=1e-4)
+            if live.motion(design.setting).path.other == "":
+                assert found.RED[j, i] == pytest.approx(squama.twist(b).RED_c.item(), rel=1e-3, abs=1e-12)
+        else:
+            assert map.CODES[found.code[j, i]] == squama.bend(b).end.item()
+    options = map.options(now, map.key(now, x, y), found, dark=False)
+    cells = next(s for s in options["series"] if s["name"] == "end")["data"]
+    assert len(cells) == found.x.size * found.y.size
+    assert cells[41 * 5 + 38][:3] == [38, 5, int(found.code[5, 38])]
+    json.dumps(options, allow_nan=False)
+
+
+def test_the_map_is_computed_anew_only_where_it_must() -> None:
+    key = map.key(START, "mu", "alpha")
+    assert map.key(START.change("mu", "1").change("twist", "0.1"), "mu", "alpha") == key
+    assert map.key(START.change("law", "plate"), "mu", "alpha") != key
+    assert map.key(START.change("eta", "2"), "mu", "alpha") != key
+    with pytest.raises(InputError, match="choose two of"):
+        map.check_axes("bending", "mu", "alpha")
+    with pytest.raises(InputError, match="choose two of"):
+        map.check_axes("twisting", "mu", "mu")
+
+
+def test_files_are_those_of_the_commands() -> None:
+    now = START.change("law", "plate")
+    name, content = download.make(now, "toml")
+    assert name == "beam.toml"
+    assert squama.Beam.from_toml_text(content.decode()) == now.beam
+    assert tomllib.loads(content.decode())["friction"]["mu"] == 0.5
+    _, table = download.make(now, "csv")
+    r = squama.twist(now.beam, law="plate")
+    last = [float(v) for v in table.decode().splitlines()[-1].split(",")[:2]]
+    assert any(np.isclose(last[0], r[v].values[-1]) for v in ("phi", "Phi", "theta"))
+    assert b"law" in table
+    assert b"importmap" in download.make(now, "html")[1]
+    assert "M (N m)" in download.make(now.change("load", "bending"), "csv")[1].decode()
+    with pytest.raises(InputError, match="kind"):
+        download.make(now, "pdf")
+
+
+def test_colours_have_contrast() -> None:
+    text = files("squama.web").joinpath("page.css").read_text(encoding="utf-8")
+    blocks = re.findall(r"(?::root|body\.body--dark) \{ (--.*?) \}", text)
+    assert len(blocks) == 2
+    for block, theme in zip(blocks, ("light", "dark"), strict=True):
+        colour = dict(re.findall(r"--(\w+): (#\w{6})", block))
+        assert (colour["normal"], colour["friction"]) == (THEMES[theme]["normal"], THEMES[theme]["friction"])
+        for ground in ("page", "panel"):
+            for name, least in (("ink", 7), ("soft", 4.5), ("bad", 4.5), ("accent", 3)):
+                assert contrast(colour[name], colour[ground]) >= least, (theme, name, ground)
+        for name in COLOURS.values():
+            assert contrast(name, THEMES[theme]["edge"]) >= 1.5
+
+
+def contrast(one: str, other: str) -> float:
+    """Ratio of luminances as WCAG 2 has it."""
+
+    def luminance(colour: str) -> float:
+        parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    high, low = sorted((luminance(one), luminance(other)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_bad_input_of_the_command_is_one_line(capsys, monkeypatch) -> None:
+    import socket
+
+    with socket.socket() as taken:
+        taken.bind((server.HOST, 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert main(["explore", "--no-browser", "--port", str(port)]) == 2
+    assert main(["explore", "none.toml", "--port", "70000"]) == 2
+    assert main(["explore", "--set", "scale.alpha=30 deg"]) == 2
+    monkeypatch.setattr("squama.cli.explore.find_spec", lambda _: None)
+    assert main(["explore"]) == 2
+    lines = [line.removeprefix("squama: error: ") for line in capsys.readouterr().err.splitlines()]
+    assert [line.split(":")[0] for line in lines] == [
+        f"--port {port}",
+        '--port = "70000"',
+        "none.toml",
+        "--set",
+        "squama explore needs NiceGUI; install it with",
+    ]
+    assert set(CHOICES) == {"load", "law", "sense"}
