@@ -12,10 +12,10 @@ from oracle import bending as oracle_bending
 from oracle.twisting import forces, phi
 from oracle.vectors import FP, MP, Design
 from squama.identify.branches import turning_points, ways
-from squama.identify.estimate import derivatives
-from squama.identify.facade import _placed
-from squama.identify.parameters import PARAMETERS, ask
 from squama.identify.data import read, record
+from squama.identify.estimate import derivatives
+from squama.identify.facade import placed
+from squama.identify.parameters import PARAMETERS, ask
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 TRUE = {"mu": 0.3, "K_theta": BEAM.joint_stiffness, "C_f": BEAM.C_f, "E_B": 2e6, "theta0": BEAM.scale.theta0}
@@ -125,7 +125,7 @@ def test_derivatives_against_central_differences(load):
     data = squama.cycle(BEAM, HISTORY if load == "twisting" else "0, 0.3, 0.1, 0.32, 0 rad/pitch", load=load)
     for names in (("mu", "K_theta", "C_f", "theta0", "zero"), ("mu", "E_B", "C_f"), ("E_B", "K_theta")):
         asked = ask(BEAM, load, names)
-        points = _placed(record(read(data, BEAM, load), BEAM, load), asked, "edge")
+        points = placed(record(read(data, BEAM, load), BEAM, load), asked, "edge")
         p = np.array([TRUE.get(n, 0.01) for n in names]) * 1.07
         for mu in (1.0, 3.0, 40.0):
             # forty times the friction is far beyond the lock: the continuation has its derivatives too
@@ -173,7 +173,7 @@ def test_near_a_lock():
     fit = squama.fit(data, BEAM.replace(friction={"mu": 2.0}))
     assert fit.values["mu"] == pytest.approx(0.3, rel=1e-9)
     asked = ask(BEAM, "twisting", ("mu",))
-    forward = _placed(record(read(data, BEAM, "twisting"), BEAM, "twisting"), asked, "edge").forward
+    forward = placed(record(read(data, BEAM, "twisting"), BEAM, "twisting"), asked, "edge").forward
     lock = forward.locks_at(BEAM.scale.theta0)
     trials = np.linspace(0, 3 * lock, 400)
     peak = np.array([forward.torque(asked.physical(np.array([m]))).max() for m in trials])

@@ -121,7 +121,7 @@ def fit(
     sigma = None if noise is None else _torque("noise", noise)
     asked = ask(beam, load, parameters, bounds)
     record = records.record(records.read(data, beam, load), beam, load, to=to, reversal=reversal, stick=stick)
-    points = _placed(record, asked, law)
+    points = placed(record, asked, law)
     _enough(points, asked, sigma is not None)
     found = _estimated(points, points.usable, asked, starts, sigma)
     result = _result(points, asked, law, found, sigma)
@@ -144,7 +144,7 @@ def _torque(name: str, value: float | str) -> float:
     return found
 
 
-def _placed(record: Record, asked: Asked, law: str) -> _Points:
+def placed(record: Record, asked: Asked, law: str) -> _Points:
     """Put a record on the paths of its contacts; refuse what no trial covers."""
     lowest = asked.bound("mu", 0)
     start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})

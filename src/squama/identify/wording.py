@@ -131,7 +131,8 @@ def notes(fit: Any, autocorrelation: float, lock: str | None) -> list[str]:
     for name, here in zip(fit.parameters, fit.at_bound, strict=True):
         if here:
             i = fit.parameters.index(name)
-            nearer = min((fit.asked.low[i], fit.asked.high[i]), key=lambda b, v=fit.estimates[i]: abs(b - v))
+            low, high, value = fit.asked.low[i], fit.asked.high[i], fit.estimates[i]
+            nearer = low if value - low < high - value else high
             out.append(f"{name} is at its bound {nearer:.6g}: errors are as without bounds")
     hard = separable.pairs(fit.parameters, fit.correlation)
     for a, b, c in hard:
