@@ -76,7 +76,10 @@ def export(
             arguments[name] = read_number(flag_name, text, 0.01, 24.99, "0.01 to 24.99 g/cm3", "1.2")
     with problems.caught():
         overrides = read_overrides(set_)
-    problems.lines += check_outputs(Options(plot=picture), [beam])
+    # a picture may go into the folder that is made here
+    inside = () if Path(out).exists() else tuple(p for p in picture if Path(p).parent.resolve() == Path(out).resolve())
+    problems.lines += check_outputs(Options(plot=tuple(p for p in picture if p not in inside)), [beam])
+    problems.lines += check_outputs(Options(plot=tuple(Path(p).name for p in inside)), [])
     if picture and not {"assembly", "mould"} & set(arguments.get("parts", solids.PARTS)):
         problems.lines.append("--picture: shows the assembly and the mould; write one of them in --parts")
     described = None

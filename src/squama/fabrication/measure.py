@@ -10,7 +10,7 @@ import numpy as np
 
 from squama.fabrication import mesh as meshes
 from squama.fabrication import rays
-from squama.fabrication.mesh import Mesh
+from squama.fabrication.mesh import Index, Mesh
 from squama.fabrication.place import Plan
 from squama.fabrication.recipe import Array, Recipe
 
@@ -56,38 +56,57 @@ def scale(plan: Plan, mesh: Mesh) -> Iterator[Check]:
     yield from _angles(plan, mesh.name, top.normal)
 
 
-def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:
-    """Measure the slots of the substrate on the bench: number, distance, depth, thickness and angles."""
+class _Cuts(NamedTuple):
+    """Slots or slits seen in a mesh: direction of their floors, level of each along it, thicknesses, lowest point."""
+
+    normal: Array
+    levels: Array
+    thicknesses: Array
+    lowest: float
+
+
+def _cuts(mesh: Mesh) -> _Cuts | None:
+    """Find the parallel oblique slots of a solid on the bench; None if there are none."""
     oblique = [f for f in rays.faces(mesh) if np.abs(f.normal).max() < 1 - 1e-9]
     # walls that face each other; the largest such pair is what a plate lies between
-    floors = [f for f in oblique if f.normal[2] > 0 and any(_opposite(f, g) for g in oblique)]
-    if not floors:
-        yield Check("slots", mesh.name, plan.scales, 0, "", 0)
-        return
-    floor = floors[0]
-    points = rays.samples(mesh, floor.triangles)
-    heights = points.mean(axis=1) @ floor.normal
+    pairs = [(f, g) for f in oblique if f.normal[2] > LENGTH for g in oblique if f.normal @ g.normal < -1 + 1e-9]
+    if not pairs:
+        return None
+    floor, roof = pairs[0]
+    points, planes, levels = _levels(mesh, floor, floor.normal)
+    _, _, roofs = _levels(mesh, roof, floor.normal)
+    found = [np.array([np.inf])] if roofs.size != levels.size else [roofs - levels]
+    for plane in planes:
+        met = rays.cast(mesh, points[plane].reshape(-1, 3), floor.normal)
+        # a ray may leave through the mouth
+        found.append(met[np.isfinite(met)])
+    corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
+    return _Cuts(floor.normal, levels, np.concatenate(found), float(corners[:, 2].min()))
+
+
+def _levels(mesh: Mesh, face: rays.Faces, normal: Array) -> tuple[Array, list[Index], Array]:
+    """Return points in a face's triangles (n, 4, 3), which of these lie in one plane, and the planes' levels."""
+    points = rays.samples(mesh, face.triangles)
+    heights = points.mean(axis=1) @ normal
     order = np.argsort(heights)
     planes = np.split(order, np.flatnonzero(np.diff(heights[order]) > LENGTH) + 1)
-    yield Check("slots", mesh.name, plan.scales, len(planes), "", 0)
-    levels = np.array([heights[p].mean() for p in planes])
-    pitches = np.diff(levels) / np.abs(floor.normal[0])
+    return points, planes, np.array([heights[p].mean() for p in planes])
+
+
+def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:
+    """Measure the slots of the substrate on the bench: number, distance, depth, thickness and angles."""
+    seen = _cuts(mesh)
+    yield Check("slots", mesh.name, plan.scales, 0 if seen is None else seen.levels.size, "", 0)
+    if seen is None:
+        return
+    pitches = np.diff(seen.levels) / np.abs(seen.normal[0])
     yield Check("distance of slots", mesh.name, plan.pitch, _worst(pitches, plan.pitch), "mm", LENGTH)
     _, _, wide = plan.slot
-    found = np.concatenate([_thickness(mesh, points[p], floor.normal) for p in planes])
-    yield Check("thickness of slots", mesh.name, wide, _worst(found, wide), "mm", LENGTH)
-    corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
+    yield Check("thickness of slots", mesh.name, wide, _worst(seen.thicknesses, wide), "mm", LENGTH)
     deep = plan.slot[0] * sin(plan.theta0) + wide / 2 * cos(plan.theta0)
-    depth = float(mesh.vertices[:, 2].max() - corners[:, 2].min())
+    depth = float(mesh.vertices[:, 2].max()) - seen.lowest
     yield Check("depth of slots", mesh.name, deep, depth, "mm", LENGTH)
-    yield from _angles(plan, mesh.name, floor.normal)
-
-
-def _thickness(mesh: Mesh, points: Array, normal: Array) -> Array:
-    """Return what rays from a slot's floor meet; those that leave through its mouth meet nothing. inf if all do."""
-    met = rays.cast(mesh, points.reshape(-1, 3), normal)
-    inside = met[np.isfinite(met)]
-    return inside if inside.size else np.array([np.inf])
+    yield from _angles(plan, mesh.name, seen.normal)
 
 
 def _angles(plan: Plan, name: str, normal: Array) -> Iterator[Check]:
@@ -124,10 +143,6 @@ def read_back(loaded: Sequence[tuple[str, Any, float]], file: str) -> Iterator[C
         yield Check("volume", where, volume, float(found.volume), "mm^3", FILE_VOLUME * volume)
 
 
-def _opposite(f: rays.Faces, g: rays.Faces) -> bool:
-    return bool(f.normal @ g.normal < -1 + 1e-9)
-
-
 def _worst(found: Array, expected: float) -> float:
     """Return the value that is farthest from what is expected."""
     return float(found[np.abs(found - expected).argmax()]) if found.size else expected
@@ -137,17 +152,11 @@ def slits(plan: Plan, lids: Sequence[Mesh]) -> Iterator[Check]:
     """Measure the slits of the lid in its place on the bench: number, thickness and angles."""
     count = 0
     for lid in lids:
-        oblique = [f for f in rays.faces(lid) if np.abs(f.normal).max() < 1 - 1e-9]
-        floors = [f for f in oblique if f.normal[2] > LENGTH and any(_opposite(f, g) for g in oblique)]
-        if not floors:
+        seen = _cuts(lid)
+        if seen is None:
             continue
-        floor = floors[0]
-        points = rays.samples(lid, floor.triangles)
-        heights = points.mean(axis=1) @ floor.normal
-        order = np.argsort(heights)
-        planes = np.split(order, np.flatnonzero(np.diff(heights[order]) > LENGTH) + 1)
-        count += len(planes)
-        found = np.concatenate([_thickness(lid, points[p], floor.normal) for p in planes])
-        yield Check("thickness of slits", lid.name, plan.slit[1], _worst(found, plan.slit[1]), "mm", LENGTH)
-        yield from _angles(plan, lid.name, floor.normal)
+        count += seen.levels.size
+        found = _worst(seen.thicknesses, plan.slit[1])
+        yield Check("thickness of slits", lid.name, plan.slit[1], found, "mm", LENGTH)
+        yield from _angles(plan, lid.name, seen.normal)
     yield Check("slits", "lid", plan.scales, count, "", 0)

@@ -151,19 +151,13 @@ def lid_counts(plan: Plan) -> list[int] | None:
     skew = lid.outer * tan(plan.alpha)
     for pieces in range(2, plan.scales + 1):
         counts = [len(part) for part in np.array_split(np.arange(plan.scales), pieces)]
-        if max(_lengths(plan, lid, counts, skew)) <= plan.bed:
+        places = np.array([lid.low, *(_cut(plan, int(k)) for k in np.cumsum(counts)[:-1]), lid.high])
+        middle = np.diff(places)
+        # a piece inside has two skewed ends, the first and the last have one
+        longest = max(middle[[0, -1]].max() + skew, (middle[1:-1] + 2 * skew).max(initial=0.0))
+        if longest <= plan.bed and middle[[0, -1]].min() - skew >= plan.wall:
             return counts
     return None
-
-
-def _lengths(plan: Plan, lid: Lid, counts: list[int], skew: float) -> list[float]:
-    """Return the overall lengths of the lid's pieces, the skew of their ends included."""
-    places = [lid.low, *(_cut(plan, int(k)) for k in np.cumsum(counts)[:-1]), lid.high]
-    skews = [0.0, *[skew] * (len(counts) - 1), 0.0]
-    last = len(counts) - 1
-    return [
-        places[i + 1] - places[i] + (2 * skew if 0 < i < last else max(skews[i], skews[i + 1])) for i in range(last + 1)
-    ]
 
 
 def _cut(plan: Plan, k: int) -> float:

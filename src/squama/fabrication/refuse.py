@@ -46,6 +46,8 @@ def _scale(plan: Plan) -> Iterator[str]:
                 f"scale.{name} = {mm(size)}: is less than the least size that can be printed; write at least "
                 f"{mm(least)}, or a smaller feature"
             )
+    if plan.breadth <= plan.thickness:
+        yield f"scale.width = {mm(plan.breadth)}: is no more than the thickness, {mm(plan.thickness)}; write a plate"
     if plan.bed is not None and plan.length + plan.embedded > plan.bed + SLACK:
         yield (
             f"scale.length = {mm(plan.length)}: with its tab of {mm(plan.embedded)} the scale is longer than the bed, "
@@ -94,7 +96,7 @@ def _section(plan: Plan) -> Iterator[str]:
 def _along(plan: Plan) -> Iterator[str]:
     """Slots beside each other, and the bar's ends."""
     gap = between(plan, plan.slot_profile, plan.slot[1])
-    if gap < plan.feature - SLACK:
+    if plan.scales > 1 and gap < plan.feature - SLACK:
         least = _pitch(plan, lambda p: between(p, p.slot_profile, p.slot[1]) >= plan.feature)
         yield (
             f"beam.pitch = {mm(plan.pitch)}: the slots of neighbouring tabs {_apart(gap)} in the bar, they need "
@@ -147,7 +149,7 @@ def _mould(plan: Plan) -> Iterator[str]:
             f"sides, they need {mm(plan.feature)}; write at most {steepest:g} deg"
         )
     ligament = between(plan, plan.slit_profile, plan.slit[0])
-    if ligament < plan.feature - SLACK:
+    if plan.scales > 1 and ligament < plan.feature - SLACK:
         least = _pitch(plan, lambda p: between(p, p.slit_profile, p.slit[0]) >= plan.feature)
         yield (
             f"beam.pitch = {mm(plan.pitch)}: the slits of the mould's lid {_apart(ligament)}, they need "
@@ -155,7 +157,7 @@ def _mould(plan: Plan) -> Iterator[str]:
         )
     long, wide, t = plan.blade
     x, y, z = np.abs(plan.step)
-    if x < long and y < wide and z - t < plan.clearance - SLACK:
+    if plan.scales > 1 and x < long and y < wide and z - t < plan.clearance - SLACK:
         slope = sin(plan.theta0) * cos(plan.alpha)
         yield (
             f"beam.pitch = {mm(plan.pitch)}: the mould's blades, {mm(t)} thick, do not fit beside each other; write at "

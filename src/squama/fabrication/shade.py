@@ -12,7 +12,7 @@ from squama.fabrication.mesh import Mesh, from_manifold, manifold
 from squama.fabrication.recipe import Array
 
 LIGHT = np.array([-0.35, -0.5, 0.8])
-EDGE = np.array([0.1, 0.1, 0.1])
+EDGE = (0.1, 0.1, 0.1)
 
 
 class View(NamedTuple):
@@ -66,7 +66,7 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
     shape = fine * max(1, round((view.top - view.bottom) / size / fine)), pixels * fine
     depth, face = np.full(shape, -np.inf), np.full(shape, -1)
     shades: list[Array] = []
-    for mesh, colour in zip(meshes, colours, strict=True):
+    for number, (mesh, colour) in enumerate(zip(meshes, colours, strict=True)):
         seen = (mesh.vertices @ view.axes.T - [view.left, view.bottom, 0]) / [size, size, 1]
         corners = seen[mesh.triangles]
         a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
@@ -76,8 +76,8 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
         for triangle, light, normal in zip(corners, bright, normals, strict=True):
             if normal @ view.axes[2] > 1e-9:
                 _fill(depth, face, triangle, len(shades))
-                shades.append(np.append(np.asarray(colour) * light, [*normal, float(normal @ view.axes[2])]))
-    return _image(depth, face, np.array(shades).reshape(-1, 7), size, fine)
+                shades.append(np.array([*(np.asarray(colour) * light), number, *normal, normal @ view.axes[2]]))
+    return _image(depth, face, np.array(shades).reshape(-1, 8), size, fine)
 
 
 def _fill(depth: Array, face: NDArray[np.int64], triangle: Array, number: int) -> None:
@@ -100,26 +100,23 @@ def _fill(depth: Array, face: NDArray[np.int64], triangle: Array, number: int) -
 
 
 def _image(depth: Array, face: NDArray[np.int64], shades: Array, size: float, fine: int) -> NDArray[np.uint8]:
+    """Colour the buffers; a line stands where the solid, the direction of its face or the depth changes."""
     seen = face >= 0
-    colour = np.ones((*face.shape, 4))
-    colour[..., 3] = seen
-    colour[seen, :3] = shades[face[seen], :3]
-    line = np.zeros(face.shape, bool)
-    normals = np.zeros((*face.shape, 4))
-    normals[seen] = shades[face[seen], 3:]
+    # one row more, for what is not seen (face -1)
+    colour = np.append(np.c_[shades[:, :3], np.ones(len(shades))], [[1.0, 1, 1, 0]], axis=0).astype(np.float32)
+    _, kind = np.unique(np.round(shades[:, 3:7], 3), axis=0, return_inverse=True)
+    kind = np.append(kind.ravel(), -1)[face]
+    slope = np.append(1 / np.maximum(shades[:, 7], 0.02), 1.0).astype(np.float32)[face]
     flat = np.where(seen, depth, -1e9)
+    line = np.zeros(face.shape, bool)
     for axis in (0, 1):
-        ahead = [slice(None), slice(None)]
-        behind = [slice(None), slice(None)]
-        ahead[axis], behind[axis] = slice(1, None), slice(None, -1)
-        p, q = tuple(ahead), tuple(behind)
-        bend = (normals[p][..., :3] * normals[q][..., :3]).sum(-1) < 0.98
-        slope = 1 / np.maximum(np.minimum(normals[p][..., 3], normals[q][..., 3]), 0.02)
-        jump = np.abs(flat[p] - flat[q]) > size * (1.5 * slope + 1)
-        line[p] |= (bend | jump) & (seen[p] | seen[q])
-    colour[line] = [*EDGE, 1.0]
+        p, q = (tuple(part if i == axis else slice(None) for i in (0, 1)) for part in (slice(1, None), slice(-1)))
+        jump = np.abs(flat[p] - flat[q]) > size * (1.5 * np.maximum(slope[p], slope[q]) + 1)
+        line[p] |= (kind[p] != kind[q]) | jump
+    pixels = colour[face]
+    pixels[line] = [*EDGE, 1.0]
     rows, columns = (n // fine for n in face.shape)
-    small = colour.reshape(rows, fine, columns, fine, 4)
+    small = pixels.reshape(rows, fine, columns, fine, 4)
     weight = small[..., 3:]
     mixed = (small[..., :3] * weight).sum((1, 3)) / np.maximum(weight.sum((1, 3)), 1e-9)
     whole = np.concatenate([mixed, weight.mean((1, 3))], axis=-1)
