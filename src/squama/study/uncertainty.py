@@ -163,7 +163,7 @@ def uncertainty(
     >>> beam = squama.Beam.from_ratios(mu=0.3)
     >>> u = squama.uncertainty(beam, {"alpha": "+- 1 deg", "mu": "normal(0.3, 0.03)"}, samples=4096)
     >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
-    0.279 +- 0.006 rad/pitch
+    0.283 +- 0.006 rad/pitch
     """
     return uncertain(
         beam, vary, before=before, mu=mu, load=load, law=law, sense=sense, margin=margin, samples=samples,
