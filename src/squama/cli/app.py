@@ -13,6 +13,7 @@ COMMANDS = {
     "bend": "Bend a beam towards its scales: moment, locking and friction, from a beam file.",
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
     "fit": "Find friction, joint stiffness and other parameters of a beam from measured torque and twist.",
+    "design": "Find beams that lock, bear or dissipate as asked, within bounds and limits, from a target file.",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
     "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
     "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",

@@ -96,7 +96,7 @@ def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed
         line = "vary: no point within the bounds is a beam; look at the depth of the tab and at l/d and b/d"
         raise InputError(_prefixed(target, line))
     look = problem.look(y, slopes=True, plates=True)
-    idle = np.flatnonzero(~look.J.any(axis=(0, 2)))
+    idle = np.flatnonzero(~look.found.slopes.any(axis=(0, 2)))
     y[:, idle] = first[idle]
     look = search.refine(problem, y)
     kept = np.flatnonzero((look.g >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
@@ -162,7 +162,8 @@ def _choose(problem: Problem, look: Look, effects: Array, kept: Array, count: in
     met = np.zeros(look.merit.size, bool)
     for i in kept:
         met[i] = all(_met(problem, look, int(i)))
-    weights = np.array([goal.weight for goal in goals])[:, None, None]
+    # what is asked as "at least" or "at most" has room for its tolerances
+    weights = np.array([goal.weight * (goal.sense == "=") for goal in goals])[:, None, None]
     spread = np.sqrt(((weights * effects) ** 2).sum(axis=(0, 1)))
     if met.any():
         order = kept[met[kept]]
