@@ -72,7 +72,7 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
         a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
         normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-        bright = 0.62 + 0.38 * (normals @ (LIGHT / np.linalg.norm(LIGHT)))
+        bright = 0.7 + 0.3 * (normals @ (LIGHT / np.linalg.norm(LIGHT)))
         for triangle, light, normal in zip(corners, bright, normals, strict=True):
             if normal @ view.axes[2] > 1e-9:
                 _fill(depth, face, triangle, len(shades))
