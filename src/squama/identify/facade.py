@@ -184,9 +184,12 @@ def _enough(points: _Points, asked: Asked, noise_known: bool) -> None:
     start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})
     senses = histories.senses(start, asked.load, asked.bound("mu", 0), "edge", _NEAR)
     far = float(max(rec.load[usable], key=abs))
-    at = senses.paths["-" if far < 0 else "+"].load_e
-    where = f"in this sense, {'-' if far < 0 else '+'}, the scales do not engage"
-    remedy = "; if the sense was the other, turn the signs of twist and torque"
+    here, there = ("-", "+") if far < 0 else ("+", "-")
+    at = senses.paths[here].load_e
+    where = f"in this sense, {here}, the scales do not engage"
+    remedy = "; find C_f or E_B only"
+    if np.isfinite(senses.paths[there].load_e):
+        remedy = "; if the sense was the other, turn the signs of twist and torque"
     if np.isfinite(at):
         at = float(np.copysign(at, far))
         where = f"engagement is at {at:.4g} rad/pitch"

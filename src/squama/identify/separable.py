@@ -23,6 +23,8 @@ HARDLY = 0.95
 """Correlation from which two parameters are called hardly separable."""
 UNSEEN = 0.5
 """Standard error over the estimate from which a parameter is called not determined."""
+FEW = 0.2
+"""Part of the points below which more of a kind are proposed."""
 FAR = 0.5
 """How far towards the end of the path further points are proposed."""
 
@@ -71,18 +73,14 @@ def remedies(
     pitch = senses.case.pitch
     added: list[tuple[str, Forward]] = []
     loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
-    if loaded.any() and np.count_nonzero(back) < 0.2 * np.count_nonzero(loaded):
-        index = np.flatnonzero(loaded)
-        added.append(
-            (
-                "unloading measured too, at the twists of the loading",
-                forward.take(index)._replace(way=-forward.way[index]),
-            )
-        )
+    for one, other, seen, missing in ((loaded, back, "loading", "unloading"), (back, loaded, "unloading", "loading")):
+        if one.any() and np.count_nonzero(other) < FEW * np.count_nonzero(one):
+            turned = forward.take(np.flatnonzero(one))
+            added.append((f"{missing} measured too, at the twists of the {seen}", turned._replace(way=-turned.way)))
     n = max(int(np.count_nonzero(loaded)), 10)
     sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
     path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
-    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < 0.2 * forward.rate.size:
+    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < FEW * forward.rate.size:
         load = s * np.linspace(0, path.load_e, n)
         added.append((f"{n} points before engagement", build(senses, load, np.ones(n))))
     far = float(np.abs(forward.rate).max()) * pitch

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from squama.identify.result import Fit
 
 WORDS = {"twisting": ("twist", "twist rate", "torque"), "bending": ("bend", "curvature", "moment")}
+_SMALL = 0.05
+"""Standard error of a friction that is known to be small."""
 _GAIN = 0.7
 """A further measurement is named if it brings one of the errors concerned below this part of it."""
 _UNITS = {"rad": (180 / math.pi, "deg"), "Pa": (1.0, "Pa"), "N m": (1.0, "N m"), "1": (1.0, "")}
@@ -36,9 +38,9 @@ def with_error(value: float, error: float, unit: str) -> str:
         name = "N mm" if name == "N m" and prefix == "m" else prefix + name
         factor = scale
     value, error = value * factor, error * factor
-    if not math.isfinite(error) or error <= 0:
-        return f"{value:.6g} +- {error:.3g} {name}".strip()
-    digits = min(max(0, 1 - math.floor(math.log10(error))), 9)
+    if not math.isfinite(error) or error < 1e-6 * abs(value):
+        return f"{value:.7g} +- {error:.1e} {name}".strip()
+    digits = max(0, 1 - math.floor(math.log10(error or 1.0)))
     return f"{value:.{digits}f} +- {error:.{digits}f} {name}".strip()
 
 
@@ -142,6 +144,10 @@ def notes(fit: Any, autocorrelation: float, lock: str | None) -> list[str]:
         )
     weak = [n for n in fit.parameters if n != "zero" and fit.errors[n] > separable.UNSEEN * abs(fit.values[n])]
     weak = [n for n in weak if not fit.at_bound[fit.parameters.index(n)]]
+    if "mu" in weak and fit.errors["mu"] < _SMALL:
+        weak.remove("mu")
+        most = fit.values["mu"] + 2 * fit.errors["mu"]
+        out.append(f"mu cannot be told from 0: two standard errors above the estimate are {most:.2g}")
     out += [
         f"{n} is not determined by these points: its error is {100 * fit.errors[n] / abs(fit.values[n]):.0f} % of it"
         for n in weak
