@@ -52,7 +52,8 @@ def keys() -> list[str]:
     rows = ["| table | key | meaning | measures | example |", "|---|---|---|---|---|"]
     for table, content in TABLES.items():
         for key, (dimension, meaning, example) in content.items():
-            rows.append(f"| `[{table}]` | `{key}` | {meaning} | {dimension or 'whole number'} | `{example}` |")
+            measures = dimension or ("file" if example.startswith('"') else "whole number")
+            rows.append(f"| `[{table}]` | `{key}` | {meaning} | {measures} | `{example}` |")
     return rows
 
 

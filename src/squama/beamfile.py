@@ -13,7 +13,7 @@ from squama.units import Dimension, QuantityError, as_text, shown
 
 
 class Key(NamedTuple):
-    """One key of the file: what it measures (None: a whole number), what it means, how it may look."""
+    """One key of the file: what it measures (None: a whole number or a file), what it means, how it may look."""
 
     dimension: Dimension | None
     meaning: str
@@ -42,6 +42,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
     "joint": {
         "stiffness": Key(Dimension.TORQUE, "K_theta of one scale", '"0.02 N m"'),
         "inclusion_factor": Key(Dimension.RATIO, "C_f", "1.4"),
+        "matrix": Key(None, "file of the joint's stiffness in all motions, from squama joint --matrix", '"joint.csv"'),
     },
     "friction": {"mu": Key(Dimension.RATIO, "coefficient of friction", "0.25")},
 }
@@ -170,13 +171,13 @@ def unknown_key(table: str, key: str, *, whole_beam: bool = False) -> str:
     return f"{table}.{_name(key)}: unknown key; {remedy}allowed: {', '.join(keys)}"
 
 
-def write(tables: Mapping[str, Mapping[str, float | None]]) -> str:
+def write(tables: Mapping[str, Mapping[str, float | str | None]]) -> str:
     """Return the text of a beam file; `parse` and `Beam` read back the very same floats.
 
     Parameters
     ----------
     tables : mapping
-        SI values by table and key; None for a key that is not given.
+        SI values by table and key; None for a key that is not given, the text of a file for one that names a file.
 
     Returns
     -------
@@ -190,8 +191,11 @@ def write(tables: Mapping[str, Mapping[str, float | None]]) -> str:
             value = tables[table][key]
             if value is None:
                 continue
-            text = str(value) if dimension is None else as_text(value, dimension)
-            quoted = text if dimension in {None, Dimension.RATIO} else f'"{text}"'
+            if isinstance(value, str):
+                quoted = f"'''\n{value}'''"
+            else:
+                text = str(value) if dimension is None else as_text(value, dimension)
+                quoted = text if dimension in {None, Dimension.RATIO} else f'"{text}"'
             lines.append(f"{key} = {quoted}  # {meaning}")
         if lines:
             parts.append("\n".join([f"[{table}]", *lines]))

@@ -47,9 +47,8 @@ def stiffness(beam: Beam) -> Stiffness:
 
 def matrix(beam: Beam) -> Array:
     """Return the (7, 7) matrix over the six motions and the twist per pitch, E = 1 and d = 1."""
-    own = getattr(beam.joint, "matrix", None)
-    if own is not None:
-        return np.asarray(own, float)
+    if beam.joint.matrix is not None:
+        return beam.joint.matrix.K
     from squama.fe.joint import joint_matrix
 
     return np.asarray(joint_matrix(beam).K, float)
@@ -69,7 +68,7 @@ def warnings(beam: Beam, far: float) -> list[str]:
             f"{STRAIN_LIMIT:g} rad per pitch, and the curve goes to {far:.3g}"
         )
     given = [name for name in ("stiffness", "inclusion_factor") if getattr(beam.joint, name) is not None]
-    if given and getattr(beam.joint, "matrix", None) is None:
+    if given and beam.joint.matrix is None:
         lines.append(f"joint.{' and joint.'.join(given)}: not used by the compliant joint, whose stiffness is computed")
     return lines
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator, ValidationError, model_validator
 
-from squama import beamfile, files, validity
+from squama import beamfile, files, joint_values, validity
 from squama.errors import InputError
-from squama.model import joint, section
+from squama.model import section
 from squama.parts import Friction, Joint, Part, Pitch, Quantity, Scale, Substrate, read_ratios, whole
 
 __all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
@@ -90,7 +91,7 @@ class Beam(Part):
             The file or a value in it cannot be used: one line per mistake, each with the file's name.
         """
         text = files.read_text(path, missing=f"write an example with: squama new {files.label(path)}")
-        return cls.from_toml_text(text, source=files.label(path), overrides=overrides)
+        return cls.from_toml_text(text, source=files.label(path), overrides=overrides, folder=Path(path).parent)
 
     @classmethod
     def from_toml_text(
@@ -99,8 +100,9 @@ class Beam(Part):
         *,
         source: str = "beam",
         overrides: Mapping[str, Mapping[str, Any]] | None = None,
+        folder: str | os.PathLike[str] = "",
     ) -> Self:
-        """Read a beam from the text of a file; `source` is its name in messages, the rest as `from_toml`."""
+        """Read a beam from the text of a file: its name in messages is `source`, other files are in `folder`."""
         try:
             arguments, problems = beamfile.parse(text)
         except InputError as error:
@@ -108,7 +110,7 @@ class Beam(Part):
             raise InputError(message) from None
         if overrides:
             arguments = beamfile.merge(arguments, overrides)
-        return cls._build(arguments, problems, source=f"{source}: ", bare=False)
+        return cls._build(arguments, problems, source=f"{source}: ", bare=False, folder=folder)
 
     @classmethod
     def from_ratios(
@@ -199,12 +201,18 @@ class Beam(Part):
 
     @classmethod
     def _build(
-        cls, data: Mapping[str, Any], problems: Sequence[str] = (), *, source: str = "", bare: bool = True
+        cls,
+        data: Mapping[str, Any],
+        problems: Sequence[str] = (),
+        *,
+        source: str = "",
+        bare: bool = True,
+        folder: str | os.PathLike[str] = "",
     ) -> Self:
         """Validate nested data; put the source before every line of what is wrong."""
         lines = list(problems)
         try:
-            beam = cls.model_validate(data, context={"bare": bare})
+            beam = cls.model_validate(data, context={"bare": bare, "folder": folder})
             if not lines:
                 return beam
         except ValidationError as error:
@@ -230,6 +238,9 @@ class Beam(Part):
             The file cannot be written.
         """
         tables = self.model_dump(include={"scale", "substrate", "joint", "friction"})
+        # the matrix itself, so that the text says all wherever it goes
+        matrix = self.joint.matrix
+        tables["joint"]["matrix"] = None if matrix is None else matrix.text
         text = beamfile.write({**tables, "beam": {"pitch": self.pitch, "scales": self.scales}})
         if path is not None:
             files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
@@ -308,8 +319,8 @@ class Beam(Part):
 
     @property
     def C_f(self) -> float:
-        """Inclusion factor in twisting: as given, or 1 + 1.33 zeta beta / lambda."""
-        return self._inclusion("twisting")
+        """Inclusion factor in twisting: as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda."""
+        return joint_values.inclusion(self, "twisting")
 
     @property
     def torsional_rigidity(self) -> float:
@@ -320,25 +331,14 @@ class Beam(Part):
     def bending_rigidity(self) -> float:
         """E_B width (2t)^3 / 12, N m^2, times the inclusion factor if that is given (docs, theory: bending)."""
         area = section.bending_moment_of_area(self.substrate.width, self.substrate.thickness)
-        return self._inclusion("bending") * self.substrate.youngs_modulus * area
+        return joint_values.inclusion(self, "bending") * self.substrate.youngs_modulus * area
 
     @property
     def joint_stiffness(self) -> float:
-        """K_theta of one scale in twisting, N m: as given, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
-        return self._stiffness("twisting", self.scale.width / 2)
+        """K_theta of one scale in twisting, N m: given, from the joint's matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        return joint_values.stiffness(self, "twisting")
 
     @property
     def bending_joint_stiffness(self) -> float:
         """K of one scale in bending, N m: as given, or 0.66 E_B w t_s^2 (L/t_s)^1.75 with w = 2b."""
-        return self._stiffness("bending", self.scale.width)
-
-    def _stiffness(self, load: str, width: float) -> float:
-        if self.joint.stiffness is not None:
-            return self.joint.stiffness
-        law = joint.LAWS[f"stiffness {load}"]
-        return law.value(self.substrate.youngs_modulus, self.scale.thickness, width, self.scale.embedded)
-
-    def _inclusion(self, load: str) -> float:
-        if self.joint.inclusion_factor is not None:
-            return self.joint.inclusion_factor
-        return joint.LAWS[f"inclusion {load}"].value(self.zeta, self.beta, self.lam)
+        return joint_values.stiffness(self, "bending")

@@ -7,13 +7,15 @@ carries its unit ("45 deg", "60 mm"). In a file a unit is always needed.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from numbers import Integral
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 
-from squama import beamfile
+from squama import beamfile, matrixfile
 from squama.errors import InputError
 from squama.model import reach
 from squama.units import Bounds, Dimension, QuantityError, bounded, shown
@@ -79,13 +81,28 @@ def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
     return ratios
 
 
+def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
+    """Return the matrix of a joint from its file's name (beside the beam's file), from the file's text, or itself."""
+    if isinstance(value, matrixfile.StoredMatrix):
+        return value
+    try:
+        if isinstance(value, str) and "\n" in value:
+            return matrixfile.parse(value)
+        if isinstance(value, str | os.PathLike) and os.fspath(value):
+            return matrixfile.read(Path((info.context or {}).get("folder", "")) / value)
+    except InputError as error:
+        message = f"joint.matrix: {error}"
+        raise InputError(message) from None
+    raise QuantityError(shown(value), 'is not the name of a file; write e.g. "joint.csv"')
+
+
 Pitch = Annotated[float, _read("beam", "pitch", SIZE)]
 
 
 class Part(BaseModel):
     """Frozen data whose every mistake is an InputError with one line per mistake."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
     _root: ClassVar[str | None] = None
 
     def __init__(self, /, **data: Any) -> None:
@@ -191,15 +208,31 @@ class Joint(Part):
         K_theta, N m (per rad); used in twisting and in bending.
     inclusion_factor : float, optional
         C_f; used in twisting and in bending.
+    matrix : path or str, optional
+        File of the stiffness in all motions and in twist, as ``squama joint beam.toml --matrix joint.csv`` writes it; a
+        name without a folder is looked for beside the beam's file. The compliant joint uses it, and in twisting K_theta
+        and C_f come from it where they are not given. The text of such a file does too.
+
+    Raises
+    ------
+    InputError
+        A value is out of range, or the file is no such matrix.
     """
 
     _root = "joint"
     stiffness: Annotated[float, _read("joint", "stiffness", STIFFNESS)] | None = None
     inclusion_factor: Annotated[float, _read("joint", "inclusion_factor", FACTOR)] | None = None
+    matrix: Annotated[matrixfile.StoredMatrix, BeforeValidator(read_matrix)] | None = None
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, stiffness: Quantity | None = None, inclusion_factor: Quantity | None = None) -> None: ...
+        def __init__(
+            self,
+            *,
+            stiffness: Quantity | None = None,
+            inclusion_factor: Quantity | None = None,
+            matrix: str | os.PathLike[str] | matrixfile.StoredMatrix | None = None,
+        ) -> None: ...
 
 
 class Friction(Part):

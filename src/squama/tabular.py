@@ -60,8 +60,11 @@ def read(path: str | os.PathLike[str], *, missing: str = "check the name") -> Ta
     InputError
         The file cannot be read as text, has no header, or a quote in it is not closed.
     """
-    name = files.label(path)
-    text = files.read_text(path, limit=LARGEST_TABLE, missing=missing)
+    return parse(files.read_text(path, limit=LARGEST_TABLE, missing=missing), files.label(path))
+
+
+def parse(text: str, name: str) -> Table:
+    """Read a table from the text of a file; ``name`` is the file's in messages, the rest as :func:`read`."""
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = 0
     while first < len(lines) and (not lines[first].strip() or lines[first].startswith("#")):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from squama import beamfile, joint_values
 from squama.errors import InputError
 from squama.model import joint, reach, thickness, twisting
+from squama.units import Dimension
 
 if TYPE_CHECKING:
     from squama.design import Beam
@@ -42,7 +44,7 @@ def messages(beam: Beam, load: str = "twisting", sense: str = "+") -> list[str]:
     if load not in LOADS:
         message = f"load = {load!r}: is not known; write one of {', '.join(LOADS)}"
         raise InputError(message)
-    return [*_overlap(beam), *_width(beam, load), *_thin(beam, load, sense), *_laws(beam, load)]
+    return [*_overlap(beam), *_width(beam, load), *_thin(beam, load, sense), *_laws(beam, load), *_matrix(beam)]
 
 
 def reach_problems(beam: Beam) -> list[str]:
@@ -145,7 +147,9 @@ def _laws(beam: Beam, load: str) -> list[str]:
         "t_s/(l + L)": beam.scale.thickness / (beam.scale.length + beam.scale.embedded),
         "zeta beta/lambda": beam.zeta * beam.beta / beam.lam,
     }
-    lines = []
+    lines: list[str] = []
+    if load == "twisting" and beam.joint.matrix is not None:
+        return lines
     if beam.joint.stiffness is None:
         if beam.scale.embedded == 0:
             lines.append(
@@ -157,6 +161,28 @@ def _laws(beam: Beam, load: str) -> list[str]:
     if beam.joint.inclusion_factor is None:
         lines += joint.outside(joint.LAWS[f"inclusion {load}"], ratios)
     return lines
+
+
+def _matrix(beam: Beam) -> list[str]:
+    """Say where the joint's matrix was made for another shape."""
+    matrix = beam.joint.matrix
+    if matrix is None or not (found := matrix.differences(joint_values.made_for(beam))):
+        return []
+    words = []
+    for key, made, here in found:
+        table, _, name = key.partition(".")
+        dimension = beamfile.TABLES[table][name].dimension
+        if dimension is Dimension.LENGTH:
+            texts = [f"{_mm(x)} ({x / d:.4g} d)" for x, d in ((made, matrix.made["beam.pitch"]), (here, beam.pitch))]
+        elif dimension is Dimension.ANGLE:
+            texts = [f"{math.degrees(x):.4g} deg" for x in (made, here)]
+        else:
+            texts = [f"{x:.4g}" for x in (made, here)]
+        words.append(f"{key} = {texts[0]}, not {texts[1]}")
+    return [
+        f"joint.matrix ({matrix.name}): was made for another shape, {'; '.join(words)}; make it anew with: "
+        "squama joint --matrix"
+    ]
 
 
 def _mm(length: float) -> str:

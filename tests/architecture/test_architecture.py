@@ -18,10 +18,10 @@ ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 LAYERS = (
     ("errors", "_version", "symbols", "unit_table", "interrupt"),
-    ("units", "files", "tabular", "beamfile"),
+    ("units", "files", "tabular", "beamfile", "matrixfile"),
     ("model",),
     ("checks", "engines", "derivatives"),
-    ("parts", "validity", "design"),
+    ("parts", "validity", "joint_values", "design"),
     ("fe",),
     ("answer", "loading", "api", "curve", "compare", "compliant", "response", "rows", "histories", "cycles"),
     ("csvfile", "netcdf", "store", "measured", "designs"),

@@ -139,7 +139,7 @@ def test_the_file_has_exactly_the_models_keys():
     text = "\n".join(
         f"[{table}]\n" + "\n".join(f"{key} = {row.example}" for key, row in keys.items())
         for table, keys in TABLES.items()
-    )
+    ).replace('matrix = "joint.csv"', "")
     assert Beam.from_toml_text(text).friction.mu == 0.25
 
 

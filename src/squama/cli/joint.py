@@ -43,6 +43,12 @@ def joint(
     toml: Annotated[
         str | None, flag("Beam file to write: this beam with K_theta and C_f from the elements under [joint].")
     ] = None,
+    matrix: Annotated[
+        str | None,
+        flag(
+            'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
+        ),
+    ] = None,
     json: Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")] = False,
     quiet: Annotated[bool, Parameter(help="No lines of progress.")] = False,
     fresh: Annotated[bool, Parameter(help="Compute anew, without the results kept in the cache.")] = False,
@@ -54,7 +60,7 @@ def joint(
     beam
         Beam file (TOML); "squama new beam.toml" writes an example.
     """
-    from squama import files
+    from squama import files, joint_values, matrixfile
     from squama.cli import run
     from squama.store import check_place
 
@@ -71,6 +77,9 @@ def joint(
     with problems.caught():
         if toml is not None:
             check_place(toml, (".toml",))
+    with problems.caught():
+        if matrix is not None:
+            check_place(matrix, (".csv",))
     described = None
     with problems.caught():
         described = run.read_beam(beam, overrides)
@@ -86,11 +95,15 @@ def joint(
         kept = "" if fresh else "; meshes that are done are kept: run it again to go on"
         print(f"squama: {files.label(beam)}: interrupted{kept}", file=sys.stderr)
         return 130
-    changed = described.replace(joint={"stiffness": _si(described, found).value, "inclusion_factor": found.C_f.value})
+    changed = described.replace(
+        joint={"stiffness": _si(described, found).value, "inclusion_factor": found.C_f.value, "matrix": None}
+    )
     written = []
     if toml is not None:
         changed.to_toml(toml)
         written.append(files.label(toml))
+    if matrix is not None:
+        written.append(files.label(matrixfile.write(joint_values.stored(described, found.K, matrix), matrix)))
     if json:
         record(files.label(beam), described, found, written)
     else:
@@ -117,7 +130,7 @@ def _si(beam: Beam, found: JointMatrix) -> Any:
 
 def laws(beam: Beam) -> tuple[float, float]:
     """Return K_theta (N m) and C_f by the scaling laws, whatever the file gives."""
-    bare = beam.replace(joint={"stiffness": None, "inclusion_factor": None})
+    bare = beam.replace(joint={"stiffness": None, "inclusion_factor": None, "matrix": None})
     return bare.joint_stiffness, bare.C_f
 
 

@@ -41,9 +41,10 @@ def notes(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 
     attrs, ours = laws["compliant"].attrs, laws["compliant"]
     K, rigidity = float(attrs["K_theta"]), float(attrs["rigidity"])
+    source = "by finite elements" if beam.joint.matrix is None else f"from {beam.joint.matrix.name}"
     lines = [
-        f"joint of a scale: K_theta = {moment(K)} per rad by finite elements, hinge {moment(beam.joint_stiffness)}",
-        f"beam without contact: {rigidity:.4g} N m2 by finite elements (C_f = {rigidity / (beam.G_B * beam.J):.4g}), "
+        f"joint of a scale: K_theta = {moment(K)} per rad {source}, hinge {moment(beam.joint_stiffness)}",
+        f"beam without contact: {rigidity:.4g} N m2 {source} (C_f = {rigidity / (beam.G_B * beam.J):.4g}), "
         f"hinge {beam.torsional_rigidity:.4g} N m2 (C_f = {beam.C_f:.4g})",
     ]
     for i, mu in enumerate(ours["mu"].ravel()):

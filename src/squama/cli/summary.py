@@ -233,7 +233,8 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
 
 
 def _stiffnesses(load: str, beam: Beam) -> list[str]:
-    given = "given", "by its scaling law"
+    matrix = beam.joint.matrix
+    given = "given", "by its scaling law" if matrix is None or load == "bending" else f"from {matrix.name}"
     stiffness = beam.joint_stiffness if load == "twisting" else beam.bending_joint_stiffness
     rigidity = beam.torsional_rigidity if load == "twisting" else beam.bending_rigidity
     lines = [f"joint of a scale: K_theta = {moment(stiffness)} per rad, {given[beam.joint.stiffness is None]}"]
