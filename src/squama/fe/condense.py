@@ -107,7 +107,7 @@ def curve(
     -------
     Condensed
     """
-    walk = _Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
+    walk = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
     wanted = np.asarray(phi, float)
     rows: list[tuple[float, ...]] = []
     end = RANGE_END
@@ -166,7 +166,7 @@ def engagement(rest: Shape, K: Array, near: float, *, hinge: bool = False) -> fl
     return x
 
 
-class _Walk:
+class Walk:
     """The state of a curve, led from twist to twist."""
 
     def __init__(self, rest: Shape, K: Array, mu: float, ways: Array, dhat: float, slip: float) -> None:
