@@ -67,6 +67,7 @@ def cycle(
     margin: float = 0.01,
     points: int = 60,
     loops: int = 1,
+    joint: str = "hinge",
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
 
@@ -90,6 +91,8 @@ def cycle(
         Number of points in contact of each way between two twists; a straight part has a quarter of it.
     loops
         How many times the history is gone through.
+    joint
+        "hinge" (closed form) or "compliant" (as in :func:`squama.twist`; twisting, edge law, no margin).
 
     Returns
     -------
@@ -100,7 +103,9 @@ def cycle(
         drop of torque. Dimension ``loop``, closed loops in the order in which they close: ``phi_base``, ``phi_top``,
         ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
-        ``kappa``, ``M``, ``K_b``, ``r``. See docs, theory: cycles.
+        ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, and ``energy_error`` is the
+        work of the history that is neither stored nor rubbed away, relative to W_fr. See docs, theory: cycles.
 
     Raises
     ------
@@ -115,7 +120,9 @@ def cycle(
     >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
     9.32 J/m a loop, damping ratio 0.043
     """
-    return cycled(beam, twist, mu=mu, law=law, load=load, margin=margin, points=points, loops=loops).dataset()
+    return cycled(
+        beam, twist, mu=mu, law=law, load=load, margin=margin, points=points, loops=loops, joint=joint
+    ).dataset()
 
 
 def cycled(
@@ -128,6 +135,7 @@ def cycled(
     margin: float = 0.01,
     points: int = 60,
     loops: int = 1,
+    joint: str = "hinge",
 ) -> Answer:
     """Return what :func:`cycle` returns, before it is a dataset."""
     checks.law(law)
@@ -138,10 +146,18 @@ def cycled(
     m = checks.scalar("mu", value, -1e-300, math.inf, "0 or more")
     margin = checks.scalar("margin", margin, 1e-12, 1.0, "at least 1e-12 and below 1")
     points = checks.whole("points", points, 3, 1e5)
+    checks.joint(joint)
     values = histories.read(twist, beam, load)
     values = histories.repeated(values, checks.whole("loops", loops, 1, 1e4))
     if len(values) * points > MOST:
         checks.fail(f"twist: {len(values)} twists of {points} points are too many; ask for fewer points or loops")
+    if joint == "compliant":
+        for name, given, only in (("law", law, "edge"), ("load", load, "twisting")):
+            if given != only:
+                checks.fail(f'{name} = "{given}": is not covered by joint="compliant"; write {name}="{only}"')
+        from squama import cycles_compliant
+
+        return cycles_compliant.cycled(beam, values, mu=m, points=points)
     senses = histories.senses(beam, load, m, law, margin)
     histories.check(values, senses)
     along, figures = _along(senses, values, points), _loops(senses, values)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from squama.answer import Answer
     from squama.design import Beam
 
+_KEYS = ("load", "law", "joint", "margin", "increment", "K_theta", "rigidity", "history", "squama_version")
 SHOWN = 12
 """Loops in the table of the summary at most."""
 
@@ -33,6 +34,9 @@ def cycle(
     loops: Annotated[str, flag("How many times it is gone through (1).")] = "1",
     load: Annotated[str, flag("twisting or bending; in bending the twists are curvatures (twisting).")] = "twisting",
     law: Annotated[str, flag("Force law: edge (satisfies virtual work) or plate (the paper's).")] = "edge",
+    joint: Annotated[
+        str, flag("How a scale is held: hinge (closed form) or compliant (six motions, by finite elements) (hinge).")
+    ] = "hinge",
     mu: Annotated[str | None, flag("Coefficient of friction, e.g. 0.25.")] = None,
     margin: Annotated[str, flag("How near to a lock it may go: fraction of the path left before it (0.01).")] = "0.01",
     points: Annotated[str, flag("Number of points in contact of each way between two twists (60).")] = "60",
@@ -56,7 +60,7 @@ def cycle(
     from squama.cli import run
 
     problems = Problems()
-    arguments: dict[str, Any] = {"law": law, "load": load}
+    arguments: dict[str, Any] = {"law": law, "load": load, "joint": joint}
     overrides: dict[str, dict[str, Any]] = {}
     with problems.caught():
         arguments["margin"] = read_number("--margin", margin, 1e-12, 1 - 1e-12, "at least 1e-12, below 1", "0.01")
@@ -68,7 +72,12 @@ def cycle(
     with problems.caught():
         if mu is not None:
             overrides.setdefault("friction", {})["mu"] = read_number("--mu", mu, 0.0, 10.0, "0 to 10", "0.25")
-    for name, value, allowed in (("law", law, ("edge", "plate")), ("load", load, ("twisting", "bending"))):
+    words = (
+        ("law", law, ("edge", "plate")),
+        ("load", load, ("twisting", "bending")),
+        ("joint", joint, ("hinge", "compliant")),
+    )
+    for name, value, allowed in words:
         with problems.caught():
             checks.one_of(f"--{name}", value, allowed)
     if (to is None) == (history is None):
@@ -115,6 +124,8 @@ def _computed(beam: Beam, to: str | None, history: str | None, arguments: dict[s
         return cycles.cycled(beam, _with_unit(name, text), **arguments)
     except InputError as error:
         words = str(error)
+        if words.startswith(("law", "load")):
+            words = f"--{words}"
         raise InputError(name + words.removeprefix("twist") if words.startswith("twist") else words) from None
 
 
@@ -183,13 +194,14 @@ def _record(file: str, beam: Beam, data: Answer, written: list[Path]) -> None:
     record.show(
         {
             "file": file,
-            **{key: data.attrs[key] for key in ("load", "law", "margin", "history", "squama_version")},
+            **{key: data.attrs[key] for key in _KEYS if key in data.attrs},
             "mu": float(data["mu"]),
             "warnings": data.attrs["warnings"].splitlines(),
             "beam": beam.model_dump(),
             "loops": _part(data, "loop"),
             "senses": _part(data, "sense"),
             "curve": _part(data, "point"),
+            **({"energy_error": data["energy_error"]} if "energy_error" in data.variables else {}),
             "units": {name: v.attrs.get("units", "") for name, v in data.variables.items()},
             "written": [str(path) for path in written],
         }
@@ -209,6 +221,7 @@ def _show(file: str, beam: Beam, data: Answer, written: list[Path]) -> None:
     twisting = data.attrs["load"] == "twisting"
     angle, torque, tangent = ("phi", "T", "K_t") if twisting else ("psi", "M", "K_b")
     law = f", {data.attrs['law']} law" if twisting else ""
+    law = ", compliant joint" if data.attrs["joint"] == "compliant" else law
     console.print(
         f"{file} in cycles of {data.attrs['load']}: mu = {float(data['mu']):g}{law}", style="bold", soft_wrap=True
     )
@@ -236,7 +249,11 @@ def _show(file: str, beam: Beam, data: Answer, written: list[Path]) -> None:
         f"largest {torque}: {moment(float(abs(data[torque]).max()))}; tangent stiffness {data[tangent].min():.4g} "
         f"to {data[tangent].max():.4g} N m2",
     ]
+    if data.attrs["joint"] == "compliant":
+        lines += _walked(data)
     for i, sense in enumerate(data["sense"]):
+        if "phi_most" not in data.variables and twisting:
+            continue
         engaged, jam = float(data[f"{angle}_e"][i]), float(data[f"{angle}_jam"][i])
         words = f"sense {sense}: {data['end'][i]}"
         if math.isfinite(engaged):
@@ -253,3 +270,19 @@ def _show(file: str, beam: Beam, data: Answer, written: list[Path]) -> None:
     lines += [f"wrote {files.label(place)}" for place in written]
     for line in lines:
         console.print(line, soft_wrap=True)
+
+
+def _walked(data: Answer) -> list[str]:
+    """Return what only the compliant joint has to say."""
+    lines = [
+        f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the torque is balanced to "
+        f"{abs(float(data['energy_error'])):.1e}"
+    ]
+    for i, sense in enumerate(data["sense"]):
+        words = "no contact"
+        if data["first_contact"][i]:
+            words = f"first contact at {float(data['phi_e'][i]):.4g} rad/pitch: {data['first_contact'][i]}"
+        if data["other_contact"][i]:
+            words += f"; then {data['other_contact'][i]}"
+        lines.append(f"sense {sense}: {words}")
+    return lines

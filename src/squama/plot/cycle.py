@@ -50,6 +50,7 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     _loops(left, dataset, angle, torque)
     _energies(right, dataset, angle)
     law = f", {dataset.attrs['law']} law" if twisting else ""
+    law = ", compliant joint" if dataset.attrs.get("joint") == "compliant" else law
     figure.suptitle(
         f"Cycles of {dataset.attrs['load']}{law}, $\\mu$ = {float(dataset['mu']):g}", fontsize=8, x=0.01, ha="left"
     )
@@ -66,6 +67,7 @@ def _loops(ax: Axes, dataset: xr.Dataset, angle: str, torque: str) -> None:
     handles = []
     beam = Beam.from_toml_text(dataset.attrs["beam"])
     rigidity = beam.torsional_rigidity if torque == "T" else beam.bending_rigidity
+    rigidity = dataset.attrs.get("rigidity", rigidity)
     ends = np.array([load.min(), load.max()])
     ax.plot(ends, factor * rigidity * ends / beam.pitch, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, zorder=1)
     for name, words, style in (

@@ -1,0 +1,339 @@
+"""Loading, unloading and reversal with the compliant joint: the incremental problem, walked through a history.
+
+Nothing is a function of the twist alone here: the scales' six motions depend on the way, so every leg is walked from
+the state in which the last one ended. After a reversal the contact sticks while the friction turns round; increments
+start there at :data:`LEAST` and grow, so that the steep part is resolved (docs, theory: cycles).
+"""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama import checks, compliant
+from squama._version import __version__
+from squama.answer import Answer, Labelled
+from squama.cycles import NAMES
+from squama.design import Beam
+from squama.fe import condense
+from squama.fe.contact import DHAT
+from squama.fe.plate import MOTIONS
+from squama.fe.small import Trail
+from squama.model import history
+from squama.model.outcome import End
+from squama.model.solve import Array
+from squama.symbols import SYMBOLS
+
+INCREMENT = 5e-4
+"""Largest increment of the twist, rad per pitch: work and dissipation agree to some 1e-4 with it."""
+LEAST, GROWTH = 2e-6, 1.5
+"""First increment after a reversal, rad per pitch, and how it grows."""
+SLIP = 1e-7
+"""Slip of friction's onset, pitches: well below that of the smallest increment."""
+MOST_WAY = 100.0
+"""Longest way of a history, rad per pitch."""
+_SLIDES = 1e-6
+_FULL = 1e-9
+
+
+class _Point(NamedTuple):
+    """State at a point: leg, branch, and what the incremental model says there, E = 1 and d = 1."""
+
+    leg: int
+    branch: str
+    phi: float
+    theta: float
+    v: Array
+    T: float
+    N: float
+    f: float
+    U: float
+    W_fr: float
+    W: float
+    gap: float
+    p: float
+    s: float
+
+
+class _Way(NamedTuple):
+    """A history that was walked: its points; for each of its values the number of its point and the state there."""
+
+    points: list[_Point]
+    turns: list[int]
+    states: list[condense.Walk]
+    walk: condense.Walk
+
+
+def cycled(beam: Beam, values: list[float], *, mu: float, points: int, increment: float = INCREMENT) -> Answer:
+    """Return the cycles of a beam on its compliant joint.
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    values : list of float
+        Load angles, rad per pitch, from 0 on.
+    mu : float
+        Coefficient of friction.
+    points : int
+        Number of evenly spaced points of each way between two twists; some 15 more follow each reversal.
+    increment : float
+        Largest increment, rad per pitch.
+
+    Returns
+    -------
+    Answer
+        As of :func:`squama.cycles.cycled`; ``phi_jam`` and ``phi_most`` are not there, motions of the scale are.
+
+    Raises
+    ------
+    InputError
+        The scales jump or lock on the way: the twist and what happens there.
+    """
+    _check(values, increment)
+    joint = compliant.stiffness(beam)
+    way = _walked(beam, joint.K, mu, values, points, increment)
+    d, E = beam.pitch, beam.substrate.youngs_modulus
+    along = _along(way, d, E, joint.rigidity)
+    figures = _loops(way, values, d, E, increment)
+    senses = _senses(beam, joint.K, way, values)
+    names = NAMES["twisting"] | {name: name for name in (*MOTIONS, "gap", "energy_error", "first_contact")}
+    dims = {**dict.fromkeys(along, "point"), **dict.fromkeys(figures, "loop"), **dict.fromkeys(senses, "sense")}
+    variables = {
+        names[role]: Labelled((dims[role],), np.asarray(value), SYMBOLS[names[role]].attrs)
+        for role, value in {**along, **figures, **senses}.items()
+    }
+    last = way.points[-1]
+    error = (last.W - last.U - last.W_fr) / max(last.W_fr, last.U, 1e-300)
+    variables["energy_error"] = Labelled((), np.asarray(error), SYMBOLS["energy_error"].attrs)
+    variables["mu"] = Labelled((), np.asarray(mu), SYMBOLS["mu"].attrs)
+    notes = compliant.warnings(beam, max(map(abs, values)))
+    attrs = {
+        "title": "cycles of a scale-covered beam in twisting",
+        "load": "twisting",
+        "law": "edge",
+        "joint": "compliant",
+        "increment": increment,
+        "K_theta": joint.K_theta,
+        "rigidity": joint.rigidity,
+        "history": [v / d for v in values],
+        "beam": beam.to_toml(),
+        "squama_version": __version__,
+        "warnings": "\n".join([*beam.warnings("twisting"), *notes]),
+    }
+    return Answer(variables, attrs)
+
+
+def _check(values: list[float], increment: float) -> None:
+    far = max(values, key=abs)
+    if abs(far) >= math.pi:
+        checks.fail(f"twist = {far:.6g} rad/pitch: must be below half a turn per pitch")
+    way = sum(abs(b - a) for a, b in itertools.pairwise(values))
+    if way > MOST_WAY * increment / INCREMENT:
+        checks.fail(
+            f"twist: the compliant joint would have to be walked over {way:.4g} rad per pitch in increments of "
+            f"{increment:g}; give at most {MOST_WAY * increment / INCREMENT:g}, by fewer twists or loops"
+        )
+
+
+def _walked(beam: Beam, K: Array, mu: float, values: list[float], points: int, increment: float) -> _Way:
+    walk = condense.Walk(compliant.rest(beam), np.asarray(K, float), mu, condense.FREE, DHAT, SLIP)
+    found = [_point(walk, 1, "straight")]
+    turns, states = [0], [_copy(walk)]
+    reversals = set(history.reversals(values))
+    for i, (start, stop) in enumerate(itertools.pairwise(values)):
+        stuck = i in reversals and walk.N > 0 and mu > 0
+        for goal, most in _goals(start, stop, values[: i + 1], points, increment, turned=i in reversals):
+            if not walk.to(goal, most):
+                _refuse(walk, stop, most)
+            outward = (stop - start) * goal > 0
+            branch = "stick" if stuck else "loading" if outward else "unloading"
+            found.append(_point(walk, i + 1, branch if walk.N > 0 else "straight"))
+            # until its friction has come up again
+            stuck = stuck and walk.f < mu * walk.N * (1 - _SLIDES)
+        turns.append(len(found) - 1)
+        states.append(_copy(walk))
+    return _Way(found, turns, states, walk)
+
+
+def _goals(
+    start: float, stop: float, earlier: list[float], points: int, increment: float, *, turned: bool
+) -> Iterator[tuple[float, float]]:
+    """Yield the twists of a way whose state is kept, and the largest increment to each.
+
+    Growing steps where the load has turned, then even ones; and all twists at which a loop may close.
+    """
+    way, here, step = math.copysign(1.0, stop - start), start, LEAST
+    if turned:
+        while step < increment and step < abs(stop - here) / 2:
+            here += way * step
+            yield here, step
+            step *= GROWTH
+    even = np.linspace(here, stop, points + 1)[1:-1]
+    closing = [v for v in {0.0, *earlier} if (v - here) * way > _FULL and (stop - v) * way > _FULL]
+    even = even[[not closing or min(abs(x - v) for v in closing) > _FULL for x in even]]
+    for goal in sorted([*map(float, even), *closing, stop], reverse=way < 0):
+        yield goal, increment
+
+
+def _copy(walk: condense.Walk) -> condense.Walk:
+    """Return a walk that goes on from the same state, and leaves this one where it is."""
+    other = copy.copy(walk)
+    other.trail = Trail.of(list(walk.trail.past))
+    other.contacts = list(walk.contacts)
+    return other
+
+
+def _point(walk: condense.Walk, leg: int, branch: str) -> _Point:
+    theta, *v, T, N, f, U, W_fr, W, gap, p, s = walk.row()
+    return _Point(leg, branch, walk.phi, theta, np.array(v), T, N, f, U, W_fr, W, gap, p, s)
+
+
+def _refuse(walk: condense.Walk, stop: float, most: float) -> None:
+    """Say where the scales do not follow: they jump, or friction or geometry holds them."""
+    ending = walk.ending(most)
+    words = {
+        condense.SNAP: "the contact slips off a corner or opens there and the scales jump (snap)",
+        condense.STOPPED: "no equilibrium is found beyond, the scales lock there (stopped)",
+    }
+    touch = f"; in contact: {walk.touch.pair} (k = {walk.touch.second})" if walk.touch else ""
+    checks.fail(
+        f"twist = {stop:.6g} rad/pitch: the compliant joint comes to {walk.phi:.5g} rad/pitch, {words[ending]}{touch}; "
+        "turn round before"
+    )
+
+
+def _along(way: _Way, d: float, E: float, rigidity: float) -> dict[str, Any]:
+    """Return every variable along the history, by role."""
+    columns = {name: np.array([getattr(p, name) for p in way.points]) for name in _Point._fields}
+    phi, leg = columns["phi"], columns["leg"]
+    T, rate = columns["T"] * E * d**3, phi / d
+    tangent = np.full(phi.size, np.nan)
+    for a, b in itertools.pairwise(way.turns):
+        # a leg begins at the last point of the one before
+        slope = np.gradient(T[a : b + 1], rate[a : b + 1])
+        tangent[a + 1 : b + 1] = slope[1:]
+        tangent[a] = slope[0] if a == 0 else tangent[a]
+    inward = np.isin(np.arange(phi.size), np.flatnonzero(np.append(0, np.diff(np.abs(phi))) < 0))
+    return {
+        "branch": columns["branch"],
+        "leg": leg,
+        "load": phi,
+        "rate": rate,
+        "theta": columns["theta"],
+        "torque": T,
+        "scales": T - rigidity * rate,
+        "tangent": tangent,
+        "N": columns["N"] * E * d**2,
+        "f": columns["f"] * np.where(inward, -1, 1) * E * d**2,
+        "p": columns["p"] * d,
+        "s": columns["s"] * d,
+        "U_el": columns["U"] * E * d**2,
+        "W_fr": columns["W_fr"] * E * d**2,
+        "gap": columns["gap"] * d,
+        **{n: columns["v"][:, i] * (d if n.startswith("u") else 1.0) for i, n in enumerate(MOTIONS)},
+    }
+
+
+class _Closed(NamedTuple):
+    """A loop by the numbers of its points: where it began, where it turned, where it closed."""
+
+    loop: history.Loop
+    began: int
+    turned: int
+    closed: int
+
+
+def _closed(way: _Way, values: list[float]) -> list[_Closed]:
+    found = []
+    for loop in history.loops(values):
+        # it closes where it began: the twist that the last way leads back to
+        rising = values[loop.closed] > values[loop.closed - 1]
+        first, other = sorted((loop.base, loop.top), reverse=rising)
+        places = [j for j in range(loop.closed) if values[j] == other]
+        turned = places[-1]
+        began = [j for j in range(turned) if values[j] == first or j == 0][-1]
+        last = range(way.turns[loop.closed - 1], way.turns[loop.closed] + 1)
+        closed = next(i for i in last if way.points[i].phi == first)
+        found.append(_Closed(loop, way.turns[began], way.turns[turned], closed))
+    return found
+
+
+def _loops(way: _Way, values: list[float], d: float, E: float, increment: float) -> dict[str, Array]:
+    """Return the figures of every closed loop, by role."""
+    rows: list[list[float]] = []
+    done: list[tuple[_Closed, float]] = []
+    for one in _closed(way, values):
+        point = way.points
+        dissipated = point[one.closed].W_fr - point[one.began].W_fr
+        # what has closed inside is a loop of its own
+        dissipated -= sum(w for c, w in done if one.began <= c.began and c.closed <= one.closed)
+        done.append((one, dissipated))
+        outward = abs(point[one.turned].phi) > abs(point[one.began].phi)
+        top, base = (one.turned, one.closed) if outward else (one.began, one.turned)
+        stuck = top
+        while stuck + 1 < len(point) and point[stuck + 1].branch == "stick":
+            stuck += 1
+        secant = (point[top].T - point[base].T) / (one.loop.top - one.loop.base)
+        rows.append(
+            [
+                one.loop.base,
+                one.loop.top,
+                dissipated * E * d**2,
+                point[top].U * E * d**2,
+                dissipated / (4 * math.pi * point[top].U),
+                secant * E * d**4,
+                abs(point[top].T - point[stuck].T) * E * d**3,
+                _residual(way, top, increment),
+            ]
+        )
+    names = ("base", "top", "W_d", "U_max", "zeta_eq", "K_sec", "drop", "residual")
+    return dict(zip(names, np.array(rows, float).reshape(-1, len(names)).T, strict=True))
+
+
+def _residual(way: _Way, top: int, increment: float) -> float:
+    """Return the twist that is left when the beam is let go at a turning point: where the torque comes to zero."""
+    at = way.states[way.turns.index(top)]
+    walk, sign = _copy(at), math.copysign(1.0, at.phi)
+    goals = _goals(at.phi, 0.0, [], max(3, int(abs(at.phi) / increment / 4)), increment, turned=True)
+    before = walk.phi, walk.T
+    for goal, most in goals:
+        if not walk.to(goal, most) or walk.N == 0:
+            # what opens or jumps does not hold
+            return 0.0
+        if walk.T * sign <= 0:
+            share = before[1] / (before[1] - walk.T)
+            return float(before[0] + share * (walk.phi - before[0]))
+        before = walk.phi, walk.T
+    return 0.0
+
+
+def _senses(beam: Beam, K: Array, way: _Way, values: list[float]) -> dict[str, Any]:
+    """Return what holds for either sense of twist that the history goes to."""
+    rest = compliant.rest(beam)
+    used = [s for s in ("+", "-") if s == "+" or min(values) < 0]
+    out: dict[str, Any] = {"sense": used}
+    names = ("load_e", "load_end", "end", "neighbour", "first_contact", "other_contact")
+    out |= {name: [] for name in names}
+    for s in used:
+        sign = -1 if s == "-" else 1
+        met = [c for c in way.walk.contacts if c.k and c.phi * sign > 0]
+        first = met[0] if met else None
+        other = next((c for c in met if first and (c.k, c.pair) != (first.k, first.pair)), None)
+        far = max((v * sign for v in values), default=0.0)
+        row = (
+            abs(condense.engagement(rest, K, first.phi)) if first else math.inf,
+            max(far, 0.0),
+            str(End.RANGE),
+            first.k if first else 0,
+            f"{first.pair} (k = {first.k})" if first else "",
+            f"{other.pair} (k = {other.k}) at {abs(other.phi):.4g} rad/pitch" if other else "",
+        )
+        for name, value in zip(names, row, strict=True):
+            out[name].append(value)
+    return out
