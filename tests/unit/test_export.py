@@ -222,7 +222,7 @@ def test_a_file_that_is_not_as_it_should_be_is_not_put_there(tmp_path, monkeypat
         "stl",
         lambda solids: (d := whole(solids))[:80] + struct.pack("<I", (len(d) - 84) // 50 - 1) + d[84:-50],
     )
-    with pytest.raises(SquamaError, match=r"scale\.stl: watertight = 0, should be 1"):
+    with pytest.raises(SquamaError, match=r"scale\.stl, scale: watertight = 0, should be 1"):
         squama.export(BEAM, tmp_path / "out", **few)
     assert list((tmp_path / "out").iterdir()) == []
     monkeypatch.setattr(formats, "stl", whole)

@@ -63,7 +63,7 @@ CASES = [
     ({"ends": 14.0}, "ends = 14 mm: the mould's lid leaves"),
     ({"clearance": 0.42}, "beam.pitch = 20 mm: the slits of the mould's lid are only 0.1082 mm apart"),
     ({"bed": 66.0, "length": 50, "width": 60.0}, "bed = 66 mm: the mould's lid measures"),
-    ({"bed": 70.0, "width": 60.0}, "the mould's lid is 118.1 mm long and cannot be cut between its slits"),
+    ({"bed": 70.0, "width": 60.0}, "the mould's lid is 118.1 mm long and cannot be cut into pieces that fit"),
 ]
 
 

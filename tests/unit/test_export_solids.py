@@ -180,17 +180,21 @@ def test_the_mould_is_the_negative_of_the_bar(plan):
     )
 
 
-def test_pieces_fit_on_the_bed_and_make_up_the_whole():
-    whole = STEEP._replace(bed=None)
+@pytest.mark.parametrize("plan", [STEEP, PLA._replace(bed=210.0, scales=25)], ids=["upright", "oblique"])
+def test_pieces_fit_on_the_bed_and_make_up_the_whole(plan):
+    whole = plan._replace(bed=None)
     for make in (mould.trays, mould.lids):
-        pieces, one = [mesh.build(r) for r in make(STEEP)], mesh.build(make(whole)[0])
+        pieces, one = [mesh.build(r) for r in make(plan)], mesh.build(make(whole)[0])
         assert len(pieces) > 1
-        assert max(np.ptp(p.bounds, axis=0)[0] for p in pieces) <= STEEP.bed
+        assert max(np.ptp(p.bounds, axis=0)[0] for p in pieces) <= plan.bed
         assert sum(p.volume for p in pieces) == pytest.approx(one.volume, rel=1e-12)
         joined = np.array([p.bounds for p in pieces])
         np.testing.assert_allclose(joined[:, 0].min(0), one.bounds[0])
         np.testing.assert_allclose(joined[:, 1].max(0), one.bounds[1])
-    assert len({r.name for r in mould.trays(STEEP)}) > 1
+    assert len({r.name for r in mould.trays(plan)}) > 1
+    assert (mould.seam(plan).by_y == 0) == (plan is STEEP)
+    made = solids.make(plan, ["mould"])
+    assert not [c.line() for c in made.checks if not c.holds]
 
 
 @PLANS
@@ -229,6 +233,9 @@ def test_a_wrong_solid_does_not_pass():
     assert rays.open_edges(flat._replace(triangles=turned)) > 0
     with pytest.raises(SquamaError, match="not a manifold"):
         mesh.manifold(flat._replace(triangles=flat.triangles[1:]))
+    assert rays.closed(flat.triangles)
+    assert not rays.closed(flat.triangles[1:])
+    assert not rays.closed(turned)
     # two tetrahedra that touch in a point
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     four = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

@@ -181,7 +181,8 @@ def _measured(checks: tuple[Check, ...]) -> list[str]:
     lines += [f"{c.what}: {c.measured:.6g} mm" for c in checks if c.what.startswith("gap")]
     done: set[tuple[str, str]] = set()
     for c in checks:
-        if c.what in KEPT and (c.what, c.solid.split(" ")[0]) not in done:
-            done.add((c.what, c.solid.split(" ")[0]))
+        kind = c.solid.replace("-", " ").split(" ")[0]
+        if c.what in KEPT and (c.what, kind) not in done:
+            done.add((c.what, kind))
             lines.append(f"{c.what}, measured on {c.solid}: {c.measured:.6g} {c.unit}")
     return lines

@@ -208,7 +208,8 @@ def _read(path: Path, kind: str, items: list[Item]) -> list[tuple[str, Any, floa
     volumes = {name: item.recipe.volume for item in items for name, _, _ in item.copies}
     data = io.BytesIO(path.read_bytes())
     if kind == "stl":
-        return [("", trimesh.load_mesh(data, file_type="stl"), sum(volumes.values()))]
+        mesh = trimesh.load_mesh(data, file_type="stl")
+        return [(next(iter(volumes)) if len(volumes) == 1 else "", mesh, sum(volumes.values()))]
     scene = trimesh.load_scene(data, file_type="3mf")
     seen = {node: scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry}
     if len(seen) != len(volumes):

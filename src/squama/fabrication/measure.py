@@ -75,6 +75,12 @@ def _cuts(mesh: Mesh) -> _Cuts | None:
     floor, roof = pairs[0]
     points, planes, levels = _levels(mesh, floor, floor.normal)
     _, _, roofs = _levels(mesh, roof, floor.normal)
+    # the ends of a piece may be as oblique as its slits: a floor with no roof above it, a roof with no floor below
+    inside = levels < roofs.max()
+    planes, levels = [p for p, held in zip(planes, inside, strict=True) if held], levels[inside]
+    roofs = roofs[roofs > levels.min(initial=np.inf)]
+    if not planes:
+        return None
     found = [np.array([np.inf])] if roofs.size != levels.size else [roofs - levels]
     for plane in planes:
         met = rays.cast(mesh, points[plane].reshape(-1, 3), floor.normal)
@@ -136,10 +142,12 @@ def gap(one: Mesh, others: Sequence[Mesh], search: float) -> float:
 
 
 def read_back(loaded: Sequence[tuple[str, Any, float]], file: str) -> Iterator[Check]:
-    """Look at solids read from a file: (name, trimesh.Trimesh, volume asked for) each."""
+    """Look at solids read from a file: (name, trimesh.Trimesh, volume asked for) each; no name: all in one."""
     for name, found, volume in loaded:
         where = f"{file}, {name}" if name else file
-        yield Check("watertight", where, 1, float(found.is_watertight and found.is_winding_consistent), "", 0)
+        # solids in one STL file may touch; their surface is then closed, but not a manifold
+        closed = found.is_watertight and found.is_winding_consistent if name else rays.closed(np.asarray(found.faces))
+        yield Check("watertight", where, 1, float(closed), "", 0)
         yield Check("volume", where, volume, float(found.volume), "mm^3", FILE_VOLUME * volume)
 
 

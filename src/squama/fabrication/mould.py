@@ -6,6 +6,7 @@ Tray and lid are cut into pieces where they are longer than the printer's bed.
 
 from __future__ import annotations
 
+import itertools
 from math import ceil, cos, sin, tan
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from squama.fabrication.bodies import on_bench
 from squama.fabrication.place import Plan
-from squama.fabrication.recipe import Array, Recipe, block, skewed, tapered
+from squama.fabrication.recipe import Array, Recipe, block, tapered
 
 BEYOND = 1.0
 """How far a cut goes beyond the block it is taken from, mm."""
@@ -33,6 +34,23 @@ class Lid(NamedTuple):
     high: float
 
 
+class Seam(NamedTuple):
+    """A plane end of a piece of the lid, mm.
+
+    ``place`` along the bar in its middle at the scaled face, how that changes across (``by_x``) and with the height
+    over the face (``by_y``), number of scales ``before`` it.
+    """
+
+    place: float
+    by_x: float
+    by_y: float
+    before: int
+
+    def at(self, x: float, y: float) -> float:
+        """Return the place along the bar at x across and y over the face."""
+        return self.place + x * self.by_x + y * self.by_y
+
+
 def lid_sizes(plan: Plan) -> Lid:
     """Return the sizes of the lid; what is left open at the bar's ends is for pouring."""
     inner = tray_half(plan) + plan.clearance
@@ -42,7 +60,7 @@ def lid_sizes(plan: Plan) -> Lid:
     low = min(float(points[:, 2].min()) for points in (corners[0], heads[0]))
     high = max(float(points[:, 2].max()) for points in (corners[1], heads[1]))
     outer = max(inner, reach) + plan.wall
-    return Lid(inner, outer, min(2 * plan.wall, plan.height / 2), low - plan.wall, high + plan.wall)
+    return Lid(inner, outer, min(plan.wall, plan.height / 2), low - plan.wall, high + plan.wall)
 
 
 def tray_half(plan: Plan) -> float:
@@ -99,20 +117,22 @@ def trays(plan: Plan) -> list[Recipe]:
 def lids(plan: Plan) -> list[Recipe]:
     """Return the lid in its place on the bench, in pieces that fit on the bed; a slit is never cut."""
     lid, y = lid_sizes(plan), plan.height / 2
-    slope = tan(plan.alpha)
+    area = 2 * lid.outer * (plan.wall + lid.skirt) - 2 * lid.inner * lid.skirt
+    # height of the section's middle over the face: plate and skirts
+    skirts = 2 * (lid.outer - lid.inner) * lid.skirt
+    middle = (2 * lid.outer * plan.wall * plan.wall - skirts * lid.skirt) / 2 / area
+    x, high = (-lid.outer, lid.outer), (-lid.skirt, plan.wall)
     seams = _seams(plan, lid)
     pieces = []
-    for i in range(len(seams) - 1):
-        (low, low_slope, k0), (high, high_slope, k1) = seams[i], seams[i + 1]
-        x = (-lid.outer, lid.outer)
-        z = [(low + low_slope * slope * s, high + high_slope * slope * s) for s in x]
-        whole = skewed(x, (y - lid.skirt, y + plan.wall), z)
-        far = [(min(map(min, z)) - BEYOND, max(map(max, z)) + BEYOND)] * 2
-        channel = skewed((-lid.inner, lid.inner), (y - lid.skirt - BEYOND, y), far)
-        cuts = [channel, *(_slit(plan, k) for k in range(k0, k1))]
-        area = 2 * lid.outer * (plan.wall + lid.skirt) - 2 * lid.inner * lid.skirt
-        volume = area * (high - low) - (k1 - k0) * slit_volume(plan)
-        pieces.append(on_bench(plan, Recipe(_name("lid", i, len(seams) - 1), whole, tuple(cuts), volume)))
+    for i, (front, back) in enumerate(itertools.pairwise(seams)):
+        whole = np.array([(px, y + py, seam.at(px, py)) for px in x for py in high for seam in (front, back)])
+        far = (whole[:, 2].min() - BEYOND, whole[:, 2].max() + BEYOND)
+        channel = block((-lid.inner, y - lid.skirt - BEYOND, far[0]), (lid.inner, y, far[1]))
+        cuts = (channel, *(_slit(plan, k) for k in range(front.before, back.before)))
+        # the ends are planes, so it is their distance at the section's middle that counts
+        volume = area * (back.at(0, middle) - front.at(0, middle))
+        volume -= (back.before - front.before) * slit_volume(plan)
+        pieces.append(on_bench(plan, Recipe(_name("lid", i, len(seams) - 1), whole, cuts, volume)))
     return pieces
 
 
@@ -129,18 +149,20 @@ def _slit(plan: Plan, k: int) -> Array:
     return block((-out, -across / 2, -t / 2), (top, across / 2, t / 2), plan.axes, plan.base(k))
 
 
-def seam_place(plan: Plan) -> float:
-    """Return where the lid may be cut behind a scale: c of the plane z - x tan(alpha) = base + c, mm."""
+def seam(plan: Plan) -> Seam | None:
+    """Return the cut behind scale 0, from its base; None if there is no room for one beside the slits.
+
+    Upright and along the scales' width where the slits of neighbours do not reach past each other along the bar;
+    otherwise in the plane between the slits, which is as oblique as they are.
+    """
     corners = plan.corners(plan.slit_profile, plan.slit[0]) - plan.base(0)
-    along = corners[:, 2] - corners[:, 0] * tan(plan.alpha)
-    return float((along.min() + along.max() + plan.pitch) / 2)
-
-
-def seam_wall(plan: Plan) -> float:
-    """Return the material of the lid between a slit and a cut behind it, mm; below 0 the slit is cut."""
-    corners = plan.corners(plan.slit_profile, plan.slit[0])
-    along = corners[:, 2] - corners[:, 0] * tan(plan.alpha)
-    return float((plan.pitch - np.ptp(along)) / 2 * cos(plan.alpha))
+    slope = tan(plan.alpha)
+    along = corners[:, 2] - corners[:, 0] * slope
+    if (plan.pitch - np.ptp(along)) / 2 * cos(plan.alpha) >= plan.feature:
+        return Seam(float(along.min() + along.max() + plan.pitch) / 2, slope, 0.0, 1)
+    if (plan.pitch * sin(plan.theta0) * cos(plan.alpha) - plan.slit[1]) / 2 >= plan.feature:
+        return Seam(plan.pitch / 2, slope, 1 / (tan(plan.theta0) * cos(plan.alpha)), 1)
+    return None
 
 
 def lid_counts(plan: Plan) -> list[int] | None:
@@ -148,28 +170,30 @@ def lid_counts(plan: Plan) -> list[int] | None:
     lid = lid_sizes(plan)
     if plan.bed is None or lid.high - lid.low <= plan.bed:
         return [plan.scales]
-    skew = lid.outer * tan(plan.alpha)
+    if seam(plan) is None:
+        return None
+    corners = [(x, y) for x in (-lid.outer, lid.outer) for y in (-lid.skirt, plan.wall)]
     for pieces in range(2, plan.scales + 1):
         counts = [len(part) for part in np.array_split(np.arange(plan.scales), pieces)]
-        places = np.array([lid.low, *(_cut(plan, int(k)) for k in np.cumsum(counts)[:-1]), lid.high])
-        middle = np.diff(places)
-        # a piece inside has two skewed ends, the first and the last have one
-        longest = max(middle[[0, -1]].max() + skew, (middle[1:-1] + 2 * skew).max(initial=0.0))
-        if longest <= plan.bed and middle[[0, -1]].min() - skew >= plan.wall:
+        ends = np.array([[one.at(x, y) for x, y in corners] for one in _between(plan, lid, counts)])
+        longest = (ends[1:].max(axis=1) - ends[:-1].min(axis=1)).max()
+        if longest <= plan.bed and (ends[1:] - ends[:-1]).min() >= plan.wall:
             return counts
     return None
 
 
-def _cut(plan: Plan, k: int) -> float:
-    """Return the place of the cut before scale k where it crosses the bar's middle."""
-    return float(plan.base(k - 1)[2]) + seam_place(plan)
+def _between(plan: Plan, lid: Lid, counts: list[int]) -> list[Seam]:
+    """Return the ends of pieces with so many scales each, from the front to the back."""
+    found = [Seam(lid.low, 0.0, 0.0, 0)]
+    one = seam(plan)
+    for k in map(int, np.cumsum(counts)[:-1]):
+        assert one is not None
+        found.append(one._replace(place=float(plan.base(k - 1)[2]) + one.place, before=k))
+    return [*found, Seam(lid.high, 0.0, 0.0, plan.scales)]
 
 
-def _seams(plan: Plan, lid: Lid) -> list[tuple[float, float, int]]:
-    """Return the ends of the lid's pieces: place at x = 0, whether skewed (0 or 1), number of scales before it."""
-    counts = lid_counts(plan) or [plan.scales]
-    inner = [(_cut(plan, int(k)), 1.0, int(k)) for k in np.cumsum(counts)[:-1]]
-    return [(lid.low, 0.0, 0), *inner, (lid.high, 0.0, plan.scales)]
+def _seams(plan: Plan, lid: Lid) -> list[Seam]:
+    return _between(plan, lid, lid_counts(plan) or [plan.scales])
 
 
 def _count(plan: Plan, length: float) -> int:

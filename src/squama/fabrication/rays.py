@@ -30,6 +30,14 @@ def open_edges(mesh: Mesh) -> int:
     return int((counts > 1).sum() + (~np.isin(back, unique)).sum())
 
 
+def closed(triangles: Index) -> bool:
+    """Say whether every edge is run through as often in one direction as in the other, at least once."""
+    edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    _, which = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
+    return bool(edges.size and not np.bincount(which, np.where(edges[:, 0] == low, 1.0, -1.0)).any())
+
+
 def pinched(mesh: Mesh) -> int:
     """Return at how many vertices several sheets of the surface meet in the point alone; 0 for a manifold."""
     count = np.zeros(len(mesh.vertices), int)

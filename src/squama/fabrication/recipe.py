@@ -45,8 +45,3 @@ def block(low: ArrayLike, high: ArrayLike, axes: Array | None = None, origin: Ar
 def tapered(x: Sequence[Sequence[float]], y: Sequence[float], z: Sequence[Sequence[float]]) -> Array:
     """Return a block between y[0] and y[1], with x[i] and z[i] its (low, high) at y[i]."""
     return np.array([(x[j][i], y[j], z[j][k]) for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)
-
-
-def skewed(x: Sequence[float], y: Sequence[float], z: Sequence[Sequence[float]]) -> Array:
-    """Return a block between x[0] and x[1] and between y[0] and y[1], with z[i] its (low, high) at x[i]."""
-    return np.array([(x[i], y[j], z[i][k]) for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)

@@ -179,13 +179,12 @@ def _mould(plan: Plan) -> Iterator[str]:
                 f"bed = {mm(plan.bed)}: the mould's {name} measures {mm(size)}; write at least {mm_up(size)}, or a "
                 f"smaller {key}"
             )
-    counts = mould.lid_counts(plan)
-    if counts is None or (len(counts) > 1 and mould.seam_wall(plan) < plan.feature - SLACK):
+    if mould.lid_counts(plan) is None:
         length = lid.high - lid.low
         yield (
-            f"bed = {mm(plan.bed)}: the mould's lid is {mm(length)} long and cannot be cut between its slits, which "
-            f"are skewed by alpha = {degrees(plan.alpha):.4g} deg; write at least {mm_up(length)}, fewer scales, or "
-            "leave out the mould"
+            f"bed = {mm(plan.bed)}: the mould's lid is {mm(length)} long and cannot be cut into pieces that fit, its "
+            f"slits are skewed by alpha = {degrees(plan.alpha):.4g} deg; write at least {mm_up(length)}, fewer scales, "
+            "or leave out the mould"
         )
 
 
