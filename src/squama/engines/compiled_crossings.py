@@ -6,7 +6,7 @@ import math
 
 from squama.engines import compiled_lanes as lanes
 from squama.engines.compiled_ends import LEFT, SAFETY
-from squama.engines.compiled_kernel import OPS, compiled, inlined
+from squama.engines.compiled_kernel import compiled, inlined
 from squama.engines.compiled_lanes import (
     BEST,
     CODE,
@@ -28,9 +28,8 @@ from squama.engines.compiled_lanes import (
     W,
     X,
 )  # fmt: skip
-from squama.model.neighbours import FOLDED_SAMPLES, SAMPLES, reach_at
+from squama.model.neighbours import FOLDED_SAMPLES, SAMPLES
 from squama.model.solve import Array
-from squama.model.twisting import Root
 
 FAR = 32
 """Neighbours that are looked for here; designs that reach farther are left to the numpy engine."""
@@ -84,57 +83,41 @@ def clear(w: Array, folded: bool) -> None:
 
     Only paths that follow the next neighbour and reach few others are looked at, the rest is not clear.
     """
-    samples = FOLDED_CLEAR if folded else CLEAR
+    samples, many = FOLDED_CLEAR if folded else CLEAR, 1.0
     for i in range(W):
-        w[OK + i] = 1.0 if (w[REACH + i] < NEAR) & (w[K + i] == 1) else 0.0
+        mine = (w[REACH + i] < NEAR) & (w[K + i] == 1)
+        w[OK + i], w[lanes.SPAN + i] = 1.0 if mine else 0.0, w[X_END + i] - w[X0 + i]
+        many = max(many, w[REACH + i] if mine else 1.0)
+    if many < 2:
+        return
     for s in range(samples):
-        part = s / (samples - 1)
-        if folded:
-            for i in range(W):
-                row = lanes.folded_row(w, i)
-                x = w[X0 + i] + (w[X_END + i] - w[X0 + i]) * part
-                _, r, q, _ = row.solve_from(lanes.at_fold(w, i), x, OPS)
-                _keep(w, i, s, r, q)
-        else:
-            for i in range(W):
-                x = w[X0 + i] + (w[X_END + i] - w[X0 + i]) * part
-                _, r, q, _ = lanes.open_row(w, i).solve(x, OPS)
-                _keep(w, i, s, r, q)
+        lanes.roots_at(w, s / (samples - 1), folded)
+        lanes.start_lines(w)
+        for i in range(W):
+            # how far the tip reaches at the three samples
+            far = lanes.reach_here(w, i)
+            w[S0 + i] = max(far, w[P1 + i], w[P2 + i])
+            w[P2 + i], w[P1 + i] = w[P1 + i], far
+        _away(w, 2.0, lanes.PAST, s)
+        if many >= 3:
+            _away(w, 3.0, lanes.PAST + 2 * W, s)
+        if many >= 4:
+            _away(w, 4.0, lanes.PAST + 4 * W, s)
+        if many >= 5:
+            _away(w, 5.0, lanes.PAST + 6 * W, s)
+        if many >= 6:
+            _away(w, 6.0, lanes.PAST + 8 * W, s)
 
 
 @inlined
-def _keep(w: Array, i: int, s: int, r: Root, q: float) -> None:
-    """Keep OK where neighbours 2 to 6 stay away at sample s and before."""
-    u = r.S / (r.H + q)
-    c = 1 / (1 + u * u)
-    c1, s1, lean = (1 - u * u) * c, 2 * u * c, w[lanes.SA + i] * w[lanes.CA + i] * r.cs
-    half, H = r.G / 2, r.H + lean
-    # how far the tip reaches at the three samples
-    far = reach_at(lanes.open_row(w, i), r.cs)
-    reach = max(far, w[P1 + i], w[P2 + i])
-    w[P1 + i], w[P2 + i] = far, w[P1 + i]
-    c2, s2 = c1 * c1 - s1 * s1, 2 * s1 * c1
-    c3, s3 = c2 * c1 - s2 * s1, s2 * c1 + c2 * s1
-    c4, s4 = c2 * c2 - s2 * s2, 2 * s2 * c2
-    c5, s5 = c4 * c1 - s4 * s1, s4 * c1 + c4 * s1
-    c6, s6 = c3 * c3 - s3 * s3, 2 * s3 * c3
-    ok = _below(w, i, 0, s, reach < 2, (half - 2 * r.S) * c2 + (H - 2 * lean) * s2 - half)
-    ok &= _below(w, i, 2 * W, s, reach < 3, (half - 3 * r.S) * c3 + (H - 3 * lean) * s3 - half)
-    ok &= _below(w, i, 4 * W, s, reach < 4, (half - 4 * r.S) * c4 + (H - 4 * lean) * s4 - half)
-    ok &= _below(w, i, 6 * W, s, reach < 5, (half - 5 * r.S) * c5 + (H - 5 * lean) * s5 - half)
-    ok &= _below(w, i, 8 * W, s, reach < 6, (half - 6 * r.S) * c6 + (H - 6 * lean) * s6 - half)
-    w[OK + i] = w[OK + i] if ok else 0.0
-
-
-@inlined
-def _below(w: Array, i: int, past: int, s: int, beyond: bool, now: float) -> bool:
-    """Whether the contact condition of neighbour j stays below zero between sample s and the two before."""
-    one, two = lanes.PAST + past + i, lanes.PAST + past + W + i
-    before, last = w[one], w[two]
-    w[one], w[two] = now, before
-    high = max(now, before, last)
-    away: bool = (high < -SAFETY * abs(now - 2 * before + last)) | (s < 2) | beyond
-    return away
+def _away(w: Array, j: float, past: int, s: int) -> None:
+    """Keep OK where neighbour j stays away at sample s and before."""
+    for i in range(W):
+        now, before, last = lanes.line(w, i, j), w[past + i], w[past + W + i]
+        w[past + i], w[past + W + i] = now, before
+        high = max(now, before, last)
+        away = (high < -SAFETY * abs(now - 2 * before + last)) | (s < 2) | (w[S0 + i] < j)
+        w[OK + i] = w[OK + i] if away else 0.0
 
 
 @compiled

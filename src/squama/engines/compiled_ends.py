@@ -26,6 +26,7 @@ from squama.engines.compiled_lanes import (
     R2,
     S1,
     S2,
+    SPAN,
     THETA0,
     THETA_F,
     TURN,
@@ -35,6 +36,7 @@ from squama.engines.compiled_lanes import (
     A,
     B,
     C,
+    D,
     W,
     X,
 )  # fmt: skip
@@ -59,8 +61,6 @@ LEFT = -1.0
 """Stands in CODE for a design that is left to the numpy engine."""
 NEVER = 1e6
 SAFETY, DEEP, COINCIDE = 0.25, 0.5, 1e-11
-SEEN = 7 * W
-"""What is kept of a sample: the five margins, the squared root, the smallest margin."""
 
 
 @compiled
@@ -127,77 +127,68 @@ def _dip(left: float, middle: float, right: float) -> bool:
 
 
 @compiled
-def coarse(w: Array, h: Array, steps: Array, folded: bool, plates: bool) -> None:
+def coarse(w: Array, steps: Array, folded: bool, plates: bool) -> None:
     """Sample the paths once; OK = 1 where that settles the end, 2 where a fold comes before it, else 0.
 
     Rows as :func:`scan` leaves them, but for dips: where one might hide an end, nothing is settled.
     """
     for i in range(W):
-        w[FIRST + i], w[FOLD + i] = NEVER, NEVER
-    last = steps.size
+        w[FIRST + i], w[FOLD + i], w[S1 + i], w[S2 + i] = NEVER, NEVER, 1.0, 1.0
+        w[A + i] = w[B + i] = w[C + i] = w[X0 + i]
+        w[FA + i] = w[FB + i] = w[FC + i] = math.nan
+        w[SPAN + i] = w[X1 + i] - w[X0 + i]
     for s in range(steps.size):
+        lanes.look_at(w, steps[s], folded, plates)
+        left = 0
         for i in range(W):
-            w[X + i] = w[X0 + i] + (w[X1 + i] - w[X0 + i]) * steps[s]
-        lanes.look(w, folded, plates)
-        # a part of its own: an index that might be negative costs more than all the rest
-        left, seen = 0, h[s * SEEN : (s + 1) * SEEN]
-        for i in range(W):
-            seen[i], seen[W + i], seen[2 * W + i] = w[lanes.RATE + i], w[lanes.D + i], w[lanes.TIP + i]
-            seen[3 * W + i], seen[4 * W + i] = w[lanes.SIDE + i], w[TURN + i]
-            seen[5 * W + i], seen[6 * W + i] = w[QQ + i], w[LOW + i]
-        for i in range(W):
-            first, q2 = w[FIRST + i], w[QQ + i]
-            first = float(s) if (first == NEVER) & (not w[LOW + i] > 0) else first
+            first, low, q2 = w[FIRST + i], w[LOW + i], w[QQ + i]
+            on = first == NEVER
+            w[C + i], w[FC + i] = w[A + i] if on else w[C + i], w[FA + i] if on else w[FC + i]
+            w[A + i], w[FA + i] = w[B + i] if on else w[A + i], w[FB + i] if on else w[FA + i]
+            w[B + i], w[FB + i] = w[X + i] if on else w[B + i], low if on else w[FB + i]
+            first = float(s) if on & (not low > 0) else first
             turned = (not folded) & (not q2 >= 0) & (w[FOLD + i] == NEVER) & (s <= first) & (first > 0)
             w[FOLD + i] = float(s) if turned else w[FOLD + i]
             w[FIRST + i] = first
-            left += 1 if s < first + 1 else 0
-        if left == 0:
-            last = s + 1
-            break
-    for i in range(W):
-        w[S1 + i] = w[S2 + i] = 1.0
-    for s in range(2, last):
-        seen = h[(s - 2) * SEEN : (s + 1) * SEEN]
+            left += 1 if first == NEVER else 0
         for i in range(W):
             first = w[FIRST + i]
-            calm = _calm(seen, i, first, s) & _calm(seen, W + i, first, s) & _calm(seen, 2 * W + i, first, s)
-            calm &= _calm(seen, 3 * W + i, first, s) & _calm(seen, 4 * W + i, first, s)
+            calm = _calm(w, i, lanes.RATE, lanes.PAST, first, s) & _calm(w, i, D, lanes.PAST + 2 * W, first, s)
+            calm &= _calm(w, i, lanes.TIP, lanes.PAST + 4 * W, first, s)
+            calm &= _calm(w, i, lanes.SIDE, lanes.PAST + 6 * W, first, s)
+            calm &= _calm(w, i, TURN, lanes.PAST + 8 * W, first, s)
             w[S1 + i] = w[S1 + i] if calm else 0.0
         if not folded:
             for i in range(W):
-                w[S2 + i] = w[S2 + i] if _calm_root(seen, 5 * W + i, w[FIRST + i], w[FOLD + i], s) else 0.0
+                w[S2 + i] = w[S2 + i] if _calm_root(w, i, w[FIRST + i], w[FOLD + i], s) else 0.0
+        if left == 0:
+            break
     for i in range(W):
-        n = int(min(w[FIRST + i], last - 1.0))
-        a, c = max(n - 1, 0), max(n - 2, 0)
-        x0, span = w[X0 + i], w[X1 + i] - w[X0 + i]
-        w[A + i], w[B + i], w[C + i] = x0 + span * steps[a], x0 + span * steps[n], x0 + span * steps[c]
-        w[FA + i] = h[a * SEEN + 6 * W + i] if n > 0 else math.nan
-        w[FB + i] = h[n * SEEN + 6 * W + i]
-        w[FC + i] = h[c * SEEN + 6 * W + i] if n > 1 else math.nan
         folds = (w[FOLD + i] == w[FIRST + i]) & (w[FOLD + i] < NEVER)
         ok = (w[FIRST + i] < NEVER) & (w[S2 + i] > 0) & ((w[S1 + i] > 0) | folds)
         w[OK + i] = (2.0 if folds else 1.0) if ok else 0.0
 
 
 @inlined
-def _calm(h: Array, at: int, first: float, s: int) -> bool:
+def _calm(w: Array, i: int, row: int, past: int, first: float, s: int) -> bool:
     """Whether a margin cannot vanish in the two intervals before sample s, as far as the path goes."""
-    a, b, now = h[at], h[at + SEEN], h[at + 2 * SEEN]
+    a, b, now = w[past + W + i], w[past + i], w[row + i]
+    w[past + W + i], w[past + i] = b, now
     bend = SAFETY * abs(now - 2 * b + a)
     calm: bool = ((min(a, b) > bend) | (first < s)) & ((min(b, now) > bend) | (first <= s))
-    return calm
+    return calm | (s < 2)
 
 
 @inlined
-def _calm_root(h: Array, at: int, first: float, fold: float, s: int) -> bool:
+def _calm_root(w: Array, i: int, first: float, fold: float, s: int) -> bool:
     """Whether the root changes its sign in the two intervals before sample s only where samples show it."""
-    a, b, now = h[at], h[at + SEEN], h[at + 2 * SEEN]
+    a, b, now = w[P2 + i], w[P1 + i], w[QQ + i]
+    w[P2 + i], w[P1 + i] = b, now
     bend = SAFETY * abs(now - 2 * b + a)
     steep, steeper = (b > bend) & (-now > bend) & (fold == first), (a > bend) & (-b > bend) & (fold == first)
     before = (min(a, b) > bend) | (first < s - 1) | ((first == s - 1) & steeper)
     calm: bool = before & ((min(b, now) > bend) | (first < s) | ((first == s) & steep))
-    return calm
+    return calm | (s < 2)
 
 
 @compiled

@@ -9,9 +9,10 @@ from typing import Any
 import numba
 import numpy as np
 
-from squama.engines.compiled_first import CROSSED, PLAIN, ROUGH, first_pass
+from squama.engines.compiled_first import ANSWER, CROSSED, PLAIN, ROUGH, first_pass, give_out
 from squama.engines.compiled_kernel import OPTIONS, lines
 from squama.engines.compiled_lanes import CARRIED, ROWS, SCRATCH, W
+from squama.engines.compiled_order import order
 from squama.engines.compiled_table import EVENTS, TABLE, answer, choose, cross, follow, solve, work
 from squama.model import energy, laws, mechanics, neighbours, paths, twisting
 from squama.model.solve import Array
@@ -26,19 +27,23 @@ def _sources() -> str:
 
 def _entry(stamp: str) -> Any:
     def solve_all(
-        cols: Array, low: int, high: int, plates: bool, margin: float, steps: Array, folded_steps: Array,
+        designs: tuple[Array, ...], low: int, high: int, mirrored: bool, plates: bool, margin: float,
+        steps: Array, folded_steps: Array,
         sizes: Array, rule: Array, plain_sizes: Array, plain_rule: Array, out: Array, code: Array, neighbour: Array,
     ) -> str:  # fmt: skip
         """Answer the designs low..high: ``out``, ``code`` (-1: left to the numpy engine) and ``neighbour``."""
         w, h, table = lines(ROWS * W), lines(SCRATCH), np.zeros((TABLE, CARRIED))
         events, met, state = np.zeros((4, EVENTS), np.int64), np.zeros(EVENTS), np.zeros(TABLE, np.int8)
         opened, bent, some = np.zeros(TABLE, np.int64), np.zeros(TABLE, np.int64), np.zeros(TABLE, np.int64)
+        taken, found = np.empty(TABLE, np.int64), np.empty((TABLE, ANSWER))
         for base in range(low, high, TABLE):
             n = min(TABLE, high - base)
+            order(designs, mirrored, base, n, taken)
             first_pass(
-                w, h, table, state, cols, base, n, steps[::4], sizes[0], rule, plates, margin, out, code, neighbour
-            )
-            new, folds = follow(w, h, table, state, opened, bent, n, steps, folded_steps, plates)
+                w, table, state, designs, mirrored, taken, base, n, steps[::4], sizes[0], rule, plates, margin,
+                found, code, neighbour,
+            )  # fmt: skip
+            new, folds = follow(w, table, state, opened, bent, n, steps, folded_steps, plates)
             for part in range(2):
                 folded = part == 1
                 index, many = (bent, folds) if folded else (opened, new)
@@ -46,11 +51,12 @@ def _entry(stamp: str) -> Any:
                 # those whose end was settled at once, but which another neighbour may meet before
                 every = many if folded else choose(state, n, CROSSED, index, many)
                 cross(w, h, table, index, many, every, folded, events, met)
-                answer(w, table, state, index, every, folded, plates, margin, out, code, base)
+                answer(w, table, state, index, every, folded, plates, margin, found, code, base)
                 many = choose(state, n, ROUGH, some, 0)
-                work(w, table, state, some, many, n >= 0, folded, plates, sizes[0 if folded else 1 :], rule, out, base)
+                work(w, table, state, some, many, n >= 0, folded, plates, sizes[0 if folded else 1 :], rule, found)
                 many = choose(state, n, PLAIN, some, 0)
-                work(w, table, state, some, many, n < 0, folded, plates, plain_sizes, plain_rule, out, base)
+                work(w, table, state, some, many, n < 0, folded, plates, plain_sizes, plain_rule, found)
+            give_out(designs, found, base, n, out)
         return stamp
 
     options: dict[str, Any] = {**OPTIONS, "nogil": True}

@@ -11,20 +11,24 @@ from squama.engines import compiled_ends as ends
 from squama.engines import compiled_lanes as lanes
 from squama.engines import compiled_work as works
 from squama.engines.compiled_ends import FRICTIONAL, NONE
-from squama.engines.compiled_kernel import compiled
+from squama.engines.compiled_kernel import OPS, compiled
 from squama.engines.compiled_lanes import (
+    BETA,
+    CA,
     CARRIED,
     CODE,
     ETA,
     FEW,
     FIRST,
     FORCE,
+    LAM,
     LOAD,
     LOADE,
     MU,
     OK,
     S0,
     S1,
+    SA,
     STATE,
     THETA,
     THETA0,
@@ -48,28 +52,44 @@ SWEEPS = 6
 DONE, AGAIN, FOLDS, CROSSED, ROUGH, PLAIN = range(6)
 """What a design waits for: nothing; a closer look; its folded path; a look for other neighbours; more nodes at a pole;
 Legendre's rules."""
-LOAD_E, THETA_END, LOAD_END, THETA_C, LOAD_C, F0, TORQUE_C, WORK, PARAMETER, FOLD_AT = range(10)
+LOAD_E, THETA_END, LOAD_END, THETA_C, LOAD_C, F0, TORQUE_C, ELASTIC, WORK, RED, PARAMETER, FOLD_AT = range(12)
 """Rows of the answer; the last two are the path parameter of the end and the inclination of the fold (0: none)."""
+ANSWER = 12
 
 
 @compiled
 def give_ends(w: Array, out: Array, i: int, at: int) -> None:
     """Answer of lane i: its end, with the figures of the contact there."""
     ended = w[X_END + i] == w[X0 + i]
-    out[PARAMETER, at], out[FOLD_AT, at] = w[X_END + i], w[THETA_F + i]
-    out[THETA_END, at] = w[THETA0 + i] if ended else w[THETA + i]
-    out[LOAD_END, at] = out[LOAD_E, at] if ended else w[LOAD + i] / w[K + i]
+    out[at, PARAMETER], out[at, FOLD_AT] = w[X_END + i], w[THETA_F + i]
+    out[at, THETA_END] = w[THETA0 + i] if ended else w[THETA + i]
+    out[at, LOAD_END] = out[at, LOAD_E] if ended else w[LOAD + i] / w[K + i]
 
 
 @compiled
 def give_figures(w: Array, out: Array, i: int, at: int) -> None:
     """Answer of lane i: the figures at its cut-off, without work."""
     moved = w[X_C + i] > w[X0 + i]
-    out[THETA_C, at] = w[THETA + i] if moved else w[THETA0 + i]
-    out[LOAD_C, at] = w[LOAD + i] / w[K + i] if moved else out[LOAD_E, at]
-    out[F0, at] = w[FORCE + i] * w[ETA + i] if moved else 0.0
-    out[TORQUE_C, at] = w[TORQUE + i] * w[K + i] if moved else 0.0
-    out[WORK, at] = 0.0
+    out[at, THETA_C] = w[THETA + i] if moved else w[THETA0 + i]
+    out[at, LOAD_C] = w[LOAD + i] / w[K + i] if moved else out[at, LOAD_E]
+    out[at, F0] = w[FORCE + i] * w[ETA + i] if moved else 0.0
+    out[at, TORQUE_C] = w[TORQUE + i] * w[K + i] if moved else 0.0
+    out[at, WORK] = 0.0
+
+
+@compiled
+def give_out(designs: tuple[Array, ...], found: Array, base: int, n: int, out: Array) -> None:
+    """Put what was found of n designs where it is asked for, with elastic energy, RED and the beam's own torque."""
+    theta0, ratio = designs[4], designs[6]
+    for i in range(n):
+        at = base + i
+        load, lift, work = found[i, LOAD_C], found[i, THETA_C] - theta0[at], found[i, WORK]
+        elastic = (ratio[at] * load * load + lift * lift) / 2
+        total = elastic + work
+        found[i, ELASTIC], found[i, RED] = elastic, work / total if total > 0 else 0.0
+        found[i, TORQUE_C] += ratio[at] * load
+        for row in range(ANSWER):
+            out[row, at] = found[i, row]
 
 
 @compiled
@@ -83,34 +103,39 @@ def waits_for(w: Array, i: int, folded: bool) -> int:
 
 @compiled
 def first_pass(
-    w: Array, h: Array, table: Array, state: Array, cols: Array, base: int, n: int,
+    w: Array, table: Array, state: Array, designs: tuple[Array, ...], mirrored: bool, index: Array, base: int, n: int,
     steps: Array, size: int, rule: Array, plates: bool, margin: float, out: Array, code: Array, neighbour: Array,
 ) -> None:  # fmt: skip
-    """Take n designs from ``base`` on as far as they go with one look."""
+    """Take n designs from ``base`` on, in the order ``index``, as far as they go with one look."""
     # a flag as such, not as a constant, for which Numba would compile every step anew
     unfolded = n < 0
     for start in range(0, n, W):
         count = min(W, n - start)
+        eta, beta, lam, alpha, theta0, mu, _ = designs
         for i in range(W):
-            at = base + start + min(i, count - 1)
-            for row in range(5):
-                w[row * W + i] = cols[row, at]
-            w[THETA0 + i], w[MU + i] = cols[5, at], cols[6, at]
+            at = base + index[start + min(i, count - 1)]
+            w[ETA + i], w[BETA + i], w[LAM + i] = eta[at], beta[at], lam[at]
+            w[X + i], w[THETA0 + i], w[MU + i] = alpha[at], theta0[at], mu[at]
+        for i in range(W):
+            sa = OPS.sin(w[X + i])
+            w[SA + i], w[CA + i] = -sa if mirrored else sa, OPS.cos(w[X + i])
         lanes.engage(w)
         for i in range(W):
             k = max(w[K + i], 1.0)
             w[X0 + i], w[X1 + i], w[THETA_F + i], w[CODE + i] = w[THETA0 + i], TURNED, 0.0, 0.0
             for row in range(3):
                 w[row * W + i] = w[row * W + i] / k
-        ends.coarse(w, h, steps, unfolded, plates)
+        ends.coarse(w, steps, unfolded, plates)
         for i in range(count):
-            at = start + i
-            out[LOAD_E, base + at], neighbour[base + at] = w[LOADE + i], int(w[K + i])
+            at = index[start + i]
+            out[at, LOAD_E], neighbour[base + at] = w[LOADE + i], int(w[K + i])
             w[STATE + i] = DONE if w[OK + i] == 1 else (FOLDS if w[OK + i] == 2 else AGAIN)
             if w[K + i] == 0:
                 w[STATE + i], code[base + at] = DONE, NONE
-                for row in range(1, 10):
-                    out[row, base + at] = 0.0
+                for row in range(F0, ANSWER):
+                    out[at, row] = 0.0
+                out[at, THETA_END] = out[at, THETA_C] = w[THETA0 + i]
+                out[at, LOAD_END], out[at, LOAD_C] = w[LOADE + i], 0.0
             elif w[STATE + i] != DONE:
                 for row in range(CARRIED):
                     table[at, row] = w[row * W + i]
@@ -120,12 +145,12 @@ def first_pass(
                 w[FIRST + i], w[A + i], w[B + i] = 0.0, w[X0 + i], w[X0 + i]
         ends.solve_ends(w, unfolded, plates, SWEEPS)
         for i in range(count):
-            at = base + start + i
+            at = index[start + i]
             if (w[STATE + i] == DONE) & (w[K + i] > 0):
                 if w[OK + i] == 0:
                     w[STATE + i] = AGAIN
                     for row in range(CARRIED):
-                        table[start + i, row] = w[row * W + i]
+                        table[at, row] = w[row * W + i]
                 else:
                     give_ends(w, out, i, at)
         crossings.clear(w, unfolded)
@@ -139,15 +164,15 @@ def first_pass(
                 if w[OK + i] == 0:
                     w[STATE + i] = CROSSED
                 else:
-                    give_figures(w, out, i, base + start + i)
+                    give_figures(w, out, i, index[start + i])
                     w[STATE + i] = waits_for(w, i, unfolded)
                     locked += 1 if w[STATE + i] == ROUGH else 0
         if locked > 0:
             works.work(w, rule, 0, size, n >= 0, unfolded, plates)
         for i in range(count):
-            at = start + i
+            at = index[start + i]
             if (w[STATE + i] == ROUGH) & (w[S1 + i] > 0):
-                out[WORK, base + at], w[STATE + i] = w[S0 + i], DONE
+                out[at, WORK], w[STATE + i] = w[S0 + i], DONE
             state[at] = int(w[STATE + i])
             if w[STATE + i] >= CROSSED:
                 for row in range(FEW):

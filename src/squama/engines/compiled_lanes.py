@@ -39,7 +39,11 @@ F_SN, F_CS, F_S, F_H = (W * n for n in range(54, 58))
 PAST = W * 58
 """Ten rows: the contact conditions of five neighbours at the two samples before."""
 HERE, BEFORE = W * 68, W * 69
-ROWS = 70
+R_THETA, R_SN, R_CS, R_S, R_H, R_G, R_Q2, R_Q, R_PER_X = (W * n for n in range(70, 79))
+"""Terms of the contact condition at X and its root, kept between the two halves of an evaluation."""
+SPAN = W * 79
+"""Length of the path that is sampled, or of the part of it."""
+ROWS = 80
 SCRATCH = W * 160
 """Room for what is kept of the samples of a path."""
 
@@ -81,28 +85,58 @@ def _lower(a: float, b: float) -> float:
     return a if a < b else b
 
 
-def _over(body: Callable[..., None]) -> Callable[[Array, bool, bool], None]:
-    """Run a body over the lanes of a block: on open or folded paths, with either law."""
+@inlined
+def _keep(w: Array, i: int, solved: Any) -> None:
+    theta, r, q, per_x = solved
+    w[R_THETA + i], w[R_SN + i], w[R_CS + i], w[R_S + i] = theta, r.sn, r.cs, r.S
+    w[R_H + i], w[R_G + i], w[R_Q2 + i], w[R_Q + i], w[R_PER_X + i] = r.H, r.G, r.q2, q, per_x
+
+
+@inlined
+def _kept(w: Array, i: int) -> Any:
+    r = twisting.Root(w[R_SN + i], w[R_CS + i], w[R_S + i], w[R_H + i], w[R_G + i], w[R_Q2 + i])
+    return w[R_THETA + i], r, w[R_Q + i], w[R_PER_X + i]
+
+
+@compiled
+def roots(w: Array, folded: bool) -> None:
+    """Terms of the contact condition at X, and its root."""
+    if folded:
+        for i in range(W):
+            _keep(w, i, folded_row(w, i).solve_from(at_fold(w, i), w[X + i], OPS))
+    else:
+        for i in range(W):
+            _keep(w, i, open_row(w, i).solve(w[X + i], OPS))
+
+
+@compiled
+def roots_at(w: Array, part: float, folded: bool) -> None:
+    """Go to the fraction ``part`` of SPAN from X0 on: X, the terms of the contact condition there, and its root."""
+    # in one loop, for LLVM takes short loops apart before it could compute several lanes at once
+    if folded:
+        for i in range(W):
+            w[X + i] = w[X0 + i] + w[SPAN + i] * part
+            _keep(w, i, folded_row(w, i).solve_from(at_fold(w, i), w[X + i], OPS))
+    else:
+        for i in range(W):
+            w[X + i] = w[X0 + i] + w[SPAN + i] * part
+            _keep(w, i, open_row(w, i).solve(w[X + i], OPS))
+
+
+def _over(body: Callable[..., None]) -> Callable[[Array, bool], None]:
+    """Run a body over the lanes of a block, with either law, where their roots are known.
+
+    A loop of its own: in shorter chains of operations a core finds more to do at once.
+    """
 
     @compiled
-    def run(w: Array, folded: bool, plates: bool) -> None:
-        if folded:
-            if plates:
-                for i in range(W):
-                    row = folded_row(w, i)
-                    body(w, i, row.open, row.solve_from(at_fold(w, i), w[X + i], OPS), plate)
-            else:
-                for i in range(W):
-                    row = folded_row(w, i)
-                    body(w, i, row.open, row.solve_from(at_fold(w, i), w[X + i], OPS), edge)
-        elif plates:
+    def run(w: Array, plates: bool) -> None:
+        if plates:
             for i in range(W):
-                one = open_row(w, i)
-                body(w, i, one, one.solve(w[X + i], OPS), plate)
+                body(w, i, open_row(w, i), _kept(w, i), plate)
         else:
             for i in range(W):
-                one = open_row(w, i)
-                body(w, i, one, one.solve(w[X + i], OPS), edge)
+                body(w, i, open_row(w, i), _kept(w, i), edge)
 
     return run
 
@@ -135,12 +169,37 @@ def _push(w: Array, i: int, row: Twist, solved: Any, law: Any) -> None:
     w[FORCE + i] = forces(pt, row.theta0, w[MU + i]).f * pt.slip_rate
 
 
-look = _over(_look)
-"""Smallest margin LOW and squared root QQ at X."""
-figures = _over(_figures)
-"""All figures of the contact at X."""
-push = _over(_push)
-"""Friction force times slip rate, FORCE, at X."""
+look_here = _over(_look)
+figures_here = _over(_figures)
+push_here = _over(_push)
+
+
+@compiled
+def look(w: Array, folded: bool, plates: bool) -> None:
+    """Smallest margin LOW and squared root QQ at X."""
+    roots(w, folded)
+    look_here(w, plates)
+
+
+@compiled
+def look_at(w: Array, part: float, folded: bool, plates: bool) -> None:
+    """Look at the fraction ``part`` of SPAN."""
+    roots_at(w, part, folded)
+    look_here(w, plates)
+
+
+@compiled
+def figures(w: Array, folded: bool, plates: bool) -> None:
+    """All figures of the contact at X."""
+    roots(w, folded)
+    figures_here(w, plates)
+
+
+@compiled
+def push(w: Array, folded: bool, plates: bool) -> None:
+    """Friction force times slip rate, FORCE, at X."""
+    roots(w, folded)
+    push_here(w, plates)
 
 
 @compiled
@@ -208,6 +267,27 @@ def _lines(w: Array, i: int, u: float, r: twisting.Root) -> None:
     w[HALF + i] = r.G / 2
     w[BEFORE + i] = w[HERE + i]
     w[HERE + i] = reach_at(_whole(w, i), r.cs)
+
+
+@compiled
+def start_lines(w: Array) -> None:
+    """Terms of the contact conditions of all neighbours, where the path follows the next; ready for the second."""
+    for i in range(W):
+        u = w[R_S + i] / (w[R_H + i] + w[R_Q + i])
+        c = 1 / (1 + u * u)
+        cos, sin = (1 - u * u) * c, 2 * u * c
+        w[COS + i], w[SIN + i] = cos, sin
+        w[COSJ + i], w[SINJ + i] = cos * cos - sin * sin, 2 * cos * sin
+    for i in range(W):
+        lean = w[SA + i] * w[CA + i] * w[R_CS + i]
+        w[LEAN + i], w[H + i], w[SN + i], w[HALF + i] = lean, w[R_H + i] + lean, w[R_S + i], w[R_G + i] / 2
+
+
+@inlined
+def reach_here(w: Array, i: int) -> float:
+    """How far the tip of lane i reaches at X, in its own units."""
+    far: float = reach_at(open_row(w, i), w[R_CS + i])
+    return far
 
 
 @compiled

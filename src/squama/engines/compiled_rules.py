@@ -14,7 +14,7 @@ import numpy as np
 from squama.model.solve import Array
 
 SIZES = (14, 26, 48, 96)
-LEGENDRE_SIZES = (32, 64, 128, 256)
+LEGENDRE_SIZES = (24, 48, 96, 192, 512)
 
 
 class Rules(NamedTuple):
@@ -62,6 +62,6 @@ def pole_rules(margin: float) -> Rules:
 @functools.cache
 def legendre_rules() -> Rules:
     """Legendre's rules on [0, 1]."""
-    y, w = np.polynomial.legendre.leggauss(280)
+    y, w = np.polynomial.legendre.leggauss(LEGENDRE_SIZES[-1])
     rules = [_gauss((y + 1) / 2, w / 2, n) for n in LEGENDRE_SIZES]
     return Rules(np.array(LEGENDRE_SIZES), np.ascontiguousarray(np.concatenate(rules, axis=1)))

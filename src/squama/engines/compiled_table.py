@@ -54,7 +54,7 @@ def choose(state: Array, n: int, wanted: int, index: Array, low: int) -> int:
 
 @compiled
 def follow(
-    w: Array, h: Array, table: Array, state: Array, opened: Array, bent: Array, n: int,
+    w: Array, table: Array, state: Array, opened: Array, bent: Array, n: int,
     steps: Array, folded_steps: Array, plates: bool,
 ) -> tuple[int, int]:  # fmt: skip
     """Bracket the ends that one look has not settled; return how many of the paths are open and how many fold."""
@@ -81,7 +81,7 @@ def follow(
         count = min(W, folds - start)
         gather(w, table, bent, start, count, CARRIED)
         ends.find_folds(w)
-        ends.coarse(w, h, folded_steps[::4], fold, plates)
+        ends.coarse(w, folded_steps[::4], fold, plates)
         scatter(w, table, bent, start, count, THETA_F, THETA_F)
         scatter(w, table, bent, start, count, X0, X1)
         scatter(w, table, bent, start, count, B, FOLD)
@@ -167,7 +167,7 @@ def answer(
             w[X + i] = w[X_END + i]
         lanes.figures(w, folded, plates)
         for i in range(count):
-            give_ends(w, out, i, base + index[start + i])
+            give_ends(w, out, i, index[start + i])
         works.cut(w, margin, folded)
         for i in range(W):
             w[X + i] = w[X_C + i]
@@ -175,7 +175,7 @@ def answer(
         scatter(w, table, index, start, count, X_C, X_C)
         for i in range(count):
             at = index[start + i]
-            give_figures(w, out, i, base + at)
+            give_figures(w, out, i, at)
             code[base + at] = int(w[CODE + i])
             state[at] = DONE if w[CODE + i] == LEFT else waits_for(w, i, folded)
 
@@ -183,7 +183,7 @@ def answer(
 @compiled
 def work(
     w: Array, table: Array, state: Array, index: Array, n: int, locked: bool, folded: bool, plates: bool,
-    sizes: Array, rule: Array, out: Array, base: int,
+    sizes: Array, rule: Array, out: Array,
 ) -> None:  # fmt: skip
     """Frictional work by rule after rule, each for the designs that the one before has not served; NaN is left."""
     for i in range(n):
@@ -201,10 +201,10 @@ def work(
             works.work(w, rule, first, size, locked, folded, plates)
             for i in range(count):
                 if w[S1 + i] > 0:
-                    out[WORK, base + index[start + i]] = w[S0 + i]
+                    out[index[start + i], WORK] = w[S0 + i]
                 else:
                     index[left] = index[start + i]
                     left += 1
         n, first = left, first + size
     for i in range(n):
-        out[WORK, base + index[i]] = math.nan
+        out[index[i], WORK] = math.nan

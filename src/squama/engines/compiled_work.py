@@ -16,6 +16,7 @@ from squama.engines.compiled_lanes import (
     S0,
     S1,
     S2,
+    SPAN,
     THETA0,
     THETA_F,
     X0,
@@ -28,7 +29,7 @@ from squama.engines.compiled_lanes import (
 from squama.model.energy import beyond
 from squama.model.solve import Array
 
-ROUGH, ROUGH_PLAIN = 3e-8, 3e-10
+ROUGH, ROUGH_PLAIN = 3e-8, 3e-9
 """Last terms of the series over the first at which a rule counts as converged: pole rules, Legendre's rules.
 
 The error of a Gauss rule is about that of twice as many terms; how much that gains depends on how steadily the terms
@@ -70,16 +71,16 @@ def work(w: Array, rule: Array, start: int, size: int, locked: bool, folded: boo
     """Frictional work in S0 by one rule; S1 tells whether it has converged (> 0) or not."""
     for i in range(W):
         w[S0 + i] = w[S1 + i] = w[S2 + i] = 0.0
+        w[R1 + i] = w[SPAN + i] = w[X_END + i] - w[X0 + i]
     for n in range(start, start + size):
         node, weight, last, last_but_one = rule[0, n], rule[1, n], rule[2, n], rule[3, n]
         if locked:
             # the path of a lock ends at its pole
-            for i in range(W):
-                w[R1 + i] = w[X_END + i] - w[X0 + i]
-                w[X + i] = w[X0 + i] + w[R1 + i] * node
+            lanes.roots_at(w, node, folded)
         else:
             lanes.spread(w, node)
-        lanes.push(w, folded, plates)
+            lanes.roots(w, folded)
+        lanes.push_here(w, plates)
         for i in range(W):
             g = w[FORCE + i] * w[R1 + i]
             w[S0 + i] += weight * g
