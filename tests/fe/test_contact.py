@@ -140,3 +140,30 @@ def test_no_motion_goes_through():
 def test_only_the_given_pairs_meet():
     corners, _ = above(0.5e-3)
     assert not Contact(corners, [], 0.0, dhat=DHAT).push(corners, None, KAPPA).gradient.any()
+
+
+def crossed(degrees):
+    """A standing plate's tip edge under the side edge of another, half of dhat apart, and the first slid by 1e-3."""
+    c, s, gap = np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), DHAT / 2
+    below = [[-1, 0, -2], [1, 0, -2], [1, 0, 0], [-1, 0, 0]]
+    above = [[-c, -s, gap], [-c, -s, 2], [c, s, 2], [c, s, gap]]
+    corners = np.array([*below, *above], float)
+    before = corners.copy()
+    before[:4, 0] -= 1e-3
+    push = Contact(corners, [(0, 1)], MU, dhat=DHAT, slip=SLIP).push(corners, before, KAPPA, tangent=False)
+    return (np.linalg.norm(g[:4].sum(0)) for g in (push.gradient, push.friction))
+
+
+@pytest.mark.parametrize("degrees", [1.9, 3, 10, 45, 90])
+def test_crossed_edges_rub(degrees):
+    normal, friction = crossed(degrees)
+    assert normal == pytest.approx(1e-2, rel=1e-6)
+    assert friction == pytest.approx(MU * normal, rel=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [0.5, 1.0, 1.7])
+def test_nearly_parallel_edges_do_not(degrees):
+    """The library softens the barrier where sin^2 is below .001 (1.81 degrees) and leaves friction out."""
+    normal, friction = crossed(degrees)
+    assert 0 < normal < 0.999e-2
+    assert friction == 0
