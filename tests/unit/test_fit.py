@@ -152,6 +152,9 @@ def test_before_engagement_it_is_the_linear_regression():
     np.testing.assert_allclose(fit.estimates, expected, rtol=1e-9)
     np.testing.assert_allclose(fit.covariance, covariance, rtol=1e-8)
     assert fit.noise == pytest.approx(math.sqrt(float(square[0]) / (rate.size - 2)))
+    assert fit.rms == pytest.approx(math.sqrt(float(square[0]) / rate.size))
+    np.testing.assert_allclose(fit.band, np.sqrt(np.diag(A @ covariance @ A.T)), rtol=1e-7)
+    np.testing.assert_allclose(fit.residuals, torque - A @ expected, rtol=1e-7, atol=1e-12)
     given = squama.fit({"Phi": rate, "T": torque}, BEAM, ("C_f", "zero"), noise="50 N mm")
     np.testing.assert_allclose(given.covariance, 0.05**2 * np.linalg.inv(A.T @ A), rtol=1e-8)
     assert fit.condition == pytest.approx(np.linalg.cond(A / np.linalg.norm(A, axis=0)))
@@ -162,7 +165,12 @@ def test_the_search_does_not_depend_on_the_start():
     names = ("mu", "K_theta", "theta0")
     found = [squama.fit(data, BEAM.replace(friction={"mu": mu}), names, starts=1).estimates for mu in (0, 0.05, 1, 4)]
     np.testing.assert_allclose(found, np.broadcast_to(found[0], (4, 3)), rtol=1e-6)
-    assert squama.fit(data, BEAM, names, starts=8).starts[1] == 8
+    fit = squama.fit(data, BEAM, names, starts=8)
+    assert fit.starts[1] == 8
+    # bounds where none are given: a third and three times of an inclination
+    np.testing.assert_allclose([fit.asked.low[2], fit.asked.high[2]], [BEAM.scale.theta0 / 3, BEAM.scale.theta0 * 3])
+    free = squama.fit(data, BEAM, names, bounds={"theta0": (None, "11 deg")})
+    np.testing.assert_allclose([free.asked.low[2], free.asked.high[2]], [BEAM.scale.theta0 / 3, np.radians(11)])
 
 
 def test_near_a_lock():

@@ -70,6 +70,15 @@ def test_the_command(folder, capsys):
     assert f"mu = {fit.values['mu']:g}" in capsys.readouterr().out
 
 
+def test_a_saved_cycle_is_a_test_too(folder, capsys):
+    (folder / "true.toml").write_text(BEAM.replace(friction={"mu": 0.3}).to_toml())
+    assert main(["cycle", "true.toml", "--history", "0, 0.2, 0.1, 0.18, 0 rad/pitch", "--csv", "cycle.csv"]) == 0
+    assert main(["fit", "cycle.csv", "beam.toml", "--json"]) == 0
+    said = capsys.readouterr().out
+    record = json.loads(said[said.index("\n{") :])
+    assert record["parameters"]["mu"]["estimate"] == pytest.approx(0.3, rel=1e-9)
+
+
 def test_json(folder, capsys):
     arguments = ["--find", "mu,K_theta,theta0", "--bounds", "theta0=5 deg:20 deg", "--bounds", "mu=:0.5"]
     assert (
@@ -107,22 +116,26 @@ def test_specimens_in_one_file_and_in_several(folder, capsys):
 
 def test_posterior(folder, capsys):
     pytest.importorskip("emcee")
-    fit = squama.fit("test.csv", BEAM, posterior=1600, seed=4)
+    fit = squama.fit("test.csv", BEAM, posterior=1280, seed=4)
     x = fit.posterior.samples
-    assert x.shape == (1600, 2)
-    np.testing.assert_array_equal(x, squama.fit("test.csv", BEAM, posterior=1600, seed=4).posterior.samples)
+    assert x.shape == (1280, 2)
     # many points and little noise: the samples have the covariance of the least squares
     error = np.sqrt(np.diag(fit.covariance))
     assert (np.abs(x.mean(axis=0) - fit.estimates) < 0.2 * error).all()
     np.testing.assert_allclose(x.std(axis=0), error, rtol=0.15)
     assert np.corrcoef(x.T)[0, 1] == pytest.approx(fit.correlation[0, 1], abs=0.12)
-    bounded = squama.fit("test.csv", BEAM, posterior=320, bounds={"mu": (fit.values["mu"], 1)})
+    given = squama.fit("test.csv", BEAM, noise=3 * fit.noise, posterior=1280)
+    np.testing.assert_allclose(given.posterior.samples.std(axis=0), 3 * error, rtol=0.15)
+    bounded, again = (
+        squama.fit("test.csv", BEAM, posterior=320, bounds={"mu": (fit.values["mu"], 1)}, seed=2) for _ in range(2)
+    )
+    np.testing.assert_array_equal(bounded.posterior.samples, again.posterior.samples)
     assert (bounded.posterior.samples[:, 0] >= fit.values["mu"]).all()
     assert bounded.posterior.note() is not None
-    arguments = ["--posterior", "1600", "--seed", "4", "--netcdf", "f.nc", "--corner", "c.png", "--noise", "5 N mm"]
+    arguments = ["--posterior", "320", "--seed", "4", "--netcdf", "f.nc", "--corner", "c.png", "--noise", "5 N mm"]
     assert main(["fit", "test.csv", "beam.toml", *arguments]) == 0
-    assert "posterior, 1600 samples" in capsys.readouterr().out
-    assert squama.read("f.nc").sample_value.shape == (1600, 2)
+    assert "posterior, 320 samples" in capsys.readouterr().out
+    assert squama.read("f.nc").sample_value.shape == (320, 2)
     assert (folder / "c.png").stat().st_size > 10_000
     assert len(corner_figure(fit.dataset()).axes) == 4
 
@@ -147,6 +160,10 @@ def test_pictures():
         # the drawn curve goes through the points
         curve = data[f"{torque}_curve"].values
         assert curve.max() == pytest.approx(data[torque].values.max(), rel=1e-6)
+        # the way back begins with the drop, from the upper branch to the lower
+        back = curve[data["leg"].values == 2]
+        assert back[0] == pytest.approx(curve[data["leg"].values == 1][-1], rel=1e-9)
+        assert back[1] < 0.9 * back[0]
 
 
 UP = [(p, t) for p, t in zip(LOOP.phi.values[:36:3], LOOP["T"].values[:36:3], strict=True)]

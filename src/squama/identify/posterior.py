@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from squama.identify.result import Fit
 
 WALKERS = 32
-BURN = 500
+BURN = 200
 THIN = 15
 _LEAST = 50
 
