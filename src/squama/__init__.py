@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from squama.fabrication.facade import Export, export
     from squama.identify.facade import fit
     from squama.identify.result import Fit
+    from squama.inverse.designs import inverse_design
+    from squama.inverse.front import pareto
     from squama.model.outcome import End
     from squama.response import bend, twist
     from squama.rows import row
@@ -50,6 +52,8 @@ _HOME = {
     "bend": "response",
     "row": "rows",
     "cycle": "cycles",
+    "inverse_design": "inverse.designs",
+    "pareto": "inverse.front",
     "fit": "identify.facade",
     "Fit": "identify.result",
     "sweep": "study.sweep",
@@ -89,7 +93,9 @@ __all__ = [
     "fit",
     "forces",
     "gradient",
+    "inverse_design",
     "open_sweep",
+    "pareto",
     "read",
     "row",
     "save",

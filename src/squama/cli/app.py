@@ -14,6 +14,7 @@ COMMANDS = {
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
     "fit": "Find friction, joint stiffness and other parameters of a beam from measured torque and twist.",
     "design": "Find beams that lock, bear or dissipate as asked, within bounds and limits, from a target file.",
+    "pareto": "Trade stiffness, range of twist and dissipation off: a front of beams, from a target file (extra fit).",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
     "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
     "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",

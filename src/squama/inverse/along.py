@@ -158,7 +158,7 @@ class Part:
         """Torque or tangent stiffness at twists in contact."""
         c = take(self.c, lanes)
         tau, slope, by_path = self._torque(phi, lanes)
-        if want.figure == "torque":
+        if want.figure == "torque" or not by_path:
             return at_twist(want, c, phi, tau, slope, by_path, {})
         h = NEAR * phi
         (_, s1, p1), (_, s0, p0) = (self._torque(phi + e, lanes) for e in (h, -h))

@@ -13,7 +13,7 @@ from squama.inverse.wants import COLUMNS, PATH, Found, Options, Partials, Want
 from squama.model.outcome import CODES, End
 from squama.model.plates import Plates
 from squama.model.sensitivity import STEP
-from squama.model.solution import SEARCH, Solution, solve_bending, solve_twisting, with_touches
+from squama.model.solution import SEARCH, Solution, solve_bending, solve_twisting, touch, with_touches
 from squama.model.solve import Array
 from squama.study.cells import Cells
 
@@ -35,7 +35,15 @@ def flat(c: Cells) -> Cells:
     return Cells._make([*(column(v) for v in c[:-1]), sizes])
 
 
-def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
+def evaluate(
+    c: Cells,
+    moved: Sequence[Cells],
+    wants: Sequence[Want],
+    options: Options,
+    *,
+    plates: bool,
+    followed: tuple[Solution, Array] | None = None,
+) -> Found:
     """Evaluate figures of many designs.
 
     Parameters
@@ -51,6 +59,8 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     plates : bool
         Whether all plates are tested against each other, as :func:`squama.twist` does; else a contact of another kind
         goes unnoticed.
+    followed : tuple, optional
+        What :func:`follow` has given for the designs.
 
     Returns
     -------
@@ -58,7 +68,7 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     """
     n = c.eta.size
     by_column = {name: np.stack([np.imag(getattr(m, name)) for m in moved]) / STEP for name in COLUMNS if moved}
-    sol, limit = _solve(c, options, plates=plates)
+    sol, limit = follow(c, options, plates=plates) if followed is None else followed
     values, slopes = np.full((len(wants), n), np.nan), np.zeros((len(wants), len(moved), n))
 
     def put(i: int, index: Array, value: Array, partials: Partials) -> None:
@@ -88,7 +98,7 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     return Found(values, slopes, sol.code, limit)
 
 
-def _solve(c: Cells, options: Options, *, plates: bool) -> tuple[Solution, Array]:
+def follow(c: Cells, options: Options, *, plates: bool) -> tuple[Solution, Array]:
     """Return the ends of the designs, and how far their curves go."""
     if options.load == "bending":
         sol = solve_bending(c.eta, c.theta0, c.mu)
@@ -96,10 +106,28 @@ def _solve(c: Cells, options: Options, *, plates: bool) -> tuple[Solution, Array
     sol = solve_twisting(c.eta, c.beta, c.lam, c.alpha, c.theta0, c.mu, law=options.law, sense=options.sense)
     limit = np.where(sol.code == _NONE, SEARCH, sol.load_end)
     if plates:
-        sign = 1 if options.sense == "+" else -1
-        shapes = (c.eta, c.beta, c.lam, sign * np.sin(c.alpha), np.cos(c.alpha))
-        every = [Plates(*map(float, row)) for row in zip(*shapes, strict=True)]
-        sol, touches = with_touches(sol, every, c.theta0, mirrored=sign < 0)
+        sol, touches = with_touches(sol, _plates(c, options), c.theta0, mirrored=options.sense == "-")
         met = np.array([np.inf if hit is None else hit.phi for hit in touches])
         limit = np.where(sol.code == _NONE, np.minimum(SEARCH, met), sol.load_end)
     return sol, limit
+
+
+def _plates(c: Cells, options: Options) -> list[Plates]:
+    sign = 1 if options.sense == "+" else -1
+    shapes = (c.eta, c.beta, c.lam, sign * np.sin(c.alpha), np.cos(c.alpha))
+    return [Plates(*map(float, row)) for row in zip(*shapes, strict=True)]
+
+
+def touched(c: Cells, sol: Solution, index: Array, options: Options) -> Array:
+    """Tell for some of the engaged designs whether other plates meet before their paths end."""
+    if options.load == "bending":
+        return np.zeros(index.size, bool)
+    places = {int(i): (t, n) for lanes, t in sol.tracks for n, i in enumerate(lanes)}
+    every = _plates(take(c, index), options)
+    found = np.zeros(index.size, bool)
+    for k, i in enumerate(index.tolist()):
+        t, n = places[i]
+        before = float(sol.load_e[i])
+        mirrored = options.sense == "-"
+        found[k] = touch(every[k], float(c.theta0[i]), before, t, n, mirrored=mirrored) is not None
+    return found

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from squama.plot.deformed import deformed_figure
     from squama.plot.elements import compare_figure, elements_figure
     from squama.plot.fit import corner_figure, fit_figure
+    from squama.plot.front import front_figure
+    from squama.plot.inverse import inverse_figure
     from squama.plot.maps import red_figure
     from squama.plot.regimes import lock_lines_figure, regime_figure
     from squama.plot.response import response_figure
@@ -29,6 +31,8 @@ _HOME = {
     "cycle_figure": "cycle",
     "fit_figure": "fit",
     "corner_figure": "fit",
+    "front_figure": "front",
+    "inverse_figure": "inverse",
     "regime_figure": "regimes",
     "lock_lines_figure": "regimes",
     "red_figure": "maps",
@@ -48,6 +52,8 @@ __all__ = [
     "deformed_figure",
     "elements_figure",
     "fit_figure",
+    "front_figure",
+    "inverse_figure",
     "lock_lines_figure",
     "map_figure",
     "red_figure",
