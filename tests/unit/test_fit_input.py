@@ -62,6 +62,7 @@ def test_the_command(folder, capsys):
     assert fit.summary() in said
     assert (folder / "f.png").stat().st_size > 10_000
     assert squama.read("f.nc").identical(fit.dataset())
+    assert squama.read("f.nc").initial.values.tolist() == [0.1, BEAM.joint_stiffness]
     assert squama.read("f.csv").identical(flat(fit.dataset()))
     assert squama.read("f.csv").attrs["parameters"][0]["estimate"] == fit.values["mu"]
     assert squama.Beam.from_toml("fitted.toml") == fit.beam

@@ -255,5 +255,8 @@ def _show(beam: str, data: list[str], fit: Fit, written: list[Path]) -> None:
     law = f", {fit.law} law" if fit.load == "twisting" else ""
     names = ", ".join(files.label(path) for path in data)
     console.print(f"{names} fitted with {files.label(beam)} in {fit.load}{law}", style="bold", soft_wrap=True)
-    for line in [*fit.summary().splitlines(), *(f"wrote {files.label(place)}" for place in written)]:
+    lines = fit.summary().splitlines()
+    lines += [f"warning: {line}" for line in fit.beam.warnings(fit.load)]
+    lines += [f"wrote {files.label(place)}" for place in written]
+    for line in lines:
         console.print(line, soft_wrap=True)
