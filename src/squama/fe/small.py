@@ -173,7 +173,7 @@ def fall(
         for _ in range(4 * _SHRINK):
             clear = contact.free(here, contact.corners(v + step, phi))
             if clear == 1:
-                there = body(v + step, phi)[0] + contact.load(v + step, phi, before, kappa).total[:6]
+                there = body(v + step, phi)[0] + contact.load(v + step, phi, before, kappa).total[:-1]
                 # not past the valley's floor
                 if there @ step <= 0.5 * down * float(np.abs(step).max()) / min(size, _FALL_REACH):
                     break
