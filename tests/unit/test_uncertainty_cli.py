@@ -51,6 +51,11 @@ def test_how_tolerances_are_written(text, meaning):
     assert tolerances({"scale": {"alpha": (one.kind, *one.numbers)}}, BEAM) == [one]
 
 
+def test_a_plain_number_may_be_a_standard_deviation():
+    texts = ("0.25 +- 0.02 sd", "+- 0.02 sd", "0.25 +- 0.04 2 sd", "normal(0.25, 0.02)")
+    assert {tolerances({"mu": text}, BEAM)[0].text for text in texts} == {"normal(0.25, 0.02)"}
+
+
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [

@@ -205,7 +205,8 @@ def _form(value: Any) -> tuple[str, list[Any], float | None]:
         spread = word[1] if word else both[2]
         if word is None or word[2]:
             return word[2] if word else "uniform", [both[1], spread], 0.0
-        sds = word[3] or "1"
+        # a plain number before "sd" is the spread
+        spread, sds = (spread, word[3] or "1") if spread else (word[3], "1")
         if not _NUMBER.fullmatch(sds) or float(sds) == 0:
             _refuse("does not say how many standard deviations; EXAMPLE")
         return "normal", [both[1], spread], float(sds)
