@@ -53,7 +53,7 @@ def one_pair(monkeypatch):
 def test_scales_are_those_of_the_oracle(sense: int) -> None:
     rng = np.random.default_rng(3)
     for eta, alpha, beta, lam, theta, phi in rng.uniform([1, 0.1, 0.3, 0.1, 0.1, 0], [5, 1.4, 2, 1, 1.6, 1], (20, 6)):
-        d = {"load": "twisting", "eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "half": 1.0, "sense": sense}
+        d = {"kind": "twisting", "eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "half": 1.0, "sense": sense}
         for j in (0, 1, 3):
             ours = geometry.scale(d, phi, theta, j)
             theirs = scale(FP, Design(eta, alpha, beta, lam, 0.1, sense), theta, phi, j)

@@ -199,7 +199,7 @@ def test_the_outcome_is_told_in_words() -> None:
 def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
     now = START.change("load", load)
     found = map.grid(map.key(now, x, y))
-    for i, j in ((3, 30), (20, 16), (38, 5)):
+    for i, j in ((3, 27), (20, 16), (35, 5)):
         design = map.take(now, x, y, (i, j))
         assert design.value(x) / FIELDS[x].factor == pytest.approx(found.x[i], rel=1e-5)
         assert design.value(y) / FIELDS[y].factor == pytest.approx(found.y[j], rel=1e-5)
@@ -212,11 +212,23 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
                 assert found.RED[j, i] == pytest.approx(squama.twist(b).RED_c.item(), rel=1e-3, abs=1e-12)
         else:
             assert map.CODES[found.code[j, i]] == squama.bend(b).end.item()
-    options = map.options(now, map.key(now, x, y), found, dark=False)
+    options = map.options(map.key(now, x, y), found, dark=False)
     cells = next(s for s in options["series"] if s["name"] == "end")["data"]
     assert len(cells) == found.x.size * found.y.size
-    assert cells[41 * 5 + 38][:3] == [38, 5, int(found.code[5, 38])]
+    assert cells[found.x.size * 5 + 35][:3] == [35, 5, int(found.code[5, 35])]
     json.dumps(options, allow_nan=False)
+
+
+def test_marks_lie_over_the_cells_of_their_designs() -> None:
+    now = START.change("mu", "0.5").keep().change("mu", "2").change("alpha", "80")
+    key = map.key(now, "mu", "alpha")
+    kept, own = map.marks(now, key)
+    assert (kept.letter, own.letter) == ("A", "")
+    # the middle of the last column and of the highest row
+    assert own.left == pytest.approx(1 - 0.5 / map.SIZE[0])
+    assert own.top == pytest.approx(0.5 / map.SIZE[1])
+    assert kept.left == pytest.approx((0.5 / 2 * (map.SIZE[0] - 1) + 0.5) / map.SIZE[0])
+    assert len(map.marks(now.change("mu", "3"), key)) == 1, "off the map"
 
 
 def test_the_map_is_computed_anew_only_where_it_must() -> None:

@@ -55,7 +55,7 @@ def frame(d: Design, load: float, k: float) -> Frame:
 
     In twisting it is turned by k phi about z; in bending the scaled face bends to an arc and keeps its length.
     """
-    if d["load"] == "twisting":
+    if d["kind"] == "twisting":
         turn = d["sense"] * load * k
         c, s = math.cos(turn), math.sin(turn)
         x, y = np.array([c, -s, 0.0]), np.array([s, c, 0.0])
@@ -84,7 +84,7 @@ def contact(d: Design, load: float, theta: float, k: float) -> Contact:
     In bending the tip's middle meets the neighbour's face, and ``s`` is its distance from the base.
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
-    if d["load"] != "twisting":
+    if d["kind"] != "twisting":
         return Contact(one.m, one.m, 0.0, float((one.m - two.o) @ two.x))
     corner = two.corners[0 if d["sense"] > 0 else 1]
     normal = np.cross(one.y, two.x)
@@ -102,7 +102,7 @@ def directions(d: Design, load: float, theta: float, slip: tuple[float, float], 
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
     t = slip[0] * two.x + d["sense"] * slip[1] * one.y
-    if d["load"] != "twisting":
+    if d["kind"] != "twisting":
         n = two.z
     elif d["law"] == "plate":
         n = two.z

@@ -188,7 +188,7 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
     """Return what the geometry needs of a design: ratios (lengths in pitches, rad), kind of loading, sense, law."""
     beam = setting.beam
     return {
-        "load": setting.load,
+        "kind": setting.load,
         "eta": beam.eta,
         "beta": beam.beta,
         "lam": beam.lam,

@@ -93,7 +93,8 @@ def line_options(state: State, plot: str, *, dark: bool) -> dict[str, Any]:
 def _legend(look: Theme, plot: str, names: list[str]) -> dict[str, Any]:
     shown = (["without contact"] if plot == "torque" else []) + names
     style = {"color": look.ink, "fontSize": 10}
-    return {"data": shown, "right": 8, "top": 2, "itemWidth": 22, "itemHeight": 8, "textStyle": style}
+    return {"data": shown, "right": 8, "top": 2, "itemWidth": 22, "itemHeight": 8, "textStyle": style,
+            "itemStyle": {"opacity": 0}}  # fmt: skip
 
 
 def _top(curves: list[live.Along], plot: str, value: float) -> float:

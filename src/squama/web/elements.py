@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -73,7 +74,7 @@ class NumberField(ui.element, component="field.js"):
         f = self.field
         new: dict[str, Any] = {"shown": f.shown(value), "error": ""}
         if high is not None:
-            new["high"] = high
+            new |= {"high": high, "allowed": f._replace(high=high).allowed}
         if hint is not None:
             new["hint"] = f"{hint / f.factor:.4g} by its law"
         at = value if value is not None else hint
@@ -82,12 +83,16 @@ class NumberField(ui.element, component="field.js"):
             self._props.update(new)
             self.update()
 
+    def call(self, label: str, symbol: str) -> None:
+        """Give the field another name."""
+        if (label, symbol) != (self._props["label"], self._props["symbol"]):
+            self._props.update({"label": label, "symbol": symbol})
+            self.update()
+
     def _place(self, shown: float, high: float) -> float:
         low = self.field.low
         shown = min(max(shown, low), high)
         if self.field.log:
-            import math
-
             return math.log(shown / low) / math.log(high / low)
         return (shown - low) / (high - low) if high > low else 0.0
 

@@ -20,7 +20,7 @@ from squama.web.state import State
 AXES = ("mu", "alpha", "eta", "theta0", "beta", "lam")
 """Fields that can be an axis."""
 BENDING_AXES = ("mu", "eta", "theta0")
-SIZE = (41, 33)
+SIZE = (37, 29)
 """Designs along the axes."""
 RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": (0.0, 2.0)}
 """Ranges of axes that differ from those of the sliders, in shown units."""
@@ -36,6 +36,10 @@ COLOURS: dict[End, str] = {
     End.NONE: "#eef0f2",
 }
 """Colours of the ends: locks dark, the rest pale."""
+
+
+ROOM = {"left": 58, "right": 16, "top": 8, "bottom": 36}
+"""Pixels around the cells; the marks lie over the cells."""
 
 
 class Key(NamedTuple):
@@ -136,8 +140,8 @@ def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
     return state
 
 
-def options(state: State, wanted: Key, found: Grid | None, *, dark: bool) -> dict[str, Any]:
-    """Return the options of the map; without a grid the frame alone."""
+def options(wanted: Key, found: Grid, *, dark: bool) -> dict[str, Any]:
+    """Return the options of the map."""
     look = charts.theme(dark=dark)
     labels = [_label(name) for name in (wanted.x, wanted.y)]
     spans = [_range(wanted.x), _range(wanted.y)]
@@ -149,22 +153,20 @@ def options(state: State, wanted: Key, found: Grid | None, *, dark: bool) -> dic
     for one in values:
         one["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
-    codes = [CODES.index(end) for end in ends(found)] if found else []
+    codes = [CODES.index(end) for end in ends(found)]
     pieces = [{"value": c, "color": COLOURS[CODES[c]]} for c in codes]
     return {
         "animation": False,
         "aria": {"enabled": True, "label": {"description": f"Map of ends over {labels[0]} and {labels[1]}"}},
         "backgroundColor": "transparent",
-        "grid": {"left": 58, "right": 16, "top": 8, "bottom": 36},
-        "tooltip": {"trigger": "item", "confine": True, ":formatter": _tooltip(wanted, state.load)},
+        "grid": dict(ROOM),
+        "tooltip": {"trigger": "item", "confine": True, ":formatter": _tooltip(wanted, wanted.load)},
         "xAxis": [names[0], {**values[0], "position": "bottom"}],
         "yAxis": [names[1], {**values[1], "position": "left"}],
         "visualMap": {"type": "piecewise", "pieces": pieces, "dimension": 2, "seriesIndex": 0, "show": False},
         "series": [
             {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0,
              "data": _cells(found), "progressive": 0, "emphasis": {"itemStyle": {"borderColor": look.ink}}},
-            marker(state, wanted),
-            *kept(state, wanted),
         ],
     }  # fmt: skip
 
@@ -174,45 +176,28 @@ def ends(found: Grid) -> list[End]:
     return [CODES[c] for c in sorted({int(c) for c in np.unique(found.code)})]
 
 
-def marker(state: State, wanted: Key) -> dict[str, Any]:
-    """Return the series of the current design."""
-    return {
-        "type": "scatter",
-        "name": "this design",
-        "id": "now",
-        "xAxisIndex": 1,
-        "yAxisIndex": 1,
-        "silent": True,
-        "data": [_place(state, wanted)],
-        "symbol": "circle",
-        "symbolSize": 14,
-        "itemStyle": {"color": "#ffffff", "borderColor": "#111111", "borderWidth": 3},
-        "z": 10,
-    }
+class Mark(NamedTuple):
+    """A mark over the map: letter (none for the design that is shown), colour, place from left and top (0 to 1)."""
+
+    letter: str
+    colour: str
+    left: float
+    top: float
 
 
-def kept(state: State, wanted: Key) -> list[dict[str, Any]]:
-    """Return the series of the kept designs: their letters."""
-    return [
-        {
-            "type": "scatter",
-            "name": live.NAMES[i],
-            "id": f"kept{i}",
-            "xAxisIndex": 1,
-            "yAxisIndex": 1,
-            "silent": True,
-            "data": [_place(one, wanted)] if one.load == state.load else [],
-            "symbolSize": 16,
-            "itemStyle": {"color": "#ffffff", "borderColor": live.COLOURS[i], "borderWidth": 2},
-            "label": {"show": True, "formatter": live.NAMES[i], "color": "#111111", "fontSize": 10},
-            "z": 9,
-        }
-        for i, one in enumerate(state.kept)
-    ]
-
-
-def _place(state: State, wanted: Key) -> list[float]:
-    return [float(state.value(n) or 0.0) / FIELDS[n].factor for n in (wanted.x, wanted.y)]
+def marks(state: State, wanted: Key) -> list[Mark]:
+    """Return the marks of the kept designs and, last, of the one that is shown; those off the map are left out."""
+    every = [(live.NAMES[i], live.COLOURS[i], one) for i, one in enumerate(state.kept) if one.load == state.load]
+    found = []
+    for letter, colour, one in (*every, ("", "#111111", state)):
+        place = []
+        for name, n in ((wanted.x, SIZE[0]), (wanted.y, SIZE[1])):
+            low, high = _range(name)
+            step = (high - low) / (n - 1)
+            place.append((float(one.value(name) or 0.0) / FIELDS[name].factor - low + step / 2) / (high - low + step))
+        if all(0 <= at <= 1 for at in place):
+            found.append(Mark(letter, colour, place[0], 1 - place[1]))
+    return found
 
 
 def _label(name: str) -> str:
@@ -220,10 +205,8 @@ def _label(name: str) -> str:
     return field.symbol + (f" ({field.unit})" if field.unit else "")
 
 
-def _cells(found: Grid | None) -> list[list[Any]]:
+def _cells(found: Grid) -> list[list[Any]]:
     """Rows of column, row, code, engagement, end, RED; what is not finite is left out."""
-    if found is None:
-        return []
     cells = []
     for j in range(found.y.size):
         for i in range(found.x.size):

@@ -14,7 +14,7 @@ from squama.web import charts, download, link, live, map, panels  # noqa: A004 -
 from squama.web.elements import BeamView, button, text, write
 from squama.web.state import State
 
-WAIT = 0.2
+WAIT = 0.3
 """Seconds without a change after which the map is computed anew."""
 
 
@@ -26,6 +26,8 @@ class Explorer:
         self.map_axes = ("mu", "alpha")
         self.pending: asyncio.Task[None] | None = None
         self.map_key: map.Key | None = None
+        # kept here: what is clicked may be gone before all is drawn
+        self.client = ui.context.client
         ui.add_css(files("squama.web").joinpath("page.css").read_text(encoding="utf-8"))
         self.mode = ui.dark_mode(None)
         with ui.element("header"):
@@ -47,7 +49,9 @@ class Explorer:
                 with ui.element("div").classes("plot"):
                     self.map_choices = panels.map_choices(self)
                     self.map_ends = ui.element("ul").classes("legend ends")
-                    self.map = ui.echart({"series": []})
+                    with ui.element("div").classes("cells"):
+                        self.map = ui.echart({"series": []})
+                        self.marks = panels.marks()
                     self.map.props["aria-label"] = "Regime map; a click takes the design under the pointer"
                     self.map.on("componentClick", self.clicked, ["value", "seriesId"])
             self.compared = panels.Compared(self)
@@ -56,7 +60,7 @@ class Explorer:
 
     def _chart(self, options: dict[str, Any]) -> ui.echart:
         with ui.element("div").classes("plot"):
-            chart = ui.echart(options)
+            chart = ui.echart(options, renderer="svg")
         chart.props["role"] = "img"
         return chart
 
@@ -133,7 +137,7 @@ class Explorer:
         except InputError as error:
             self.say(str(error))
             return
-        ui.download.content(content, name)
+        self.client.download(content, name)
 
     # ---- what is drawn -------------------------------------------------------------------------------------
 
@@ -145,13 +149,15 @@ class Explorer:
         self.compared.show(self.state)
         self.draw_plots()
         self.draw_map()
-        ui.run_javascript(f"history.replaceState(null, '', '?{link.query(self.state)}')")
+        self.client.run_javascript(f"history.replaceState(null, '', '?{link.query(self.state)}')")
 
     def draw_plots(self) -> None:
         """Draw the three curves."""
         for plot, chart in self.plots.items():
-            chart._props["options"] = charts.line_options(self.state, plot, dark=self.dark)
-            chart.update()
+            options = charts.line_options(self.state, plot, dark=self.dark)
+            if options != chart.options:
+                chart._props["options"] = options
+                chart.update()
 
     def draw_map(self, *, now: bool = False) -> None:
         """Move the mark of the design; compute the map anew where it depends on what has changed."""
@@ -159,12 +165,9 @@ class Explorer:
             self.map_axes = ("mu", "eta")
         self.map_choices(self.state.load, self.map_axes)
         wanted = map.key(self.state, *self.map_axes)
+        panels.show_marks(self.marks, map.marks(self.state, wanted))
         if wanted == self.map_key and not now:
-            series = [map.marker(self.state, wanted), *map.kept(self.state, wanted)]
-            if len(self.map.options["series"]) == len(series) + 1:
-                self.map.options["series"][1:] = series
-                self.map.run_chart_method("setOption", {"series": series})
-                return
+            return
         if self.pending is not None:
             self.pending.cancel()
         if app.is_started:
@@ -177,5 +180,5 @@ class Explorer:
             return
         self.map_key = wanted
         panels.list_ends(self.map_ends, map.ends(found))
-        self.map._props["options"] = map.options(self.state, wanted, found, dark=self.dark)
+        self.map._props["options"] = map.options(wanted, found, dark=self.dark)
         self.map.update()

@@ -102,6 +102,8 @@ class Controls:
             if name == "twist":
                 most = float(f"{live.motion(now.setting).most:.3g}")
                 field.show(value, high=most)
+                words = live.WORDS[now.load]
+                field.call(words["axis"].partition(f" {words['angle']}")[0], words["angle"])
             else:
                 field.show(value, hint=laws.get(name))
         twisting = now.load == "twisting"
@@ -239,3 +241,25 @@ def list_ends(place: ui.element, ends: Sequence[End]) -> None:
             with ui.element("li"):
                 ui.element("b").classes("key").style(f"background: {map.COLOURS[end]}")
                 text("span", str(end))
+        text("li", "(of the tip-side contact alone)")
+
+
+def marks() -> ui.element:
+    """Make the place for the marks over the map."""
+    inset = " ".join(f"{map.ROOM[side]}px" for side in ("top", "right", "bottom", "left"))
+    return ui.element("div").classes("marks").style(f"inset: {inset}").props('aria-hidden="true"')
+
+
+def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
+    """Show the designs where they are on the map."""
+    old = list(place.default_slot.children)
+    if len(old) != len(wanted):
+        place.clear()
+        with place:
+            old = [text("b") for _ in wanted]
+    for element, mark in zip(old, wanted, strict=True):
+        write(element, mark.letter)
+        style = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; border-color: {mark.colour}"
+        if element.props.get("data-style") != style:
+            element.props["data-style"] = style
+            element.style(replace=style)

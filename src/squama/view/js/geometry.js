@@ -1,6 +1,6 @@
 // The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
-// A design: {load, eta, beta, lam, alpha, half, sense, law, neighbour, scales}, ratios and radians.
+// A design: {kind, eta, beta, lam, alpha, half, sense, law, neighbour, scales}, ratios and radians.
 
 export const STEPS = 6; // pieces of the bar per pitch
 export const LONGEST = 1.6; // length that an arrow comes near to as its force grows, in pitches
@@ -22,7 +22,7 @@ const unit = (v) => {
 // The cross-section k pitches from the middle of the beam at a load angle per pitch: axes, and o, the middle of its
 // scaled edge. In twisting it is turned by k phi about z; in bending the scaled face bends and keeps its length.
 export function frame(d, load, k) {
-  if (d.load === "twisting") {
+  if (d.kind === "twisting") {
     const turn = d.sense * load * k;
     const [c, s] = [Math.cos(turn), Math.sin(turn)];
     return { o: [d.lam * s, d.lam * c, k], x: [c, -s, 0], y: [s, c, 0], z: [0, 0, 1] };
@@ -50,7 +50,7 @@ export function scale(d, load, theta, k) {
 export function contact(d, load, theta, k) {
   const one = scale(d, load, theta, k);
   const two = scale(d, load, theta, k + d.neighbour);
-  if (d.load !== "twisting") return { point: one.m, on_tip: one.m, p: 0, s: dot(sub(one.m, two.o), two.x) };
+  if (d.kind !== "twisting") return { point: one.m, on_tip: one.m, p: 0, s: dot(sub(one.m, two.o), two.x) };
   const corner = two.corners[d.sense > 0 ? 0 : 1];
   const normal = cross(one.y, two.x);
   const away = sub(corner, one.m);
@@ -67,8 +67,8 @@ export function directions(d, load, theta, slip, k) {
   const two = scale(d, load, theta, k + d.neighbour);
   let friction = add(mul(slip[0], two.x), mul(d.sense * slip[1], one.y));
   let normal = two.z;
-  if (d.load === "twisting" && d.law === "plate") friction = sub(friction, mul(dot(friction, normal), normal));
-  else if (d.load === "twisting") normal = unit(cross(two.x, one.y));
+  if (d.kind === "twisting" && d.law === "plate") friction = sub(friction, mul(dot(friction, normal), normal));
+  else if (d.kind === "twisting") normal = unit(cross(two.x, one.y));
   return { normal, friction: unit(friction) };
 }
 

@@ -18,7 +18,7 @@ export class BeamScene {
     this.canvas = canvas;
     this.onDraw = onDraw;
     this.arrows = true;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.1, 2000);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -86,7 +86,7 @@ export class BeamScene {
 
   // design: see geometry.js; state: {load, theta, slip, x, mu, name}
   set(design, state) {
-    const shape = JSON.stringify([design.load, design.eta, design.scales]);
+    const shape = JSON.stringify([design.kind, design.eta, design.scales]);
     this.design = design;
     this.state = state;
     this.plate.color.set(COLOURS[state.name]);

@@ -1,0 +1,217 @@
+"""The explorer in a browser: what people do there, and what they then see."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+import squama
+
+
+def curve(page, i: int = 0) -> list:
+    return page.chart(i, "chart.getOption().series.find((s) => s.name === 'this design').data")
+
+
+def test_the_page_opens_with_the_example_and_draws_it(visit) -> None:
+    page = visit()
+    page.until_chart(3, "options.series.length > 0")
+    page.page.wait_for_timeout(300)
+    page.shot("light")
+    assert page.page.title() == "squama explorer"
+    assert page.state()["name"] == "sliding"
+    assert page.page.locator(".outcome strong").inner_text() == "frictional lock"
+    colours = page.page.evaluate(
+        """() => { const gl = squamaView.renderer.getContext(); squamaView.draw();
+        const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
+        gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight,
+        gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+        const seen = new Set(); for (let i = 0; i < pixels.length; i += 40)
+        seen.add([...pixels.slice(i, i + 3)].map((c) => c >> 5).join()); return [...seen]; }"""
+    )
+    assert len(colours) > 10, "ground, bar, scales, arrows"
+
+
+def test_a_slider_moves_curve_mesh_and_address(visit) -> None:
+    page = visit()
+    mesh = "[...squamaView.scales.instanceMatrix.array]"
+    before = page.state(), curve(page), page.page.evaluate(mesh), page.page.url
+    slider = page.slider("eta")
+    slider.focus()
+    slider.press("ArrowRight")
+    page.until(f"squamaView.design.eta !== {before[0]['eta']}")
+    page.page.wait_for_function("(url) => location.href !== url", arg=before[3])
+    after = page.state(), curve(page), page.page.evaluate(mesh), page.page.url
+    assert after[0]["eta"] == pytest.approx(before[0]["eta"] + 0.075, abs=1e-3)
+    assert all(a != b for a, b in zip(after, before, strict=True))
+    # the dimension follows the ratio
+    assert float(page.number("length").input_value()) == pytest.approx(20 * after[0]["eta"])
+    slider = page.slider("mu")
+    slider.focus()
+    slider.press("PageUp")
+    page.until("squamaView.state.mu > 0.4")
+    # torque and friction of the page are those of the package
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": after[0]["eta"] * 0.02})
+    r = squama.twist(beam, mu=page.state()["mu"], points=140)
+    page.page.wait_for_timeout(100)
+    last = curve(page, 1)[-1]
+    assert last == pytest.approx([r.phi.values[-1], r.theta.values[-1] * 57.29577951], rel=1e-5)
+
+
+def test_dragging_ends_at_the_last_value(visit) -> None:
+    page = visit()
+    box = page.slider("twist").bounding_box()
+    mouse = page.page.mouse
+    mouse.move(box["x"] + 0.3 * box["width"], box["y"] + box["height"] / 2)
+    mouse.down()
+    for i in range(30, 100, 2):
+        mouse.move(box["x"] + i / 100 * box["width"], box["y"] + box["height"] / 2)
+    mouse.up()
+    page.until("squamaView.state.name === 'locked'")
+    page.page.wait_for_timeout(300)
+    assert page.state()["name"] == "locked"
+    assert float(page.number("twist").input_value()) > 0.16
+    assert "its last state" in page.page.locator(".sentence").inner_text()
+    page.shot("locked")
+
+
+def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None:
+    page = visit()
+    page.page.wait_for_function("location.search.length > 10")
+    before = page.state(), page.page.url
+    for name, text, words in (
+        ("eta", "0", "more than 0"),
+        ("alpha", "120", "0 to 90 deg"),
+        ("mu", "rough", "not a plain number"),
+    ):
+        page.enter(name, text)
+        wrong = page.page.locator(".field.wrong .error")
+        wrong.wait_for()
+        assert words in wrong.inner_text()
+        assert page.number(name).get_attribute("aria-invalid") == "true"
+        assert page.number(name).input_value() == text, "what was entered stays, to be corrected"
+        assert (page.state(), page.page.url) == before
+        page.shot(f"wrong_{name}")
+        page.number(name).fill({"eta": "3", "alpha": "60", "mu": "0.25"}[name])
+        page.number(name).press("Enter")
+        wrong.wait_for(state="detached")
+    page.page.locator("summary", has_text="Dimensions").click()
+    page.enter("length", "5 cm")
+    page.until("Math.abs(squamaView.design.eta - 2.5) < 1e-9")
+    assert page.number("eta").input_value() == "2.5"
+
+
+def test_a_click_on_the_map_takes_its_design(visit) -> None:
+    page = visit()
+    page.until_chart(3, "options.series.length > 0")
+    at = page.chart(3, "chart.convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [27, 10])")
+    box = page.page.locator(".nicegui-echart").nth(3).bounding_box()
+    page.page.locator(".nicegui-echart").nth(3).scroll_into_view_if_needed()
+    box = page.page.locator(".nicegui-echart").nth(3).bounding_box()
+    page.page.mouse.click(box["x"] + at[0], box["y"] + at[1])
+    page.until("squamaView.state.mu === 1.5")
+    assert float(page.number("mu").input_value()) == pytest.approx(1.5)
+    assert float(page.number("alpha").input_value()) == pytest.approx(2 + 78 * 10 / 28, abs=1e-4)
+    # the mark lies where the click was
+    mark = page.page.locator(".marks b").last.bounding_box()
+    place = mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2
+    assert place == pytest.approx((box["x"] + at[0], box["y"] + at[1]), abs=1.5)
+    # other axes
+    page.page.locator(".axes select").first.select_option("eta")
+    page.until_chart(3, "options.xAxis[1].max > 7")
+    assert page.page.locator(".ends li").count() > 1
+
+
+def test_a_link_restores_everything(visit) -> None:
+    page = visit()
+    page.page.locator("header select").select_option("fig6b3")
+    page.until("Math.abs(squamaView.design.beta - 0.6) < 1e-9 && Math.abs(squamaView.design.lam - 0.32) < 1e-9")
+    page.page.locator("[data-do=keep]").click()
+    page.enter("alpha", "50")
+    page.enter("twist", "0.1")
+    page.page.locator(".controls .choice select").nth(1).select_option("plate")
+    page.page.wait_for_function("location.search.includes('law=plate') && location.search.includes('keep=')")
+    page.until("squamaView.design.law === 'plate' && Math.abs(squamaView.state.load - 0.1) < 1e-9")
+    page.page.wait_for_timeout(200)
+    other = visit(page.page.url.partition("?")[1] + page.page.url.partition("?")[2])
+    assert other.state() == page.state()
+    assert other.number("alpha").input_value() == "50"
+    assert other.page.locator(".compared tbody tr").count() == 2
+    other.shot("compared")
+    for query in ("?scale.length=5", "?<b>x</b>=1"):
+        page = visit(query)
+        notice = page.page.locator(".notice")
+        assert "The link cannot be used" in notice.inner_text()
+        assert page.state()["eta"] == 3
+
+
+def test_up_to_three_designs_are_compared(visit) -> None:
+    page = visit()
+    for i, mu in enumerate(("0.1", "0.5", "1")):
+        page.enter("mu", mu)
+        page.until(f"squamaView.state.mu === {mu}")
+        page.page.locator("[data-do=keep]").click()
+        page.until(f"document.querySelectorAll('.compared tbody tr').length === {i + 2}")
+    page.enter("mu", "0.25")
+    page.until("squamaView.state.mu === 0.25")
+    page.page.locator("[data-do=keep]").click()
+    page.page.locator(".notice.shown").wait_for()
+    assert "3 designs are kept" in page.page.locator(".notice").inner_text()
+    names = page.chart(0, "chart.getOption().series.map((s) => s.name)")
+    assert {"A", "B", "C", "this design"} <= set(names)
+    page.page.set_viewport_size({"width": 1280, "height": 1100})
+    page.page.wait_for_timeout(400)
+    page.shot("three")
+    page.page.locator(".compared button", has_text="Remove").first.click()
+    page.until("document.querySelectorAll('.compared tbody tr').length === 3")
+    page.page.locator(".compared button", has_text="Show").last.click()
+    page.until("squamaView.state.mu === 1")
+
+
+def test_bending_is_shown_too(visit) -> None:
+    page = visit()
+    page.page.locator(".controls .choice select").nth(0).select_option("bending")
+    page.until("squamaView.design.kind === 'bending'")
+    assert page.page.locator(".choice", has_text="Force law").is_hidden()
+    assert "Moment" in page.page.locator(".outcome dl").inner_text()
+    page.page.wait_for_timeout(800)
+    page.shot("bending")
+    page.page.locator(".controls .choice select").nth(0).select_option("twisting")
+    page.until("squamaView.design.kind === 'twisting'")
+    assert page.page.locator(".choice", has_text="Force law").is_visible()
+
+
+def test_files_are_handed_out(visit, tmp_path) -> None:
+    page = visit()
+    got = {}
+    for kind in ("toml", "csv", "png", "html"):
+        with page.page.expect_download() as waiting:
+            page.page.locator(f"[data-do={kind}]").click()
+        got[kind] = tmp_path / waiting.value.suggested_filename
+        waiting.value.save_as(got[kind])
+    assert squama.Beam.from_toml(got["toml"]) == squama.Beam.from_toml("examples/pla_on_vps.toml")
+    assert tomllib.loads(got["toml"].read_text())["scale"]["length"] == "60 mm"
+    assert "T (N m)" in got["csv"].read_text()
+    assert got["png"].read_bytes().startswith(b"\x89PNG")
+    assert len(got["png"].read_bytes()) > 10_000
+    # the view opens from the file alone, with nothing to reach
+    alone = page.context.browser.new_context(offline=True, viewport={"width": 900, "height": 600})
+    own = alone.new_page()
+    complaints, asked = [], []
+    own.on("console", lambda m: complaints.append(m.text))
+    own.on("pageerror", lambda e: complaints.append(str(e)))
+    own.on("request", lambda r: asked.append(r.url.split(":")[0]))
+    own.goto(got["html"].as_uri())
+    own.wait_for_function("window.squamaView && squamaView.contacts.length > 0")
+    own.locator("#load").focus()
+    before = own.evaluate("squamaView.state.load")
+    own.locator("#load").press("ArrowRight")
+    assert own.evaluate("squamaView.state.load") > before
+    own.locator("#play").click()
+    own.wait_for_timeout(300)
+    assert own.evaluate("squamaView.state.load") != before
+    own.locator("#play").click()
+    own.screenshot(path=page.place("alone"))
+    assert complaints == []
+    assert set(asked) <= {"file", "data"}
+    alone.close()

@@ -1,0 +1,101 @@
+"""The explorer for everybody: keyboard, names that are read aloud, a phone's width, dark pages."""
+
+from __future__ import annotations
+
+from squama.web.fields import FIELDS
+
+NAMELESS = """() => [...document.querySelectorAll('input, select, button, canvas, a, summary')].filter((e) => {
+  if (e.closest('[aria-hidden=true], .nicegui-echart') || !e.getClientRects().length) return false;
+  return !(e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.[0]?.textContent);
+}).map((e) => e.outerHTML.slice(0, 200))"""
+CLIPPED = """() => [...document.querySelectorAll('.explorer *, header *')].filter((e) => {
+  const r = e.getBoundingClientRect();
+  return r.width && (r.right > screen.width + 1 || r.left < -1) && !e.closest('table, .nicegui-echart'); })
+  .map((e) => e.outerHTML.slice(0, 160))"""
+SMALL = """() => [...document.querySelectorAll('button, select, input')].filter((e) => {
+  const r = e.getBoundingClientRect(); return r.width && r.height < 24; }).map((e) => e.outerHTML.slice(0, 120))"""
+
+
+def test_everything_has_a_name_and_takes_the_keyboard(visit) -> None:
+    page = visit()
+    assert page.page.evaluate(NAMELESS) == []
+    for details in page.page.locator("details").all():
+        details.evaluate("(e) => { e.open = true; }")
+    for name, field in FIELDS.items():
+        assert page.slider(name).get_attribute("aria-label") == field.label
+        assert field.unit in (page.number(name).get_attribute("aria-label") or "")
+        described = page.number(name).get_attribute("aria-describedby")
+        assert field.allowed.partition("(")[0] in page.page.locator(f"#{described}").inner_text()
+    # by Tab alone from the top to the sliders
+    page.page.locator("header select").focus()
+    seen = []
+    for _ in range(20):
+        page.page.keyboard.press("Tab")
+        seen.append(
+            page.page.evaluate("(({dataset: d, tagName}) => d.field || d.do || tagName)(document.activeElement)")
+        )
+    assert {"toml", "link", "CANVAS", "reset", "SELECT", "twist"} <= set(seen)
+
+
+def test_the_view_turns_and_zooms_by_keys(visit) -> None:
+    page = visit()
+    canvas = page.page.locator("canvas[tabindex='0']")
+    eye = "squamaView.camera.position.toArray()"
+    start = page.page.evaluate(eye)
+    assert "25 scales" in canvas.get_attribute("aria-label")
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        before = page.page.evaluate(eye)
+        canvas.press(key)
+        assert page.page.evaluate(eye) != before
+    away = page.page.evaluate("squamaView.camera.position.distanceTo(squamaView.controls.target)")
+    canvas.press("-")
+    assert page.page.evaluate("squamaView.camera.position.distanceTo(squamaView.controls.target)") > away
+    canvas.press("Home")
+    assert page.page.evaluate(eye) == start
+    # and by the mouse
+    box = canvas.bounding_box()
+    page.page.mouse.move(box["x"] + 300, box["y"] + 100)
+    page.page.mouse.down()
+    page.page.mouse.move(box["x"] + 380, box["y"] + 130, steps=3)
+    page.page.mouse.up()
+    assert page.page.evaluate(eye) != start
+    page.page.locator("[data-do=reset]").click()
+    page.until(f"JSON.stringify({eye}) === JSON.stringify({start})".replace("'", '"'))
+    page.page.locator("[data-do=arrows]").click()
+    page.until("squamaView.forces.normal[0].count === 0")
+
+
+def test_a_phone_shows_it_all(visit) -> None:
+    page = visit(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, device_scale_factor=2)
+    page.page.wait_for_timeout(700)
+    page.shot("phone", full=True)
+    assert page.page.evaluate(CLIPPED) == []
+    assert page.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.page.evaluate(SMALL) == []
+    page.slider("mu").scroll_into_view_if_needed()
+    page.slider("mu").tap()
+    page.until("squamaView.state.mu !== 0.25")
+
+
+def test_a_small_window_shows_the_view_and_the_plots(visit) -> None:
+    page = visit()
+    assert page.page.evaluate(CLIPPED) == []
+    assert page.page.evaluate("document.documentElement.scrollWidth") <= 1280
+    for i in range(3):
+        box = page.page.locator(".nicegui-echart").nth(i).bounding_box()
+        assert box["y"] + box["height"] <= 830, "to be seen without scrolling"
+        assert box["height"] > 150
+
+
+def test_dark_pages_are_dark(visit) -> None:
+    page = visit(color_scheme="dark")
+    page.until("document.body.classList.contains('body--dark')")
+    page.until_chart(0, "options.title[0].textStyle.color === '#e8eaed'")
+    page.page.wait_for_timeout(700)
+    page.shot("dark")
+    assert page.page.evaluate("squamaView.scene.background.getHexString()") == "16191d"
+    assert page.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 25, 29)"
+    page.page.locator("[data-do=dark]").click()
+    page.until("!document.body.classList.contains('body--dark')")
+    page.until("squamaView.scene.background.getHexString() === 'f7f7f5'")
+    page.until_chart(0, "options.title[0].textStyle.color === '#1d2125'")

@@ -1,0 +1,100 @@
+"""The view's own geometry, in the page's scripts, against the package's and against the oracle's vectors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import squama
+from oracle.twisting import places, side
+from oracle.vectors import FP, Design, add, mul
+from oracle.vectors import scale as oracle_scale
+from squama.view import geometry, look
+from squama.view.motion import Motion, Setting, shape
+
+CASES = [
+    Setting(squama.Beam.from_ratios(scales=9), 0.5),
+    Setting(squama.Beam.from_ratios(scales=9, alpha="20 deg", eta=4), 0.2, law="plate"),
+    Setting(
+        squama.Beam.from_ratios(eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02),
+        0.2,
+        sense="-",
+    ),
+    Setting(squama.Beam.from_ratios(scales=9), 0.3, load="bending"),
+]
+SCRIPT = """(cases) => cases.map(([d, load, theta, slip, k]) => ({
+  scale: squamaGeometry.scale(d, load, theta, k), contact: squamaGeometry.contact(d, load, theta, k),
+  directions: squamaGeometry.directions(d, load, theta, slip, k), bar: squamaGeometry.bar(d, load),
+  arrow: squamaGeometry.arrow(theta) }))"""
+
+CAMERA = """() => { squamaView.reset(); const c = squamaView.camera; c.updateMatrixWorld();
+  const seen = squamaView.contacts.map((p) => new c.position.constructor(...p).project(c).toArray());
+  return {aspect: c.aspect, eye: c.position.toArray(), seen}; }"""
+
+
+@pytest.fixture
+def states(monkeypatch) -> list:
+    monkeypatch.setattr("squama.model.solution.with_touches", lambda sol, *_, **__: (sol, [None]))
+    found = []
+    for setting in CASES:
+        motion = Motion(setting)
+        d = shape(setting, motion.path.neighbour)
+        e = motion.path.load_e
+        for fraction in (0.1, 0.6, 0.95):
+            s = motion.state(e + fraction * (motion.last - e))
+            found += [(d, s.load, s.theta, list(s.slip), k) for k in (-3.0, 0.0, 2.5)]
+    return found
+
+
+def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:
+    page = visit()
+    for (d, load, theta, slip, k), js in zip(states, page.page.evaluate(SCRIPT, states), strict=True):
+        one, c = geometry.scale(d, load, theta, k), geometry.contact(d, load, theta, k)
+        for name, mine in one._asdict().items():
+            assert np.allclose(js["scale"][name], mine, rtol=0, atol=1e-12), name
+        for name, mine in c._asdict().items():
+            assert np.allclose(js["contact"][name], mine, rtol=0, atol=1e-12), name
+        n, t = geometry.directions(d, load, theta, tuple(slip), k)
+        assert np.allclose([js["directions"]["normal"], js["directions"]["friction"]], [n, t], rtol=0, atol=1e-9)
+        assert np.allclose(js["bar"], geometry.bar(d, load)[0], rtol=0, atol=1e-12)
+        assert js["arrow"] == pytest.approx(geometry.arrow(theta), rel=1e-14)
+
+
+def test_contact_points_of_the_scripts_are_the_oracles(visit, states: list) -> None:
+    page = visit()
+    twisted = [s for s in states if s[0]["kind"] == "twisting"]
+    assert len(twisted) > 20
+    for (d, load, theta, _, k), js in zip(twisted, page.page.evaluate(SCRIPT, twisted), strict=True):
+        o = Design(d["eta"], d["alpha"], d["beta"], d["lam"], 0.1, d["sense"], d["neighbour"])
+        p, s = places(FP, o, theta, load)
+        assert (js["contact"]["p"], js["contact"]["s"]) == pytest.approx((p, s), abs=1e-9)
+        two = oracle_scale(FP, o, theta, load, k + d["neighbour"])
+        assert np.allclose(js["contact"]["point"], add(side(o, two), mul(s, two.x)), rtol=0, atol=1e-9)
+
+
+def test_the_page_draws_what_the_kernel_says(visit) -> None:
+    """Places on the edges as the page has them, for the beam that it shows, against squama.twist."""
+    page = visit()
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    for text in ("0.08", "0.12", "0.16"):
+        page.enter("twist", text)
+        page.until(f"Math.abs(squamaView.state.load - {text}) < 1e-9")
+        now = page.page.evaluate(
+            "(() => { const {design: d, state: s} = squamaView; return {theta: s.theta, "
+            "...squamaGeometry.contact(d, s.load, s.theta, 0), drawn: squamaView.contacts.length}; })()"
+        )
+        r = squama.twist(beam, at=[f"{text} rad/pitch"])
+        assert now["theta"] == pytest.approx(r.theta.item(), abs=1e-9)
+        assert (now["p"], now["s"]) == pytest.approx((r.p.item() / 0.02, r.s.item() / 0.02), abs=1e-9)
+        assert now["drawn"] == 24
+
+
+def test_the_still_picture_is_taken_from_where_the_page_looks(visit) -> None:
+    page = visit()
+    js = page.page.evaluate(CAMERA)
+    motion = Motion(Setting(squama.Beam.from_toml("examples/pla_on_vps.toml"), 0.25))
+    s, d = motion.state(page.state()["load"]), shape(motion.setting)
+    camera = look.fitted(look.outline(d, s.load, s.theta), js["aspect"])
+    assert np.allclose(camera.eye, js["eye"], rtol=0, atol=1e-9)
+    points = np.array([geometry.contact(d, s.load, s.theta, geometry.first(d) + i).point for i in range(24)])
+    assert np.allclose(camera.seen(points)[:, :2], np.array(js["seen"])[:, :2], rtol=0, atol=1e-6)
