@@ -165,6 +165,10 @@ def test_pictures():
         back = curve[data["leg"].values == 2]
         assert back[0] == pytest.approx(curve[data["leg"].values == 1][-1], rel=1e-9)
         assert back[1] < 0.9 * back[0]
+    # points that are not used may lie far above: the others keep their room
+    part = squama.fit(LOOP, BEAM, to="0.1 rad/pitch")
+    upper = fit_figure(part.dataset()).axes[0]
+    assert upper.get_ylim()[1] < 0.5 * float(LOOP["T"].max()) * (1e3 if "mN" in upper.get_ylabel() else 1)
 
 
 UP = [(p, t) for p, t in zip(LOOP.phi.values[:36:3], LOOP["T"].values[:36:3], strict=True)]

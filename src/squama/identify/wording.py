@@ -56,7 +56,7 @@ def summary(fit: Fit) -> str:
     counts = ", ".join(
         f"{np.count_nonzero(fit.branch == b)} {words}" for b, words in BRANCHES if (fit.branch == b).any()
     )
-    share = 100 * fit.rms / float(np.abs(fit.record.torque).max())
+    share = 100 * fit.rms / float(np.abs(fit.record.torque[fit.used]).max())
     source = "given" if fit.given_noise else "from the residuals"
     lines += [
         f"residual rms {torque(fit.rms)}, {share:.2g} % of the largest; noise {torque(fit.noise)} ({source})",

@@ -65,6 +65,7 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     ]
     upper.set_ylabel(text)
     upper.legend(handles=handles, loc="upper left")
+    _zoom(upper, dataset, angle, factor * dataset[torque].values)
     noise = float(dataset["noise"])
     shown = dataset["residual"].values[np.isfinite(dataset["residual"].values)]
     small, words = prefixed(torque, float(np.max(np.abs(shown), initial=2 * noise)))
@@ -78,6 +79,17 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     letter(lower, "(b)")
     figure.suptitle(textwrap.fill(_title(dataset), 112), fontsize=8, x=0.01, ha="left")
     return figure
+
+
+def _zoom(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
+    """Let points beyond the range that is used, which may be far above, not press the others together."""
+    used = dataset["used"].values
+    if used.all() or not (dataset["branch"].values == "beyond").any():
+        return
+    for limits, v in ((ax.set_xlim, dataset[angle].values), (ax.set_ylim, values)):
+        low, high = float(v[used].min()), float(v[used].max())
+        space = 0.15 * (high - low)
+        limits(max(low - space, float(v.min()) - space / 3), min(high + space, float(v.max()) + space / 3))
 
 
 def _title(dataset: xr.Dataset) -> str:
