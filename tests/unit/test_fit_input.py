@@ -108,6 +108,8 @@ def test_specimens_in_one_file_and_in_several(folder, capsys):
     (folder / "A.csv").write_text("phi (rad),T (N m)\n" + loop_text())
     one, several = squama.fit("two.csv", BEAM), squama.fit(["A.csv", "B.csv"], BEAM)
     np.testing.assert_allclose(one.estimates, several.estimates, rtol=1e-8)
+    np.testing.assert_allclose(one.specimens[1].values, several.specimens[1].values, rtol=1e-8)
+    assert one.used.size == several.used.size == 2 * LOOP.phi.size
     assert [s.label for s in one.specimens] == [s.label for s in several.specimens] == ["A", "B"]
     assert main(["fit", "A.csv", "B.csv", "beam.toml", "--plot", "f.svg"]) == 0
     said = capsys.readouterr().out
