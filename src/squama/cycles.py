@@ -86,7 +86,7 @@ def cycle(
     load
         "twisting" or "bending".
     margin
-        How near to a lock a history may go: the fraction of the path left before it.
+        How near to a lock a history may go: fraction of the path left.
     points
         Number of points in contact of each way between two twists; a straight part has a quarter of it.
     loops
@@ -104,8 +104,8 @@ def cycle(
         ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
         ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
-        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, and ``energy_error`` is the
-        work of the history that is neither stored nor rubbed away, relative to W_fr. See docs, theory: cycles.
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there; ``energy_error``: work that is
+        neither stored nor rubbed away, relative to W_fr. See docs, theory: cycles.
 
     Raises
     ------

@@ -35,8 +35,8 @@ LEAST, GROWTH = 2e-6, 1.5
 """First increment after a reversal, rad per pitch, and how it grows."""
 SLIP = 1e-7
 """Slip of friction's onset, pitches: well below that of the smallest increment."""
-MOST_WAY = 100.0
-"""Longest way of a history, rad per pitch."""
+MOST = 100_000
+"""Increments of a history at most."""
 _SLIDES = 1e-6
 _FULL = 1e-9
 
@@ -69,7 +69,7 @@ class _Way(NamedTuple):
     walk: condense.Walk
 
 
-def cycled(beam: Beam, values: list[float], *, mu: float, points: int, increment: float = INCREMENT) -> Answer:
+def cycled(beam: Beam, values: list[float], *, mu: float, points: int, increment: float | None = None) -> Answer:
     """Return the cycles of a beam on its compliant joint.
 
     Parameters
@@ -83,7 +83,7 @@ def cycled(beam: Beam, values: list[float], *, mu: float, points: int, increment
     points : int
         Number of evenly spaced points of each way between two twists; some 15 more follow each reversal.
     increment : float
-        Largest increment, rad per pitch.
+        Largest increment, rad per pitch; :data:`INCREMENT` if not given.
 
     Returns
     -------
@@ -95,6 +95,7 @@ def cycled(beam: Beam, values: list[float], *, mu: float, points: int, increment
     InputError
         The scales jump or lock on the way: the twist and what happens there.
     """
+    increment = INCREMENT if increment is None else increment
     _check(values, increment)
     joint = compliant.stiffness(beam)
     way = _walked(beam, joint.K, mu, values, points, increment)
@@ -134,10 +135,10 @@ def _check(values: list[float], increment: float) -> None:
     if abs(far) >= math.pi:
         checks.fail(f"twist = {far:.6g} rad/pitch: must be below half a turn per pitch")
     way = sum(abs(b - a) for a, b in itertools.pairwise(values))
-    if way > MOST_WAY * increment / INCREMENT:
+    if way > MOST * increment:
         checks.fail(
             f"twist: the compliant joint would have to be walked over {way:.4g} rad per pitch in increments of "
-            f"{increment:g}; give at most {MOST_WAY * increment / INCREMENT:g}, by fewer twists or loops"
+            f"{increment:g}; give at most {MOST * increment:.4g}, by fewer twists or loops"
         )
 
 
@@ -199,7 +200,7 @@ def _refuse(walk: condense.Walk, stop: float, most: float) -> None:
     ending = walk.ending(most)
     words = {
         condense.SNAP: "the contact slips off a corner or opens there and the scales jump (snap)",
-        condense.STOPPED: "no equilibrium is found beyond, the scales lock there (stopped)",
+        condense.STOPPED: "no equilibrium is found beyond, the scales lock or jam there (stopped)",
     }
     touch = f"; in contact: {walk.touch.pair} (k = {walk.touch.second})" if walk.touch else ""
     checks.fail(

@@ -177,7 +177,7 @@ class Walk:
         self.kappa = stiffness(_FIRST * K[4, 4], dhat)
         self.before = self.contact.corners(self.v, self.phi)
         self.trail = Trail(self.v, self.phi, self.before)
-        self.W_fr = self.W = self._power = 0.0
+        self.W_fr = self.W = self._power = self._last = 0.0
         self.contacts: list[Contacts] = []
         self.touch: Touch | None = None
         self._measure()
@@ -227,6 +227,10 @@ class Walk:
         if not found.solved or np.abs(found.v - expected).max() > JUMP:
             return False
         T, power, step = self.T, self._power, phi - self.phi
+        if step * self._last < 0:
+            # where the twist turns round the contact does not slide yet
+            power = 0.0
+        self._last = step
         stretch = self.trail.stretch(phi) / step
         self.v, self.phi, self.before = found.v, phi, before
         self._measure()

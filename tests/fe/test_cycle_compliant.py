@@ -1,0 +1,270 @@
+"""Cycles with the compliant joint: as a hinge against the closed form, energies, senses, partial loops, jamming."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("ipctk", reason="needs the extra fe")
+
+import squama
+from squama import compliant, cycles_compliant
+from squama.cli import main
+from squama.errors import InputError
+from squama.plot import cycle_figure
+
+# stiffness of the Fig. 6b joint by elements, over u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi; E = 1, d = 1
+LOWER = """
+1.11149
+0.03757 0.80550
+-0.04975 0.00924 1.07382
+-0.01040 0.03646 -0.00869 0.17161
+-0.01684 0.00088 0.09614 -0.00139 0.02138
+0.03558 -0.08809 -0.00634 0.00117 -0.00112 0.15331
+-0.02042 0.01149 0.07621 -0.00394 0.00630 -0.00656 0.04997
+"""
+ROWS = [[float(x) for x in line.split()] for line in LOWER.split("\n") if line]
+K = np.array([[ROWS[max(i, j)][min(i, j)] for j in range(7)] for i in range(7)])
+BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
+
+
+@pytest.fixture
+def elements(monkeypatch):
+    monkeypatch.setattr(compliant, "matrix", lambda beam: K)
+    # coarser, for speed
+    monkeypatch.setattr(cycles_compliant, "INCREMENT", 2e-3)
+
+
+@pytest.fixture
+def stiff(monkeypatch):
+    """All motions but the lift are blocked by stiff springs; K_theta and rigidity are those of the hinged beam."""
+
+    def matrix(beam):
+        unit = beam.substrate.youngs_modulus * beam.pitch**3
+        k, bar = beam.joint_stiffness / unit, beam.torsional_rigidity / beam.pitch / unit
+        return np.diag([3e3 * k, 3e3 * k, 3e3 * k, 3e3 * k, k, 3e3 * k, bar])
+
+    monkeypatch.setattr(compliant, "matrix", matrix)
+    monkeypatch.setattr(cycles_compliant, "INCREMENT", 2e-3)
+
+
+def cycle(twist, beam=BEAM, **options):
+    return squama.cycle(beam, twist, joint="compliant", **{"points": 20, **options})
+
+
+def branch(c, leg, *names):
+    return c.isel(point=np.flatnonzero((c.leg.values == leg) & np.isin(c.branch.values, names)))
+
+
+def at(c, hinge_leg, values, name):
+    order = np.argsort(hinge_leg.phi.values)
+    return np.interp(values, hinge_leg.phi.values[order], hinge_leg[name].values[order])
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.5])
+def test_a_stiff_joint_cycles_as_the_hinge(stiff, mu):
+    history = "0, 0.2, 0.12, 0.18, 0 rad/pitch"
+    ours, hinge = cycle(history, mu=mu), squama.cycle(BEAM, history, mu=mu, points=600)
+    scale = float(abs(hinge.T_scales).max())
+    for leg, name in ((1, "loading"), (2, "unloading"), (3, "loading"), (4, "unloading")):
+        one = branch(ours, leg, name)
+        # (the springs that block take up the friction that turns round)
+        one = one.isel(point=(one.phi.values > 0.06) & (abs(one.phi.values - float(one.phi[0])) > 5e-3))
+        same = branch(hinge, leg, name, "stick")
+        for v, tolerance in (("T_scales", 1e-2 * scale), ("theta", 2e-3), ("W_fr", 1e-2 * float(hinge.W_fr[-1]))):
+            np.testing.assert_allclose(one[v], at(hinge, same, one.phi.values, v), atol=tolerance, err_msg=f"{leg} {v}")
+        f, N = (at(hinge, same, one.phi.values, v) for v in ("f", "N"))
+        np.testing.assert_allclose(one.f, f, atol=0.01 * abs(f).max())
+        np.testing.assert_allclose(one.N, N, atol=0.01 * N.max())
+    assert float(ours.phi_e[0]) == pytest.approx(float(hinge.phi_e[0]), rel=1e-2)
+    np.testing.assert_allclose(ours.phi_base, hinge.phi_base)
+    np.testing.assert_allclose(ours.phi_top, hinge.phi_top)
+    for name, tolerance in (("W_d", 0.01), ("U_max", 0.005), ("zeta_eq", 0.015), ("K_sec", 0.01)):
+        np.testing.assert_allclose(ours[name], hinge[name], rtol=tolerance, err_msg=name)
+    assert ours.sizes["loop"] == 2
+    # the friction turns round within a twist that the blocked motions need; part of it slides already
+    down = (branch(c, 2, "stick", "unloading") for c in (ours, hinge))
+    one, other = (float(np.interp(0.195, c.phi[::-1], c["T"][::-1])) for c in down)
+    assert one == pytest.approx(other, rel=0.01)
+    assert (0 < ours.T_drop.values).all()
+    assert (ours.T_drop.values < hinge.T_drop.values).all()
+
+
+def test_a_stiff_joint_stays_twisted_where_the_hinge_does(stiff, monkeypatch):
+    beam = squama.Beam.from_ratios(alpha="20 deg", youngs_modulus="2 MPa", stiffness="20 N m", inclusion_factor=1)
+    monkeypatch.setattr(cycles_compliant, "INCREMENT", 4e-3)
+    for top in ("0.3 rad/pitch", "0.55 rad/pitch"):
+        hinge, ours = squama.cycle(beam, top, mu=0.5), cycle(top, beam, mu=0.5)
+        assert float(ours.phi_residual[0]) == pytest.approx(float(hinge.phi_residual[0]), abs=0.01)
+    assert float(ours.phi_residual[0]) > 0.4
+
+
+def error(increment):
+    a = cycles_compliant.cycled(BEAM, [0.0, 0.2, 0.0], mu=0.2, points=20, increment=increment)
+    assert a["W_d"][0] == a["W_fr"][-1]
+    return abs(float(a["energy_error"]))
+
+
+def test_the_loops_area_is_the_frictional_work_and_converges(elements):
+    coarse, fine = error(4e-3), error(2e-3)
+    assert fine < 1.5e-3
+    # of second order
+    assert coarse / fine == pytest.approx(4, rel=0.3)
+
+
+@pytest.mark.slow
+def test_the_loops_area_to_a_ten_thousandth(elements):
+    coarse, fine = error(1e-3), error(5e-4)
+    assert fine < 1e-4
+    assert coarse / fine == pytest.approx(4, rel=0.3)
+
+
+def test_partial_loops_share_the_work(elements):
+    c = cycle("0, 0.2, 0.1, 0.15, 0 rad/pitch", points=100)
+    # by the points of the result alone
+    assert np.trapezoid(c["T"], c.Phi) == pytest.approx(float(c.W_fr[-1]), rel=1e-2)
+    assert float(c.W_d.sum()) == pytest.approx(float(c.W_fr[-1]), rel=1e-12)
+    np.testing.assert_allclose([c.phi_base, c.phi_top], [[0.1, 0], [0.15, 0.2]])
+    inner = c.isel(point=np.flatnonzero((c.leg.values == 3) | ((c.leg.values == 4) & (c.phi.values >= 0.1))))
+    assert float(c.W_d[0]) == pytest.approx(float(inner.W_fr[-1] - c.W_fr.values[c.leg.values == 2][-1]), rel=1e-9)
+    assert abs(float(c.energy_error)) < 3e-3
+
+
+def test_loading_is_the_curve_of_twist(elements):
+    c = branch(cycle("0.2 rad/pitch"), 1, "loading")
+    r = squama.twist(BEAM, joint="compliant", at=c.Phi.values)
+    for name in ("T", "theta", "N", "f", "U_el", "T_scales", "s", "p", "w_X", "u_Z"):
+        np.testing.assert_allclose(c[name], r[name], atol=3e-3 * float(abs(r[name]).max()), err_msg=name)
+    np.testing.assert_allclose(c.W_fr[-1], r.W_fr[-1], rtol=3e-3)
+    np.testing.assert_allclose(c.K_t[5:-1], np.gradient(r["T"], r.Phi)[5:-1], rtol=0.02)
+
+
+def test_a_reversal(elements):
+    c = cycle("0.2 rad/pitch")
+    stick = np.flatnonzero(c.branch.values == "stick")
+    assert 2 < stick.size < 20
+    turn = stick[0] - 1
+    assert float(c.phi[turn]) == 0.2
+    assert c.branch.values[turn] == "loading"
+    # it holds on until the friction has come up again, within a thousandth of a radian
+    assert 1e-6 < 0.2 - float(c.phi[stick[-1]]) < 1e-3
+    part = c.isel(point=np.arange(turn, stick[-1] + 1))
+    assert (np.diff(part["T"]) < 0).all()
+    rubbed = float(part.W_fr[-1] - part.W_fr[0])
+    assert 0 <= rubbed < 1e-3 * float(c.W_fr[-1])
+    mu = np.abs(part.f / part.N).values
+    assert mu[0] == pytest.approx(0.2, rel=1e-6)
+    assert mu[1:-1].min() < 0.199
+    assert (mu < 0.2 + 1e-9).all()
+    assert float(c.T_drop[0]) == pytest.approx(float(part["T"][0] - part["T"][-1]))
+    # then it slides back under all of its friction
+    back = branch(c, 2, "unloading")
+    np.testing.assert_allclose(back.f, -0.2 * back.N, rtol=1e-5)
+    assert (c.f.values[c.leg.values == 1] >= 0).all()
+    assert (np.diff(c.W_fr) >= -1e-12 * float(c.W_fr[-1])).all()
+
+
+def test_without_friction_it_comes_back_as_it_went(elements):
+    c = cycle("0.2 rad/pitch", mu=0)
+    assert "stick" not in c.branch.values
+    assert float(c.W_fr[-1]) == 0
+    one, two = (x.isel(point=x.phi.values > 0.08) for x in (branch(c, 1, "loading"), branch(c, 2, "unloading")))
+    np.testing.assert_allclose(np.interp(two.phi[::-1], one.phi, one["T"]), two["T"][::-1], rtol=5e-3)
+    assert abs(float(c.W_d[0])) == 0
+    assert float(c.T_drop[0]) == pytest.approx(0, abs=1e-4 * float(c["T"].max()))
+
+
+def test_both_senses(elements):
+    # alpha = 12 deg: the scales meet in both
+    beam = squama.Beam.from_ratios(alpha="12 deg", theta0="10 deg", mu=0.3)
+    c = cycle("0, 0.3, -0.3, 0 rad/pitch", beam, points=40)
+    assert list(c.sense.values) == ["+", "-"]
+    for i, (sense, leg) in enumerate((("+", 1), ("-", 2))):
+        one = branch(c, leg, "loading")
+        assert one.sizes["point"] > 3
+        r = squama.twist(beam, joint="compliant", sense=sense, at=np.abs(one.Phi.values))
+        np.testing.assert_allclose(np.abs(one["T"]), r["T"], rtol=3e-3)
+        assert float(c.phi_e[i]) == pytest.approx(float(r.phi_e), rel=1e-6)
+        assert c.first_contact.values[i] == r.first_contact.item()
+    assert float(c.W_d.sum()) == pytest.approx(float(c.W_fr[-1]))
+    np.testing.assert_allclose(sorted(c.phi_top.values), [-0.3, 0.3])
+    # unsymmetric: the work differs
+    assert abs(float(c.W_d[0] / c.W_d[1]) - 1) > 0.01
+
+
+def test_more_loops_are_nearly_the_same_again(elements):
+    c = cycle("0.15 rad/pitch", loops=2)
+    assert c.sizes["loop"] == 2
+    np.testing.assert_allclose(c.W_d[1], c.W_d[0], rtol=1e-3)
+    assert set(c.leg.values) == {1, 2, 3, 4}
+    assert c.attrs["joint"] == "compliant"
+    assert "margin" not in c.attrs
+
+
+@pytest.mark.parametrize(
+    ("twist", "options", "words"),
+    [
+        ("0.5 rad/pitch", {}, "the scales jump (snap); in contact:"),
+        ("4 rad/pitch", {}, "must be below half a turn per pitch"),
+        (
+            "0.2 rad/pitch",
+            {"loops": 1000},
+            "would have to be walked over 400 rad per pitch in increments of 0.002; give at most 200",
+        ),
+        ("0.2 rad/pitch", {"load": "bending"}, 'load = "bending": is not covered by joint="compliant"'),
+        ("0.2 rad/pitch", {"law": "plate"}, 'law = "plate": is not covered by joint="compliant"'),
+    ],
+)
+def test_what_is_not_covered_is_refused(elements, twist, options, words):
+    with pytest.raises(InputError) as caught:
+        cycle(twist, **options)
+    assert words in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_where_it_jams_it_says_so(stiff):
+    # far beyond the hinge's lock at .269 the blocked motions give way; there is no way back
+    with pytest.raises(InputError, match=r"no equilibrium is found beyond, the scales lock or jam there \(stopped\)"):
+        cycle("0.4 rad/pitch", squama.Beam.from_ratios(mu=0.5))
+
+
+def test_the_command(elements, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    BEAM.to_toml("beam.toml")
+    flags = [
+        "--to",
+        "0.15 rad/pitch",
+        "--joint",
+        "compliant",
+        "--points",
+        "20",
+        "--plot",
+        "c.png",
+        "--csv",
+        "c.csv",
+        "--netcdf",
+        "c.nc",
+    ]
+    assert main(["cycle", "beam.toml", *flags]) == 0
+    out = capsys.readouterr().out
+    assert "in cycles of twisting: mu = 0.2, compliant joint" in out
+    assert "sense +: first contact at 0.05845 rad/pitch: tip edge C1B1 on side edge D2C2 (k = 1)" in out
+    assert "the work of the torque is balanced to" in out
+    c = cycle("0.15 rad/pitch")
+    assert squama.read("c.nc").identical(c)
+    np.testing.assert_array_equal(squama.read("c.csv")["T"], c["T"])
+    assert main(["cycle", "beam.toml", *flags[:6], "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["joint"] == "compliant"
+    assert record["loops"]["W_d"] == c.W_d.values.tolist()
+    assert record["energy_error"] == float(c.energy_error)
+    assert main(["cycle", "beam.toml", *flags[:6], "--load", "bending"]) == 2
+    assert capsys.readouterr().err.startswith('squama: error: --load = "bending": is not covered')
+    assert main(["cycle", "beam.toml", *flags[:2], "--joint", "ball"]) == 2
+    assert '--joint = "ball": must be "hinge" or "compliant"' in capsys.readouterr().err
+    left, _ = cycle_figure(c).axes
+    straight = next(line for line in left.lines if line.get_linestyle() == "--" and len(line.get_xdata()) == 2)
+    # without contact it is the elements' rigidity
+    slope = np.diff(straight.get_ydata())[0] / np.diff(straight.get_xdata())[0]
+    steps = c.attrs["rigidity"] / BEAM.pitch
+    assert slope / steps in (pytest.approx(1), pytest.approx(1e-3), pytest.approx(1e3))
