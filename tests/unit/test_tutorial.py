@@ -1,0 +1,61 @@
+"""The tutorial runs from beginning to end and says what it says in the docs."""
+
+import copy
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NOTEBOOK = ROOT / "docs" / "tutorial.ipynb"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def printed(notebook) -> list[str]:
+    """What each code cell has printed."""
+    cells = [c for c in notebook.cells if c.cell_type == "code"]
+    return ["".join(o.text for o in c.outputs if o.output_type == "stream" and o.name == "stdout") for c in cells]
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """Run a notebook beside copies of the examples."""
+    nbformat = pytest.importorskip("nbformat")
+    nbclient = pytest.importorskip("nbclient")
+    for module in ("SALib", "ipykernel"):
+        pytest.importorskip(module)
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    (tmp_path / "docs").mkdir()
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    monkeypatch.setenv("PYTHONWARNINGS", "default")
+
+    def do(notebook):
+        done = copy.deepcopy(notebook)
+        client = nbclient.NotebookClient(done, timeout=300, resources={"metadata": {"path": str(tmp_path / "docs")}})
+        client.execute()
+        return done
+
+    return nbformat.read(NOTEBOOK, as_version=4), do
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_tutorial_runs_and_prints_what_it_shows(run):
+    notebook, do = run
+    done = do(notebook)
+    for shown, now in zip(printed(notebook), printed(done), strict=True):
+        # the same words, and numbers that round to the same but for the last digit
+        assert NUMBER.sub("#", now) == NUMBER.sub("#", shown)
+        for a, b in zip(NUMBER.findall(now), NUMBER.findall(shown), strict=True):
+            digits = len(b.partition(".")[2]) if "e" not in b and "." in b else 0
+            assert float(a) == pytest.approx(float(b), rel=1e-5, abs=2.0 * 10.0 ** -min(digits, 6))
+    pictures = [c for c in done.cells if any("image/png" in o.get("data", {}) for o in c.get("outputs", []))]
+    assert len(pictures) == 2
+
+
+def test_the_tutorial_tells_no_place_of_this_machine():
+    text = NOTEBOOK.read_text()
+    assert "/home/" not in text
+    assert "/root/" not in text
+    assert '"output_type": "error"' not in text
+    assert '"name": "stderr"' not in text
