@@ -62,6 +62,8 @@ def read_3mf(path):
     """Name, triangles and unit of every solid, transforms applied."""
     with zipfile.ZipFile(path) as package:
         assert package.testzip() is None
+        # the hour at which it was written is not in it
+        assert {entry.date_time for entry in package.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         assert set(package.namelist()) == {"[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"}
         root = ElementTree.fromstring(package.read("3D/3dmodel.model"))
     assert root.get("unit") == "millimeter"

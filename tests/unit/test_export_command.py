@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+import squama
 from squama.cli import main
+from squama.errors import InputError
 from squama.fabrication import measure
+from squama.plot import solids_figure
 
 pytest.importorskip("manifold3d")
 pytest.importorskip("trimesh")
@@ -46,6 +49,12 @@ def test_the_command(folder, capsys):
     kept = json.loads((folder / "out" / "export.json").read_text())
     assert set(kept["files"]) == {"scale.3mf", "scales.3mf", "substrate.3mf", "bill.csv"}
     assert "assembly.stl" in kept["earlier"]
+
+
+def test_a_picture_needs_something_to_show(folder):
+    made = squama.export(squama.Beam.from_toml("beam.toml"), "out", scales=2, parts=["scale"], formats=["stl"])
+    with pytest.raises(InputError, match="shows the assembly and the mould"):
+        solids_figure(made)
 
 
 @pytest.mark.parametrize(

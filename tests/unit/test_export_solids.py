@@ -216,6 +216,9 @@ def test_a_wrong_solid_does_not_pass():
     assert failed(measure.scale(PLA._replace(thickness=0.81), seated)) == {"thickness"}
     assert failed(measure.scale(PLA._replace(theta0=PLA.theta0 + 1e-6), seated)) == {"theta0"}
     assert failed(measure.scale(PLA._replace(alpha=-PLA.alpha), seated)) == {"alpha"}
+    mirrored = seated._replace(vertices=seated.vertices * [1, -1, 1], triangles=seated.triangles[:, ::-1])
+    assert failed(measure.scale(PLA, mirrored)) == {"alpha"}
+    assert failed(measure.scale(PLA._replace(alpha=-PLA.alpha), mirrored)) == set()
     for changed, what in [
         ({"alpha": -PLA.alpha}, {"alpha"}),
         ({"clearance": 0.25}, {"thickness of slots", "depth of slots"}),
