@@ -20,6 +20,7 @@ from squama.fe.deformed import Deformed, deformed
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.plate import MOTIONS
+from squama.fe.snap import explained
 from squama.fe.walk import Ended, Increment, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.symbols import SYMBOLS
@@ -189,7 +190,7 @@ def follow(
         ended = walk.run(goal, increment, told=told, stop=stopped)
         if stopped() and not ended.reached:
             raise Interrupted(ended.sentence)
-    return ended
+    return explained(walk, ended, goal, increment)
 
 
 def print_progress(at: Progress) -> None:
