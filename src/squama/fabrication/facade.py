@@ -76,7 +76,7 @@ def export(
     """Write a beam's solids for the printer and the mould: scales, substrate, mould, the assembled beam.
 
     Everything is measured before it is written: each solid closed and of the volume of its closed form, no two solids
-    in each other, thickness and angles read back from the faces; and each file again as it is read back.
+    in each other, thickness and angles measured on the faces; and each STL and 3MF file again as it is read back.
 
     Parameters
     ----------
