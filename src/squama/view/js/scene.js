@@ -23,6 +23,7 @@ export class BeamScene {
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.1, 2000);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.request());
+    this.controls.addEventListener("start", () => (this.chosen = true));
     this.scene.add(new THREE.AmbientLight(0xffffff, 1.5));
     const sun = new THREE.DirectionalLight(0xffffff, 2.1);
     this.camera.add(sun);
@@ -86,17 +87,17 @@ export class BeamScene {
 
   // design: see geometry.js; state: {load, theta, slip, x, mu, name}
   set(design, state) {
-    const shape = JSON.stringify([design.kind, design.eta, design.scales]);
+    const shape = JSON.stringify([design.kind, design.scales, design.half]);
+    const sizes = JSON.stringify([design.eta, design.beta, design.lam]);
     this.design = design;
     this.state = state;
     this.plate.color.set(COLOURS[state.name]);
     this.moveBar();
     this.moveScales();
     this.moveContacts();
-    if (shape !== this.shape) {
-      this.shape = shape;
-      this.reset();
-    }
+    // another beam is seen whole; changes of this one leave the place that was chosen
+    if (shape !== this.shape || (sizes !== this.sizes && !this.chosen)) this.reset();
+    [this.shape, this.sizes] = [shape, sizes];
     this.request();
   }
 
@@ -191,6 +192,7 @@ export class BeamScene {
   reset() {
     const d = this.design;
     if (!d) return;
+    this.chosen = false;
     const seen = [0, this.state.load].flatMap((load) => [
       ...bar(d, load).flat(),
       ...[first(d), 0, -first(d)].flatMap((k) => scale(d, load, this.state.theta, k).corners),
@@ -218,6 +220,7 @@ export class BeamScene {
 
   // Turn by angles (rad) and come nearer by a factor, for the keyboard.
   orbit(around, over, nearer) {
+    this.chosen = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
     const ball = new THREE.Spherical().setFromVector3(offset);
     ball.theta += around;
@@ -235,7 +238,7 @@ export class BeamScene {
     const before = this.camera.aspect;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (Math.abs(before - this.camera.aspect) > 0.01) this.reset();
+    if (Math.abs(before - this.camera.aspect) > 0.01 && !this.chosen) this.reset();
     this.request();
   }
 
