@@ -56,6 +56,15 @@ def test_the_bare_bar_converges_with_the_order_of_the_elements(fig6b):
     assert 2**2.5 < over[0] / over[1] < 2**5.5
 
 
+@pytest.mark.parametrize("name", ["coarse", "medium", "fine"])
+def test_the_bare_bar_of_every_mesh_that_has_a_name(fig6b, name):
+    from squama.fe.facade import MESHES
+
+    exact = joint.saint_venant(fig6b.width, 2 * fig6b.lam) / (2 * (1 + fig6b.nu))
+    bar = bar_mesh(fig6b, MESHES[name][0])
+    assert 0 < joint.condensed(bar, fig6b)[6, 6] / exact - 1 < 0.005
+
+
 def test_the_matrix_is_symmetric_and_positive(K):
     np.testing.assert_allclose(K, K.T, atol=1e-15)
     assert np.linalg.eigvalsh(K).min() > 0

@@ -34,8 +34,9 @@ class Symmetric:
         self._pardiso: Any = None
         if find_spec("pypardiso") is not None:
             self._pardiso = import_module("pypardiso").PyPardisoSolver(mtype=_SYMMETRIC_INDEFINITE)
-            # pivots are scaled and matched, as a system with multipliers needs; the order is that of nested dissection
-            for place, value in ((1, 1), (2, 2), (8, 2), (10, 8), (11, 1), (13, 1), (24, 0)):
+            # pivots are scaled and matched, as a system with multipliers needs; the order is that of nested dissection;
+            # solutions are improved only where pivots were perturbed, since Newton's next step does as much
+            for place, value in ((1, 1), (2, 2), (8, 0), (10, 8), (11, 1), (13, 1), (24, 0)):
                 self._pardiso.set_iparm(place, value)
         self._phase = _ANALYSE_AND_FACTORISE
 

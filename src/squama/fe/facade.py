@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from squama.design import Beam
 
-MESHES = {"coarse": (0.3, 0.06), "medium": (0.2, 0.02), "fine": (0.12, 0.01)}
+MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}
 """Sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
 INCREMENT = 0.01
 """Largest increment of the twist, rad per pitch."""

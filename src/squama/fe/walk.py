@@ -2,7 +2,8 @@
 
 Every increment is a Newton iteration in two levels: the elements are factorised once an iteration and condensed exactly
 onto the scales' motions, on which the contact problem is solved to convergence. The first iteration goes from the last
-equilibrium to the predicted one without passing through a contact.
+equilibrium to the predicted one without passing through a contact. Predictions and steps that would invert an element
+are shortened.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ JUMP = 0.02
 """Largest distance of an equilibrium from where the last ones point; beyond, the increment is halved."""
 _FIRST = 1e-3
 _HALVINGS = 7
+_SHRINK = 8
+_STARTS = 1.0, 0.5, 0.25, 0.0
+_INVERTED = "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
 
 
 _KEPT = frozenset(
@@ -203,29 +207,35 @@ class Walk:
         else:
             # both in the same way, or the elements beside the scales are torn
             z, expected = self._z_trail.expected(phi), self.trail.expected(phi)
-        v = expected
         before = self.trail.before(phi)
         places = 3 * self.body.free.size
+        start = self._start(z, expected, phi)
+        if start is None:
+            return _INVERTED
+        z, v, reduced = start
+        # a step that is not a whole one may end within a contact: the way is sought from the last equilibrium again
+        short = False
         for iteration in range(1, ITERATIONS + 1):
-            reduced = self._reduce(z, v, phi)
-            if reduced is None:
-                return "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
 
             def linear(u: Array, x: float, at: Array = v, r: Condensed = reduced) -> tuple[Array, Array, Array]:
                 return r.s + r.S @ (u - at) + r.s_phi * (x - phi), r.S, r.s_phi
 
-            if iteration == 1:
-                start, goal = (self.v, self.phi), (expected, phi)
-                found = advance(linear, self.contact, start, goal, before, self.kappa, self.ways)
+            if iteration == 1 or short:
+                found = advance(linear, self.contact, (self.v, self.phi), (v, phi), before, self.kappa, self.ways)
             else:
                 found = balance(linear, self.contact, v, phi, before, self.kappa, self.ways)
             if not found.solved:
                 return "no balance of the contact was found"
-            change = reduced.update(found.v - v)
-            moved = max(float(np.abs(change[:places]).max()), float(np.abs(found.v - v).max()))
-            z, v = z + change, found.v
+            dv = found.v - v
+            change = reduced.update(dv)
+            moved = max(float(np.abs(change[:places]).max()), float(np.abs(dv).max()))
             if moved < TOLERANCE:
+                z, v = z + change, found.v
                 break
+            taken = self._step(z, v, change, dv, phi)
+            if taken is None:
+                return _INVERTED
+            z, v, reduced, short = taken
         else:
             return f"no balance within {ITERATIONS} iterations"
         if np.abs(v - expected).max() > self._jump:
@@ -240,6 +250,28 @@ class Walk:
         self._z_trail.add(z, phi, np.empty(0))
         self._keep(state)
         return ""
+
+    def _start(self, z: Array, v: Array, phi: float) -> tuple[Array, Array, Condensed] | None:
+        """Return where an increment begins: as predicted, or as much of the way there as inverts no element."""
+        for share in _STARTS:
+            at = self.z + share * (z - self.z), self.v + share * (v - self.v)
+            reduced = self._reduce(*at, phi)
+            if reduced is not None:
+                return *at, reduced
+        return None
+
+    def _step(
+        self, z: Array, v: Array, change: Array, dv: Array, phi: float
+    ) -> tuple[Array, Array, Condensed, bool] | None:
+        """Go as much of a Newton step as inverts no element; the last value says whether it was shortened."""
+        share = 1.0
+        for _ in range(_SHRINK):
+            at = z + share * change, v + share * dv
+            reduced = self._reduce(*at, phi)
+            if reduced is not None:
+                return *at, reduced, share < 1
+            share /= 2
+        return None
 
     def _keep(self, state: State) -> None:
         self.z, self.v, self.phi, self.T = state.z, state.v, state.phi, state.T

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from squama.fe.compare import Array
 
 STORED = Path(__file__).with_name("fig6b_elements.csv")
-MESHES: tuple[str | tuple[float, float], ...] = ("medium", (0.2, 0.03))
+MESHES: tuple[str | tuple[float, float], ...] = ((0.2, 0.02), (0.2, 0.03))
 """Where elements invert early in the first, the next is taken; sizes in the bulk and at the scale's edges, pitches."""
 REACH = {2.0: 0.38, 3.0: 0.3}
 """Twist to go to for each overlap ratio, rad per pitch: about where the contact of the model leaves the tip edge."""
