@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from squama.engines import compiled_lanes as lanes
+from squama.engines import compiled_lines as others
 from squama.engines.compiled_ends import LEFT, SAFETY
 from squama.engines.compiled_kernel import compiled, inlined
 from squama.engines.compiled_lanes import (
@@ -52,7 +53,7 @@ def _walk(w: Array, part: float, folded: bool) -> None:
     """Terms of the contact conditions at a fraction of the path."""
     for i in range(W):
         w[X + i] = w[X0 + i] + (w[X_END + i] - w[X0 + i]) * part
-    lanes.lines(w, folded)
+    others.lines(w, folded)
     for i in range(W):
         w[lanes.COSJ + i], w[lanes.SINJ + i] = w[lanes.COS + i], w[lanes.SIN + i]
 
@@ -66,7 +67,7 @@ def _next(w: Array) -> int:
     if near < W:
         return 1
     for i in range(W):
-        lanes.line(w, i, 1.0)
+        others.line(w, i, 1.0)
     return 2
 
 
@@ -92,10 +93,10 @@ def clear(w: Array, folded: bool) -> None:
         return
     for s in range(samples):
         lanes.roots_at(w, s / (samples - 1), folded)
-        lanes.start_lines(w)
+        others.start_lines(w)
         for i in range(W):
             # how far the tip reaches at the three samples
-            far = lanes.reach_here(w, i)
+            far = others.reach_here(w, i)
             w[S0 + i] = max(far, w[P1 + i], w[P2 + i])
             w[P2 + i], w[P1 + i] = w[P1 + i], far
         _away(w, 2.0, lanes.PAST, s)
@@ -113,7 +114,7 @@ def clear(w: Array, folded: bool) -> None:
 def _away(w: Array, j: float, past: int, s: int) -> None:
     """Keep OK where neighbour j stays away at sample s and before."""
     for i in range(W):
-        now, before, last = lanes.line(w, i, j), w[past + i], w[past + W + i]
+        now, before, last = others.line(w, i, j), w[past + i], w[past + W + i]
         w[past + i], w[past + W + i] = now, before
         high = max(now, before, last)
         away = (high < -SAFETY * abs(now - 2 * before + last)) | (s < 2) | (w[S0 + i] < j)
@@ -136,7 +137,7 @@ def crossings(w: Array, h: Array, events: Array, index: Array, start: int, count
             j, rising = float(n), 0
             _copy(w, P1, h, n * W)
             for i in range(W):
-                now, far = lanes.line(w, i, j), max(w[lanes.HERE + i], w[lanes.BEFORE + i])
+                now, far = others.line(w, i, j), max(w[lanes.HERE + i], w[lanes.BEFORE + i])
                 up = (now >= 0) & (not w[P1 + i] >= 0) & (j <= far) & (j != w[K + i])
                 w[S0 + i] = now
                 w[OK + i] = 1.0 if up else 0.0
@@ -159,17 +160,17 @@ def solve_crossings(w: Array, folded: bool) -> None:
     for i in range(W):
         w[X + i] = w[A + i]
         w[C + i], w[FC + i] = w[A + i], math.nan
-    lanes.not_met(w, folded)
+    others.not_met(w, folded)
     for i in range(W):
         w[FA + i], w[X + i] = w[LOW + i], w[B + i]
-    lanes.not_met(w, folded)
+    others.not_met(w, folded)
     for i in range(W):
         w[FB + i] = w[LOW + i]
     lanes.start_root(w)
     for _ in range(200):
-        lanes.not_met(w, folded)
+        others.not_met(w, folded)
         if lanes.next_root(w):
             break
     for i in range(W):
         w[X + i] = w[BEST + i]
-    lanes.not_met(w, folded)
+    others.not_met(w, folded)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from squama.engines import compiled_crossings as crossings
 from squama.engines import compiled_ends as ends
 from squama.engines import compiled_lanes as lanes
+from squama.engines import compiled_lines as others
 from squama.engines import compiled_work as works
 from squama.engines.compiled_ends import FRICTIONAL, NONE
 from squama.engines.compiled_kernel import OPS, compiled
@@ -119,7 +120,7 @@ def first_pass(
         for i in range(W):
             sa = OPS.sin(w[X + i])
             w[SA + i], w[CA + i] = -sa if mirrored else sa, OPS.cos(w[X + i])
-        lanes.engage(w)
+        others.engage(w)
         for i in range(W):
             k = max(w[K + i], 1.0)
             w[X0 + i], w[X1 + i], w[THETA_F + i], w[CODE + i] = w[THETA0 + i], TURNED, 0.0, 0.0
