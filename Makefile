@@ -114,8 +114,17 @@ lint: .venv/.dev ## ruff and mypy --strict
 	$(RUN) -m ruff format --check .
 	$(RUN) -m mypy --strict
 
+.PHONY: browser
+browser: ## Chromium, in which the explorer is tested; without it those tests are left out
+	@if command -v chromium chromium-browser google-chrome >/dev/null; then exit 0; fi
+	ask="the explorer is not tested, for Chromium is missing: apt-get install chromium"
+	if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then echo "$$ask" >&2; exit 0; fi
+	echo "installing chromium, in which the explorer is tested"
+	export DEBIAN_FRONTEND=noninteractive
+	{ apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; } >/dev/null 2>&1 || echo "$$ask" >&2
+
 .PHONY: pytest
-pytest: .venv/.dev
+pytest: .venv/.dev browser
 	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable
 
 .PHONY: docs
