@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 from typing import Annotated
 
@@ -55,6 +56,7 @@ def explore(
             from squama.cli import record
 
             record.show({"address": address})
+            sys.stdout.flush()
         else:
             print(f"squama explorer: {address} (stop it with Ctrl-C)", flush=True)
 

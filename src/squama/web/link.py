@@ -25,7 +25,7 @@ def query(state: State) -> str:
     >>> from squama.web.state import preset
     >>> link = query(preset("main"))
     >>> link[:46], read(link) == preset("main")
-    ('load=twisting&law=edge&sense=%2B&margin=0.01&twi', True)
+    ('load=twisting&law=edge&sense=%2B&margin=0.01&t', True)
     """
     return urlencode([*_pairs(state), *(("keep", query(one)) for one in state.kept)])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 from collections.abc import Callable
 
@@ -45,7 +46,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     ready : callable
         Is told the address when it can be opened.
     """
-    from nicegui import app, ui
+    from nicegui import app, background_tasks, ui
 
     from squama.web import link
     from squama.web.page import Explorer
@@ -61,7 +62,20 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         Explorer(state, notice)
 
     ui.page("/", title=TITLE)(page)
-    app.on_startup(lambda: ready(f"http://{HOST}:{port}/"))
+
+    async def announce() -> None:
+        # the server listens a moment after it has started
+        while True:
+            try:
+                _, writer = await asyncio.open_connection(HOST, port)
+            except OSError:
+                await asyncio.sleep(0.02)
+                continue
+            writer.close()
+            ready(f"http://{HOST}:{port}/")
+            return
+
+    app.on_startup(lambda: background_tasks.create(announce()))
     ui.run(
         host=HOST,
         port=port,
