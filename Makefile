@@ -121,7 +121,7 @@ browser: ## Chromium, in which the explorer is tested; without it those tests ar
 	if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then echo "$$ask" >&2; exit 0; fi
 	echo "installing chromium, in which the explorer is tested"
 	export DEBIAN_FRONTEND=noninteractive
-	{ apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; } >/dev/null 2>&1 || echo "$$ask" >&2
+	{ apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core; } >/dev/null 2>&1 || echo "$$ask" >&2
 
 .PHONY: pytest
 pytest: .venv/.dev browser
