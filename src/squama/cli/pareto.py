@@ -152,7 +152,10 @@ def _show(file: str, front: xr.Dataset, written: list[Path], out: str | None) ->
     dimensions = [str(name) for name in front.data_vars if "." in str(name)]
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     units = [(1.0, str(front[name].attrs["units"])) for name in names] + [_unit(name) for name in dimensions]
-    heads = [f"{name} {unit}".strip() for name, (_, unit) in zip([*names, *dimensions], units, strict=True)]
+    heads = [
+        f"{name.replace('.', '.' + chr(10))} {unit}".strip()
+        for name, (_, unit) in zip([*names, *dimensions], units, strict=True)
+    ]
     for name in ("design", *heads):
         table.add_column(name, header_style="bold", justify="right")
     for i in np.unique(np.linspace(0, n - 1, min(n, SHOWN)).round().astype(int)):

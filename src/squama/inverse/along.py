@@ -27,6 +27,7 @@ from squama.model.solve import Array
 from squama.study.cells import Cells
 
 _OTHER = CODES.index(End.OTHER)
+_OFF = (CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE))
 GRID = 33
 """Samples of a path between which a twist is looked for."""
 NEAR = 1e-5
@@ -88,8 +89,8 @@ class Part:
             # where other plates meet first the derivative is not known
             lanes = np.flatnonzero(code != _OTHER)
             return lanes, limit[lanes], {p: np.imag(m.load_end)[lanes] / STEP for p, m in self.moved.items()}
-        lanes = np.flatnonzero(np.isin(code, self.options.locks))
-        if want.figure in ("tip", "side"):
+        lanes = np.flatnonzero(np.isin(code, _OFF if want.figure == "hold" else self.options.locks))
+        if want.figure in ("tip", "side", "hold"):
             value, partials = self._room(want.figure)
         elif want.figure == "lock":
             value = limit
@@ -117,13 +118,15 @@ class Part:
         return value, partials
 
     def _room(self, figure: str) -> tuple[Array, Partials]:
-        """Room of the contact to the end of an edge at the end of the path."""
+        """Room of the contact to the end of an edge, or what it lacks to a frictional lock, at the end of the path."""
         law, t, b = self.options.law, self.t, self.base
         row: Any = t.row
-        pt = row.point(t.x_end, law, ARRAY)
+        pt, mu = row.point(t.x_end, law, ARRAY), self.c.mu
         side = np.sign(pt.p) if figure == "tip" else np.where(2 * pt.s < row.eta, 1.0, -1.0)
 
-        def room(r: Any, at: Any) -> Any:
+        def room(r: Any, mu: Any, at: Any) -> Any:
+            if figure == "hold":
+                return (at.M_N + mu * at.M_f) / r.eta
             return 1 - side * at.p / r.beta if figure == "tip" else np.where(side > 0, at.s, r.eta - at.s) / r.eta
 
         partials = {}
@@ -132,8 +135,8 @@ class Part:
             rate = -np.imag(vanishing(s.row, at, t, s.mu, law)) / b.E_x
             x0 = s.row.parameter(s.row.theta0, COMPLEX) + 0j
             x = np.where(t.x_end == t.x0, x0, t.x_end + 1j * rate)
-            partials[p] = np.imag(room(s.row, s.row.point(x, law, COMPLEX))) / STEP
-        return room(row, pt), partials
+            partials[p] = np.imag(room(s.row, s.mu, s.row.point(x, law, COMPLEX))) / STEP
+        return room(row, mu, pt), partials
 
     def _dissipated(self, figure: str) -> tuple[Array, Partials]:
         """RED or frictional work at the cut-off before a lock."""

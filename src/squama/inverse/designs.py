@@ -96,10 +96,16 @@ def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed
         line = "vary: no point within the bounds is a beam; look at the depth of the tab and at l/d and b/d"
         raise InputError(_prefixed(target, line))
     look = problem.look(y, slopes=True, plates=True)
-    idle = np.flatnonzero(~look.found.slopes.any(axis=(0, 2)))
-    y[:, idle] = first[idle]
+    idle = _idle(look)
+    if idle.size:
+        # as in the starting beam, unless the figures are then gone
+        still = y.copy()
+        still[:, idle] = first[idle]
+        same = problem.look(still, slopes=False, plates=True).merit <= look.merit * (1 + 1e-9)
+        y[same] = still[same]
     look = search.refine(problem, y)
-    kept = np.flatnonzero((look.g >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
+    limits = look.g[: len(look.g) - len(problem.inside)]
+    kept = np.flatnonzero((limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         raise InputError(_prefixed(target, _broken(problem, look)))
     effects = tolerance.effects(problem, look.y)
@@ -127,15 +133,23 @@ def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed
     )
 
 
+def _idle(look: Look) -> Array:
+    """Return the variables that no figure depends on, as far as there are starts that have all figures."""
+    whole = np.isfinite(look.found.values).all(axis=0)
+    if not whole.any():
+        return np.empty(0, int)
+    return np.flatnonzero(~look.found.slopes[..., whole].any(axis=(0, 2)))
+
+
 def _prefixed(target: Target, line: str) -> str:
     return f"{target.source}: {line}" if target.source else line
 
 
 def _broken(problem: Problem, look: Look) -> str:
     """Say which limits no beam within the bounds keeps together."""
-    least = np.maximum(-look.g, 0).sum(axis=0)
+    least = np.maximum(-look.g[: len(look.g) - len(problem.inside)], 0).sum(axis=0)
     i = int(np.argmin(np.where(np.isfinite(look.merit), least, np.inf)))
-    names = zip(problem.names, look.g[:, i], strict=True)
+    names = zip(problem.names[: -len(problem.inside) or None], look.g[:, i], strict=False)
     words = [_limit_words(problem, name, look, i) for name, g in names if g < -BROKEN]
     return f"limits: no beam within the bounds keeps them all; the nearest breaks {' and '.join(words)}"
 

@@ -9,7 +9,7 @@ import numpy as np
 from squama.inverse.wants import At, Want
 from squama.model.solve import Array
 
-MISSING = 3.0
+MISSING = 100.0
 """Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""

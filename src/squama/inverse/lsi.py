@@ -36,9 +36,12 @@ def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
         return np.asarray(start)
     A = np.linalg.solve(R.T, G.T).T
     b = h - G @ start
-    # rows of one size keep the small problem well scaled
-    size = np.maximum(np.linalg.norm(A, axis=1), 1e-300)
-    A, b = A / size[:, None], b / size
+    # rows of one size keep the small problem well scaled; one of nothing but zeros holds anyway, or never
+    size = np.linalg.norm(A, axis=1)
+    empty = size == 0
+    if np.any(h[empty] > 0):
+        return None
+    A, b = A[~empty] / size[~empty, None], b[~empty] / size[~empty]
     top = max(float(np.abs(b).max()), 1e-300)
     b = b / top
     try:

@@ -23,7 +23,7 @@ EDGE = 1e-6
 """The same for the border of the domain where a figure is there."""
 LOCKED = ("lock", "RED", "range", "W_fr")
 """Figures that only beams that lock have."""
-PRICE = 10.0
+PRICE = 1e4
 """What a broken limit costs, in residuals."""
 
 
@@ -56,7 +56,9 @@ class Problem:
         self.lock = "strain" in target.limits and locks
         self.wants = [*wants, Want("lock")] if self.lock else wants
         # what keeps a design inside the domain where its figures are smooth
-        self.inside = [Want(name) for name in ("tip", "side")] if locks and target.space.load == "twisting" else []
+        self.inside = (
+            [Want(name) for name in ("tip", "side", "hold")] if locks and target.space.load == "twisting" else []
+        )
         self.inside += [Want("reach")] if self.rates else []
         self.tangents = [w.at for w in wants if w.figure == "tangent" and w.at is not None]
         self.inside += [Want("engagement")] * len(self.tangents)
@@ -113,6 +115,7 @@ class Problem:
         words = {
             "tip": "the contact at the lock at the end of the tip edge",
             "side": "the contact at the lock at the end of the side edge",
+            "hold": "the contact at the end of an edge before it locks",
             "engagement": "engagement at the twist of the tangent",
             "reach": "the end of the curve at the farthest twist asked for",
         }

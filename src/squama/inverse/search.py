@@ -19,7 +19,11 @@ SPREAD = 0.06
 """Least distance of two starts, in the unit cube, per root of the number of variables."""
 ROUNDS = 60
 BEND = 1.0
-"""How far the border of the domain may bend, per square of a step."""
+"""How far limits may bend, per square of a step."""
+STILL = 1e-12
+"""Relative gain of a step at which a point counts as settled."""
+LATE, HOPELESS = 24, 2.0
+"""Steps after which points whose merit is that many times the best are left."""
 DAMPING = 1e-7
 SMALL = 1e-13
 WIDEST, FIRST = 0.5, 0.15
@@ -60,11 +64,11 @@ def refine(problem: Problem, y: Array) -> Look:
     n = len(y)
     radius = np.full(n, FIRST)
     live = np.isfinite(best.merit)
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         lanes = np.flatnonzero(live)
         if not lanes.size:
             break
-        steps = np.array([_step(best, int(i), radius[i], len(problem.inside)) for i in lanes])
+        steps = np.array([_step(best, int(i), radius[i]) for i in lanes])
         trial = np.clip(best.y[lanes] + steps, 0.0, 1.0)
         look = problem.look(trial, slopes=True, plates=True)
         gain = best.merit[lanes] - look.merit
@@ -77,7 +81,9 @@ def refine(problem: Problem, y: Array) -> Look:
         wide = np.where(ratio > 0.7, 2.0, 1.0) * np.clip(radius[lanes], size, np.maximum(2 * size, radius[lanes] / 8))
         radius[lanes] = np.where(ratio > 0.2, np.minimum(wide, WIDEST), np.minimum(size, radius[lanes]) / 3)
         _adopt(best, look, lanes[better], np.flatnonzero(better))
-        done = (radius[lanes] < SMALL) | (best.merit[lanes] < 1e-26)
+        done = (radius[lanes] < SMALL) | (best.merit[lanes] < 1e-26) | (better & (gain < STILL * best.merit[lanes]))
+        if turn >= LATE:
+            done |= best.merit[lanes] > HOPELESS * best.merit.min()
         live[lanes[done]] = False
     return best
 
@@ -98,8 +104,8 @@ def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:
         mine[..., to] = theirs[..., of]
 
 
-def _step(look: Look, i: int, radius: float, inside: int) -> Array:
-    """Return the step of one point; the last ``inside`` limits are those of the domain."""
+def _step(look: Look, i: int, radius: float) -> Array:
+    """Return the step of one point."""
     m = look.y.shape[1]
     # a residual without a slope (a figure that is not there) has nothing to say
     J, r = look.J[:, :, i], look.r[:, i]
@@ -107,9 +113,8 @@ def _step(look: Look, i: int, radius: float, inside: int) -> Array:
     f = np.append(-r, np.zeros(m))
     low, high = np.maximum(-look.y[i], -radius), np.minimum(1 - look.y[i], radius)
     box, edge = np.vstack([np.eye(m), -np.eye(m)]), np.append(low, -high)
-    # the border of the domain is no limit that may be broken on the way: keep off it as far as it may bend
-    g, G = np.array(look.g[:, i]), look.G[:, :, i]
-    g[g.size - inside :] -= BEND * radius**2
+    # limits and the border of the domain may bend: keep off them as far as they may bend within the box
+    g, G = look.g[:, i] - BEND * radius**2, look.G[:, :, i]
     step = lsi(E, f, np.vstack([box, G]), np.append(edge, -g))
     if step is None:
         # the limits cannot all be kept inside the box: as far as they can

@@ -68,6 +68,7 @@ FIGURES = {
     "reach": "how far the curve goes, twist per pitch, rad",
     "tip": "room of the contact to the end of the tip edge at the lock, over the scale's half width",
     "side": "room of the contact to the end of the side edge at the lock, over the scale's length",
+    "hold": "moment of friction that lacks for a lock where the contact runs off an edge, over the scale's length",
     "critical_mu": "smallest coefficient of friction that locks at engagement",
 }
 """Figures by name, in SI units."""

@@ -101,11 +101,10 @@ def _panel(figure: Figure, ax: Axes, front: xr.Dataset, x: str, y: str, by: str 
     for name, axis in ((x, "x"), (y, "y")):
         if _wide(front[name].values):
             getattr(ax, f"set_{axis}scale")("log")
-        better = "larger" if front[name].attrs["objective"] == "max" else "smaller"
+        word = "larger" if front[name].attrs["objective"] == "max" else "smaller"
         at = f" at {front[name].attrs['at']}" if "at" in front[name].attrs else ""
-        getattr(ax, f"set_{axis}label")(
-            f"{SYMBOL.get(name, name)}{at}\n{better} is better" if axis == "x" else f"{SYMBOL.get(name, name)}{at}"
-        )
+        end = f"\n{word} is better" if axis == "x" else ""
+        getattr(ax, f"set_{axis}label")(f"{SYMBOL.get(name, name)}{at}{end}")
     ax.grid(color="0.9", linewidth=0.5)
     if by is not None:
         bar = figure.colorbar(drawn, ax=ax, location="top", aspect=30, pad=0.02)

@@ -94,7 +94,7 @@ def _bars(ax: Axes, found: InverseDesign) -> None:
     ax.barh(range(len(rows)), [abs(value) for _, value in rows], color=colours, height=0.6)
     ax.set_yticks(range(len(rows)), [f"{name}\n{_size(found, name)}" for name, _ in rows], fontsize=6)
     unit = f" ({goal.unit})" if goal.unit else ""
-    ax.set_xlabel(f"Change of {goal.name}{unit} by its tolerance, design 1")
+    ax.set_xlabel(f"Change of {goal.name}{unit}, design 1")
     words: list[Any] = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
     ax.legend(handles=words, loc="lower right")
 
