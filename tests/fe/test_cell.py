@@ -139,6 +139,22 @@ def test_the_distance_of_contact_and_frictions_onset_hardly_matter(whole, mesh, 
     assert other["T"][-1] == pytest.approx(T, rel=tolerance)
 
 
+def test_predictions_that_invert_elements_are_shortened(mesh, shape):
+    usual, _ = walked(mesh, shape, 0.12)
+    walk = make_cell(mesh, shape, 0.2)
+    assert walk.run(0.1, 0.02).reached
+    # the last but one state as if all free nodes had been elsewhere: the way on leads through inverted elements
+    z, phi, rest = walk._z_trail.past[-2]
+    jumble = np.zeros_like(z)
+    jumble[: 3 * walk.body.free.size] = 0.05 * np.random.default_rng(0).normal(size=3 * walk.body.free.size)
+    walk._z_trail.past[-2] = z + jumble, phi, rest
+    at = walk._z_trail.expected(0.12), walk.trail.expected(0.12).reshape(-1, 6)
+    assert walk.body.reduce(*at, 0.12) is None
+    ended = walk.run(0.12, 0.02)
+    assert ended.reached, ended.sentence
+    assert walk.rows[-1][COLUMNS.index("T")] == pytest.approx(usual["T"][-1], rel=1e-3)
+
+
 def test_a_turned_pitch_gives_turned_forces(mesh, shape):
     elements = Elements(mesh.nodes, mesh.tets, Material(1.0, shape.nu))
     dice = np.random.default_rng(0)
@@ -171,8 +187,8 @@ def test_the_last_state_is_that_of_the_curve_and_reads_back(beam, tmp_path):
     (state,) = states
     x = state.nodes[state.tets[:, :4]]
     volumes = np.linalg.det(x[:, 1:] - x[:, :1]) / 6
-    # Gauss points have equal weights
-    assert volumes @ state.density / state.pitch == pytest.approx(float(data["U_el"][-1]), rel=1e-9)
+    # by four Gauss points, which have equal weights; the elements have fourteen
+    assert volumes @ state.density / state.pitch == pytest.approx(float(data["U_el"][-1]), rel=1e-4)
     figure = deformed_figure(state)
     assert "0.03 rad per pitch" in figure.get_suptitle()
     # every outer face that is seen, of three images
@@ -194,33 +210,22 @@ def test_the_last_state_is_that_of_the_curve_and_reads_back(beam, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_hinge_of_elements_follows_the_edge_law(beam):
-    """Roll and yaw blocked, K_theta and C_f those of the mesh: 6 % up to .175 rad per pitch, 10 % up to .22.
-
-    Beyond, the elements are softer: at 25 deg of inclination the spring is no longer linear.
-    """
-    import squama
-    from squama.study.verify import hinge_of, own_matrix
-
-    run = facade.cell(beam, mu=0.5, to="0.22 rad/pitch", mesh="coarse", hinged=True)
-    assert run.attrs["reached"]
-    own = beam.replace(joint=hinge_of(own_matrix(beam, "coarse"), beam, hinged=True))
-    model = squama.twist(own, mu=0.5, at=run["Phi"].values[1:])
-    phi, T = run["phi"].values[1:], run["T"].values[1:]
-    # the elements engage .0005 earlier, since theta falls before
-    for low, high, most in ((0.0, 0.055, 0.002), (0.055, 0.08, 0.08), (0.08, 0.175, 0.06), (0.175, 0.22, 0.1)):
-        part = (phi > low) & (phi <= high)
-        np.testing.assert_allclose(T[part], model["T"].values[part], rtol=most)
-    plate = squama.twist(own, mu=0.5, law="plate", at=run["Phi"].values[-1:])
-    assert plate["T"].values[0] > 1.25 * T[-1]
+@pytest.mark.parametrize("mu", [0.2, 0.5])
+def test_no_element_inverts_before_the_end_of_fig_6b(beam, shape, mu):
+    """Small elements at the corners of the embedded scale are crushed to a few percent, and do not snap through."""
+    walk = make_cell(pitch_mesh(shape, 0.2, 0.02), shape, mu)
+    ended = walk.run(0.3, 0.01)
+    assert ended.reached, ended.sentence
+    least = walk.body.forces(walk.z, walk.v.reshape(-1, 6), walk.phi).least
+    assert 0 < least < 0.1
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("mu", "T"), [(0.0, 0.00879), (0.2, 0.00941), (0.5, 0.01049)])
 def test_the_medium_mesh_agrees_with_another_program(beam, mu, T):
-    """Torque at .1 rad per pitch, E d^3: another mesher, assembly and contact library gave these; 1 %."""
+    """Torque at .1 rad per pitch, E d^3: another mesher, assembly and contact library gave these, in a mesh as fine; 1.5 %."""
     data = facade.cell(beam, mu=mu, to="0.1 rad/pitch", mesh="medium")
     assert data.attrs["mu"] == float(data["mu"])
-    assert 5000 < int(data.attrs["mesh"].split()[0]) < 20000
-    assert float(data["T"][-1]) / (25e9 * 0.025**3) == pytest.approx(T, rel=0.01)
+    assert 10000 < int(data.attrs["mesh"].split()[0]) < 14000
+    assert float(data["T"][-1]) / (25e9 * 0.025**3) == pytest.approx(T, rel=0.015)
     assert abs(data.attrs["energy_error"]) < 0.01
