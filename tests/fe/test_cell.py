@@ -223,7 +223,7 @@ def test_no_element_inverts_before_the_end_of_fig_6b(beam, shape, mu):
 @pytest.mark.slow
 @pytest.mark.parametrize(("mu", "T"), [(0.0, 0.00879), (0.2, 0.00941), (0.5, 0.01049)])
 def test_the_medium_mesh_agrees_with_another_program(beam, mu, T):
-    """Torque at .1 rad per pitch, E d^3: another mesher, assembly and contact library gave these, in a mesh as fine; 1.5 %."""
+    """Torque at .1 rad per pitch, E d^3: another mesher, assembly and contact library gave these; 1.5 %."""
     data = facade.cell(beam, mu=mu, to="0.1 rad/pitch", mesh="medium")
     assert data.attrs["mu"] == float(data["mu"])
     assert 10000 < int(data.attrs["mesh"].split()[0]) < 14000
