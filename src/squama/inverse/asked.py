@@ -103,13 +103,13 @@ def _curve(value: Any, context: read.Context, folder: Path) -> list[Goal]:
     path = folder / value
     one, two = (measured.read(path, pitch=p, scales=context.scales, load=context.load) for p in (1.0, 2.0))
     name = files.label(path)
-    seen: dict[float, float] = {}
-    for rate, load in zip(one.rate, one.load, strict=True):
+    seen: dict[float, int] = {}
+    for i, (rate, load) in enumerate(zip(one.rate, one.load, strict=True)):
         if rate < 0 or load < 0:
             message = f"{name}: a twist or torque is below 0; give the loading curve as magnitudes"
             raise InputError(message)
-        if seen.setdefault(float(rate), float(load)) != load:
-            message = f"{name}: the twist {rate:.6g} has two torques; give the loading curve alone"
+        if one.load[j := seen.setdefault(float(rate), i)] != load:
+            message = f"{name}: points {j + 1} and {i + 1} have one twist and two torques; give the loading curve alone"
             raise InputError(message)
     keep = np.flatnonzero((one.rate > 0) & (one.load > 0))
     if keep.size == 0:
