@@ -151,6 +151,9 @@ def _walked(beam: Beam, K: Array, mu: float, values: list[float], points: int, i
         stuck = i in reversals and walk.N > 0 and mu > 0
         for goal, most in _goals(start, stop, values[: i + 1], points, increment, turned=i in reversals):
             if not walk.to(goal, most):
+                if most < increment:
+                    # right after a reversal a longer step may find the way
+                    continue
                 _refuse(walk, stop, most)
             outward = (stop - start) * goal > 0
             branch = "stick" if stuck else "loading" if outward else "unloading"
@@ -304,8 +307,12 @@ def _residual(way: _Way, top: int, increment: float) -> float:
     goals = _goals(at.phi, 0.0, [], max(3, int(abs(at.phi) / increment / 4)), increment, turned=True)
     before = walk.phi, walk.T
     for goal, most in goals:
-        if not walk.to(goal, most) or walk.N == 0:
-            # what opens or jumps does not hold
+        if not walk.to(goal, most):
+            if most < increment:
+                continue
+            # what jumps does not hold
+            return 0.0
+        if walk.N == 0:
             return 0.0
         if walk.T * sign <= 0:
             share = before[1] / (before[1] - walk.T)
