@@ -23,10 +23,10 @@ ROOT = Path(__file__).parents[1]
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 CHANGE = """async ([name, value]) => {
   const slider = document.querySelector(`[data-field=${name}]`), before = squamaView.state;
-  const chart = getElement(Number(document.querySelector('.nicegui-echart').id.slice(1))).chart;
   const drawn = new Promise((done) => { squamaView.onDraw = () => { if (squamaView.state !== before) done(); }; });
-  const plotted = new Promise((done) => { const seen = () => { chart.off('rendered', seen); done(performance.now()); };
-    chart.on('rendered', seen); });
+  const plotted = new Promise((done) => { const seen = new MutationObserver(() => { seen.disconnect();
+    requestAnimationFrame(() => done(performance.now())); });
+    seen.observe(document.querySelector('.plot'), {subtree: true, childList: true, attributes: true}); });
   const start = performance.now();
   slider.value = value;
   slider.dispatchEvent(new Event('input'));

@@ -162,10 +162,14 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
         assert np.log10(factor) == pytest.approx(round(np.log10(factor)), abs=1e-4)
         assert np.allclose(x, r.phi, rtol=1e-5, atol=1e-9)
         assert np.allclose(y, unit * factor * variable.values, rtol=1e-5, atol=1e-9 * abs(y).max())
-        point = next(s for s in options["series"] if s["name"] == "current point")["data"][0]
-        assert point[0] == pytest.approx(now.twist)
-        # the point lies on the curve
-        assert point[1] == pytest.approx(np.interp(now.twist, x, y), rel=2e-3)
+        # the current point lies on the curve
+        left, top = charts.point(now, plot)
+        assert left * options["xAxis"]["max"] == pytest.approx(now.twist, rel=1e-5)
+        assert (1 - top) * options["yAxis"]["max"] == pytest.approx(np.interp(now.twist, x, y), rel=2e-3)
+        assert 0 < top < 1
+    for twist in ("0", "0.05", "0.14", "9"):
+        for plot in charts.PLOTS:
+            assert all(0 <= at <= 1 for at in charts.point(now.change("twist", twist), plot))
 
 
 def test_bending_is_a_mode_of_its_own() -> None:

@@ -25,6 +25,8 @@ class Theme(NamedTuple):
 
 LIGHT = Theme("#1d2125", "#d9dde1", "#14181c", "#c8323c", "#ffffff")
 DARK = Theme("#e8eaed", "#3a4047", "#f4f6f8", "#ff7a80", "#16191d")
+ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
+"""Pixels around the curves; the mark of the current point lies over them."""
 PLOTS = {"torque": "Load", "theta": "Inclination θ", "f": "Friction force f"}
 
 
@@ -53,40 +55,28 @@ def line_options(state: State, plot: str, *, dark: bool) -> dict[str, Any]:
     same = [(i, one) for i, one in enumerate(state.kept) if one.load == state.load]
     own = live.along(state.setting)
     others = [live.along(one.setting) for _, one in same]
-    now = live.motion(state.setting).state(state.twist)
-    every = [own, *others]
-    value = {"torque": now.torque, "theta": float(np.degrees(now.theta)), "f": now.f}[plot]
-    top, right = _top(every, plot, value), max(float(c.load[-1]) for c in every)
-    factor, label = _unit(plot, top, words["load"])
+    right, top, factor = _frame(state, plot)
+    label = _label(plot, factor, words["load"])
     series: list[dict[str, Any]] = []
     for (i, _), curve in zip(same, others, strict=True):
         dashed = {"color": live.COLOURS[i], "width": 1.8, "type": DASHES[i]}
         series.append(_line(f"{live.NAMES[i]}", curve, plot, factor, dashed))
     if plot == "torque":
-        ends = [[0.0, 0.0], [right, own.bare * right * factor]]
+        ends = [[0.0, 0.0], [right / 1.03, own.bare * right / 1.03 * factor]]
         grey = {"color": look.ink, "width": 1, "type": [2, 3], "opacity": 0.6}
         series.append(_series("without contact", ends, grey))
     series.append(_line("this design", own, plot, factor, {"color": look.line, "width": 2.2}))
-    point = {
-        "name": "current point",
-        "type": "scatter",
-        "id": "now",
-        "data": [[_short(now.load), _short(value * factor)]],
-        "symbolSize": 11,
-        "itemStyle": {"color": look.mark, "borderColor": look.page, "borderWidth": 1.5},
-        "z": 10,
-    }
     return {
         "animation": False,
         "aria": {"enabled": True, "label": {"description": f"{label} against {words['axis']}"}},
         "backgroundColor": "transparent",
-        "grid": {"left": 58, "right": 16, "top": 26, "bottom": 36},
+        "grid": dict(ROOM),
         "title": {"text": label, "left": 4, "top": 2, "textStyle": {"color": look.ink, "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
         "legend": _legend(look, plot, [live.NAMES[i] for i, _ in same]),
-        "xAxis": axis(words["axis"], look, nameGap=20, min=0, max=_short(right * 1.03)),
-        "yAxis": axis("", look, max=_short(top * factor * 1.04) or 1, min=0, scale=True),
-        "series": [*series, point],
+        "xAxis": axis(words["axis"], look, nameGap=20, min=0, max=_short(right)),
+        "yAxis": axis("", look, max=_short(top * factor), min=0),
+        "series": series,
     }
 
 
@@ -111,11 +101,32 @@ def _top(curves: list[live.Along], plot: str, value: float) -> float:
     return max([value, *tops])
 
 
-def _unit(plot: str, top: float, load: str) -> tuple[float, str]:
+def _frame(state: State, plot: str) -> tuple[float, float, float]:
+    """Return the ends of the axes (SI, degrees) and the factor to the unit that is shown."""
+    every = [live.along(one.setting) for one in (state, *state.kept) if one.load == state.load]
+    top = 1.04 * _top(every, plot, _now(state, plot)[1])
+    right = 1.03 * max(float(c.load[-1]) for c in every)
+    return right or 1.0, top or 1.0, 1.0 if plot == "theta" else live.prefix(top)[0]
+
+
+def _now(state: State, plot: str) -> tuple[float, float]:
+    """Return load and value of the current point."""
+    now = live.motion(state.setting).state(state.twist)
+    return now.load, {"torque": now.torque, "theta": float(np.degrees(now.theta)), "f": now.f}[plot]
+
+
+def point(state: State, plot: str) -> tuple[float, float]:
+    """Return where the current point lies, from left and top (0 to 1)."""
+    right, top, _ = _frame(state, plot)
+    load, value = _now(state, plot)
+    return load / right, 1 - value / top
+
+
+def _label(plot: str, factor: float, load: str) -> str:
     if plot == "theta":
-        return 1.0, "Inclination θ (deg)"
-    factor, sign = live.prefix(top)
-    return (factor, f"{load} ({sign}N m)") if plot == "torque" else (factor, f"Friction force f ({sign}N)")
+        return "Inclination θ (deg)"
+    sign = {1e-6: "M", 1e-3: "k", 1.0: "", 1e3: "m", 1e6: "\N{MICRO SIGN}"}[factor]
+    return f"{load} ({sign}N m)" if plot == "torque" else f"Friction force f ({sign}N)"
 
 
 def _line(name: str, curve: live.Along, plot: str, factor: float, style: dict[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from squama.web.state import State
 
 WAIT = 0.3
 """Seconds without a change after which the map is computed anew."""
+MOMENT = 0.04
+"""Seconds by which the plots follow the view."""
 
 
 class Explorer:
@@ -24,6 +26,7 @@ class Explorer:
     def __init__(self, state: State, notice: str = "") -> None:
         self.state, self.dark = state, False
         self.map_axes = ("mu", "alpha")
+        self.later: asyncio.TimerHandle | None = None
         self.pending: asyncio.Task[None] | None = None
         self.map_key: map.Key | None = None
         # kept here: what is clicked may be gone before all is drawn
@@ -51,18 +54,18 @@ class Explorer:
                     self.map_ends = ui.element("ul").classes("legend ends")
                     with ui.element("div").classes("cells"):
                         self.map = ui.echart({"series": []})
-                        self.marks = panels.marks()
+                        self.marks = panels.marks(map.ROOM)
                     self.map.props["aria-label"] = "Regime map; a click takes the design under the pointer"
                     self.map.on("componentClick", self.clicked, ["value", "seriesId"])
             self.compared = panels.Compared(self)
         self.say(notice)
         self.draw()
 
-    def _chart(self, options: dict[str, Any]) -> ui.echart:
-        with ui.element("div").classes("plot"):
+    def _chart(self, options: dict[str, Any]) -> tuple[ui.echart, ui.element]:
+        with ui.element("div").classes("plot"), ui.element("div").classes("cells"):
             chart = ui.echart(options, renderer="svg")
-        chart.props["role"] = "img"
-        return chart
+            chart.props["role"] = "img"
+            return chart, panels.marks(charts.ROOM)
 
     # ---- what people do ------------------------------------------------------------------------------------
 
@@ -119,8 +122,8 @@ class Explorer:
         """Draw the plots for a dark or a light page."""
         if dark != self.dark:
             self.dark = dark
+            self.map_key = None
             self.draw_plots()
-            self.draw_map(now=True)
 
     def say(self, words: str) -> None:
         """Show a line above the figures, or take it away."""
@@ -147,26 +150,31 @@ class Explorer:
         self.controls.show(self.state)
         self.outcome.show(self.state)
         self.compared.show(self.state)
-        self.draw_plots()
-        self.draw_map()
+        # the view comes first: plots follow in a moment, once for all changes until then
+        if self.later is None and app.is_started:
+            self.later = asyncio.get_running_loop().call_later(MOMENT, self.draw_plots)
         self.client.run_javascript(f"history.replaceState(null, '', '?{link.query(self.state)}')")
 
     def draw_plots(self) -> None:
-        """Draw the three curves."""
-        for plot, chart in self.plots.items():
+        """Draw the three curves; one whose point alone has moved is not drawn again."""
+        self.later = None
+        colour = charts.theme(dark=self.dark).mark
+        for plot, (chart, place) in self.plots.items():
             options = charts.line_options(self.state, plot, dark=self.dark)
             if options != chart.options:
                 chart._props["options"] = options
                 chart.update()
+            panels.show_marks(place, [map.Mark("", colour, *charts.point(self.state, plot))])
+        self.draw_map()
 
-    def draw_map(self, *, now: bool = False) -> None:
+    def draw_map(self) -> None:
         """Move the mark of the design; compute the map anew where it depends on what has changed."""
         if not set(self.map_axes) <= set(map.axes(self.state.load)):
             self.map_axes = ("mu", "eta")
         self.map_choices(self.state.load, self.map_axes)
         wanted = map.key(self.state, *self.map_axes)
         panels.show_marks(self.marks, map.marks(self.state, wanted))
-        if wanted == self.map_key and not now:
+        if wanted == self.map_key:
             return
         if self.pending is not None:
             self.pending.cancel()

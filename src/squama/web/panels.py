@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from nicegui import ui
@@ -244,14 +244,14 @@ def list_ends(place: ui.element, ends: Sequence[End]) -> None:
         text("li", "(of the tip-side contact alone)")
 
 
-def marks() -> ui.element:
-    """Make the place for the marks over the map."""
-    inset = " ".join(f"{map.ROOM[side]}px" for side in ("top", "right", "bottom", "left"))
+def marks(room: Mapping[str, int]) -> ui.element:
+    """Make the place for the marks over a plot with this room around it."""
+    inset = " ".join(f"{room[side]}px" for side in ("top", "right", "bottom", "left"))
     return ui.element("div").classes("marks").style(f"inset: {inset}").props('aria-hidden="true"')
 
 
 def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
-    """Show the designs where they are on the map."""
+    """Show marks where they belong."""
     old = list(place.default_slot.children)
     if len(old) != len(wanted):
         place.clear()
