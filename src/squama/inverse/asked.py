@@ -119,7 +119,7 @@ def _curve(value: Any, context: read.Context, folder: Path) -> list[Goal]:
         keep = keep[np.linspace(0, keep.size - 1, MOST_POINTS).round().astype(int)]
     scale, weight = float(one.load.max()), 1 / np.sqrt(keep.size)
     made = []
-    for i in keep:
+    for i in keep.tolist():
         rate, load = float(one.rate[i]), float(one.load[i])
         # a column over a length is the same for every pitch, one per pitch or of the whole beam is not
         at = At(rate, 0.0) if one.rate[i] == two.rate[i] else At(0.0, rate)

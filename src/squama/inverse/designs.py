@@ -75,11 +75,11 @@ def inverse_design(
     --------
     >>> import squama
     >>> found = squama.inverse_design(
-    ...     {"target": {"lock": "120 deg total"}, "vary": {"scale.length": ("40 mm", "70 mm")}},
-    ...     beam=squama.Beam.from_ratios(mu=0.3, scales=25),
+    ...     {"target": {"lock": "0.25 rad/pitch"}, "vary": {"scale.length": ("40 mm", "70 mm")}},
+    ...     beam=squama.Beam.from_ratios(mu=0.5),
     ... )
     >>> print(found.met, f"{1e3 * found[0].beam.scale.length:.2f} mm")
-    True 69.49 mm
+    True 57.77 mm
     """
     return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed)
 

@@ -56,7 +56,7 @@ def front_figure(front: xr.Dataset) -> Figure:
     >>> data = {name: ("design", np.arange(3.0), about) for name in ("range", "RED", "lock")}
     >>> front = xr.Dataset(data, attrs={"load": "twisting", "law": "edge", "objectives": []})
     >>> len([ax for ax in front_figure(front).axes if ax.get_xlabel()])
-    3
+    6
     """
     names = [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
     pairs = list(itertools.combinations(names, 2))
