@@ -286,4 +286,5 @@ def test_the_scripts_have_the_same_colours_and_sizes() -> None:
     assert f"const [HEAD, SHAFT, DOT] = [{picture.HEAD}, {picture.SHAFT}, {picture.DOT}]" in scene
     assert f"STEPS = {geometry.STEPS};" in form
     assert f"LONGEST = {geometry.LONGEST};" in form
+    assert f"away *= {look.AWAY};" in scene
     assert all(len(path.read_text(encoding="utf-8").splitlines()) < 350 for path in folder.glob("*.js"))

@@ -29,7 +29,7 @@ LOOK = np.array([-0.75, 0.72, -0.16])
 """From where one looks."""
 FIELD = np.radians(32.0)
 """Angle of view, from the lower to the upper edge of the picture."""
-AWAY = 1.04
+AWAY = 1.1
 """How much farther away one stands than the beam needs."""
 
 

@@ -187,6 +187,6 @@ class Explorer:
         if found is None or self.map.is_deleted:
             return
         self.map_key = wanted
-        panels.list_ends(self.map_ends, map.ends(found))
+        panels.list_ends(self.map_ends, map.ends(found), wanted.load)
         self.map._props["options"] = map.options(wanted, found, dark=self.dark)
         self.map.update()

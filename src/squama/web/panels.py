@@ -233,7 +233,7 @@ def map_choices(page: Explorer) -> Callable[[str, tuple[str, str]], None]:
     return show
 
 
-def list_ends(place: ui.element, ends: Sequence[End]) -> None:
+def list_ends(place: ui.element, ends: Sequence[End], load: str) -> None:
     """Say what the colours of the map mean."""
     place.clear()
     with place:
@@ -241,7 +241,8 @@ def list_ends(place: ui.element, ends: Sequence[End]) -> None:
             with ui.element("li"):
                 ui.element("b").classes("key").style(f"background: {map.COLOURS[end]}")
                 text("span", str(end))
-        text("li", "(of the tip-side contact alone)")
+        if load == "twisting":
+            text("li", "(of the tip-side contact alone)")
 
 
 def marks(room: Mapping[str, int]) -> ui.element:

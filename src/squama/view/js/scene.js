@@ -209,7 +209,7 @@ export class BeamScene {
       const needed = Math.max(Math.abs(q.dot(right)) / this.camera.aspect, Math.abs(q.dot(up)));
       away = Math.max(away, q.dot(back) + needed / slope);
     }
-    away *= 1.04;
+    away *= 1.1;
     this.controls.target.copy(middle);
     this.camera.position.copy(middle).addScaledVector(back, away);
     this.camera.far = 20 * away;
