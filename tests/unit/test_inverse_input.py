@@ -257,7 +257,7 @@ def test_the_command_pareto(folder, capsys):
         ("population = 16", "population = 2.5", "front.population = 2.5: is not a whole number"),
         ("population = 16", "populatoin = 16", "front.populatoin: unknown key; did you mean population?"),
         ("[front]\n", "[target]\n", "target.maximise: unknown key"),
-        ('["12 mm", "25 mm"]', '["40 mm", "50 mm"]', "front: no beam within the bounds has all these figures"),
+        ('["12 mm", "25 mm"]', '["40 mm", "50 mm"]', "front: none of 64 beams within the bounds has all these figures"),
     ],
 )
 def test_mistakes_in_a_front(folder, capsys, old, new, words):

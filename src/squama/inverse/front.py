@@ -94,7 +94,9 @@ def trade(
         raise
     y, values = search(Trade(target, chosen), chosen)
     if not len(y):
-        fail(["front: no beam within the bounds has all these figures and keeps all limits"], target.source)
+        tried = chosen.population * chosen.generations
+        line = f"front: none of {tried} beams within the bounds has all these figures and keeps all limits"
+        fail([f"{line}; widen the bounds, ease the limits, or raise population"], target.source)
     return _dataset(target, chosen, y, values)
 
 
