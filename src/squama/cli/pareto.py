@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -89,6 +90,8 @@ def pareto(
     written: list[Path] = []
     if out is not None:
         wanted = [i for i in dict.fromkeys(picked or range(1, many + 1)) if i <= many]
+        if far := [str(i) for i in picked or () if i > many]:
+            print(f"squama: warning: --pick: the front has {many} designs, no {', '.join(far)}", file=sys.stderr)
         every = inverse.beams(found)
         texts = [_text(files.label(target), found, every[i - 1], i) for i in wanted]
         written += folder.write(out, texts, wanted)
