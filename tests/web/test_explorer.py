@@ -207,6 +207,10 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     before = own.evaluate("squamaView.state.load")
     own.locator("#load").press("ArrowRight")
     assert own.evaluate("squamaView.state.load") > before
+    eye = own.evaluate("squamaView.camera.position.toArray()")
+    own.locator("canvas").press("ArrowLeft")
+    assert own.evaluate("squamaView.camera.position.toArray()") != eye
+    own.locator("canvas").press("Home")
     own.locator("#play").click()
     own.wait_for_timeout(300)
     assert own.evaluate("squamaView.state.load") != before

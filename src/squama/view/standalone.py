@@ -88,7 +88,8 @@ p {{ margin: 0; padding: 0 14px 10px; color: var(--soft); }}
 <script type="importmap">{imports}</script>
 </head>
 <body>
-<div id="stage"><canvas tabindex="0" role="img" aria-label="The beam"></canvas></div>
+<div id="stage"><canvas tabindex="0" role="img"
+  aria-label="{title}. Arrow keys turn, plus and minus zoom, Home resets."></canvas></div>
 <form onsubmit="return false"><button type="button" id="play">Play</button><label for="load" id="name"></label>
 <input type="range" id="load" min="0" step="1"><output id="now"></output>
 <button type="button" id="reset">Reset view</button></form>

@@ -1,11 +1,6 @@
 // The three-dimensional view as a component: it receives design and state, and draws them (squama-view, scene.js).
 import { BeamScene, geometry } from "squama-view";
 
-const KEYS = {
-  ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
-  "+": [0, 0, 1.15], "=": [0, 0, 1.15], "-": [0, 0, 1 / 1.15],
-}; // prettier-ignore
-
 export default {
   props: { design: Object, state: Object, words: String, arrows: Boolean },
   emits: ["dark"],
@@ -58,10 +53,7 @@ export default {
       this.$emit("dark", dark);
     },
     key(event) {
-      if (event.key === "Home") this.reset();
-      else if (event.key in KEYS) this.beam.orbit(...KEYS[event.key]);
-      else return;
-      event.preventDefault();
+      if (this.beam?.key(event.key)) event.preventDefault();
     },
     reset() {
       this.beam?.reset();

@@ -13,6 +13,12 @@ const MOST = 64; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
 const [HEAD, SHAFT, DOT] = [0.13, 0.042, 0.07];
 
+// turns around and over (rad) and zooms by key
+const KEYS = {
+  ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
+  "+": [0, 0, 1.15], "=": [0, 0, 1.15], "-": [0, 0, 1 / 1.15],
+}; // prettier-ignore
+
 export class BeamScene {
   constructor(canvas, { onDraw } = {}) {
     this.canvas = canvas;
@@ -229,6 +235,14 @@ export class BeamScene {
     this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(ball));
     this.controls.update();
     this.request();
+  }
+
+  // Do what a key stands for; say whether it stands for something.
+  key(name) {
+    if (name === "Home") this.reset();
+    else if (name in KEYS) this.orbit(...KEYS[name]);
+    else return false;
+    return true;
   }
 
   resize(width, height) {

@@ -44,6 +44,7 @@ const resize = () => beam.resize(find("stage").clientWidth, find("stage").client
 slider.max = states.length - 1;
 slider.addEventListener("input", () => show(Number(slider.value)));
 find("play").addEventListener("click", toggle);
+canvas.addEventListener("keydown", (event) => beam.key(event.key) && event.preventDefault());
 find("reset").addEventListener("click", () => beam.reset());
 find("name").textContent = data.angle;
 find("end").textContent = `${data.end}: ${data.sentence}`;
