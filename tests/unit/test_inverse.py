@@ -263,3 +263,26 @@ def test_what_has_no_effect_stays_and_is_named():
     found = find({"lock": "120 deg total"}, vary)
     assert found.notes == ("substrate.youngs_modulus has no effect on what is asked",)
     assert {d.beam.substrate.youngs_modulus for d in found.designs} == {1.5e6}
+
+
+@pytest.mark.parametrize(("seed", "law"), [(0, "edge"), (1, "plate"), (5, "edge")])
+def test_four_figures_of_a_random_beam_are_met_together(seed, law):
+    rng = np.random.default_rng(seed)
+    while True:
+        sizes = {name: float(rng.uniform(*span)) for name, span in (("length", (0.03, 0.08)), ("alpha", (0.5, 1.2)))}
+        truth = BEAM.replace(pitch=float(rng.uniform(0.012, 0.025)), scale=sizes, friction={"mu": 0.3})
+        r = squama.twist(truth, law=law, points=3)
+        if squama.End(r.end.item()).locks:
+            break
+    phi = 0.3 * float(r.phi_e) + 0.7 * float(r.phi_end)
+    torque = float(squama.twist(truth, law=law, at=phi / truth.pitch)["T"][0])
+    asked = {
+        "lock": f"{float(r.phi_end)!r} rad/pitch",
+        "engagement": f"{float(r.phi_e)!r} rad/pitch",
+        "points": [{"twist": f"{phi!r} rad/pitch", "torque": torque}],
+        "RED": float(r.RED_c),
+    }
+    vary = {**VARY, "scale.alpha": ("28 deg", "70 deg"), "scale.theta0": ("5 deg", "25 deg"), "friction.mu": (0.1, 0.5)}
+    found = find(asked, vary, limits={"edge": False}, law=law, starts=1024)
+    assert found.met
+    assert max(abs(goal.difference / goal.asked) for goal in found[0].goals) < 1e-9
