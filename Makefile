@@ -141,7 +141,7 @@ mutants: .venv/.dev ## plant one error at a time and show that the tests catch i
 	$(RUN) tests/mutants/run.py
 
 .PHONY: bench
-bench: .venv/.dev ## how fast it is; writes docs/benchmarks.md
+bench: .venv/.dev browser ## how fast it is; writes docs/benchmarks.md
 	export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	$(RUN) benchmarks/table.py
 	$(PYTEST) benchmarks/ --benchmark-only
