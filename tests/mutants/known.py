@@ -34,6 +34,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "model/energy.py": ("unit/test_energy.py", REFERENCE[1], "unit/test_response.py", PROPERTIES[4]),
     "model/neighbours.py": (*REFERENCE, "unit/test_ends.py", PROPERTIES[4], *PROPERTIES[:3]),
     "model/plates.py": ("unit/test_plates.py", REFERENCE[1], "unit/test_ends.py", PROPERTIES[2]),
+    "model/history.py": ("unit/test_history.py", "unit/test_cycle.py", "properties/test_cycles.py"),
+    "model/row.py": ("unit/test_row.py",),
     "model/section.py": ("unit/test_section_joint.py",),
     "model/joint.py": ("unit/test_section_joint.py", PROPERTIES[5], "unit/test_design.py"),
 }
@@ -103,6 +105,27 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/bending.py", "q=1.0,"): {
         "1.0 -> 2.0": "there is no root of the contact condition in bending; nothing reads it"
+    },
+    ("model/history.py", "h = 1e-4 * (b - a)"): {
+        "1e-4 -> (1e-4 * 1.1)": "the step of an estimate, as in model/energy.py",
+        "* -> /": "as above: only how far a pole is stretched to",
+    },
+    ("model/row.py", "slip = np.sqrt((V * V).sum(axis=0) + 1e-30)"): {
+        "1e-30 -> (1e-30 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+    },
+    ("model/history.py", "SAMPLES = 1025"): {"*": _TUNING},
+    ("model/history.py", "_DEEP = 0.5"): {"0.5 -> (0.5 * 1.1)": _TUNING},
+    ("model/history.py", "_ROUNDS = 4"): {"4 -> (4 * 2 + 1)": _TUNING},
+    ("model/history.py", "return [int(i) + 1 for i in np.flatnonzero(steps[1:] * steps[:-1] < 0)]"): {
+        "* -> /": "they are 1 or -1",
+        "0 -> 1": "as above: the products are 1 or -1",
+    },
+    ("model/history.py", "if (b - a) * (value - b) > 0:"): {
+        "* -> /": "the same sign; b is never the value here",
+    },
+    ("model/history.py", "elif (value - a) * (b - a) <= 0:"): {"* -> /": "the same sign; a is never b"},
+    ("model/history.py", "del stack[-2:]"): {
+        "2 -> 1": "a is taken off in the next round, where it is no turning point any more",
     },
     ("model/energy.py", "TOLERANCE = 1e-11"): {"*": _TUNING},
     ("model/energy.py", "NODES = 64"): {"*": _TUNING},

@@ -10,6 +10,8 @@ from squama.errors import InputError
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)  # the paper's Fig. 6b
 WIDE = squama.Beam.from_ratios()  # of its Fig. 6a
+# both have alpha = 45 deg, where sine and cosine are one number
+SLANTED = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, alpha="30 deg")
 K, D = BEAM.joint_stiffness, BEAM.pitch
 
 
@@ -74,7 +76,8 @@ def forces_on_row(beam, thetas, rates, phi, N, mu):
 
 
 @pytest.mark.parametrize(
-    ("beam", "scales", "mu", "to"), [(BEAM, 5, 0.4, 0.2), (WIDE, 7, 0.0, 0.15), (WIDE, 4, 0.3, 0.25)]
+    ("beam", "scales", "mu", "to"),
+    [(BEAM, 5, 0.4, 0.2), (WIDE, 7, 0.0, 0.15), (WIDE, 4, 0.3, 0.25), (SLANTED, 4, 0.3, 0.25)],
 )
 def test_every_scale_is_in_balance_and_the_torque_is_that_of_the_forces(beam, scales, mu, to):
     r = squama.row(beam, scales=scales, mu=mu, to=f"{to} rad/pitch", points=400)
