@@ -114,3 +114,36 @@ def test_the_torque_falls_all_through_the_stick_interval():
     slope = (s._replace(mu=m + h).forces(pt, 1).torque - s._replace(mu=m - h).forces(pt, 1).torque) / (2 * h)
     D = -(pt.M_N + m * pt.M_f)
     assert slope == pytest.approx(-(pt.theta - d.theta0) * pt.M_N * pt.slip_rate / (pt.load_rate * D * D), rel=1e-8)
+
+
+def valleys(*centres, floor=-1e-6):
+    """Parabolas narrower than the samples' distance; the lowest counts."""
+    h = 1 / (history.SAMPLES - 1)
+
+    def f(x):
+        y = np.min([((np.asarray(x) - c * h) / h) ** 2 for c in centres], axis=0) + floor
+        return y if np.ndim(x) else float(y)
+
+    return f, h
+
+
+@pytest.mark.parametrize("share", [-0.45, -0.3, -0.1, 0.1, 0.3, 0.45])
+def test_a_valley_between_two_samples_is_found(share):
+    f, h = valleys(500 + share)
+    assert history.last_below(f, 0.0, 1.0) == pytest.approx((500 + share + 1e-3) * h, abs=1e-8)
+
+
+def test_of_several_valleys_the_last_counts():
+    for centres in ((100.2, 500.3), (100.2, 300.4, 500.3), (100.2, 300.4, 400.1, 500.3)):
+        f, h = valleys(*centres)
+        assert history.last_below(f, 0.0, 1.0) == pytest.approx((500.3 + 1e-3) * h, abs=1e-8)
+
+
+@pytest.mark.parametrize("floor", [1e-6, 0.02])
+def test_a_valley_above_zero_is_none(floor):
+    f, _ = valleys(100.2, 500.3, floor=floor)
+    assert history.last_below(f, 0.0, 1.0) is None
+    # beside one that is below
+    g, h = valleys(100.2)
+    both = history.last_below(lambda x: np.minimum(f(x), g(x)) if np.ndim(x) else min(f(x), g(x)), 0.0, 1.0)
+    assert both == pytest.approx((100.2 + 1e-3) * h, abs=1e-8)
