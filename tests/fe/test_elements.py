@@ -121,7 +121,7 @@ def test_gauss_points_integrate_polynomials_of_degree_five():
 
 
 def test_a_tetrahedron_that_is_crushed_at_one_corner_resists(solid):
-    """Middle nodes that move towards a corner crush the element there: to .03 of its volume (.13 seen at four points)."""
+    """Middle nodes that move towards a corner crush the element there, to .03 of its volume (.13 at four points)."""
     nodes = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     pairs = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
     nodes = np.concatenate([nodes, nodes[pairs].mean(axis=1)])
