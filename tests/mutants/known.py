@@ -89,6 +89,8 @@ _ROUNDING = "a threshold between rounding and what counts: nothing lies between 
 _ZERO = "a zero that only gives the shape"
 _OUT_OF_REACH = "looks at one neighbour more, which cannot be reached"
 _SIGN = "the solver takes brackets of either sign"
+_WIDER = "a bracket wider by a sample holds the same valley or crossing"
+_MORE = "looks into more valleys between samples than it must"
 _NOTHING = "there is no work: whatever the series is stretched over, its terms are zero"
 
 EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
@@ -112,6 +114,23 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/row.py", "slip = np.sqrt((V * V).sum(axis=0) + 1e-30)"): {
         "1e-30 -> (1e-30 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+    },
+    ("model/history.py", "bottom = _bottom(f, float(x[i - 1]), float(x[i + 1]))"): {
+        "1 -> 2": _WIDER,
+        "1 -> 2 #2": _WIDER,
+    },
+    ("model/history.py", "return bracketed(lambda v: float(f(v)), float(x[i + 1]), bottom)"): {"1 -> 2": _WIDER},
+    ("model/history.py", "return bracketed(lambda v: float(f(v)), float(x[first + 1]), float(x[first]))"): {
+        "1 -> 2": _WIDER,
+    },
+    ("model/history.py", "bottom = middle - (right - left) ** 2 / (8 * (right + left - 2 * middle))"): {
+        "- -> + #2": _MORE,
+        "- -> + #3": _MORE,
+        "2 -> 1 #2": _MORE,
+    },
+    ("model/history.py", "dip = (middle <= left) & (middle < right) & (bottom < _DEEP * middle)"): {
+        "* -> /": _MORE,
+        "& -> | #2": _MORE,
     },
     ("model/history.py", "SAMPLES = 1025"): {"*": _TUNING},
     ("model/history.py", "_DEEP = 0.5"): {"0.5 -> (0.5 * 1.1)": _TUNING},
