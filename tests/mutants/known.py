@@ -132,6 +132,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "* -> /": _MORE,
         "& -> | #2": _MORE,
     },
+    ("model/history.py", "return np.asarray(i[i > first + 1])"): {
+        "+ -> -": "a valley at the last sample below zero ends at the same crossing",
+    },
     ("model/history.py", "SAMPLES = 1025"): {"*": _TUNING},
     ("model/history.py", "_DEEP = 0.5"): {"0.5 -> (0.5 * 1.1)": _TUNING},
     ("model/history.py", "_ROUNDS = 4"): {"4 -> (4 * 2 + 1)": _TUNING},
