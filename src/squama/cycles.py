@@ -23,10 +23,8 @@ from squama.symbols import SYMBOLS
 if TYPE_CHECKING:
     import xarray as xr
 
-STRAIGHT = 4
-"""A straight part has this many times fewer points than a part in contact."""
-MOST = 1_000_000
-"""Most points of a history."""
+STRAIGHT, MOST = 4, 1_000_000
+"""A straight part has this many times fewer points than a part in contact; most points of a history."""
 BRANCHES = ("straight", "loading", "unloading", "stick")
 _ALONG = ("branch", "leg", "theta", "N", "f", "p", "U_el", "W_fr")
 _KEPT = (*_ALONG, "end", "other_contact", "neighbour", "sense", "W_d", "U_max", "zeta_eq", "K_sec")
