@@ -1,4 +1,4 @@
-"""A million beams within their tolerances, statistics included, and Sobol indices; processor time on standard output."""
+"""A million beams within their tolerances, statistics included, and Sobol indices; CPU time on standard output."""
 
 from __future__ import annotations
 

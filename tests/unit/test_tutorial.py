@@ -43,12 +43,17 @@ def run(tmp_path, monkeypatch):
 def test_the_tutorial_runs_and_prints_what_it_shows(run):
     notebook, do = run
     done = do(notebook)
-    for shown, now in zip(printed(notebook), printed(done), strict=True):
-        # the same words, and numbers that round to the same but for the last digit
-        assert NUMBER.sub("#", now) == NUMBER.sub("#", shown)
-        for a, b in zip(NUMBER.findall(now), NUMBER.findall(shown), strict=True):
-            digits = len(b.partition(".")[2]) if "e" not in b and "." in b else 0
-            assert float(a) == pytest.approx(float(b), rel=1e-5, abs=2.0 * 10.0 ** -min(digits, 6))
+    shown, now = printed(notebook), printed(done)
+    assert [NUMBER.sub("#", text) for text in now] == [NUMBER.sub("#", text) for text in shown]
+    designed = next(i for i, text in enumerate(shown) if text.startswith("1: l ="))
+    # where the search ends among designs of equal merit may depend on the machine, all before it does not
+    for before, after in zip(shown[:designed], now[:designed], strict=True):
+        for a, b in zip(NUMBER.findall(after), NUMBER.findall(before), strict=True):
+            last = 10.0 ** -len(b.partition(".")[2])
+            assert float(a) == pytest.approx(float(b), abs=1.01 * last)
+    locks = re.findall(r"frictional lock at (\S+) deg", "".join(now[designed:]))
+    assert len(locks) >= 2
+    assert [float(lock) for lock in locks] == pytest.approx([120.0] * len(locks), abs=1.3)
     pictures = [c for c in done.cells if any("image/png" in o.get("data", {}) for o in c.get("outputs", []))]
     assert len(pictures) == 2
 
