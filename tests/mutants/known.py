@@ -134,7 +134,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/history.py", "return np.asarray(i[i > first + 1])"): {
         "+ -> -": "a valley at the last sample below zero ends at the same crossing",
-        "1 -> 2": "the sample beside the last one below zero is above it: no valley is between",
     },
     ("model/history.py", "x = np.linspace(a, b, 33)"): {"33 -> (33 * 2 + 1)": _TUNING},
     ("model/history.py", "SAMPLES = 1025"): {"*": _TUNING},

@@ -134,7 +134,7 @@ def test_a_valley_between_two_samples_is_found(share):
 
 
 def test_of_several_valleys_the_last_counts():
-    for centres in ((100.2, 500.3), (100.2, 300.4, 500.3), (100.2, 300.4, 400.1, 500.3)):
+    for centres in ((100.2, 500.3), (498, 500.3), (100.2, 300.4, 500.3), (100.2, 300.4, 400.1, 500.3)):
         f, h = valleys(*centres)
         assert history.last_below(f, 0.0, 1.0) == pytest.approx((500.3 + 1e-3) * h, abs=1e-8)
 
