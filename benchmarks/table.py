@@ -216,17 +216,18 @@ of the plates and labels the answer as well, which makes 2 to 2.5 ms. `benchmark
 
 Evaluations per design, estimated: {full} of the whole kernel ({full_parts}) and {roots} of the contact condition
 alone ({root_parts}). Most designs are settled by one coarse look and one Gauss rule and never leave their block
-of lanes. Designs are taken in the order of their reach and of a guess of how far they go, since all lanes of a block wait
-for the slowest. An evaluation takes 3.5 ns in a loop of its own, about twice its share of the roofline: long chains of
-operations, and divisions beside them, leave the units idle. The rest of the time goes to what is kept of the samples to
-show that nothing hides between them, to handing results out, and to the designs that are gathered anew, some 40 % for one
-reason or another: folded paths (13 % with the edge law, and the dearest), ends that need closer samples (5 %), paths that
-another neighbour may end (10 %), work that needs other nodes.
+of lanes. Designs are taken in the order of their reach and of a guess of how far they go, since all lanes of a
+block wait for the slowest. An evaluation takes 3.5 ns in a loop of its own, about twice its share of the
+roofline: long chains of operations, and divisions beside them, leave the units idle. The rest of the time goes to
+what is kept of the samples to show that nothing hides between them, to handing results out, and to the designs
+that are gathered anew, some 40 % for one reason or another: folded paths (13 % with the edge law, and the
+dearest), ends that need closer samples (5 %), paths that another neighbour may end (10 %), work that needs other
+nodes.
 
-The numpy engine makes a pass over memory for every operation, about 120 per evaluation of the kernel, and needs 90
-evaluations and 112 of the contact condition alone per design (counted, edge law). At 0.3 to 0.6 ns a pass and element,
-whatever the size of the blocks, its target would leave less than half of them: only fewer evaluations or operations in one
-pass, which is what the compiled engine is, would reach it.
+The numpy engine makes a pass over memory for every operation, about 120 per evaluation of the kernel, and needs
+90 evaluations and 112 of the contact condition alone per design (counted, edge law). At 0.3 to 0.6 ns a pass and
+element, whatever the size of the blocks, its target would leave less than half of them: only fewer evaluations or
+operations in one pass, which is what the compiled engine is, would reach it.
 """
 
 
