@@ -134,7 +134,7 @@ def test_a_valley_between_two_samples_is_found(share):
 
 
 def test_of_several_valleys_the_last_counts():
-    for centres in ((100.2, 500.3), (498, 500.3), (100.2, 300.4, 500.3), (100.2, 300.4, 400.1, 500.3)):
+    for centres in ((100.2, 500.3), (100.2, 300.4, 500.3), (100.2, 300.4, 400.1, 500.3)):
         f, h = valleys(*centres)
         assert history.last_below(f, 0.0, 1.0) == pytest.approx((500.3 + 1e-3) * h, abs=1e-8)
 
@@ -147,3 +147,13 @@ def test_a_valley_above_zero_is_none(floor):
     g, h = valleys(100.2)
     both = history.last_below(lambda x: np.minimum(f(x), g(x)) if np.ndim(x) else min(f(x), g(x)), 0.0, 1.0)
     assert both == pytest.approx((100.2 + 1e-3) * h, abs=1e-8)
+
+
+def test_a_valley_two_samples_beyond_what_is_below_zero():
+    f, h = valleys(500.3)
+
+    def g(x):
+        y = np.minimum(5 * (np.asarray(x) / h - 498) - 1e-6, f(x))
+        return y if np.ndim(x) else float(y)
+
+    assert history.last_below(g, 0.0, 1.0) == pytest.approx((500.3 + 1e-3) * h, abs=1e-8)
