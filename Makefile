@@ -132,7 +132,7 @@ docs: .venv/.dev ## the documentation, in docs/_build/html
 	$(RUN) -m sphinx -q -W --keep-going -b html -d docs/_build/doctrees docs docs/_build/html
 
 .PHONY: verify
-verify: .venv/.dev ## the long checks: slow tests, then the planted errors
+verify: .venv/.dev browser fig6b ## the long checks: stored results of elements anew, slow tests, then the planted errors
 	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable -m slow tests
 	$(RUN) tests/mutants/run.py
 
