@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -29,6 +30,8 @@ SYMBOL = {
     "critical_mu": "Friction that locks at engagement",
 }
 """Labels of the objectives."""
+LINE = 30
+"""Letters in a line of an axis label; the panels are narrow."""
 DECADES = 30.0
 """An objective that spans more than this factor has a logarithmic axis."""
 
@@ -104,7 +107,7 @@ def _panel(figure: Figure, ax: Axes, front: xr.Dataset, x: str, y: str, by: str 
         word = "larger" if front[name].attrs["objective"] == "max" else "smaller"
         at = f" at {front[name].attrs['at']}" if "at" in front[name].attrs else ""
         end = f"\n{word} is better" if axis == "x" else ""
-        getattr(ax, f"set_{axis}label")(f"{SYMBOL.get(name, name)}{at}{end}")
+        getattr(ax, f"set_{axis}label")(textwrap.fill(f"{SYMBOL.get(name, name)}{at}", LINE) + end)
     ax.grid(color="0.9", linewidth=0.5)
     if by is not None:
         bar = figure.colorbar(drawn, ax=ax, location="top", aspect=30, pad=0.02)
