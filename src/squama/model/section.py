@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 # sum of 1 / n^5 over odd n = 31/32 zeta(5)
 _ODD_FIFTH_POWERS = 31 / 32 * 1.0369277551433699263
 
@@ -75,9 +73,12 @@ def torsion_constants(width: Any, thickness: Any) -> Any:
 
     Examples
     --------
+    >>> import numpy as np
     >>> torsion_constants(np.array([32.0, 16.0]), 16.0).round()
     array([29974.,  9213.])
     """
+    import numpy as np  # a single beam does without it
+
     first = np.real(width) >= np.real(thickness)
     a, b = np.where(first, width, thickness), np.where(first, thickness, width)
     total = _ODD_FIFTH_POWERS
