@@ -212,6 +212,21 @@ A curve of 200 points, warm: the solved path with all its variables takes 0.8 to
 evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` looks for every other contact
 of the plates and labels the answer as well, which makes 2 to 2.5 ms. `benchmarks/test_curve.py` measures all three.
 
+## Fits, designs, tolerances and the explorer
+
+Measured one after the other on two free cores; imports and compiled code loaded.
+
+| what | figure | by |
+|---|---|---|
+| fit of a loop, 202 points, 3 parameters | 0.03 s CPU | `benchmarks/test_fit.py` |
+| design for a lock (4096 starts screened, 36 refined) | 0.5 s CPU | `benchmarks/test_design.py` |
+| design for five goals that contradict each other | 2.8 s CPU | `benchmarks/test_design.py` |
+| front of 20 000 evaluations | 3.5 to 4.2 s, one thread | `squama.pareto("examples/front.toml")` |
+| 1 048 576 beams within their tolerances, with all statistics | 1.0 to 1.3 s CPU | `benchmarks/test_uncertainty.py` |
+| Sobol indices of 8 tolerances, 40 960 beams | 3.1 s CPU | `benchmarks/test_uncertainty.py` |
+| explorer, from slider to picture in Chromium, median of 30 | 108 to 123 ms | `benchmarks/test_explorer.py` |
+| the same, to the plots | 142 to 189 ms | `benchmarks/test_explorer.py` |
+
 ## What limits the compiled engine
 
 Evaluations per design, estimated: {full} of the whole kernel ({full_parts}) and {roots} of the contact condition
