@@ -15,7 +15,8 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.study import stored, sweep
+from squama.errors import InputError
+from squama.study import cluster, stored, sweep
 
 pytest.importorskip("distributed")
 
@@ -170,3 +171,16 @@ def test_a_worker_with_other_versions_writes_nothing(place, monkeypatch):
     ):
         sweep.one_tile("map.zarr", (0,))
     assert contents("map.zarr") == before
+
+
+def test_a_call_that_the_scheduler_does_not_take_means_that_it_has_gone(monkeypatch):
+    """The client may try to call before it has seen that its own line is cut."""
+
+    class Cut:
+        def nthreads(self):
+            message = "timed out trying to connect to tcp://127.0.0.1:1 after 30 s"
+            raise OSError(message)
+
+    monkeypatch.setattr("distributed.as_completed", list)
+    with pytest.raises(InputError, match="^dask: the scheduler has gone; start it and run the same command again"):
+        cluster.run(Cut(), lambda *_: True, Path("map.zarr"), iter([(0, 0)]), lambda *_: None, lambda: False)

@@ -158,13 +158,17 @@ def run(
     """
     distributed: Any = import_module("distributed")
     killed: type[Exception] = import_module("distributed.scheduler").KilledWorker
+    gone: type[Exception] = distributed.comm.CommClosedError
 
     store = str(path.absolute())
     running: dict[Any, Tile] = {}
     queue = distributed.as_completed()
 
     def fill() -> None:
-        ahead = max(2, 2 * sum(found.nthreads().values()))
+        try:
+            ahead = max(2, 2 * sum(found.nthreads().values()))
+        except OSError as error:  # a call that is not taken, while the client has not seen yet that its own line is cut
+            raise gone from error
         while len(running) < ahead and not stopped() and (tile := next(tiles, None)) is not None:
             future = found.submit(task, store, tile, pure=False)
             running[future] = tile
@@ -181,6 +185,6 @@ def run(
                 raise InputError(message) from None
             finished(tile, wrote)
             fill()
-    except (CancelledError, distributed.comm.CommClosedError):
+    except (CancelledError, gone):
         message = "dask: the scheduler has gone; start it and run the same command again, finished tiles are kept"
         raise InputError(message) from None
