@@ -182,5 +182,5 @@ def test_a_call_that_the_scheduler_does_not_take_means_that_it_has_gone(monkeypa
             raise OSError(message)
 
     monkeypatch.setattr("distributed.as_completed", list)
-    with pytest.raises(InputError, match="^dask: the scheduler has gone; start it and run the same command again"):
+    with pytest.raises(InputError, match="the scheduler has gone; start it"):
         cluster.run(Cut(), lambda *_: True, Path("map.zarr"), iter([(0, 0)]), lambda *_: None, lambda: False)
