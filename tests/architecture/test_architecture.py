@@ -17,7 +17,7 @@ import squama
 ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 LAYERS = (
-    ("errors", "_version", "symbols", "unit_table", "interrupt"),
+    ("errors", "_version", "symbols", "unit_table", "interrupt", "needs"),
     ("units", "files", "tabular", "beamfile", "matrixfile"),
     ("model",),
     ("checks", "engines", "derivatives"),

@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 import squama
+from squama import needs
 from squama.errors import InputError, SquamaError
-from squama.fabrication import facade, formats, measure, needs, step
+from squama.fabrication import facade, formats, measure, step
 from squama.fabrication.mesh import TRIANGLES, Mesh
 from squama.fabrication.recipe import BENCH, block
 
@@ -258,18 +259,26 @@ def test_bad_arguments(tmp_path, arguments, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_package_that_is_missing_is_named(monkeypatch):
-    with pytest.raises(
-        InputError, match=r"solids need no_such_kernel; install it with: pip install 'squama\[export\]'"
-    ):
-        needs.need("no_such_kernel")
-
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("manifold3d", "solids need manifold3d; install it with: pip install 'squama[export]'"),
+        ("trimesh", "solids need trimesh; install it with: pip install 'squama[export]'"),
+        ("networkx", "solids need networkx; install it with: pip install 'squama[export]'"),
+        ("lxml", "solids need lxml; install it with: pip install 'squama[export]'"),
+        ("build123d", "STEP files need build123d; install it with: pip install 'squama[step]'"),
+        ("netgen.occ", "finite elements need netgen-mesher; install them with: pip install 'squama[fe]'"),
+        ("ipctk", "finite elements need ipctk; install them with: pip install 'squama[fe]'"),
+    ],
+)
+def test_a_package_that_is_missing_is_named(monkeypatch, module, words):
     def missing(name):
         raise ImportError(name)
 
     monkeypatch.setattr(needs, "import_module", missing)
-    with pytest.raises(InputError, match=r"STEP files need build123d; install it with: pip install 'squama\[step\]'"):
-        needs.need("build123d")
+    with pytest.raises(InputError) as caught:
+        needs.need(module)
+    assert str(caught.value) == words
 
 
 def test_step_files_in_millimetres(tmp_path):

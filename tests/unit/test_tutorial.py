@@ -3,6 +3,7 @@
 import copy
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -60,7 +61,7 @@ def test_the_tutorial_runs_and_prints_what_it_shows(run):
 
 def test_the_tutorial_tells_no_place_of_this_machine():
     text = NOTEBOOK.read_text()
-    assert "/home/" not in text
-    assert "/root/" not in text
+    for place in (ROOT, Path.home(), Path(sys.prefix)):
+        assert len(place.parts) == 1 or str(place) not in text
     assert '"output_type": "error"' not in text
     assert '"name": "stderr"' not in text

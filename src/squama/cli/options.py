@@ -138,13 +138,18 @@ def read_overrides(settings: Iterable[str]) -> dict[str, dict[str, Any]]:
 
 def check_outputs(options: Options, inputs: Iterable[str]) -> list[str]:
     """Look at every output path before any work; return one line per mistake."""
+    wanted: list[tuple[str, tuple[str, ...]]] = [(path, PLOTS) for path in options.plot]
+    wanted += [(path, (ext,)) for path, ext in ((options.csv, ".csv"), (options.netcdf, ".nc")) if path is not None]
+    return check_places(wanted, inputs)
+
+
+def check_places(wanted: Iterable[tuple[str, tuple[str, ...]]], inputs: Iterable[str]) -> list[str]:
+    """Look at paths, each with the endings it may have, that are to be written; return one line per mistake."""
     from squama.files import label
     from squama.store import check_place
 
     problems = Problems()
     seen = {Path(path).resolve(): "is read too" for path in inputs}
-    wanted: list[tuple[str, tuple[str, ...]]] = [(path, PLOTS) for path in options.plot]
-    wanted += [(path, (ext,)) for path, ext in ((options.csv, ".csv"), (options.netcdf, ".nc")) if path is not None]
     for path, allowed in wanted:
         with problems.caught():
             check_place(path, allowed)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.cli.options import Problems, flag, read_number, read_overrides
+from squama.cli.options import Problems, check_places, flag, read_number, read_overrides
 from squama.errors import InputError
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def view(
             checks.one_of(f"--{name}", value, allowed)
     if not out:
         problems.lines.append("--out: is not given; write e.g. -o beam.png, beam.gif or beam.html")
-    problems.lines += _places(out, beam)
+    problems.lines += check_places([(path, picture.FORMATS) for path in out], [beam])
     with problems.caught():
         if any(path.lower().endswith(".html") for path in out):
             three.find()
@@ -102,25 +102,6 @@ def _frames(text: str) -> int:
         message = f"--frames = {text}: is not a whole number; write e.g. 36"
         raise InputError(message)
     return int(value)
-
-
-def _places(out: tuple[str, ...], beam: str) -> list[str]:
-    """Look at the output paths; return one line per mistake."""
-    from squama.files import label
-    from squama.store import check_place
-    from squama.view.picture import FORMATS
-
-    problems = Problems()
-    seen = {Path(beam).resolve(): "is read too"}
-    for path in out:
-        with problems.caught():
-            check_place(path, FORMATS)
-            place = Path(path).resolve()
-            if place in seen:
-                message = f"{label(path)}: {seen[place]}; give the output another name"
-                raise InputError(message)
-            seen[place] = "is given twice"
-    return problems.lines
 
 
 def _asked(text: str, load: str, beam: Beam) -> float:

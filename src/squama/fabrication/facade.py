@@ -20,9 +20,9 @@ from squama.fabrication import plan as plans
 from squama.fabrication import solids as made
 from squama.fabrication import step as steps
 from squama.fabrication.measure import Check
-from squama.fabrication.needs import need
 from squama.fabrication.place import Plan
 from squama.fabrication.solids import PARTS, Item
+from squama.needs import need
 
 if TYPE_CHECKING:
     from squama.design import Beam

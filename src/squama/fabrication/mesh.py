@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squama.errors import SquamaError
-from squama.fabrication.needs import need
 from squama.fabrication.recipe import QUADS, Array, Recipe
+from squama.needs import need
 
 Index = NDArray[np.int64]
 

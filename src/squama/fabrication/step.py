@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from squama.errors import SquamaError
-from squama.fabrication.needs import need
 from squama.fabrication.recipe import QUADS, Array, Recipe
+from squama.needs import need
 
 VOLUME = 1e-6
 """Largest relative difference of a volume from the closed form."""

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.fe.needs import need
 from squama.fe.plate import CORNERS, EDGES, FACES, Array, Helix
+from squama.needs import need
 
 DHAT = 1e-4
 """Distance within which scales push each other off, pitches."""

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.fe.needs import need
+from squama.needs import need
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from squama.errors import InputError
 from squama.fe.geometry import Geometry
-from squama.fe.needs import need
+from squama.needs import need
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -35,6 +35,15 @@ def flat(c: Cells) -> Cells:
     return Cells._make([*(column(v) for v in c[:-1]), sizes])
 
 
+def harmless(c: Cells, good: Array) -> Cells:
+    """Return columns in which rows that are no beam stand for something that can be computed."""
+    if np.count_nonzero(good) == good.size:
+        return c
+    fill = {"eta": 2.0, "lam": 0.5, "alpha": 0.5, "theta0": 0.2, "mu": 0.2}
+    safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}
+    return Cells(**safe, sizes=c.sizes)
+
+
 def evaluate(
     c: Cells,
     moved: Sequence[Cells],

@@ -8,7 +8,7 @@ import numpy as np
 
 from squama.errors import InputError
 from squama.inverse import read
-from squama.inverse.figures import evaluate, follow, touched
+from squama.inverse.figures import evaluate, follow, harmless, touched
 from squama.inverse.limits import LIMITS, Sizes, law_rooms
 from squama.inverse.schema import FrontTable
 from squama.inverse.target import Target
@@ -174,15 +174,6 @@ class Trade:
                 column = np.log(np.where(good, column, 1.0))  # noqa: PLW2901
             columns.append(-o.sense * np.where(good, column, 0.0))
         return np.stack(columns, axis=1)
-
-
-def harmless(c: Cells, good: Array) -> Cells:
-    """Return columns in which rows that are no beam stand for something that can be computed."""
-    if np.count_nonzero(good) == good.size:
-        return c
-    fill = {"eta": 2.0, "beta": 1.0, "lam": 0.5, "alpha": 0.5, "theta0": 0.2, "mu": 0.2}
-    safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}
-    return Cells(**safe, sizes=c.sizes)
 
 
 def dominated(values: Array, by: Array) -> Array:

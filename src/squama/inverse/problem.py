@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.inverse.figures import evaluate
+from squama.inverse.figures import evaluate, harmless
 from squama.inverse.goals import residual
 from squama.inverse.limits import LIMITS, Sizes, law_rooms
 from squama.inverse.target import Target
@@ -69,7 +69,7 @@ class Problem:
         moved = self.space.moved(y) if slopes else []
         good = valid(c)
         # rows that are no beam are computed as something harmless and then ruled out
-        safe = c if good.all() else _harmless(c, good)
+        safe = harmless(c, good)
         every = evaluate(safe, moved, [*self.inside, *self.wants], self.target.options, plates=plates)
         at = len(self.inside)
         found = every._replace(values=every.values[at:], slopes=every.slopes[at:])
@@ -167,19 +167,3 @@ class Problem:
         s = Sizes.of(c, self.space.beam.scales, self.space.load, rate)
         rooms = {name: LIMITS[name].room(s, value) for name, value in self.target.limits.items()}
         return rooms | law_rooms(s, self.target.laws)
-
-
-def _harmless(c: Cells, good: Array) -> Cells:
-    fill = {
-        "eta": 2.0,
-        "beta": 1.0,
-        "lam": 0.5,
-        "alpha": 0.5,
-        "theta0": 0.2,
-        "mu": 0.2,
-        "K": 1.0,
-        "rigidity": 1.0,
-        "d": 1.0,
-    }
-    safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}
-    return Cells(**safe, sizes=c.sizes)

@@ -1,0 +1,33 @@
+"""Packages of the extras, imported where they are needed and asked for where they are missing."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from squama.errors import InputError
+
+_PACKAGES = {"netgen": "netgen-mesher"}
+_EXTRAS = {"build123d": "step", **dict.fromkeys(("lxml", "manifold3d", "networkx", "trimesh"), "export")}
+_WORDS = {
+    "fe": "finite elements need {}; install them with",
+    "export": "solids need {}; install it with",
+    "step": "STEP files need {}; install it with",
+}
+
+
+def need(module: str) -> Any:
+    """Import a module that comes with an extra of the package.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        top = module.split(".", maxsplit=1)[0]
+        extra = _EXTRAS.get(top, "fe")
+        message = f"{_WORDS[extra].format(_PACKAGES.get(top, top))}: pip install 'squama[{extra}]'"
+        raise InputError(message) from None
