@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -16,7 +17,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 SCREENS = ROOT / "out" / "screens"
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-READY = "window.squamaView && window.squamaView.state && window.squamaView.contacts"
+READY = """window.squamaView && squamaView.state && squamaView.contacts && location.search.length > 10
+  && [0, 1, 2].every((i) => squamaTest.chart(i)?.getOption().series.length)"""
+HELPERS = """window.squamaTest = {
+  chart: (i) => getElement(Number(document.querySelectorAll('.nicegui-echart')[i]?.id.slice(1)))?.chart,
+  curve: (i) => squamaTest.chart(i).getOption().series.find((s) => s.name === 'this design').data }"""
 
 
 def chromium() -> str:
@@ -65,6 +70,7 @@ class Visit:
         self.complaints: list[str] = []
         self.requests: list[str] = []
         self.page = context.new_page()
+        self.page.add_init_script(HELPERS)
         self.page.set_default_timeout(60_000)
         self.page.on("console", lambda m: self.complaints.append(m.text) if m.type in ("error", "warning") else None)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
@@ -94,15 +100,14 @@ class Visit:
 
     def until_chart(self, i: int, what: str) -> None:
         """Wait until something holds with ``options``, those of the i-th plot."""
-        element = f"getElement(Number(document.querySelectorAll('.nicegui-echart')[{i}].id.slice(1)))"
-        self.until(f"(() => {{ const options = {element}.chart.getOption(); return {what}; }})()")
+        self.until(f"(() => {{ const options = squamaTest.chart({i}).getOption(); return {what}; }})()")
 
-    def chart(self, i: int, what: str) -> object:
-        """Evaluate with ``chart``, the i-th ECharts instance of the page."""
-        script = f"(() => {{ const element = document.querySelectorAll('.nicegui-echart')[{i}];"
-        return self.page.evaluate(
-            script + f" const chart = getElement(Number(element.id.slice(1))).chart; return {what}; }})()"
-        )
+    def eventually(self, see: Callable[[], object], wanted: object) -> None:
+        """Wait until something seen is what is wanted: plots and fields follow the view, on a busy machine late."""
+        last = time.monotonic() + 60
+        while (seen := see()) != wanted and time.monotonic() < last:
+            self.page.wait_for_timeout(50)
+        assert seen == wanted
 
     def shot(self, name: str, *, full: bool = False) -> None:
         """Keep a picture of the page, to be looked at."""

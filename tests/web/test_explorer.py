@@ -8,15 +8,16 @@ import pytest
 
 import squama
 
+MESH = "[...squamaView.scales.instanceMatrix.array]"
 
-def curve(page, i: int = 0) -> list:
-    return page.chart(i, "chart.getOption().series.find((s) => s.name === 'this design').data")
+
+def curve(page, i: int) -> list:
+    return page.page.evaluate("squamaTest.curve", i)
 
 
 def test_the_page_opens_with_the_example_and_draws_it(visit) -> None:
     page = visit()
     page.until_chart(3, "options.series.length > 0")
-    page.page.wait_for_timeout(300)
     page.shot("light")
     assert page.page.title() == "squama explorer"
     assert page.state()["name"] == "sliding"
@@ -34,28 +35,26 @@ def test_the_page_opens_with_the_example_and_draws_it(visit) -> None:
 
 def test_a_slider_moves_curve_mesh_and_address(visit) -> None:
     page = visit()
-    mesh = "[...squamaView.scales.instanceMatrix.array]"
-    before = page.state(), curve(page), page.page.evaluate(mesh), page.page.url
+    eta, seen = page.state()["eta"], [curve(page, 0), page.page.evaluate(MESH), page.page.url]
     slider = page.slider("eta")
     slider.focus()
     slider.press("ArrowRight")
-    page.until(f"squamaView.design.eta !== {before[0]['eta']}")
-    page.page.wait_for_function("(url) => location.href !== url", arg=before[3])
-    after = page.state(), curve(page), page.page.evaluate(mesh), page.page.url
-    assert after[0]["eta"] == pytest.approx(before[0]["eta"] + 0.075, abs=1e-3)
-    assert all(a != b for a, b in zip(after, before, strict=True))
+    page.until(f"squamaView.design.eta !== {eta}")
+    after = page.state()["eta"]
+    assert after == pytest.approx(eta + 0.075, abs=1e-3)
+    for i, what in enumerate(("squamaTest.curve(0)", MESH, "location.href")):
+        page.page.wait_for_function(f"(seen) => JSON.stringify({what}) !== JSON.stringify(seen)", arg=seen[i])
     # the dimension follows the ratio
-    assert float(page.number("length").input_value()) == pytest.approx(20 * after[0]["eta"])
+    page.eventually(lambda: float(page.number("length").input_value()), pytest.approx(20 * after))
     slider = page.slider("mu")
     slider.focus()
     slider.press("PageUp")
     page.until("squamaView.state.mu > 0.4")
     # torque and friction of the page are those of the package
-    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": after[0]["eta"] * 0.02})
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": after * 0.02})
     r = squama.twist(beam, mu=page.state()["mu"], points=140)
-    page.page.wait_for_timeout(100)
-    last = curve(page, 1)[-1]
-    assert last == pytest.approx([r.phi.values[-1], r.theta.values[-1] * 57.29577951], rel=1e-5)
+    last = [r.phi.values[-1], r.theta.values[-1] * 57.29577951]
+    page.eventually(lambda: curve(page, 1)[-1], pytest.approx(last, rel=1e-5))
 
 
 def test_dragging_ends_at_the_last_value(visit) -> None:
@@ -67,17 +66,15 @@ def test_dragging_ends_at_the_last_value(visit) -> None:
     for i in range(30, 100, 2):
         mouse.move(box["x"] + i / 100 * box["width"], box["y"] + box["height"] / 2)
     mouse.up()
-    page.until("squamaView.state.name === 'locked'")
-    page.page.wait_for_timeout(300)
-    assert page.state()["name"] == "locked"
-    assert float(page.number("twist").input_value()) > 0.16
-    assert "its last state" in page.page.locator(".sentence").inner_text()
+    page.eventually(lambda: float(page.number("twist").input_value()), pytest.approx(0.181))
+    assert page.slider("twist").input_value() == "1"
+    page.eventually(lambda: page.state()["name"], "locked")
+    page.eventually(lambda: "its last state" in page.page.locator(".sentence").inner_text(), True)
     page.shot("locked")
 
 
 def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None:
     page = visit()
-    page.page.wait_for_function("location.search.length > 10")
     before = page.state(), page.page.url
     for name, text, words in (
         ("eta", "0", "more than 0"),
@@ -104,22 +101,24 @@ def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None
 def test_a_click_on_the_map_takes_its_design(visit) -> None:
     page = visit()
     page.until_chart(3, "options.series.length > 0")
-    at = page.chart(3, "chart.convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [27, 10])")
-    box = page.page.locator(".nicegui-echart").nth(3).bounding_box()
+    at = page.page.evaluate("squamaTest.chart(3).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [27, 10])")
     page.page.locator(".nicegui-echart").nth(3).scroll_into_view_if_needed()
     box = page.page.locator(".nicegui-echart").nth(3).bounding_box()
     page.page.mouse.click(box["x"] + at[0], box["y"] + at[1])
     page.until("squamaView.state.mu === 1.5")
-    assert float(page.number("mu").input_value()) == pytest.approx(1.5)
-    assert float(page.number("alpha").input_value()) == pytest.approx(2 + 78 * 10 / 28, abs=1e-4)
+    page.eventually(lambda: float(page.number("mu").input_value()), pytest.approx(1.5))
+    page.eventually(lambda: float(page.number("alpha").input_value()), pytest.approx(2 + 78 * 10 / 28, abs=1e-4))
+
+    def place() -> tuple[float, float]:
+        mark = page.page.locator(".marks b").last.bounding_box()
+        return mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2
+
     # the mark lies where the click was
-    mark = page.page.locator(".marks b").last.bounding_box()
-    place = mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2
-    assert place == pytest.approx((box["x"] + at[0], box["y"] + at[1]), abs=1.5)
+    page.eventually(place, pytest.approx((box["x"] + at[0], box["y"] + at[1]), abs=1.5))
     # other axes
     page.page.locator(".axes select").first.select_option("eta")
     page.until_chart(3, "options.xAxis[1].max > 7")
-    assert page.page.locator(".ends li").count() > 1
+    page.eventually(lambda: page.page.locator(".ends li").count() > 1, True)
 
 
 def test_a_link_restores_everything(visit) -> None:
@@ -132,16 +131,16 @@ def test_a_link_restores_everything(visit) -> None:
     page.page.locator(".controls .choice select").nth(1).select_option("plate")
     page.page.wait_for_function("location.search.includes('law=plate') && location.search.includes('keep=')")
     page.until("squamaView.design.law === 'plate' && Math.abs(squamaView.state.load - 0.1) < 1e-9")
-    page.page.wait_for_timeout(200)
+    page.page.wait_for_function("location.search.includes('twist=0.1') && location.search.includes('alpha=50')")
     other = visit(page.page.url.partition("?")[1] + page.page.url.partition("?")[2])
     assert other.state() == page.state()
-    assert other.number("alpha").input_value() == "50"
-    assert other.page.locator(".compared tbody tr").count() == 2
+    other.eventually(lambda: other.number("alpha").input_value(), "50")
+    other.eventually(lambda: other.page.locator(".compared tbody tr").count(), 2)
     other.shot("compared")
     for query in ("?scale.length=5", "?<b>x</b>=1"):
         page = visit(query)
         notice = page.page.locator(".notice")
-        assert "The link cannot be used" in notice.inner_text()
+        notice.get_by_text("The link cannot be used").wait_for()
         assert page.state()["eta"] == 3
 
 
@@ -157,8 +156,8 @@ def test_up_to_three_designs_are_compared(visit) -> None:
     page.page.locator("[data-do=keep]").click()
     page.page.locator(".notice.shown").wait_for()
     assert "3 designs are kept" in page.page.locator(".notice").inner_text()
-    names = page.chart(0, "chart.getOption().series.map((s) => s.name)")
-    assert {"A", "B", "C", "this design"} <= set(names)
+    names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
+    page.until_chart(0, names)
     page.page.set_viewport_size({"width": 1280, "height": 1100})
     page.page.wait_for_timeout(400)
     page.shot("three")
@@ -172,13 +171,13 @@ def test_bending_is_shown_too(visit) -> None:
     page = visit()
     page.page.locator(".controls .choice select").nth(0).select_option("bending")
     page.until("squamaView.design.kind === 'bending'")
-    assert page.page.locator(".choice", has_text="Force law").is_hidden()
-    assert "Moment" in page.page.locator(".outcome dl").inner_text()
+    page.page.locator(".choice", has_text="Force law").wait_for(state="hidden")
+    page.page.locator(".outcome dl", has_text="Moment").wait_for()
     page.page.wait_for_timeout(800)
     page.shot("bending")
     page.page.locator(".controls .choice select").nth(0).select_option("twisting")
     page.until("squamaView.design.kind === 'twisting'")
-    assert page.page.locator(".choice", has_text="Force law").is_visible()
+    page.page.locator(".choice", has_text="Force law").wait_for()
 
 
 def test_files_are_handed_out(visit, tmp_path) -> None:
@@ -212,8 +211,7 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     assert own.evaluate("squamaView.camera.position.toArray()") != eye
     own.locator("canvas").press("Home")
     own.locator("#play").click()
-    own.wait_for_timeout(300)
-    assert own.evaluate("squamaView.state.load") != before
+    own.wait_for_function("(before) => squamaView.state.load !== before", arg=before)
     own.locator("#play").click()
     own.screenshot(path=page.place("alone"))
     assert complaints == []

@@ -91,10 +91,10 @@ def test_dark_pages_are_dark(visit) -> None:
     page = visit(color_scheme="dark")
     page.until("document.body.classList.contains('body--dark')")
     page.until_chart(0, "options.title[0].textStyle.color === '#e8eaed'")
-    page.page.wait_for_timeout(700)
+    page.until("squamaView.scene.background.getHexString() === '16191d'")
+    page.until("getComputedStyle(document.body).backgroundColor === 'rgb(22, 25, 29)'")
+    page.until_chart(3, "options.series.length > 0")
     page.shot("dark")
-    assert page.page.evaluate("squamaView.scene.background.getHexString()") == "16191d"
-    assert page.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 25, 29)"
     page.page.locator("[data-do=dark]").click()
     page.until("!document.body.classList.contains('body--dark')")
     page.until("squamaView.scene.background.getHexString() === 'f7f7f5'")
