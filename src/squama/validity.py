@@ -132,7 +132,7 @@ def _meets(ratios: dict[str, float]) -> bool:
     """Whether the tip of a thin plate comes to rest on the side edge of the next one; alpha below 0: sense "-"."""
     eta, beta, lam, alpha, theta0 = ratios.values()
     shape = math.sin(alpha), math.cos(alpha), eta, beta, lam
-    r = twisting.root(math.tan(theta0 / 2), *shape)
+    r = twisting.root(math.sin(theta0), math.cos(theta0), *shape)
     if r.q2 < 0 or r.H + math.sqrt(r.q2) <= 0:
         return False
     c = twisting.contact(r, math.sqrt(r.q2), *shape)

@@ -12,7 +12,7 @@ import squama
 from properties.designs import balance, each, follow, many, mirrored
 from squama.errors import InputError
 from squama.model import energy, neighbours
-from squama.model.paths import FLOAT, FoldedTwist, Twist
+from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Twist
 
 groups = pytest.mark.parametrize(
     ("columns", "sense", "law"),
@@ -119,7 +119,9 @@ def test_engagement_of_each_neighbour_is_a_contact_on_both_edges(sense: int) -> 
     first = np.full(4000, np.inf)
     for k in range(1, 11):
         c = squama.contact(columns["theta0"], **alone, sense="+" if sense > 0 else "-", neighbour=k)
-        phi = neighbours.engagement(row._replace(k=float(k)))
+        with np.errstate(all="ignore"):
+            on, phi = neighbours.engages(row._replace(k=float(k)), ARRAY)
+        phi = np.where(on, phi, np.inf)
         clear = np.minimum.reduce([abs(abs(c.p) - columns["beta"]), abs(c.s), abs(c.s - columns["eta"])]) > 1e-9
         want = np.where(c.on_edges & (c.phi > 0), c.phi, np.inf)
         assert np.isfinite(want).sum() > (20 if k < 7 else -1)

@@ -1,12 +1,14 @@
-"""One root on plain floats, against SciPy's Brent."""
+"""One root on plain floats, against SciPy's Brent, and many in lock-step."""
 
 import math
 import random
 
+import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from squama.model.bracket import bracketed
+from squama.model.solve import STILL, first_zero
 
 FUNCTIONS = {
     "power": lambda x, c, w, k: (x - c) ** k,
@@ -42,3 +44,42 @@ def test_ends_that_are_roots_and_brackets_that_hold_none():
     assert math.isfinite(bracketed(lambda x: math.nan if x > 0.7 else 1 - 2 * x, 0.0, 1.0))
     with pytest.raises(ValueError, match="no change of sign"):
         bracketed(lambda x: x + 3, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_many_lanes_at_once_are_as_good_as_one(known):
+    dice = np.random.default_rng(5)
+    n = 3000
+    c, w, k = (
+        dice.uniform(-1, 1, n) * 10.0 ** dice.uniform(-12, 3, n),
+        10.0 ** dice.uniform(-8, 2, n),
+        dice.choice([1, 3], n),
+    )
+    a, b = c - w * dice.uniform(0.1, 3, n), c + w * dice.uniform(0.1, 3, n)
+    asked = []
+
+    def f(x, c, w, k):
+        asked.append(x.size)
+        return -(np.sinh(np.clip((x - c) / w, -20, 20)) ** k)
+
+    seen = (f(a, c, w, k), f(b, c, w, k), np.full(n, np.nan), np.full(n, np.nan)) if known else None
+    x = first_zero(f, a, b, (c, w, k), seen)
+    one = [bracketed(lambda v, i=i: float(f(np.array([v]), c[i], w[i], k[i])[0]), a[i], b[i]) for i in range(0, n, 10)]
+    # the last step at most where the zero is simple, as it is of every margin; less closely where it is threefold
+    far = abs(x - c) / abs(c)
+    assert far[k == 1].max() <= STILL
+    assert np.all(abs(x - c)[k == 3] <= 1e-6 * (b - a)[k == 3])
+    assert abs(x[::10] - one) == pytest.approx(0, abs=1e-9)
+    # lanes that are done are left out
+    assert sum(asked[:200]) < 60 * n
+
+
+def test_lanes_without_a_change_of_sign_and_lanes_that_start_at_their_zero():
+    def f(x, c):
+        return np.where(x > c + 0.5, np.nan, c - x)
+
+    c = np.array([0.3, 2.0, 0.0, -1.0, 0.9])
+    x = first_zero(f, np.zeros(5), np.ones(5), (c,))
+    assert x[[0, 4]] == pytest.approx([0.3, 0.9], rel=1e-15)
+    assert x[2] == 0
+    assert np.isnan(x[[1, 3]]).all()

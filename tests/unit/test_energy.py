@@ -12,7 +12,7 @@ from oracle.path import path_end
 from oracle.vectors import MP, Design
 from oracle.work import red, work
 from squama.errors import ValidityWarning
-from squama.model import energy
+from squama.model import energy, rules
 from squama.model.paths import FLOAT, Twist
 from squama.model.solve import scalar
 
@@ -191,10 +191,35 @@ def test_the_number_of_nodes_grows_until_the_work_is_exact(monkeypatch: pytest.M
         assert series.coefficients.size > 9
         assert float(series(stop[0])) == pytest.approx(w, rel=1e-9, abs=0)
         assert energy.works(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-9, abs=0)
-    monkeypatch.setattr(energy, "MOST_NODES", 8)
+        assert energy.in_parts(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-10, abs=0)
+    # rules with too few nodes: the path is taken in parts, and those in parts again
+    monkeypatch.setattr(rules, "LEGENDRE_SIZES", (3, 5))
+    few = rules.legendre_rules.__wrapped__()
+    monkeypatch.setattr(energy, "legendre_rules", lambda: few)
+    for (mu, stop, pole), w in zip(cases, want, strict=True):
+        assert energy.works(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-9, abs=0)
+    monkeypatch.setattr(energy, "DEPTH", 1)
+    monkeypatch.setattr(energy, "PARTS", 2)
     rough = energy.works(row, x0, cases[0][1], cases[0][2], 0.5 * one, "edge")[0]
     assert rough == pytest.approx(want[0], rel=0.1)
     assert rough != pytest.approx(want[0], rel=1e-11)
+
+
+@pytest.mark.parametrize("margin", [0.3, 0.01, 1e-4])
+def test_the_rule_for_a_path_cut_before_its_pole(margin: float) -> None:
+    """Fourteen nodes do what the series does, and few do for what the others are asked for."""
+    one = np.ones(1)
+    for law in ("edge", "plate"):
+        row = Twist(
+            3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
+        )
+        x0, main = row.theta0, {"eta": 3, "beta": 1.25, "lam": 0.45, "alpha": math.pi / 4, "theta0": math.radians(10)}
+        end = squama.solve(**main, mu=0.5, law=law).theta_end * one
+        stop = x0 + (1 - margin) * (end - x0)
+        want = energy.work(scalar(row), x0[0], stop[0], end[0], 0.5, law)(stop[0])
+        got = energy.works(row, x0, stop, end, 0.5 * one, law, margin)[0]
+        assert got == pytest.approx(want, rel=1e-12)
+        assert energy.works(row, x0, stop, end, 0.5 * one, law)[0] == pytest.approx(want, rel=1e-12)
 
 
 def test_no_work_before_the_path_starts() -> None:

@@ -92,6 +92,18 @@ def test_recorded_designs(law: str) -> None:
         ({"beta": 0.01, "alpha": 0.05, "lam": 2.0}, "no engagement"),
         ({"alpha": np.radians(5), "mu": 0.1}, "off tip edge"),
         ({"eta": 3.641775, "beta": 2.659367, "lam": 1.065016, "alpha": 0.038242, "theta0": 0.523658}, "released"),
+        # neighbour 4 comes in, and goes, well between two of the five samples of the quick look
+        (
+            {
+                "eta": 1.53076017,
+                "beta": 2.90128356,
+                "lam": 0.05809257,
+                "alpha": 0.71168567,
+                "theta0": 0.55392178,
+                "mu": 1.2,
+            },
+            "other contact",
+        ),
         # so many neighbours within reach that the path is left to the numpy engine
         ({"eta": 60.0}, None),
     ],

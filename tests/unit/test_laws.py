@@ -46,7 +46,7 @@ def test_the_plate_law_misses_virtual_work_and_the_edge_law_does_not(mu: float) 
 def test_moments_are_those_of_the_forces(law: str, degrees: float) -> None:
     theta = math.radians(degrees)
     ratios = (math.sin(MAIN["alpha"]), math.cos(MAIN["alpha"]), 3.0, 1.25, 0.45)
-    r = twisting.root(math.tan(theta / 2), *ratios)
+    r = twisting.root(math.sin(theta), math.cos(theta), *ratios)
     c = twisting.contact(r, math.sqrt(r.q2), *ratios)
     m = laws.LAWS[law](c, 3.0, math.sqrt)
     v = slips(FP, RIGID, theta, 2 * math.atan(c.u))

@@ -31,7 +31,7 @@ DESIGNS = [
 def kernel(theta: Any, d: Design, branch: int = 0, ctx: Any = math) -> tuple[Any, twisting.Root, twisting.Contact]:
     """Ratios, root and contact of a design, executed with the numbers of `ctx`."""
     ratios = (d.sense * ctx.sin(d.alpha), ctx.cos(d.alpha), d.eta, d.beta, d.lam)
-    r = twisting.root(ctx.tan(theta / 2), *ratios)
+    r = twisting.root(ctx.sin(theta), ctx.cos(theta), *ratios)
     q = ctx.sqrt(r.q2)
     return ratios, r, twisting.contact(r, -q if branch else q, *ratios)
 
@@ -136,8 +136,8 @@ def test_numba_compiles_the_same_source() -> None:
     plate, edge = numba.njit(laws.plate), numba.njit(laws.edge)
 
     @numba.njit
-    def compiled(t, sa, ca, eta, beta, lam, sign):
-        r = root(t, sa, ca, eta, beta, lam)
+    def compiled(sn, cs, sa, ca, eta, beta, lam, sign):
+        r = root(sn, cs, sa, ca, eta, beta, lam)
         c = contact(r, sign * sqrt(r.q2), sa, ca, eta, beta, lam)
         return r, c, plate(c, eta, sqrt), edge(c, eta, np.sqrt)
 
@@ -145,7 +145,7 @@ def test_numba_compiles_the_same_source() -> None:
         d, theta = Design.of(*numbers).floats(), math.radians(degrees)
         ratios, r, c = kernel(theta, d, branch)
         want = (*r, *c, *laws.plate(c, d.eta, math.sqrt), *laws.edge(c, d.eta, math.sqrt))
-        parts = compiled(math.tan(theta / 2), *ratios, -1.0 if branch else 1.0)
+        parts = compiled(math.sin(theta), math.cos(theta), *ratios, -1.0 if branch else 1.0)
         got = [v for part in parts for v in part]
         np.testing.assert_allclose(got, want, rtol=1e-14)
 

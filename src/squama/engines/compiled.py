@@ -15,10 +15,10 @@ from squama.engines import Problem, Solved
 from squama.engines import numpy as plain
 from squama.engines.compiled_entry import ready, solve_all
 from squama.engines.compiled_first import ANSWER, ELASTIC, FOLD_AT, PARAMETER, RED, WORK
-from squama.engines.compiled_rules import legendre_rules, pole_rules
 from squama.model import energy
-from squama.model.ends import FOLDED_STEPS, STEPS
 from squama.model.paths import FoldedTwist, Twist
+from squama.model.rules import legendre_rules, pole_rules
+from squama.model.scan import FOLDED_STEPS, STEPS
 from squama.model.solve import Array
 
 __all__ = ["ready", "run"]
@@ -40,7 +40,7 @@ def run(p: Problem, threads: int | None = None) -> Solved:
     designs = tuple(np.ascontiguousarray(v) for v in p[:7])
     out, code, neighbour = np.empty((ANSWER, n)), np.empty(n, np.int8), np.empty(n, np.int64)
     # made once, before the threads ask for them
-    rules = (*pole_rules(p.margin), *legendre_rules())
+    rules = (*pole_rules(p.margin)[:2], *legendre_rules()[:2])
 
     def answer(low: int) -> None:
         solve_all(
@@ -76,11 +76,11 @@ def _take(p: Problem, index: Array) -> Problem:
 
 
 def _works(p: Problem, out: Array, code: Array, neighbour: Array) -> Array:
-    """Frictional work of designs whose paths all fold or all do not, by the numpy engine's rule."""
+    """Frictional work, part by part, of designs whose paths all fold or all do not."""
     sa, ca = np.sin(p.alpha) * (1 if p.sense == "+" else -1), np.cos(p.alpha)
     k, x0, x_end, theta_f = neighbour.astype(float), p.theta0, out[PARAMETER], out[FOLD_AT]
     row: Twist | FoldedTwist = Twist(p.eta, p.beta, p.lam, sa, ca, p.theta0, k)
     if theta_f[0] > 0:
         row, x0 = FoldedTwist(p.eta, p.beta, p.lam, sa, ca, p.theta0, theta_f, k), -np.sqrt(theta_f - p.theta0)
     x_c = energy.cutoff(row, x0, x_end, np.isin(code, plain.LOCKS), p.margin)
-    return energy.works(row, x0, x_c, energy.pole(row, x_end, p.mu, p.law, x0), p.mu, p.law)
+    return energy.in_parts(row, x0, x_c, energy.pole(row, x_end, p.mu, p.law, x0), p.mu, p.law)

@@ -6,7 +6,7 @@ import math
 
 from squama.engines import compiled_lanes as lanes
 from squama.engines import compiled_lines as others
-from squama.engines.compiled_ends import LEFT, SAFETY
+from squama.engines.compiled_ends import LEFT
 from squama.engines.compiled_kernel import compiled, inlined
 from squama.engines.compiled_lanes import (
     BEST,
@@ -29,15 +29,11 @@ from squama.engines.compiled_lanes import (
     W,
     X,
 )  # fmt: skip
-from squama.model.neighbours import FOLDED_SAMPLES, SAMPLES
+from squama.model.neighbours import AWAY, CLEAR, FOLDED_CLEAR, FOLDED_SAMPLES, NEAR, SAMPLES
 from squama.model.solve import Array
 
 FAR = 32
 """Neighbours that are looked for here; designs that reach farther are left to the numpy engine."""
-NEAR = 7
-"""Neighbours from which on the quick look is not made."""
-CLEAR, FOLDED_CLEAR = 5, 13
-"""Samples that show for most designs that no other neighbour comes near."""
 
 
 @compiled
@@ -117,7 +113,7 @@ def _away(w: Array, j: float, past: int, s: int) -> None:
         now, before, last = others.line(w, i, j), w[past + i], w[past + W + i]
         w[past + i], w[past + W + i] = now, before
         high = max(now, before, last)
-        away = (high < -SAFETY * abs(now - 2 * before + last)) | (s < 2) | (w[S0 + i] < j)
+        away = (high < -AWAY * abs(now - 2 * before + last)) | (s < 2) | (w[S0 + i] < j)
         w[OK + i] = w[OK + i] if away else 0.0
 
 

@@ -14,13 +14,14 @@ from squama.engines.compiled_kernel import OPTIONS, lines
 from squama.engines.compiled_lanes import CARRIED, ROWS, SCRATCH, W
 from squama.engines.compiled_order import order
 from squama.engines.compiled_table import EVENTS, TABLE, answer, choose, cross, follow, solve, work
-from squama.model import energy, laws, mechanics, neighbours, paths, twisting
+from squama.model import energy, laws, mechanics, neighbours, paths, rules, twisting
+from squama.model import solve as roots
 from squama.model.solve import Array
 
 
 def _sources() -> str:
     """Digest of everything that is compiled, for Numba looks at the file of the outermost function only."""
-    parts = [energy, laws, mechanics, neighbours, paths, twisting]
+    parts = [energy, laws, mechanics, neighbours, paths, roots, rules, twisting]
     files = sorted([*Path(__file__).parent.glob("compiled*.py"), *(Path(str(m.__file__)) for m in parts)])
     return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
 

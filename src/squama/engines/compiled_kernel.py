@@ -200,7 +200,7 @@ def larger(a: float, b: float) -> float:
 OPS = Ops(sqrt, sin, cos, tan, atan, larger)
 
 for _f in (
-    twisting.root, twisting.contact, mechanics.forces, energy.beyond,
+    twisting.root, twisting.contact, mechanics.forces, mechanics.pressed, energy.beyond,
     neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.meeting, neighbours.within,
 ):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)

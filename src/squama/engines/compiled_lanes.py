@@ -14,7 +14,7 @@ from squama.engines.compiled_kernel import OPS, compiled, decay, edge, inlined, 
 from squama.model import twisting
 from squama.model.mechanics import forces
 from squama.model.paths import FoldedTwist, Twist
-from squama.model.solve import Array
+from squama.model.solve import STILL, Array
 
 W = 32
 """Lanes of a block."""
@@ -28,8 +28,6 @@ FEW, CARRIED = 15, 22
 """Rows that travel between a block and the table of all designs: without the bracket, and with it."""
 TURNED = math.radians(179)
 """Largest inclination looked at (``ends.half_turn``)."""
-STILL = 1e-13
-"""Relative step of an interpolation after which no further one is made: its own error is far smaller."""
 X, LOW, QQ, T, OK, BEST, LOADE = (W * n for n in range(22, 29))
 THETA, LOAD, D, FORCE, TORQUE, STATE, RATE, TIP, SIDE, TURN = (W * n for n in range(29, 39))
 S0, S1, S2, P1, P2, R1, R2, COS, SIN, COSJ, SINJ, H, HALF, LEAN, SN = (W * n for n in range(39, 54))

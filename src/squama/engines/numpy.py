@@ -8,13 +8,17 @@ from squama.engines import Problem, Solved
 from squama.model import energy, mechanics
 from squama.model.outcome import CODES, End
 from squama.model.solution import solve_bending, solve_twisting
-from squama.model.solve import point
+from squama.model.solve import point, take
 
-LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
+FRICTIONAL = CODES.index(End.FRICTIONAL)
+LOCKS = (FRICTIONAL, CODES.index(End.KINEMATIC))
 
 
 def run(p: Problem) -> Solved:
     """Answer every design of a problem."""
+    # memory that was asked for and given back at once: from then on the C library keeps blocks of that size for the
+    # next request, instead of returning them to the system and having them cleared again
+    np.empty(1 << 21)
     if p.load == "bending":
         sol = solve_bending(p.eta, p.theta0, p.mu)
     else:
@@ -36,8 +40,10 @@ def run(p: Problem) -> Solved:
         )
         f0[index] = np.where(moved, f.f * p.eta[index], 0.0)
         torque[index] = np.where(moved, f.torque, 0.0)
-        pole = energy.pole(t.row, t.x_end, mu, p.law, t.x0)
-        work[index] = energy.works(t.row, t.x0, x_c, pole, mu, p.law)
+        pole, away = t.x_end.copy(), np.flatnonzero(~energy.ends_at_pole(t.row, t.x_end, t.code == FRICTIONAL))
+        if away.size:
+            pole[away] = energy.pole(take(t.row, away), t.x_end[away], mu[away], p.law, t.x0[away])
+        work[index] = energy.works(t.row, t.x0, x_c, pole, mu, p.law, p.margin)
     elastic = (p.ratio * load_c**2 + (theta_c - p.theta0) ** 2) / 2
     total = elastic + work
     red = np.divide(work, total, out=np.zeros(n), where=total > 0)

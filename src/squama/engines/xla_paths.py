@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.model import energy, mechanics, neighbours
-from squama.model.ends import _COARSE, _COINCIDE, _SAFETY, STEPS, half_turn
+from squama.model.ends import _COINCIDE, half_turn
 from squama.model.neighbours import SAMPLES
 from squama.model.outcome import CODES, End
 from squama.model.paths import TWIST_ENDS, Ops, Twist
+from squama.model.scan import _COARSE, _SAFETY, STEPS
 
 PATIENCE = 24
 """Steps of the root solver after which the designs that have not converged are handed over."""

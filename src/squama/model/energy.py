@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import functools
 import warnings
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama.errors import ValidityWarning
-from squama.model.mechanics import Row, forces
+from squama.model.mechanics import Row, forces, pressed
 from squama.model.paths import ARRAY, FoldedTwist, Ops
+from squama.model.rules import Rules, legendre_rules, pole_rules
 from squama.model.solve import BLOCK, Array, blocks, point, take
 
 TOLERANCE = 1e-11
@@ -23,6 +25,8 @@ TOLERANCE = 1e-11
 NODES = 64
 FEW_NODES = 24
 MOST_NODES = 2048
+PARTS, DEPTH = 16, 6
+"""Parts into which y is cut where the integrand is too sharp for one rule, and how often."""
 
 
 class Series(NamedTuple):
@@ -71,6 +75,14 @@ def beyond(D1: Any, D0: Any, h: Any, ops: Ops) -> Any:
     return h / ops.larger((D0 - D1) / D1, 1e-7)
 
 
+def ends_at_pole(row: Any, x_end: Array, friction: Array) -> Array:
+    """Whether the friction force has its pole at the end of each path, whose cut-off is a fraction of x before it.
+
+    On a folded path whose frictional lock comes before the fold the cut-off is a fraction of the inclination instead.
+    """
+    return np.asarray(friction & ((x_end > 0) | (not isinstance(row, FoldedTwist))))
+
+
 def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Array:
     """Path parameters at which the work up to a lock is cut off; the end itself where the path does not lock.
 
@@ -90,31 +102,98 @@ def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Ar
     return np.asarray(np.where(locks, x_c, x_end))
 
 
-def works(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: str) -> Array:
-    """Frictional work W_fr d / K_theta of many paths; as :func:`work`, each path with as many nodes as it needs."""
+def works(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: str, margin: float | None = None) -> Array:
+    """Frictional work W_fr d / K_theta of many paths; as :func:`work`, each path with as many nodes as it needs.
+
+    ``margin`` is the fraction before their poles at which most paths stop, if it is known: a rule of its own serves
+    those with fewer nodes.
+    """
     out = np.zeros(x0.size)
-    left = np.flatnonzero((mu > 0) & (x_stop > x0))
-    n = FEW_NODES
-    while left.size:
-        unit, integral = _rule(n)
-        again = []
-        # as much memory with many nodes as with few
-        for part in blocks(left.size, max(1, BLOCK * FEW_NODES // n)):
-            lanes = left[part]
-            sub, start, reach = take(row, lanes), x0[lanes], (x_pole - x0)[lanes]
-            y_end = -np.log1p(-(x_stop[lanes] - start) / reach)
-            short = -np.expm1(-y_end * unit[:, None])
+    left = (mu > 0) & (x_stop > x0)
+    reach = x_pole - x0
+    if margin is not None:
+        cut = left & (abs((x_stop - x0) - (1 - margin) * reach) < 1e-9 * margin * reach)
+
+        def straight(lanes: Array, unit: Array) -> Any:
+            r = reach[lanes]
+            return _power(take(row, lanes), x0[lanes] + r * unit, mu[lanes], law) * r
+
+        rough = _by_rules(pole_rules(margin), np.flatnonzero(cut), straight, out)
+        left &= ~cut
+        left[rough] = True
+    index = np.flatnonzero(left)
+    y_end = np.zeros(x0.size)
+    y_end[index] = -np.log1p(-(x_stop - x0)[index] / reach[index])
+
+    def along_y(lanes: Array, unit: Array) -> Any:
+        y = y_end[lanes]
+        return y * _density(row, lanes, x0[lanes], reach[lanes], y * unit, mu, law)
+
+    rough = _by_rules(legendre_rules(), index, along_y, out)
+    if rough.size:
+        out[rough] = in_parts(take(row, rough), x0[rough], x_stop[rough], x_pole[rough], mu[rough], law)
+    return out
+
+
+def _power(row: Any, x: Array, mu: Array, law: str) -> Any:
+    """Frictional work per unit of the path parameter."""
+    pt = row.point(x, law, ARRAY)
+    return pressed(pt, row.theta0, mu)[2] * pt.slip_rate
+
+
+def _density(row: Any, lanes: Array, start: Array, reach: Array, y: Array, mu: Array, law: str) -> Any:
+    """Frictional work per unit of y, which counts from ``start``, ``reach`` before the pole."""
+    short = -np.expm1(-y)
+    return _power(take(row, lanes), start + reach * short, mu[lanes], law) * (reach * (1 - short))
+
+
+def _by_rules(rules: Rules, lanes: Array, f: Callable[[Array, Array], Any], out: Array) -> Array:
+    """Integrate ``f(lanes, nodes)`` over [0, 1] into ``out``; return the lanes that want more nodes than there are."""
+    first = 0
+    for size in rules.sizes:
+        unit, *weights = rules.nodes[:, first : first + size]
+        rule, first = np.stack(weights), first + size
+        again = [lanes[:0]]
+        for part in blocks(lanes.size, max(1, BLOCK * FEW_NODES // size)):
+            some = lanes[part]
             with np.errstate(all="ignore"):
-                pt = sub.point(start + reach * short, law, ARRAY)
-                density = forces(pt, sub.theta0, mu[lanes]).f * pt.slip_rate * (reach * (1 - short))
-                c = integral @ density
-                total = c.sum(axis=0)
-                rough = np.abs(c[-4:]).max(axis=0) > TOLERANCE * np.abs(total)
-            out[lanes] = y_end * total
-            again.append(lanes[rough])
-        left = np.concatenate(again)
-        n *= 2
-        if n > MOST_NODES:
+                total, last, last_but_one = rule @ f(some, unit[:, None])
+            out[some] = total
+            good = np.maximum(abs(last), abs(last_but_one)) <= rules.rough * abs(total)
+            again.append(some[~good])
+        lanes = np.concatenate(again)
+        if lanes.size == 0:
+            break
+    return lanes
+
+
+def in_parts(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: str) -> Array:
+    """Frictional work of paths that no one rule serves: y is cut where the integrand is sharp, and there again."""
+    rules = legendre_rules()
+    unit, *weights = rules.nodes[:, : rules.sizes[0]]
+    rule, reach = np.stack(weights), x_pole - x0
+    with np.errstate(all="ignore"):
+        y_end = np.where((mu > 0) & (x_stop > x0), -np.log1p(-(x_stop - x0) / reach), 0.0)
+    out: Array = np.zeros(x0.size)
+    size: Array = np.zeros(x0.size)
+    lanes, low, width = np.arange(x0.size), np.zeros(x0.size), y_end
+    for depth in range(DEPTH):
+        lanes, width = np.repeat(lanes, PARTS), np.repeat(width / PARTS, PARTS)
+        low = np.repeat(low, PARTS) + width * np.tile(np.arange(PARTS), lanes.size // PARTS)
+        terms = np.zeros((3, lanes.size))
+        for part in blocks(lanes.size):
+            some, r = lanes[part], reach[lanes[part]]
+            start, ahead = x0[some] - r * np.expm1(-low[part]), r * np.exp(-low[part])
+            with np.errstate(all="ignore"):
+                terms[:, part] = rule @ _density(row, some, start, ahead, width[part] * unit[:, None], mu, law)
+        total, last, last_but_one = terms * width
+        if depth == 0:
+            size = np.bincount(lanes, abs(total), x0.size)
+        rough = ~(np.maximum(abs(last), abs(last_but_one)) <= TOLERANCE * size[lanes])
+        rough &= depth < DEPTH - 1
+        out += np.bincount(lanes[~rough], total[~rough], x0.size)
+        lanes, low, width = lanes[rough], low[rough], width[rough]
+        if lanes.size == 0:
             break
     return out
 

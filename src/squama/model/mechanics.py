@@ -5,7 +5,10 @@ All in units of the joint stiffness K_theta and the pitch d.
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple, Protocol
+
+import numpy as np
 
 from squama.model.outcome import End
 from squama.model.paths import Ops, Point
@@ -51,11 +54,15 @@ class Forces(NamedTuple):
 
 def forces(pt: Point, theta0: Number, mu: Number) -> Forces:
     """Balance one scale while the contact slides (paper Eqs. 7, 12 and 14; sign as in docs, theory: forces)."""
+    D, N, f = pressed(pt, theta0, mu)
+    return Forces(D, N, f, ((pt.theta - theta0) * pt.theta_rate + f * pt.slip_rate) / pt.load_rate)
+
+
+def pressed(pt: Point, theta0: Number, mu: Number) -> tuple[Number, Number, Number]:
+    """Return the first three of :func:`forces`."""
     D = -(pt.M_N + mu * pt.M_f)
-    lift = pt.theta - theta0
-    N = lift / D
-    f = mu * N
-    return Forces(D, N, f, (lift * pt.theta_rate + f * pt.slip_rate) / pt.load_rate)
+    N = (pt.theta - theta0) / D
+    return D, N, mu * N
 
 
 def mu_lock(pt: Point) -> Number:
@@ -66,6 +73,11 @@ def mu_lock(pt: Point) -> Number:
 def margins(row: Row, x: Number, mu: Number, law: str, ops: Ops) -> tuple[Number, ...]:
     """Quantities that are positive until the end they are named after in ``row.ENDS``."""
     return named_margins(row, row.point(x, law, ops), mu)
+
+
+def smallest(values: tuple[Number, ...]) -> Number:
+    """Return the smallest of several arrays, entry by entry; NaN where one is."""
+    return functools.reduce(np.minimum, values)
 
 
 def named_margins(row: Row, pt: Point, mu: Number) -> tuple[Number, ...]:

@@ -5,6 +5,7 @@ Neighbour k obeys the same contact condition with eta/k, beta/k, lam/k and k phi
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -17,6 +18,12 @@ SAMPLES = 13
 """Samples of an open path at which other neighbours are looked for."""
 FOLDED_SAMPLES = 41
 """The same for a folded path, on which the twist grows large and farther neighbours come and go."""
+CLEAR, FOLDED_CLEAR = 5, 13
+"""Samples that show for most designs that no other neighbour comes near."""
+NEAR = 7
+"""Neighbours from which on that quick look is not made."""
+AWAY = 0.5
+"""Part of the bend seen in three samples that a condition must be away from zero by (a parabola needs an eighth)."""
 
 
 class Crossing(NamedTuple):
@@ -72,13 +79,6 @@ def engages(row: Twist, ops: Ops) -> tuple[Any, Any]:
     return within(row, r, q), phi
 
 
-def engagement(row: Twist) -> Array:
-    """Twist per pitch at which the tip-side contact of neighbour ``row.k`` engages; inf where it never does."""
-    with np.errstate(all="ignore"):
-        on, phi = engages(row, ARRAY)
-    return np.where(on, phi, np.inf)
-
-
 def first_engagement(row: Twist) -> tuple[Array, Array]:
     """Return the neighbour that is met first and its engagement twist; k = 0 and inf where there is none."""
     n = row.eta.size
@@ -90,11 +90,31 @@ def first_engagement(row: Twist) -> tuple[Array, Array]:
         owner = np.repeat(np.arange(far.size), far)
         start = np.cumsum(far) - far
         number = np.arange(owner.size) - start[owner] + 1
-        phi = engagement(take(part, owner)._replace(k=number.astype(float)))
-        best[p] = np.minimum.reduceat(phi, start)
-        met = np.flatnonzero((phi == best[p][owner]) & np.isfinite(phi))[::-1]
-        k[p.start + owner[met]] = number[met]
+        pair = take(part, owner)._replace(k=number.astype(float))
+        with np.errstate(all="ignore"):
+            r, q, phi = meeting(pair, ARRAY)
+        on = (r.H + q > 0) & np.isfinite(phi)
+        first = _lowest(np.where(on, phi, np.inf), owner, start)
+        # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
+        right = on[first]
+        right[right] = within(take(pair, first[right]), take(r, first[right]), q[first[right]])
+        # where they do not, all neighbours are asked
+        every = np.flatnonzero((~right)[owner] & on)
+        on[every] = within(take(pair, every), take(r, every), q[every])
+        phi = np.where(on, phi, np.inf)
+        first = np.where(right, first, _lowest(phi, owner, start))
+        best[p] = phi[first]
+        k[p] = np.where(np.isfinite(phi[first]), number[first], 0)
     return k, best
+
+
+def _lowest(phi: Array, owner: Array, start: Array) -> Array:
+    """First of the lowest of every design's lanes."""
+    least = np.minimum.reduceat(phi, start)
+    hits = np.flatnonzero(phi == least[owner])[::-1]
+    lane = start.copy()
+    lane[owner[hits]] = hits
+    return lane
 
 
 def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:
@@ -124,13 +144,21 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
         Path parameters of engagement and end.
     """
     found = Crossing.none(x0.size)
-    steps = np.linspace(0.0, 1.0, FOLDED_SAMPLES if hasattr(row, "open") else SAMPLES)
+    bent = hasattr(row, "open")
+    steps = np.linspace(0.0, 1.0, FOLDED_SAMPLES if bent else SAMPLES)
+    few = np.linspace(0.0, 1.0, FOLDED_CLEAR if bent else CLEAR)
     # in order of reach, so that few designs are asked for neighbours they do not have
-    order = np.argsort(_farthest(row), kind="stable")
-    parts = [np.empty((3, 0), np.int64)]
+    far = _farthest(row)
+    order = np.argsort(far, kind="stable")
+    near = [order[:0]]
     for p in blocks(x0.size):
         lanes = order[p]
-        lane, j, i = _crossed(take(row, lanes), x0[lanes], x_end[lanes], steps)
+        near.append(lanes[~_clear(take(row, lanes), far[lanes], x0[lanes], x_end[lanes], few)])
+    order = np.concatenate(near)
+    parts = [np.empty((3, 0), np.int64)]
+    for p in blocks(order.size):
+        lanes = order[p]
+        lane, j, i = _crossed(take(row, lanes), far[lanes], x0[lanes], x_end[lanes], steps)
         parts.append(np.stack([lanes[lane], j, i]))
     lane, j, i = np.concatenate(parts, axis=1)
     if lane.size == 0:
@@ -157,28 +185,65 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
     return found
 
 
-def _crossed(row: Any, x0: Array, x_end: Array, steps: Array) -> Array:
-    """Design, neighbour and sample before every crossing of the lines of another neighbour's tip-side pair."""
-    pair = getattr(row, "open", row)
-    far = _farthest(pair)
-    rows = [np.empty((3, 0), np.int64)]
-    with np.errstate(all="ignore"):
-        theta, r, q, _ = row.solve(x0 + (x_end - x0) * steps[:, None], ARRAY)
-        phi = 2 * np.arctan(r.S / (r.H + q)) / pair.k
+class _Lines(NamedTuple):
+    """What the contact conditions of all neighbours along paths are made of; ``near`` is how far the tips reach."""
+
+    H: Array
+    S: Array
+    lean: Array
+    half: Array
+    c: Array
+    s: Array
+    near: Array
+
+    @classmethod
+    def along(cls, row: Any, x: Array) -> Self:
+        """Lines at path parameters of a twisting row."""
+        pair = getattr(row, "open", row)
+        theta, r, q, _ = row.solve(x, ARRAY)
+        u = r.S / (r.H + q)
         if (pair.k != 1).any():
+            u = np.tan(np.arctan(u) / pair.k)
             r = pair._replace(k=1.0).root(theta, ARRAY)
-        # j F_j is linear in j, and cos(j phi), sin(j phi) follow from cos(phi), sin(phi)
+        w = 1 / (1 + u * u)
         lean = pair.sa * pair.ca * r.cs
-        H, S2, half = r.H + lean, r.S, r.G / 2
-        near = reach_at(pair, r.cs)
-        near = np.maximum(near[1:], near[:-1])
-        c1, s1 = np.cos(phi), np.sin(phi)
-        c, s = c1, s1
-        for j in range(1, int(far.max(initial=1.0)) + 1):
-            met = (half - j * S2) * c + (H - j * lean) * s >= half
-            rising = (met[1:] > met[:-1]) & ((pair.k != j) & (j <= near))
+        return cls(r.H + lean, r.S, lean, r.G / 2, (1 - u * u) * w, 2 * u * w, reach_at(pair, r.cs))
+
+    def walk(self, many: int) -> Iterator[tuple[int, Array]]:
+        """Neighbours 1 to ``many``, each with its condition times j: it is linear in j but for cos and sin of j phi."""
+        c, s = self.c, self.s
+        for j in range(1, many + 1):
+            yield j, (self.half - j * self.S) * c + (self.H - j * self.lean) * s - self.half
+            c, s = c * self.c - s * self.s, s * self.c + c * self.s
+
+
+def _clear(row: Any, far: Array, x0: Array, x_end: Array, steps: Array) -> Array:
+    """Whether no other neighbour comes near: the conditions stay below zero by more than they bend.
+
+    Only paths that follow the next neighbour and reach few others are looked at, the rest is not clear.
+    """
+    clear = np.asarray((far < NEAR) & (getattr(row, "open", row).k == 1))
+    with np.errstate(all="ignore"):
+        lines = _Lines.along(row, x0 + (x_end - x0) * steps[:, None])
+        near = np.maximum(np.maximum(lines.near[2:], lines.near[1:-1]), lines.near[:-2])
+        for j, F in lines.walk(int(far[clear].max(initial=1.0))):
+            if j > 1:
+                a, b, c = F[:-2], F[1:-1], F[2:]
+                away = np.maximum(np.maximum(a, b), c) < -AWAY * abs(c - 2 * b + a)
+                clear &= (away | (near < j)).all(axis=0)
+    return clear
+
+
+def _crossed(row: Any, far: Array, x0: Array, x_end: Array, steps: Array) -> Array:
+    """Design, neighbour and sample before every crossing of the lines of another neighbour's tip-side pair."""
+    rows, k = [np.empty((3, 0), np.int64)], getattr(row, "open", row).k
+    with np.errstate(all="ignore"):
+        lines = _Lines.along(row, x0 + (x_end - x0) * steps[:, None])
+        near = np.maximum(lines.near[1:], lines.near[:-1])
+        for j, F in lines.walk(int(far.max(initial=1.0))):
+            met = F >= 0
+            rising = (met[1:] > met[:-1]) & ((k != j) & (j <= near))
             if rising.any():
                 i, lane = np.nonzero(rising)
                 rows.append(np.stack([lane, np.full(lane.size, j), i]))
-            c, s = c * c1 - s * s1, s * c1 + c * s1
     return np.concatenate(rows, axis=1)

@@ -84,7 +84,9 @@ class Twist(NamedTuple):
 
     def root(self, theta: Number, ops: Ops) -> twisting.Root:
         """Terms of the contact condition at the inclination ``theta``."""
-        return twisting.root(ops.tan(theta / 2), *self.ratios)
+        t = ops.tan(theta / 2)
+        w = 1 / (1 + t * t)
+        return twisting.root(2 * t * w, (1 - t * t) * w, *self.ratios)
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
         """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
@@ -163,13 +165,16 @@ class FoldedTwist(NamedTuple):
         """Return the same, with the terms ``f`` of the contact condition at the fold already known."""
         row = self.open
         theta = self.theta_f - x * x
-        r = row.root(theta, ops)
         sa, ca, eta, beta, lam = row.ratios
+        # sine over angle and cosine of half the way back from the fold
+        half = 1e-300 - x * x / 2
+        t = ops.tan(half / 2)
+        w = 1 / (1 + t * t)
+        up, over = 2 * t * w, (1 - t * t) * w
+        sinc = up / half
         # divided differences between theta and theta_f of sin, cos and the terms built from them
-        half = -x * x / 2
-        up, over = ops.sin(half + 1e-300), ops.cos(half)
-        sinc = up / (half + 1e-300)
         d_sn, d_cs = (f.cs * over - f.sn * up) * sinc, -(f.sn * over + f.cs * up) * sinc
+        r = twisting.root(f.sn - x * x * d_sn, f.cs - x * x * d_cs, sa, ca, eta, beta, lam)
         d_S = ca * d_sn
         d_H = sa * lam * d_sn + ca * (beta - sa) * d_cs
         d_G = 2 * (d_S * (beta * sa + eta * ca * r.cs) + f.S * eta * ca * d_cs + lam * (ca * ca - sa * sa) * d_cs)

@@ -13,7 +13,7 @@ from squama.model.ends import Track, half_turn, track
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, Twist
 from squama.model.plates import TIP_SIDE, Plates, Touch, first_touch, name
-from squama.model.solve import Array, point, scalar, take
+from squama.model.solve import Array, scalar, take
 
 TOUCH_SAMPLES = 41
 """Samples at which the plates are tested against each other along a path."""
@@ -39,18 +39,15 @@ class Solution(NamedTuple):
     tracks: list[tuple[Array, Track]]
 
 
-def _collect(
-    theta0: Array, load_e: Array, k: Array, engaged: Array, found: list[tuple[Array, Track]], law: str
-) -> Solution:
+def _collect(theta0: Array, load_e: Array, k: Array, engaged: Array, found: list[tuple[Array, Track]]) -> Solution:
     code = np.full(k.size, CODES.index(End.NONE), np.int8)
     theta_end, load_end = theta0.astype(float), np.full(k.size, np.inf)
     crossing = np.zeros(k.size, np.int64)
     tracks = []
     for local, t in found:
         index = engaged[local]
-        load_end[index] = point(t.row, t.x_end, law).load
         at_start = t.x_end == t.x0
-        load_end[index] = np.where(at_start, load_e[index], load_end[index])
+        load_end[index] = np.where(at_start, load_e[index], t.load_end)
         theta_end[index] = np.where(at_start, theta0[index], t.row.theta(t.x_end))
         code[index], crossing[index] = t.code, t.crossing
         tracks.append((index, t))
@@ -69,7 +66,7 @@ def solve_twisting(
     if engaged.size:
         sub = take(row._replace(k=k.astype(float)), engaged)
         found = track(sub, half_turn(engaged.size), mu[engaged], law)
-    return _collect(theta0, phi_e, k, engaged, found, law)
+    return _collect(theta0, phi_e, k, engaged, found)
 
 
 def solve_bending(eta: Array, theta0: Array, mu: Array) -> Solution:
@@ -79,7 +76,7 @@ def solve_bending(eta: Array, theta0: Array, mu: Array) -> Solution:
     engaged = np.flatnonzero(eta >= 1)
     psi_e = np.where(eta >= 1, psi, np.inf)
     found = track(take(row, engaged), np.full(engaged.size, math.pi / 2), mu[engaged], "edge") if engaged.size else []
-    return _collect(theta0, psi_e, np.ones(eta.size, np.int64), engaged, found, "edge")
+    return _collect(theta0, psi_e, np.ones(eta.size, np.int64), engaged, found)
 
 
 def touch(plates: Plates, theta0: float, limit: float, t: Track | None, i: int, *, mirrored: bool) -> Touch | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,10 +14,14 @@ from squama.model.twisting import Number
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-BLOCK = 1024
+BLOCK = 2048
 """Designs sampled together: BLOCK x samples stay in the processor's cache."""
 LOCK_STEP = 16384
 """Roots solved in lock-step, for the same reason."""
+SWEEPS = 200
+"""Sweeps after which a lane is given up: bisection alone needs some 60."""
+STILL = 1e-13
+"""Relative step of an interpolation after which no further one is made: its own error is far smaller."""
 
 
 def blocks(n: int, size: int = BLOCK) -> Iterator[slice]:
@@ -45,24 +49,69 @@ def point(row: Any, x: Array, law: str) -> Point:
         return pt
 
 
-def first_zero(f: Callable[..., Number], a: Array, b: Array, cols: tuple[Array, ...]) -> Array:
-    """Solve f(x, *cols) = 0 in every bracket [a, b], where f(a) > 0 >= f(b).
+def first_zero(
+    f: Callable[..., Number], a: Array, b: Array, cols: tuple[Array, ...], known: Sequence[Array] | None = None
+) -> Array:
+    """Solve f(x, *cols) = 0 in every bracket [a, b], where f(a) > 0 >= f(b); NaN where that is not so.
 
-    One lane runs on plain floats, many run in lock-step; both by Chandrupatla's method.
+    One lane runs on plain floats, many run in lock-step; both by Chandrupatla's method. ``known``, if given, are f(a),
+    f(b), and a third place with its value (NaN where there is none).
     """
     if a.size == 1:
         args = tuple(float(c[0]) for c in cols)
         return np.array([bracketed(lambda x: float(f(x, *args)), float(a[0]), float(b[0]))])
-    from scipy.optimize import elementwise
-
     x = np.empty(a.size)
-    exact = {"xatol": 0, "xrtol": 4e-16, "fatol": 0, "frtol": 0}
-    for low in range(0, a.size, LOCK_STEP):
-        part = slice(low, low + LOCK_STEP)
+    for part in blocks(a.size, LOCK_STEP):
         lanes = tuple(np.broadcast_to(c, a.shape)[part] for c in cols)
-        res = elementwise.find_root(f, (a[part], b[part]), args=lanes, tolerances=exact, maxiter=200)  # type: ignore[call-overload]
-        x[part] = res.x
+        with np.errstate(all="ignore"):
+            if known is None:
+                none = np.full(lanes[0].size, np.nan)
+                ends = [a[part], b[part], f(a[part], *lanes), f(b[part], *lanes), none, none]
+            else:
+                ends = [v[part] for v in (a, b, *known)]
+            x[part] = _lock_step(f, ends, lanes)
     return x
+
+
+def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Array, ...]) -> Array:
+    """Chandrupatla's method; the sweep after which interpolation hardly moves any more is the last."""
+    a, b, fa, fb, c, fc = known
+    out = np.where(fa == 0, a, np.nan)
+    at = np.flatnonzero((fa > 0) & ~(fb > 0))
+    x1, f1, x2, f2, x3, f3 = (v[at] for v in (a, fa, b, np.where(np.isnan(fb), -1.0, fb), c, fc))
+    cols, live = tuple(v[at] for v in cols), np.ones(at.size, bool)
+    t = _place(x1, f1, x2, f2, x3, f3)
+    for _ in range(SWEEPS):
+        x = x1 + t * (x2 - x1)
+        value = f(x, *cols)
+        value = np.where(np.isnan(value), -1.0, value)
+        same, far = (value > 0) == (f1 > 0), 1e-4 * abs(f1)
+        x3, f3, x2, f2 = np.where(same, x1, x2), np.where(same, f1, f2), np.where(same, x2, x1), np.where(same, f2, f1)
+        x1, f1 = x, value
+        t = _place(x1, f1, x2, f2, x3, f3)
+        small, width = abs(f1), abs(x2 - x1)
+        near = (t * width <= STILL * abs(x1)) & (t >= 0) & (small <= far)
+        best = np.where(near, x1 + t * (x2 - x1), np.where(small < abs(f2), x1, x2))
+        least = (2e-15 * abs(best) + 1e-300) / width
+        done = live & (near | (least >= 0.5) | (f1 == 0))
+        out[at[done]] = best[done]
+        live &= ~done
+        left = np.count_nonzero(live)
+        if left == 0:
+            break
+        # a lane that is done stays where it is until so many are that it pays to go on without them
+        t = np.where(live, np.maximum(np.minimum(t, 1 - least), least), 0.0)
+        if left < 0.75 * live.size:
+            at, t, x1, f1, x2, f2 = (v[live] for v in (at, t, x1, f1, x2, f2))
+            cols, live = tuple(v[live] for v in cols), np.ones(left, bool)
+    return out
+
+
+def _place(x1: Array, f1: Array, x2: Array, f2: Array, x3: Array, f3: Array) -> Array:
+    """Fraction of the way from x1 to x2: inverse quadratic interpolation where it is safe, else half."""
+    xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+    t = f1 / (f1 - f2) * (f3 / (f3 - f2)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
+    return np.where((phi * phi < xi) & ((1 - phi) * (1 - phi) < 1 - xi), t, 0.5)
 
 
 def lowest(f: Callable[..., Number], x: tuple[Array, ...], cols: tuple[Array, ...]) -> tuple[Array, Array]:

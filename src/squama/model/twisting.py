@@ -6,7 +6,7 @@ Frame: z is the torsion axis, y points out of the scaled face, the base midpoint
 Seen from the scale, the torsion axis is ``(zX, zY, zZ) = (cos a cos th, sin a, -cos a sin th)``, and every
 cosine between the two scales, ``k_IJ = n_I . R(phi) n_J``, follows from it (Rodrigues).
 
-Contact condition (paper Eq. 6, halved), with half-angle tangents t = tan(theta/2), u = tan(phi/2):
+Contact condition (paper Eq. 6, halved), with the half-angle tangent u = tan(phi/2):
 
 .. math::  (G - S) u^2 - 2 H u + S = 0, \qquad q^2 = H^2 - S (G - S), \qquad u = S / (H + q),
 
@@ -65,17 +65,14 @@ class Contact(NamedTuple):
     J2: Number
 
 
-def root(t: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Root:
-    """Return the terms of the contact condition (paper Eq. 6) at ``t`` = tan(theta/2).
+def root(sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Root:
+    """Return the terms of the contact condition (paper Eq. 6) at one inclination.
 
     Parameters
     ----------
-    t, sa, ca, eta, beta, lam
-        tan(theta/2), sin and cos of alpha, overlap ratio, half width and half thickness over the pitch.
+    sn, cs, sa, ca, eta, beta, lam
+        Sine and cosine of theta and of alpha, overlap ratio, half width and half thickness over the pitch.
     """
-    w = 1 / (1 + t * t)
-    sn = 2 * t * w
-    cs = (1 - t * t) * w
     S = ca * sn
     zX = ca * cs
     H = sa * (eta + lam * sn) + zX * (beta - sa)
@@ -100,22 +97,24 @@ def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Numbe
     v = u * h
     zX = ca * cs
     zZ = -r.S
-    k_YX = v * zX * sa - h * zZ
+    vX, vYZ, hX, zX2 = v * zX, v * sa * zZ, h * zX, zX * zX
+    k_YX = vX * sa - h * zZ
     k_YY = 1 - v * (1 - sa * sa)
-    k_YZ = v * sa * zZ + h * zX
-    k_ZX = v * zX * zZ + h * sa
-    k_ZY = v * sa * zZ - h * zX
+    k_YZ = vYZ + hX
+    k_ZX = vX * zZ + h * sa
+    k_ZY = vYZ - hX
     k_ZZ = 1 - v * (1 - zZ * zZ)
     J2 = 1 - k_YX * k_YX
     # M1 - D2 along n_Y1; a = eta - s in a form that keeps its digits where the contact is near the tip
-    e_Y = (beta - sa) - beta * v * (ca * ca) - lam * ca * h
-    a = (eta * v * (1 - zX * zX) - eta * k_YX * k_YX - lam * (sa * cs * h - sn * v) + zX + k_YX * e_Y) / J2
+    e_Y = (beta - sa) - v * (beta * ca * ca) - h * (lam * ca)
+    eta_v, lean = eta * v, lam * sa * cs
+    a = (eta_v * (1 - zX2) + k_YX * (e_Y - eta * k_YX) + v * (lam * sn) - h * lean + zX) / J2
     s = eta - a
     p = s * k_YX - e_Y
-    V = a * k_YY + eta * v * (zX * zX - sa * sa)
+    V = a * k_YY + eta_v * (zX2 - sa * sa)
     # velocities at the contact: theta turns both scales about their bases, phi turns scale 2 about z
-    slip_x = V * (beta * ca * sn - lam * sa * cs) - q * eta * k_ZX
-    slip_y = V * ca * (lam + eta * sn) + q * s * k_YZ
+    slip_x = V * (beta * r.S - lean) - q * (eta * k_ZX)
+    slip_y = V * (ca * lam + eta * r.S) + q * (s * k_YZ)
     c_rate = (slip_y - k_YX * slip_x) / J2
     a_rate = (slip_x - k_YX * slip_y) / J2
     return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, k_YY, k_YZ, k_ZX, k_ZY, k_ZZ, J2)

@@ -14,14 +14,21 @@ import numpy as np
 from squama.model.solve import Array
 
 SIZES = (14, 26, 48, 96)
-LEGENDRE_SIZES = (24, 48, 96, 192, 512)
+LEGENDRE_SIZES = (26, 48, 96, 192, 512)
+ROUGH, ROUGH_PLAIN = 3e-8, 1e-8
+"""Last terms of the series over the first at which a rule counts as converged: pole rules, Legendre's rules.
+
+The error of a Gauss rule is about that of twice as many terms; how much that gains depends on how steadily the terms
+fall. Both figures keep the error below 1e-9 (mostly 1e-12) on 90 000 random designs of wide ranges.
+"""
 
 
 class Rules(NamedTuple):
-    """Rules one after the other: ``sizes``, and a row each of nodes, weights, and of the last two series terms."""
+    """Rules one after the other: ``sizes``; a row each of nodes, weights and the last two series terms; ``rough``."""
 
     sizes: Array
     nodes: Array
+    rough: float
 
 
 def _recurrence(x: Array, w: Array, n: int) -> tuple[Array, Array]:
@@ -56,7 +63,7 @@ def pole_rules(margin: float) -> Rules:
     rules = [_gauss(z, w * z, n) for n in SIZES]
     parts = np.concatenate(rules, axis=1)
     parts[1:] *= (1 - parts[0]) / parts[0]
-    return Rules(np.array(SIZES), np.ascontiguousarray(parts))
+    return Rules(np.array(SIZES), np.ascontiguousarray(parts), ROUGH)
 
 
 @functools.cache
@@ -64,4 +71,4 @@ def legendre_rules() -> Rules:
     """Legendre's rules on [0, 1]."""
     y, w = np.polynomial.legendre.leggauss(LEGENDRE_SIZES[-1])
     rules = [_gauss((y + 1) / 2, w / 2, n) for n in LEGENDRE_SIZES]
-    return Rules(np.array(LEGENDRE_SIZES), np.ascontiguousarray(np.concatenate(rules, axis=1)))
+    return Rules(np.array(LEGENDRE_SIZES), np.ascontiguousarray(np.concatenate(rules, axis=1)), ROUGH_PLAIN)
