@@ -68,7 +68,7 @@ def test_many_lanes_at_once_are_as_good_as_one(known):
     # the last step at most where the zero is simple, as it is of every margin; less closely where it is threefold
     far = abs(x - c) / abs(c)
     assert far[k == 1].max() <= STILL
-    assert np.all(abs(x - c)[k == 3] <= 1e-6 * (b - a)[k == 3])
+    assert np.all(abs(x - c) <= 1e-6 * (b - a) + STILL * abs(c))
     assert abs(x[::10] - one) == pytest.approx(0, abs=1e-9)
     # lanes that are done are left out
     assert sum(asked[:200]) < 60 * n
