@@ -104,6 +104,18 @@ def test_recorded_designs(law: str) -> None:
             },
             "other contact",
         ),
+        # the margin of friction dips below zero over .0004 rad, in the interval in which the path leaves the side edge
+        (
+            {
+                "eta": 2.3969483286387416,
+                "beta": 1.8611437475451507,
+                "lam": 0.09395055504211196,
+                "alpha": 0.4635137594494696,
+                "theta0": 0.2355563565250404,
+                "mu": 0.06505588684312158,
+            },
+            "frictional lock",
+        ),
         # so many neighbours within reach that the path is left to the numpy engine
         ({"eta": 60.0}, None),
     ],

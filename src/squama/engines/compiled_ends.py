@@ -175,7 +175,9 @@ def _calm(w: Array, i: int, row: int, past: int, first: float, s: int) -> bool:
     a, b, now = w[past + W + i], w[past + i], w[row + i]
     w[past + W + i], w[past + i] = b, now
     bend = SAFETY * abs(now - 2 * b + a)
-    calm: bool = ((min(a, b) > bend) | (first < s)) & ((min(b, now) > bend) | (first <= s))
+    # in the interval of the end itself another margin than that which ends the path there might dip before it
+    ends = (first < s) | ((first == s) & (not now > 0))
+    calm: bool = ((min(a, b) > bend) | (first < s)) & ((min(b, now) > bend) | ends)
     return calm | (s < 2)
 
 

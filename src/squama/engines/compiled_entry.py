@@ -33,7 +33,7 @@ def _entry(stamp: str) -> Any:
         sizes: Array, rule: Array, plain_sizes: Array, plain_rule: Array, out: Array, code: Array, neighbour: Array,
     ) -> str:  # fmt: skip
         """Answer the designs low..high: ``out``, ``code`` (-1: left to the numpy engine) and ``neighbour``."""
-        w, h, table = lines(ROWS * W), lines(SCRATCH), np.zeros((TABLE, CARRIED))
+        w, v, h, table = lines(ROWS * W), lines(ROWS * W), lines(SCRATCH), np.zeros((TABLE, CARRIED))
         events, met, state = np.zeros((4, EVENTS), np.int64), np.zeros(EVENTS), np.zeros(TABLE, np.int8)
         opened, bent, some = np.zeros(TABLE, np.int64), np.zeros(TABLE, np.int64), np.zeros(TABLE, np.int64)
         taken, found = np.empty(TABLE, np.int64), np.empty((TABLE, ANSWER))
@@ -41,7 +41,7 @@ def _entry(stamp: str) -> Any:
             n = min(TABLE, high - base)
             order(designs, mirrored, base, n, taken)
             first_pass(
-                w, table, state, designs, mirrored, taken, base, n, steps[::4], sizes[0], rule, plates, margin,
+                w, v, table, state, designs, mirrored, taken, base, n, steps[::4], sizes[0], rule, plates, margin,
                 found, code, neighbour,
             )  # fmt: skip
             new, folds = follow(w, table, state, opened, bent, n, steps, folded_steps, plates)

@@ -6,6 +6,8 @@ says what they wait for (:mod:`squama.engines.compiled_table`).
 
 from __future__ import annotations
 
+import numpy as np
+
 from squama.engines import compiled_crossings as crossings
 from squama.engines import compiled_ends as ends
 from squama.engines import compiled_lanes as lanes
@@ -103,13 +105,33 @@ def waits_for(w: Array, i: int, folded: bool) -> int:
 
 
 @compiled
-def first_pass(
-    w: Array, table: Array, state: Array, designs: tuple[Array, ...], mirrored: bool, index: Array, base: int, n: int,
-    steps: Array, size: int, rule: Array, plates: bool, margin: float, out: Array, code: Array, neighbour: Array,
+def serve(
+    v: Array, kept: Array, n: int, table: Array, state: Array, rule: Array, size: int, plates: bool, out: Array
 ) -> None:  # fmt: skip
-    """Take n designs from ``base`` on, in the order ``index``, as far as they go with one look."""
+    """Work of the first n lanes of ``v``, the designs ``kept``; those that want more nodes go to the table."""
+    works.work(v, rule, 0, size, n >= 0, n < 0, plates)
+    for i in range(n):
+        at = kept[i]
+        if v[S1 + i] > 0:
+            out[at, WORK], state[at] = v[S0 + i], DONE
+        else:
+            for row in range(FEW):
+                table[at, row] = v[row * W + i]
+
+
+@compiled
+def first_pass(
+    w: Array, v: Array, table: Array, state: Array, designs: tuple[Array, ...], mirrored: bool, index: Array,
+    base: int, n: int, steps: Array, size: int, rule: Array, plates: bool, margin: float, out: Array, code: Array,
+    neighbour: Array,
+) -> None:  # fmt: skip
+    """Take n designs from ``base`` on, in the order ``index``, as far as they go with one look.
+
+    The designs of a block whose work has a pole are put beside each other in ``v``, and served when that is full.
+    """
     # a flag as such, not as a constant, for which Numba would compile every step anew
-    unfolded = n < 0
+    unfolded, waiting = n < 0, 0
+    kept = np.empty(W, np.int64)
     for start in range(0, n, W):
         count = min(W, n - start)
         eta, beta, lam, alpha, theta0, mu, _ = designs
@@ -159,24 +181,30 @@ def first_pass(
         for i in range(W):
             w[X + i] = w[X_C + i]
         lanes.figures(w, unfolded, plates)
-        locked = 0
         for i in range(count):
+            at = index[start + i]
             if (w[STATE + i] == DONE) & (w[K + i] > 0):
                 if w[OK + i] == 0:
                     w[STATE + i] = CROSSED
                 else:
-                    give_figures(w, out, i, index[start + i])
+                    give_figures(w, out, i, at)
                     w[STATE + i] = waits_for(w, i, unfolded)
-                    locked += 1 if w[STATE + i] == ROUGH else 0
-        if locked > 0:
-            works.work(w, rule, 0, size, n >= 0, unfolded, plates)
-        for i in range(count):
-            at = index[start + i]
-            if (w[STATE + i] == ROUGH) & (w[S1 + i] > 0):
-                out[at, WORK], w[STATE + i] = w[S0 + i], DONE
             state[at] = int(w[STATE + i])
-            if w[STATE + i] >= CROSSED:
+            if w[STATE + i] == ROUGH:
+                for row in range(FEW):
+                    v[row * W + waiting] = w[row * W + i]
+                kept[waiting] = at
+                waiting += 1
+                if waiting == W:
+                    serve(v, kept, waiting, table, state, rule, size, plates, out)
+                    waiting = 0
+            elif w[STATE + i] >= CROSSED:
                 for row in range(FEW):
                     table[at, row] = w[row * W + i]
             if (w[K + i] > 0) & (w[STATE + i] != AGAIN) & (w[STATE + i] != FOLDS):
                 code[base + at] = int(w[CODE + i])
+    if waiting > 0:
+        for i in range(waiting, W):
+            for row in range(FEW):
+                v[row * W + i] = v[row * W]
+        serve(v, kept, waiting, table, state, rule, size, plates, out)

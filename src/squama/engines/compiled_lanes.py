@@ -207,11 +207,14 @@ def start_root(w: Array) -> None:
 
 @inlined
 def _place(w: Array, i: int, x1: float, f1: float, x2: float, f2: float, x3: float, f3: float) -> float:  # noqa: ARG001
-    """Fraction of the way from x1 to x2: inverse quadratic interpolation where it is safe, else half (Chandrupatla)."""
-    xi = (x1 - x2) / (x3 - x2)
-    phi = (f1 - f2) / (f3 - f2)
-    t = f1 / (f1 - f2) * (f3 / (f3 - f2)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
-    return t if (phi * phi < xi) & ((1 - phi) * (1 - phi) < 1 - xi) else 0.5
+    """Fraction of the way from x1 to x2: inverse quadratic interpolation where it is safe, else half (Chandrupatla).
+
+    All over one denominator, and safe is told without one: x1 lies between x2 and x3.
+    """
+    f12, f31, f32, x21, x31 = f1 - f2, f3 - f1, f3 - f2, x2 - x1, x3 - x1
+    t = f1 * (f3 * f31 * x21 + f2 * f12 * x31) / (f12 * f31 * f32 * x21)
+    near, far, all_ = abs(x21), abs(x31), abs(x3 - x2)
+    return t if (f12 * f12 * all_ < near * (f32 * f32)) & (f31 * f31 * all_ < far * (f32 * f32)) else 0.5
 
 
 @compiled
@@ -232,13 +235,12 @@ def next_root(w: Array) -> bool:
         # the next place itself is the zero, to all digits, where the interpolation hardly moves any more
         near = (t * width <= STILL * abs(x)) & (t >= 0) & (abs(f) <= 1e-4 * abs(f1))
         best = x + t * (x2 - x) if near else best
-        edge_t = tol / width
-        t = max(edge_t, min(1 - edge_t, t))
+        step = max(tol, min(width - tol, t * width))
         done = w[OK + i] > 0
         w[BEST + i] = w[BEST + i] if done else best
         now = done | near | (width <= 2 * tol) | (f == 0)
         w[OK + i] = 1.0 if now else 0.0
-        w[A + i], w[FA + i], w[B + i], w[FB + i], w[X + i] = x, f, x2, f2, x + t * (x2 - x)
+        w[A + i], w[FA + i], w[B + i], w[FB + i], w[X + i] = x, f, x2, f2, x + (step if x2 > x else -step)
         left += 0 if now else 1
     return left == 0
 

@@ -58,10 +58,11 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     steps = (FOLDED_STEPS if bent else STEPS)[::_COARSE]
     unsettled = []
     for part in blocks(x0.size):
-        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _COARSE_CHUNK)
+        every: list[Array] = []
+        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _COARSE_CHUNK, every)
         first = _first(~(low > 0))
         brackets = _around(low, first, x0[part], (x1 - x0)[part], steps)
-        settled = (first < _NONE) & _smooth(low, first - 1)
+        settled = (first < _NONE) & _smooth(low, first - 1) & _none_dips(every, first)
         if not bent:
             # the path bends back before it has ended: what comes before is looked at on the folded path
             folds = (first == _first(square < 0)) & (first > 0) & (first < _NONE)
@@ -100,6 +101,16 @@ def _smooth(values: Array, stop: Array) -> Array:
     return np.asarray((safe | (np.arange(safe.shape[0])[:, None] >= stop)).all(axis=0))
 
 
+def _none_dips(margins: list[Array], first: Array) -> Array:
+    """Whether no margin but those that end the path at the sample ``first`` can vanish in the interval before it."""
+    lane, i = np.arange(first.size), np.clip(first, 2, margins[0].shape[0] - 1)
+    calm = np.ones(first.size, bool)
+    for margin in margins:
+        a, b, now = (margin[i - n, lane] for n in (2, 1, 0))
+        calm &= ~(now > 0) | (np.minimum(b, now) > _SAFETY * abs(now - 2 * b + a))
+    return calm | (first < 2)
+
+
 def _falls(values: Array, stop: Array) -> Array:
     """Whether values fall through zero just once between the sample before ``stop`` and that one."""
     lane, i = np.arange(stop.size), np.clip(stop, 1, values.shape[0] - 1) - 1
@@ -136,8 +147,13 @@ def _closely(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     return found
 
 
-def _sample(row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, chunk: int) -> tuple[Array, Array]:
-    """Smallest margin and squared root at the samples up to the one after the end of each path (1 beyond)."""
+def _sample(
+    row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, chunk: int, every: list[Array] | None = None
+) -> tuple[Array, Array]:
+    """Smallest margin and squared root at the samples up to the one after the end of each path (1 beyond).
+
+    The single margins are put into ``every``, if that is given.
+    """
     low, square = np.ones((2, steps.size, x0.size))
     alive, ended = np.arange(x0.size), np.zeros(x0.size, bool)
     for start in range(0, steps.size, chunk):
@@ -145,10 +161,16 @@ def _sample(row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, c
         sub = row if everything else take(row, alive)
         with np.errstate(all="ignore"):
             pt, q2 = _seen(sub, x0[alive] + (x1 - x0)[alive] * steps[rows, None], law)
-            margin = smallest(named_margins(sub, pt, mu[alive]))
+            each = named_margins(sub, pt, mu[alive])
+            margin = smallest(each)
         # indices only where they are needed: they cost as much as the arithmetic
         some = slice(None) if everything else alive
         low[rows, some], square[rows, some] = margin, q2
+        if every is not None:
+            if start == 0:
+                every.extend(np.empty((len(each), *low.shape)))
+            for column, values in zip(every, each, strict=True):
+                column[rows, some] = values
         # a path that has ended in the last of these samples goes on for the one after its end
         seen = margin > 0
         done = ended[alive] | ~seen[:-1].all(axis=0)
