@@ -1,8 +1,9 @@
 r"""Frictional work along a path, with the pole of the friction force built in (paper Eqs. 13, 15 and 16).
 
 Near a frictional lock f grows like 1/(x_p - x). With y = -ln(1 - (x - x0)/(x_p - x0)) the integrand
-f dr/dy is smooth, and its Chebyshev series in y is integrated term by term; the number of terms doubles until
-the series has converged. Units: W_fr d / K_theta.
+f dr/dy is smooth. Of one path its Chebyshev series in y is integrated term by term; the number of terms doubles until
+the series has converged. Many paths are integrated by Gauss rules (:mod:`squama.model.rules`), and in parts where none
+serves. Units: W_fr d / K_theta.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import numpy as np
 
 from squama.model import twisting
 from squama.model.paths import ARRAY, FLOAT, Ops, Twist
-from squama.model.solve import Array, blocks, first_zero, take
+from squama.model.solve import FEW, Array, blocks, first_zero, take
 
 SAMPLES = 13
 """Samples of an open path at which other neighbours are looked for."""
@@ -94,10 +94,12 @@ def first_engagement(row: Twist) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):
             r, q, phi = meeting(pair, ARRAY)
         on = (r.H + q > 0) & np.isfinite(phi)
-        first = _lowest(np.where(on, phi, np.inf), owner, start)
-        # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
-        right = on[first]
-        right[right] = within(take(pair, first[right]), take(r, first[right]), q[first[right]])
+        first, right = start, np.zeros(far.size, bool)
+        if n > FEW:
+            # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
+            first = _lowest(np.where(on, phi, np.inf), owner, start)
+            right = on[first]
+            right[right] = within(take(pair, first[right]), take(r, first[right]), q[first[right]])
         # where they do not, all neighbours are asked
         every = np.flatnonzero((~right)[owner] & on)
         on[every] = within(take(pair, every), take(r, every), q[every])
@@ -150,11 +152,12 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
     # in order of reach, so that few designs are asked for neighbours they do not have
     far = _farthest(row)
     order = np.argsort(far, kind="stable")
-    near = [order[:0]]
-    for p in blocks(x0.size):
-        lanes = order[p]
-        near.append(lanes[~_clear(take(row, lanes), far[lanes], x0[lanes], x_end[lanes], few)])
-    order = np.concatenate(near)
+    if x0.size > FEW:
+        near = []
+        for p in blocks(x0.size):
+            lanes = order[p]
+            near.append(lanes[~_clear(take(row, lanes), far[lanes], x0[lanes], x_end[lanes], few)])
+        order = np.concatenate(near)
     parts = [np.empty((3, 0), np.int64)]
     for p in blocks(order.size):
         lanes = order[p]

@@ -14,7 +14,7 @@ import numpy as np
 
 from squama.model.mechanics import margins, named_margins, smallest
 from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Point, Twist
-from squama.model.solve import Array, blocks, lowest, take
+from squama.model.solve import FEW, Array, blocks, lowest, take
 from squama.model.twisting import Number
 
 STEPS = np.concatenate([np.linspace(0.0, 0.55, 29)[:-1], np.linspace(0.55, 1.0, 13)])
@@ -56,10 +56,11 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     if bent:
         found.fold_a[:] = found.fold_b[:] = np.nan
     steps = (FOLDED_STEPS if bent else STEPS)[::_COARSE]
+    chunk = _COARSE_CHUNK if x0.size > FEW else steps.size
     unsettled = []
     for part in blocks(x0.size):
-        every: list[Array] = []
-        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _COARSE_CHUNK, every)
+        every = np.empty((len(row.ENDS), steps.size, part.stop - part.start))
+        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, chunk, every)
         first = _first(~(low > 0))
         brackets = _around(low, first, x0[part], (x1 - x0)[part], steps)
         settled = (first < _NONE) & _smooth(low, first - 1) & _none_dips(every, first)
@@ -101,14 +102,12 @@ def _smooth(values: Array, stop: Array) -> Array:
     return np.asarray((safe | (np.arange(safe.shape[0])[:, None] >= stop)).all(axis=0))
 
 
-def _none_dips(margins: list[Array], first: Array) -> Array:
+def _none_dips(every: Array, first: Array) -> Array:
     """Whether no margin but those that end the path at the sample ``first`` can vanish in the interval before it."""
-    lane, i = np.arange(first.size), np.clip(first, 2, margins[0].shape[0] - 1)
-    calm = np.ones(first.size, bool)
-    for margin in margins:
-        a, b, now = (margin[i - n, lane] for n in (2, 1, 0))
-        calm &= ~(now > 0) | (np.minimum(b, now) > _SAFETY * abs(now - 2 * b + a))
-    return calm | (first < 2)
+    lane, i = np.arange(first.size), np.clip(first, 2, every.shape[1] - 1)
+    a, b, now = (every[:, i - n, lane] for n in (2, 1, 0))
+    calm = ~(now > 0) | (np.minimum(b, now) > _SAFETY * abs(now - 2 * b + a))
+    return np.asarray(calm.all(axis=0) | (first < 2))
 
 
 def _falls(values: Array, stop: Array) -> Array:
@@ -148,11 +147,11 @@ def _closely(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
 
 
 def _sample(
-    row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, chunk: int, every: list[Array] | None = None
+    row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, chunk: int, every: Array | None = None
 ) -> tuple[Array, Array]:
     """Smallest margin and squared root at the samples up to the one after the end of each path (1 beyond).
 
-    The single margins are put into ``every``, if that is given.
+    ``every``, if it is given, takes the margins one by one (whatever is left there beyond).
     """
     low, square = np.ones((2, steps.size, x0.size))
     alive, ended = np.arange(x0.size), np.zeros(x0.size, bool)
@@ -167,8 +166,6 @@ def _sample(
         some = slice(None) if everything else alive
         low[rows, some], square[rows, some] = margin, q2
         if every is not None:
-            if start == 0:
-                every.extend(np.empty((len(each), *low.shape)))
             for column, values in zip(every, each, strict=True):
                 column[rows, some] = values
         # a path that has ended in the last of these samples goes on for the one after its end

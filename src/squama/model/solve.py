@@ -16,6 +16,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 BLOCK = 2048
 """Designs sampled together: BLOCK x samples stay in the processor's cache."""
+FEW = 64
+"""Designs up to which a step costs the same for all: nothing is saved by leaving some out."""
 LOCK_STEP = 16384
 """Roots solved in lock-step, for the same reason."""
 SWEEPS = 200
@@ -94,16 +96,18 @@ def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Arr
         best = np.where(near, x1 + t * (x2 - x1), np.where(small < abs(f2), x1, x2))
         least = (2e-15 * abs(best) + 1e-300) / width
         done = live & (near | (least >= 0.5) | (f1 == 0))
-        out[at[done]] = best[done]
+        new = np.flatnonzero(done)
+        out[at[new]] = best[new]
         live &= ~done
         left = np.count_nonzero(live)
         if left == 0:
             break
         # a lane that is done stays where it is until so many are that it pays to go on without them
         t = np.where(live, np.maximum(np.minimum(t, 1 - least), least), 0.0)
-        if left < 0.75 * live.size:
-            at, t, x1, f1, x2, f2 = (v[live] for v in (at, t, x1, f1, x2, f2))
-            cols, live = tuple(v[live] for v in cols), np.ones(left, bool)
+        if left < 0.5 * live.size:
+            keep = np.flatnonzero(live)
+            at, t, x1, f1, x2, f2 = (v[keep] for v in (at, t, x1, f1, x2, f2))
+            cols, live = tuple(v[keep] for v in cols), np.ones(left, bool)
     return out
 
 
