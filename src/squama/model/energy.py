@@ -26,8 +26,9 @@ TOLERANCE = 1e-11
 NODES = 64
 FEW_NODES = 24
 MOST_NODES = 2048
-PARTS, DEPTH = 16, 6
-"""Parts into which y is cut where the integrand is too sharp for one rule, and how often."""
+PARTS, DEPTH, MOST_PARTS = 16, 6, 64
+"""Parts into which y is cut where the integrand is too sharp for one rule, how often, and how many of one path are cut
+again: more are no corner but rounding."""
 
 
 class Series(NamedTuple):
@@ -190,8 +191,8 @@ def in_parts(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: 
         total, last, last_but_one = terms * width
         if depth == 0:
             size = np.bincount(lanes, abs(total), x0.size)
-        rough = ~(np.maximum(abs(last), abs(last_but_one)) <= TOLERANCE * size[lanes])
-        rough &= depth < DEPTH - 1
+        rough = np.maximum(abs(last), abs(last_but_one)) > TOLERANCE * size[lanes]
+        rough &= (depth < DEPTH - 1) & (np.bincount(lanes, rough, x0.size) <= MOST_PARTS)[lanes]
         out += np.bincount(lanes[~rough], total[~rough], x0.size)
         lanes, low, width = lanes[rough], low[rough], width[rough]
         if lanes.size == 0:
