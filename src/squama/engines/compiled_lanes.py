@@ -14,7 +14,7 @@ from squama.engines.compiled_kernel import OPS, compiled, decay, edge, inlined, 
 from squama.model import twisting
 from squama.model.mechanics import forces
 from squama.model.paths import FoldedTwist, Twist
-from squama.model.solve import STILL, Array
+from squama.model.solve import CLOSE, STILL, Array
 
 W = 32
 """Lanes of a block."""
@@ -233,7 +233,7 @@ def next_root(w: Array) -> bool:
         width = abs(x2 - x)
         t = _place(w, i, x, f, x2, f2, x3, f3)
         # the next place itself is the zero, to all digits, where the interpolation hardly moves any more
-        near = (t * width <= STILL * abs(x)) & (t >= 0) & (abs(f) <= 1e-4 * abs(f1))
+        near = (t * width <= STILL * abs(x)) & (t >= 0) & (abs(f) <= 1e-4 * abs(f1)) & (abs(x - x1) <= CLOSE * abs(x))
         best = x + t * (x2 - x) if near else best
         step = max(tol, min(width - tol, t * width))
         done = w[OK + i] > 0

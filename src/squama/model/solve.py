@@ -23,7 +23,9 @@ LOCK_STEP = 16384
 SWEEPS = 200
 """Sweeps after which a lane is given up: bisection alone needs some 60."""
 STILL = 1e-13
-"""Relative step of an interpolation after which no further one is made: its own error is far smaller."""
+"""Relative step of an interpolation after which no further one is made: its own error is far smaller ..."""
+CLOSE = 1e-5
+"""... where the last step was no longer than this, so that the values follow a straight line."""
 
 
 def blocks(n: int, size: int = BLOCK) -> Iterator[slice]:
@@ -87,12 +89,12 @@ def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Arr
         x = x1 + t * (x2 - x1)
         value = f(x, *cols)
         value = np.where(np.isnan(value), -1.0, value)
-        same, far = (value > 0) == (f1 > 0), 1e-4 * abs(f1)
+        same, far, moved = (value > 0) == (f1 > 0), 1e-4 * abs(f1), abs(x - x1)
         x3, f3, x2, f2 = np.where(same, x1, x2), np.where(same, f1, f2), np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, value
         t = _place(x1, f1, x2, f2, x3, f3)
         small, width = abs(f1), abs(x2 - x1)
-        near = (t * width <= STILL * abs(x1)) & (t >= 0) & (small <= far)
+        near = (t * width <= STILL * abs(x1)) & (t >= 0) & (small <= far) & (moved <= CLOSE * abs(x1))
         best = np.where(near, x1 + t * (x2 - x1), np.where(small < abs(f2), x1, x2))
         least = (2e-15 * abs(best) + 1e-300) / width
         done = live & (near | (least >= 0.5) | (f1 == 0))
