@@ -162,6 +162,14 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/energy.py", "for part in blocks(lanes.size, max(1, BLOCK * FEW_NODES // size)):"): {"*": _TUNING},
     ("model/energy.py", "PARTS, DEPTH, MOST_PARTS = 16, 6, 64"): {"*": _TUNING},
+    ("model/energy.py", "cut = left & (abs((x_stop - x0) - (1 - margin) * reach) < 1e-9 * margin * reach)"): {
+        "*": "which of two rules serves, not what it gives",
+    },
+    ("model/energy.py", "return y * _density(row, lanes, x0[lanes], reach[lanes], y * unit, mu, law)"): {
+        "* -> /": "no rule converges then, and the path is taken in parts",
+    },
+    ("model/energy.py", "if lanes.size == 0:"): {"0 -> 1": "goes on with no designs"},
+    ("model/energy.py", "if depth == 0:"): {"== -> !=": "all parts are cut once more"},
     ("model/energy.py", "if float(np.abs(c[-4:]).max()) <= TOLERANCE * total:"): {"4 -> (4 * 2 + 1)": _TUNING},
     ("model/energy.py", "total = abs(float(c.sum()))"): {"abs -> nothing": "the work is positive"},
     ("model/energy.py", "if mu == 0 or x_stop <= x0:"): {"or -> and": "the rest gives the same zeros, later"},

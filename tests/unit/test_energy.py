@@ -12,8 +12,9 @@ from oracle.path import path_end
 from oracle.vectors import MP, Design
 from oracle.work import red, work
 from squama.errors import ValidityWarning
-from squama.model import energy, rules
-from squama.model.paths import FLOAT, Twist
+from squama.model import energy, mechanics, rules
+from squama.model.paths import ARRAY, FLOAT, Twist
+from squama.model.solution import solve_twisting
 from squama.model.solve import scalar
 
 SECTION_4 = {
@@ -220,6 +221,53 @@ def test_the_rule_for_a_path_cut_before_its_pole(margin: float) -> None:
         got = energy.works(row, x0, stop, end, 0.5 * one, law, margin)[0]
         assert got == pytest.approx(want, rel=1e-12)
         assert energy.works(row, x0, stop, end, 0.5 * one, law)[0] == pytest.approx(want, rel=1e-12)
+
+
+def test_a_path_that_no_rule_of_the_pole_serves(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = np.ones(1)
+    row = Twist(
+        3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
+    )
+    x0, end = row.theta0, LOCKS["edge"][0] * one
+    stop = x0 + 0.99 * (end - x0)
+    want = energy.work(scalar(row), x0[0], stop[0], end[0], 0.5, "edge")(stop[0])
+    monkeypatch.setattr(rules, "SIZES", (2, 3))
+    few = rules.pole_rules.__wrapped__(0.01)
+    monkeypatch.setattr(energy, "pole_rules", lambda _: few)
+    assert energy.works(row, x0, stop, end, 0.5 * one, "edge", 0.01)[0] == pytest.approx(want, rel=1e-9)
+
+
+def test_a_sharp_corner_of_the_slip_is_cut_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folded path on which the slip all but comes to rest and turns: against Gauss sums over 6000 panels."""
+    d = {
+        "eta": 3.452570707333269,
+        "beta": 1.9368477496868548,
+        "lam": 0.2529463174266702,
+        "alpha": 0.08771552832405677,
+        "theta0": 0.29224458450728935,
+        "mu": 1.2876723256122566,
+    }
+    sol = solve_twisting(*(np.array([v]) for v in d.values()), law="edge", sense="+")
+    ((_, t),) = sol.tracks
+    x, w = np.polynomial.legendre.leggauss(20)
+    half = (t.x_end - t.x0) / 12_000
+    places = t.x0 + half * (2 * np.arange(6000)[:, None] + 1 + x)
+    pt = t.row.point(places.ravel(), "edge", ARRAY)
+    power = mechanics.forces(pt, d["theta0"], d["mu"]).f * pt.slip_rate
+    want = (power.reshape(6000, 20) @ w * half).sum()
+    asked = []
+    parts = energy.in_parts
+    monkeypatch.setattr(energy, "in_parts", lambda *args: asked.append(1) or parts(*args))
+    assert squama.solve(**d, engine="numpy").W_fr == pytest.approx(want, rel=1e-11)
+    assert asked
+    # sizes of parts do not matter, but one has to cut
+    for few in (2, 5, 40):
+        monkeypatch.setattr(energy, "PARTS", few)
+        monkeypatch.setattr(energy, "DEPTH", 16)
+        assert squama.solve(**d, engine="numpy").W_fr == pytest.approx(want, rel=1e-10)
+    monkeypatch.setattr(energy, "PARTS", 2)
+    monkeypatch.setattr(energy, "DEPTH", 2)
+    assert squama.solve(**d, engine="numpy").W_fr != pytest.approx(want, rel=1e-10)
 
 
 def test_no_work_before_the_path_starts() -> None:
