@@ -170,6 +170,10 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/energy.py", "if lanes.size == 0:"): {"0 -> 1": "goes on with no designs"},
     ("model/energy.py", "if depth == 0:"): {"== -> !=": "all parts are cut once more"},
+    ("model/energy.py", "rough = np.maximum(abs(last), abs(last_but_one)) > TOLERANCE * size[lanes]"): {
+        "abs -> nothing": "of a corner both of the last two terms tell",
+        "abs -> nothing #2": "as above",
+    },
     ("model/energy.py", "if float(np.abs(c[-4:]).max()) <= TOLERANCE * total:"): {"4 -> (4 * 2 + 1)": _TUNING},
     ("model/energy.py", "total = abs(float(c.sum()))"): {"abs -> nothing": "the work is positive"},
     ("model/energy.py", "if mu == 0 or x_stop <= x0:"): {"or -> and": "the rest gives the same zeros, later"},
