@@ -205,6 +205,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "/ -> * #2": "as above",
     },
     ("model/neighbours.py", "CLEAR, FOLDED_CLEAR = 5, 13"): {"*": _TUNING},
+    ("model/neighbours.py", 'clear = np.asarray((far < NEAR) & (getattr(row, "open", row).k == 1))'): {
+        "& -> |": "a path that follows another neighbour is never clear of that one, on whose line it lies",
+    },
     ("model/neighbours.py", "near = np.maximum(lines.near[1:], lines.near[:-1])"): {"- -> nothing": _OUT_OF_REACH},
     ("model/neighbours.py", "n = row.eta.size"): {"eta -> beta": "all columns have one size"},
     ("model/neighbours.py", "hits = np.flatnonzero(phi == least[owner])[::-1]"): {

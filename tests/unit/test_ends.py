@@ -12,6 +12,7 @@ from properties.designs import many, mirrored
 from squama.model import mechanics, neighbours, reach
 from squama.model.outcome import CODES, SENTENCES, End
 from squama.model.paths import FLOAT, FoldedTwist, Twist
+from squama.model.solution import solve_twisting
 
 MAIN = {"eta": 3, "beta": 1.25, "lam": 0.45, "alpha": math.radians(45), "theta0": math.radians(10)}
 FOLDED = {**MAIN, "alpha": math.radians(5)}
@@ -213,3 +214,20 @@ def test_neighbours_that_a_tip_reaches_only_early_in_an_interval(monkeypatch) ->
     assert (coarse.end == "other contact").all()
     assert (fine.end == "other contact").all()
     np.testing.assert_allclose(coarse.phi_end, fine.phi_end, rtol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["edge", "plate"])
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_the_quick_look_for_neighbours_overlooks_none(law: str, sense: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the path follows another than the next scale, and that one comes in."""
+    dice, n = np.random.default_rng(17), 12_000
+    u = dice.uniform
+    d = u(1.05, 9, n), u(0.05, 3, n), u(0.02, 1.2, n), np.radians(u(1, 89, n)), np.radians(u(0.2, 60, n)), u(0, 2, n)
+    quick = solve_twisting(*d, law=law, sense=sense)
+    monkeypatch.setattr(neighbours, "FEW", n)
+    close = solve_twisting(*d, law=law, sense=sense)
+    assert (quick.code == close.code).all()
+    assert (quick.crossing == close.crossing).all()
+    np.testing.assert_allclose(quick.load_end, close.load_end, rtol=1e-12)
+    assert (close.crossing > 1).sum() > 100 or sense == "-"
+    assert ((close.neighbour > 1) & (close.crossing == 1)).sum() > 30 or sense == "+"
