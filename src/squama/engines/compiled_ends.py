@@ -40,7 +40,9 @@ from squama.engines.compiled_lanes import (
     W,
     X,
 )  # fmt: skip
+from squama.model.ends import COINCIDE
 from squama.model.outcome import CODES, End
+from squama.model.scan import DEEP, SAFETY
 from squama.model.solve import Array
 
 FRICTIONAL, KINEMATIC, STATIC, OFF_TIP, OFF_SIDE, OTHER, RELEASED, RANGE, NONE = map(
@@ -60,7 +62,6 @@ FRICTIONAL, KINEMATIC, STATIC, OFF_TIP, OFF_SIDE, OTHER, RELEASED, RANGE, NONE =
 LEFT = -1.0
 """Stands in CODE for a design that is left to the numpy engine."""
 NEVER = 1e6
-SAFETY, DEEP, COINCIDE = 0.25, 0.5, 1e-11
 
 
 @compiled

@@ -14,14 +14,15 @@ from squama.engines.compiled_kernel import OPTIONS, lines
 from squama.engines.compiled_lanes import CARRIED, ROWS, SCRATCH, W
 from squama.engines.compiled_order import order
 from squama.engines.compiled_table import EVENTS, TABLE, answer, choose, cross, follow, solve, work
-from squama.model import energy, laws, mechanics, neighbours, paths, rules, twisting
+from squama.model import ends, energy, laws, mechanics, neighbours, paths, rules, scan, twisting
 from squama.model import solve as roots
+from squama.model.scan import COARSE
 from squama.model.solve import Array
 
 
 def _sources() -> str:
     """Digest of everything that is compiled, for Numba looks at the file of the outermost function only."""
-    parts = [energy, laws, mechanics, neighbours, paths, roots, rules, twisting]
+    parts = [ends, energy, laws, mechanics, neighbours, paths, roots, rules, scan, twisting]
     files = sorted([*Path(__file__).parent.glob("compiled*.py"), *(Path(str(m.__file__)) for m in parts)])
     return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
 
@@ -41,7 +42,7 @@ def _entry(stamp: str) -> Any:
             n = min(TABLE, high - base)
             order(designs, mirrored, base, n, taken)
             first_pass(
-                w, v, table, state, designs, mirrored, taken, base, n, steps[::4], sizes[0], rule, plates, margin,
+                w, v, table, state, designs, mirrored, taken, base, n, steps[::COARSE], sizes[0], rule, plates, margin,
                 found, code, neighbour,
             )  # fmt: skip
             new, folds = follow(w, table, state, opened, bent, n, steps, folded_steps, plates)

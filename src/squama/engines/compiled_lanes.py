@@ -15,6 +15,9 @@ from squama.model import twisting
 from squama.model.mechanics import forces
 from squama.model.paths import FoldedTwist, Twist
 from squama.model.solve import CLOSE, STILL, Array
+from squama.model.solve import place as place_of_the_zero
+
+place = inlined(place_of_the_zero)
 
 W = 32
 """Lanes of a block."""
@@ -199,22 +202,11 @@ def folds(w: Array) -> None:
 def start_root(w: Array) -> None:
     """First place to look for the zero between A (positive) and B, if C (beyond A) is a third known point."""
     for i in range(W):
-        w[T + i] = _place(w, i, w[A + i], w[FA + i], w[B + i], w[FB + i], w[C + i], w[FC + i])
+        t, safe = place(w[A + i], w[FA + i], w[B + i], w[FB + i], w[C + i], w[FC + i])
+        w[T + i] = t if safe else 0.5
         w[X + i] = w[A + i] + w[T + i] * (w[B + i] - w[A + i])
         w[OK + i] = 0.0
         w[BEST + i] = w[A + i]
-
-
-@inlined
-def _place(w: Array, i: int, x1: float, f1: float, x2: float, f2: float, x3: float, f3: float) -> float:  # noqa: ARG001
-    """Fraction of the way from x1 to x2: inverse quadratic interpolation where it is safe, else half (Chandrupatla).
-
-    All over one denominator, and safe is told without one: x1 lies between x2 and x3.
-    """
-    f12, f31, f32, x21, x31 = f1 - f2, f3 - f1, f3 - f2, x2 - x1, x3 - x1
-    t = f1 * (f3 * f31 * x21 + f2 * f12 * x31) / (f12 * f31 * f32 * x21)
-    near, far, all_ = abs(x21), abs(x31), abs(x3 - x2)
-    return t if (f12 * f12 * all_ < near * (f32 * f32)) & (f31 * f31 * all_ < far * (f32 * f32)) else 0.5
 
 
 @compiled
@@ -231,7 +223,8 @@ def next_root(w: Array) -> bool:
         best = x if abs(f) < abs(f2) else x2
         tol = 2e-15 * abs(best) + 1e-300
         width = abs(x2 - x)
-        t = _place(w, i, x, f, x2, f2, x3, f3)
+        t, safe = place(x, f, x2, f2, x3, f3)
+        t = t if safe else 0.5
         # the next place itself is the zero, to all digits, where the interpolation hardly moves any more
         near = (t * width <= STILL * abs(x)) & (t >= 0) & (abs(f) <= 1e-4 * abs(f1)) & (abs(x - x1) <= CLOSE * abs(x))
         best = x + t * (x2 - x) if near else best

@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.model import energy, mechanics, neighbours
-from squama.model.ends import _COINCIDE, half_turn
+from squama.model.ends import COINCIDE, half_turn
 from squama.model.neighbours import SAMPLES
 from squama.model.outcome import CODES, End
 from squama.model.paths import TWIST_ENDS, Ops, Twist
-from squama.model.scan import _COARSE, _SAFETY, STEPS
+from squama.model.scan import COARSE, SAFETY, STEPS
+from squama.model.solve import place
 
 PATIENCE = 24
 """Steps of the root solver after which the designs that have not converged are handed over."""
@@ -107,7 +108,7 @@ def first_end(row: Twist, mu: Any, law: str) -> Ended:
     from jax import numpy as jnp
 
     ops = operations()
-    x0, steps = row.theta0, STEPS[::_COARSE]
+    x0, steps = row.theta0, STEPS[::COARSE]
     span = float(half_turn(1)[0]) - x0
     pt = row.point(x0 + span * steps[:, None], law, ops)
     low = smallest(row, pt, mu)
@@ -118,7 +119,7 @@ def first_end(row: Twist, mu: Any, law: str) -> Ended:
     a, b = x0 + span * grid[jnp.maximum(first - 1, 0)], x0 + span * grid[first]
     x, converged = first_zero(lambda x: smallest(row, row.point(x, law, ops), mu), a, b, settled)
     values = jnp.stack(jnp.broadcast_arrays(*mechanics.named_margins(row, row.point(x, law, ops), mu)))
-    zero = ~(values > _COINCIDE)
+    zero = ~(values > COINCIDE)
     which = jnp.where(zero.any(axis=0), zero.argmax(axis=0), jnp.nan_to_num(values, nan=-1.0).argmin(axis=0))
     code = jnp.asarray(np.array([CODES.index(e) for e in TWIST_ENDS]))[which]
     code = jnp.where((first == 0) & (code == _FRICTIONAL), CODES.index(End.STATIC), code)
@@ -138,7 +139,7 @@ def smooth(values: Any, stop: Any) -> Any:
 
     bend = abs(values[2:] - 2 * values[1:-1] + values[:-2])
     bend = jnp.concatenate([bend[:1], jnp.maximum(bend[1:], bend[:-1]), bend[-1:]])
-    safe = jnp.minimum(values[1:], values[:-1]) > bend * _SAFETY
+    safe = jnp.minimum(values[1:], values[:-1]) > bend * SAFETY
     return (safe | (jnp.arange(safe.shape[0])[:, None] >= stop)).all(axis=0)
 
 
@@ -156,11 +157,8 @@ def first_zero(f: Any, a: Any, b: Any, wanted: Any) -> tuple[Any, Any]:
         x2, f2 = jnp.where(same, x2, x1), jnp.where(same, f2, f1)
         best = jnp.where(abs(y) < abs(f2), x, x2)
         least = 4e-16 * abs(best) / abs(x2 - x)
-        # inverse quadratic interpolation where it is safe, else halving
-        xi, eta = (x - x2) / (x3 - x2), (y - f2) / (f3 - f2)
-        inside = (eta * eta < xi) & ((1 - eta) * (1 - eta) < 1 - xi)
-        t = y / (f2 - y) * f3 / (f2 - f3) + (x3 - x) / (x2 - x) * y / (f3 - y) * f2 / (f3 - f2)
-        t = jnp.clip(jnp.where(inside, t, 0.5), least, 1 - least)
+        t, safe = place(x, y, x2, f2, x3, f3)
+        t = jnp.clip(jnp.where(safe, t, 0.5), least, 1 - least)
         now = (least > 0.5) | (y == 0)
         # what has converged stays
         new = (jnp.where(now, best, x), y, x2, f2)

@@ -19,7 +19,8 @@ from squama.model.scan import Scan, event, scan
 from squama.model.solve import Array, first_zero, point, take
 from squama.model.twisting import Number
 
-_COINCIDE = 1e-11
+COINCIDE = 1e-11
+"""Margins below this have vanished."""
 
 
 class Track(NamedTuple):
@@ -120,7 +121,7 @@ def _solve(row: Any, x0: Array, x1: Array, found: Scan, mu: Array, law: str) -> 
 def _names(row: Any, pt: Point, mu: Array) -> Array:
     """Codes of the margins that vanish at the ends; where two coincide, of the first in ``row.ENDS``."""
     values = np.stack(np.broadcast_arrays(*named_margins(row, pt, mu)))
-    zero = ~(values > _COINCIDE)
+    zero = ~(values > COINCIDE)
     which = zero.argmax(axis=0)
     none = ~zero.any(axis=0)
     if none.any():

@@ -5,10 +5,7 @@ All in units of the joint stiffness K_theta and the pitch d.
 
 from __future__ import annotations
 
-import functools
 from typing import NamedTuple, Protocol
-
-import numpy as np
 
 from squama.model.outcome import End
 from squama.model.paths import Ops, Point
@@ -73,11 +70,6 @@ def mu_lock(pt: Point) -> Number:
 def margins(row: Row, x: Number, mu: Number, law: str, ops: Ops) -> tuple[Number, ...]:
     """Quantities that are positive until the end they are named after in ``row.ENDS``."""
     return named_margins(row, row.point(x, law, ops), mu)
-
-
-def smallest(values: tuple[Number, ...]) -> Number:
-    """Return the smallest of several arrays, entry by entry; NaN where one is."""
-    return functools.reduce(np.minimum, values)
 
 
 def named_margins(row: Row, pt: Point, mu: Number) -> tuple[Number, ...]:

@@ -7,12 +7,13 @@ minima that come near zero are followed to their bottom. Paths are sampled in bl
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.model.mechanics import margins, named_margins, smallest
+from squama.model.mechanics import margins, named_margins
 from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Point, Twist
 from squama.model.solve import FEW, Array, blocks, lowest, take
 from squama.model.twisting import Number
@@ -21,9 +22,13 @@ STEPS = np.concatenate([np.linspace(0.0, 0.55, 29)[:-1], np.linspace(0.55, 1.0, 
 """Samples of an open path as fractions of its parameter; closer together up to about 100 deg, where most end."""
 FOLDED_STEPS = np.linspace(0.0, 1.0, 81)
 """Samples of a folded path, on which the twist grows large and farther neighbours come and go."""
-_COARSE = 4
+COARSE = 4
+"""Every so many of these samples are looked at first."""
+SAFETY = 0.25
+"""Part of the bend seen in three samples by which a margin may differ from them in between."""
+DEEP = 0.5
+"""Minima are followed whose parabola goes below this part of the lowest sample."""
 _CHUNK, _COARSE_CHUNK = 14, 6
-_SAFETY, _DEEP = 0.25, 0.5
 _NONE = 10**6
 
 
@@ -45,6 +50,11 @@ class Scan(NamedTuple):
     fold_b: Array
 
 
+def _smallest(values: tuple[Array, ...]) -> Array:
+    """Smallest of several arrays, entry by entry; NaN where one is."""
+    return functools.reduce(np.minimum, values)
+
+
 def _first(flags: Array) -> Array:
     """First sample flagged along axis 0; _NONE where there is none."""
     return np.where(flags.any(axis=0), flags.argmax(axis=0), _NONE)
@@ -55,7 +65,7 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     found, bent = Scan(*np.empty((len(Scan._fields), x0.size))), isinstance(row, FoldedTwist)
     if bent:
         found.fold_a[:] = found.fold_b[:] = np.nan
-    steps = (FOLDED_STEPS if bent else STEPS)[::_COARSE]
+    steps = (FOLDED_STEPS if bent else STEPS)[::COARSE]
     chunk = _COARSE_CHUNK if x0.size > FEW else steps.size
     unsettled = []
     for part in blocks(x0.size):
@@ -92,7 +102,7 @@ def _around(low: Array, first: Array, x0: Array, span: Array, steps: Array) -> t
 
 def _bend(values: Array) -> Array:
     """By how much a value may differ from its samples in the intervals between them."""
-    bend = np.abs(values[2:] - 2 * values[1:-1] + values[:-2]) * _SAFETY
+    bend = np.abs(values[2:] - 2 * values[1:-1] + values[:-2]) * SAFETY
     return np.concatenate([bend[:1], np.maximum(bend[1:], bend[:-1]), bend[-1:]])
 
 
@@ -106,7 +116,7 @@ def _none_dips(every: Array, first: Array) -> Array:
     """Whether no margin but those that end the path at the sample ``first`` can vanish in the interval before it."""
     lane, i = np.arange(first.size), np.clip(first, 2, every.shape[1] - 1)
     a, b, now = (every[:, i - n, lane] for n in (2, 1, 0))
-    calm = ~(now > 0) | (np.minimum(b, now) > _SAFETY * abs(now - 2 * b + a))
+    calm = ~(now > 0) | (np.minimum(b, now) > SAFETY * abs(now - 2 * b + a))
     return np.asarray(calm.all(axis=0) | (first < 2))
 
 
@@ -161,7 +171,7 @@ def _sample(
         with np.errstate(all="ignore"):
             pt, q2 = _seen(sub, x0[alive] + (x1 - x0)[alive] * steps[rows, None], law)
             each = named_margins(sub, pt, mu[alive])
-            margin = smallest(each)
+            margin = _smallest(each)
         # indices only where they are needed: they cost as much as the arithmetic
         some = slice(None) if everything else alive
         low[rows, some], square[rows, some] = margin, q2
@@ -198,7 +208,7 @@ def _dips(values: Array, stop: Array, offset: int) -> tuple[Array, ...]:
     i, lane = np.nonzero(dip)
     left, middle, right = left[i, lane], middle[i, lane], right[i, lane]
     bottom = middle - (right - left) ** 2 / (8 * (right + left - 2 * middle))
-    deep = bottom < _DEEP * middle
+    deep = bottom < DEEP * middle
     return i[deep] + 1, lane[deep] + offset, left[deep]
 
 
@@ -243,7 +253,7 @@ def event(kind: type[Any], law: str) -> Callable[..., Number]:
     def event(x: Number, *cols: Number) -> Number:
         if isinstance(x, float):
             return float(min(margins(kind(*cols[:-1]), x, cols[-1], law, FLOAT)))
-        return smallest(margins(kind(*cols[:-1]), x, cols[-1], law, ARRAY))
+        return _smallest(margins(kind(*cols[:-1]), x, cols[-1], law, ARRAY))
 
     return event
 

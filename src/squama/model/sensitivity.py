@@ -18,7 +18,7 @@ import numpy as np
 
 from squama.model import energy, mechanics
 from squama.model.bending import Bend
-from squama.model.ends import Track
+from squama.model.ends import COINCIDE, Track
 from squama.model.neighbours import gap
 from squama.model.outcome import CODES, End
 from squama.model.paths import FoldedTwist, Ops, Point
@@ -30,7 +30,6 @@ TOLERANCE = 1e-10
 BLOCK = 256
 """Designs whose integrals are taken together, in the processor's cache."""
 _LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
-_COINCIDE = 1e-11
 
 
 def first_order(f: Callable[[Array], Array], slope: Callable[[Array, Array], Array]) -> Callable[[Any], Any]:
@@ -121,7 +120,7 @@ def tracked(t: Track, mu: Array, margin: float, law: str, *, with_work: bool) ->
     pt = t.row.point(t.x_end + STEP * 1j, law, COMPLEX)
     slope = np.imag(vanishing(t.row, pt, t, mu, law)) / STEP
     D = -(pt.M_N + mu * pt.M_f)
-    fixed = (t.code == CODES.index(End.RANGE)) & (np.real(pt.turn) > _COINCIDE)
+    fixed = (t.code == CODES.index(End.RANGE)) & (np.real(pt.turn) > COINCIDE)
     pole = energy.pole(t.row, t.x_end, mu, law, t.x0)
     x_c = energy.cutoff(t.row, t.x0, t.x_end, np.isin(t.code, _LOCKS), margin)
     work = energy.works(t.row, t.x0, x_c, pole, mu, law) if with_work else np.zeros(mu.size)

@@ -120,6 +120,7 @@ def with_touches(
             continue
         theta_end[i], load_end[i], code[i] = hit.theta, hit.phi, CODES.index(End.OTHER)
         t.x_end[n] = t.x0[n] + (t.x_end[n] - t.x0[n]) * max(hit.x, 0.0)
+        t.load_end[n] = hit.phi
     return sol._replace(theta_end=theta_end, load_end=load_end, code=code), touches
 
 

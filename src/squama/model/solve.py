@@ -84,7 +84,8 @@ def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Arr
     at = np.flatnonzero((fa > 0) & ~(fb > 0))
     x1, f1, x2, f2, x3, f3 = (v[at] for v in (a, fa, b, np.where(np.isnan(fb), -1.0, fb), c, fc))
     cols, live = tuple(v[at] for v in cols), np.ones(at.size, bool)
-    t = _place(x1, f1, x2, f2, x3, f3)
+    t, safe = place(x1, f1, x2, f2, x3, f3)
+    t = np.where(safe, t, 0.5)
     for _ in range(SWEEPS):
         x = x1 + t * (x2 - x1)
         value = f(x, *cols)
@@ -92,7 +93,8 @@ def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Arr
         same, far, moved = (value > 0) == (f1 > 0), 1e-4 * abs(f1), abs(x - x1)
         x3, f3, x2, f2 = np.where(same, x1, x2), np.where(same, f1, f2), np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, value
-        t = _place(x1, f1, x2, f2, x3, f3)
+        t, safe = place(x1, f1, x2, f2, x3, f3)
+        t = np.where(safe, t, 0.5)
         small, width = abs(f1), abs(x2 - x1)
         near = (t * width <= STILL * abs(x1)) & (t >= 0) & (small <= far) & (moved <= CLOSE * abs(x1))
         best = np.where(near, x1 + t * (x2 - x1), np.where(small < abs(f2), x1, x2))
@@ -113,11 +115,15 @@ def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Arr
     return out
 
 
-def _place(x1: Array, f1: Array, x2: Array, f2: Array, x3: Array, f3: Array) -> Array:
-    """Fraction of the way from x1 to x2: inverse quadratic interpolation where it is safe, else half."""
-    xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
-    t = f1 / (f1 - f2) * (f3 / (f3 - f2)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
-    return np.where((phi * phi < xi) & ((1 - phi) * (1 - phi) < 1 - xi), t, 0.5)
+def place(x1: Any, f1: Any, x2: Any, f2: Any, x3: Any, f3: Any) -> tuple[Any, Any]:
+    """Return where inverse quadratic interpolation puts the zero on the way from x1 to x2, and whether that is safe.
+
+    x1 lies between x2 and x3. Arithmetic alone, over one denominator: every engine executes it.
+    """
+    f12, f31, f32, x21, x31 = f1 - f2, f3 - f1, f3 - f2, x2 - x1, x3 - x1
+    t = f1 * (f3 * f31 * x21 + f2 * f12 * x31) / (f12 * f31 * f32 * x21)
+    all_ = abs(x3 - x2)
+    return t, (f12 * f12 * all_ < abs(x21) * (f32 * f32)) & (f31 * f31 * all_ < abs(x31) * (f32 * f32))
 
 
 def lowest(f: Callable[..., Number], x: tuple[Array, ...], cols: tuple[Array, ...]) -> tuple[Array, Array]:
