@@ -100,7 +100,9 @@ class Visit:
 
     def until_chart(self, i: int, what: str) -> None:
         """Wait until something holds with ``options``, those of the i-th plot."""
-        self.until(f"(() => {{ const options = squamaTest.chart({i}).getOption(); return {what}; }})()")
+        script = f"const options = squamaTest.chart({i}).getOption(); return {what};"
+        # what is not there yet is waited for, too
+        self.until(f"(() => {{ try {{ {script} }} catch {{ return false; }} }})()")
 
     def eventually(self, see: Callable[[], object], wanted: object) -> None:
         """Wait until something seen is what is wanted: plots and fields follow the view, on a busy machine late."""
