@@ -33,6 +33,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     ),
     "model/energy.py": ("unit/test_energy.py", REFERENCE[1], "unit/test_response.py", PROPERTIES[4]),
     "model/neighbours.py": (*REFERENCE, "unit/test_ends.py", PROPERTIES[4], *PROPERTIES[:3]),
+    "model/tape.py": ("unit/test_tape.py",),
+    "model/formulas.py": ("unit/test_tape.py",),
     "model/plates.py": ("unit/test_plates.py", REFERENCE[1], "unit/test_ends.py", PROPERTIES[2]),
     "model/history.py": ("unit/test_history.py", "unit/test_cycle.py", "properties/test_cycles.py"),
     "model/row.py": ("unit/test_row.py",),
@@ -57,7 +59,7 @@ BY_HAND: tuple[tuple[str, str, str], ...] = (
     ("model/mechanics.py", "N = (pt.theta - theta0) / D", "N = -(pt.theta - theta0) / D"),
     ("model/laws.py", "c.slip_x * c.k_ZX + across", "c.slip_x * c.k_ZX + abs(across)"),
     ("model/laws.py", '{"edge": edge, "plate": plate}', '{"edge": plate, "plate": edge}'),
-    ("model/laws.py", "-c.phi_rate / sqrt(c.J2)", "-c.phi_rate"),
+    ("model/laws.py", "-c.phi_rate * sqrt(c.per_J2)", "-c.phi_rate"),
     # swapped edges
     ("model/paths.py", "self.beta - abs(pt.p)", "self.eta - abs(pt.p)"),
     ("model/paths.py", "self.eta / 2 - abs(pt.s - self.eta / 2)", "self.eta - pt.s"),
@@ -160,7 +162,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/energy.py", "return h / ops.larger((D0 - D1) / D1, 1e-7)"): {
         "1e-7 -> (1e-7 * 1.1)": "far enough that the logarithm is straight",
     },
-    ("model/energy.py", "for part in blocks(lanes.size, max(1, BLOCK * FEW_NODES // size)):"): {"*": _TUNING},
+    ("model/energy.py", "for part in blocks(lanes.size, max(1, ENTRIES // size)):"): {"*": _TUNING},
     ("model/energy.py", "PARTS, DEPTH, MOST_PARTS = 16, 6, 64"): {"*": _TUNING},
     ("model/energy.py", "cut = left & (abs((x_stop - x0) - (1 - margin) * reach) < 1e-9 * margin * reach)"): {
         "*": "which of two rules serves, not what it gives",
@@ -205,14 +207,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "/ -> * #2": "as above",
     },
     ("model/neighbours.py", "CLEAR, FOLDED_CLEAR = 5, 13"): {"*": _TUNING},
-    ("model/neighbours.py", 'clear = np.asarray((far < NEAR) & (getattr(row, "open", row).k == 1))'): {
-        "& -> |": "a path that follows another neighbour is never clear of that one, on whose line it lies",
-    },
     ("model/neighbours.py", "near = np.maximum(lines.near[1:], lines.near[:-1])"): {"- -> nothing": _OUT_OF_REACH},
     ("model/neighbours.py", "n = row.eta.size"): {"eta -> beta": "all columns have one size"},
-    ("model/neighbours.py", "hits = np.flatnonzero(phi == least[owner])[::-1]"): {
-        "- -> nothing": "which of two that are met at the very same twist, to the last bit",
-    },
     ("model/neighbours.py", 'return -gap(getattr(one, "open", one), cols[-1], theta, phi, ops)'): {
         "- -> nothing": _SIGN
     },

@@ -12,7 +12,7 @@ from oracle.path import path_end
 from oracle.vectors import MP, Design
 from oracle.work import red, work
 from squama.errors import ValidityWarning
-from squama.model import energy, mechanics, rules
+from squama.model import energy, formulas, mechanics, rules
 from squama.model.paths import ARRAY, FLOAT, Twist
 from squama.model.solution import solve_twisting
 from squama.model.solve import scalar
@@ -186,7 +186,7 @@ def test_the_number_of_nodes_grows_until_the_work_is_exact(monkeypatch: pytest.M
     cases = [(0.5, end - 1e-3, end), (1e-9, end - 1e-3, end + 0.1), (1.0, x0 + 0.3, end)]
     want = [energy.work(scalar(row), x0[0], stop[0], pole[0], mu, "edge")(stop)[0] for mu, stop, pole in cases]
     monkeypatch.setattr(energy, "NODES", 8)
-    monkeypatch.setattr(energy, "FEW_NODES", 8)
+    monkeypatch.setattr(energy, "ENTRIES", 256)
     for (mu, stop, pole), w in zip(cases, want, strict=True):
         series = energy.work(scalar(row), x0[0], stop[0], pole[0], mu, "edge")
         assert series.coefficients.size > 9
@@ -281,7 +281,7 @@ def test_corners_anywhere(monkeypatch: pytest.MonkeyPatch, size: float, pole: fl
     c = np.random.default_rng(8).uniform(0.0, 1.0, n)
     one = np.ones(n)
     row = Twist(one, one, one, one, one, c, one)
-    monkeypatch.setattr(energy, "_power", lambda row, x, *_: size * abs(x - row.theta0))
+    monkeypatch.setattr(formulas, "power", lambda row, x, *_: size * abs(x - row.theta0))
     want = size * (c**2 + (1 - c) ** 2) / 2
     for f in (energy.works, energy.in_parts):
         wrong = abs(f(row, 0 * one, one, pole * one, one, "edge") / want - 1)

@@ -6,6 +6,7 @@ many nodes, and bending. Threads take turns at parts of some thousand designs; n
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -22,8 +23,8 @@ from squama.model.scan import FOLDED_STEPS, STEPS
 from squama.model.solve import Array
 
 __all__ = ["ready", "run"]
-PART = 16384
-"""Designs a thread takes at a time."""
+PART, LEAST = 8192, 2048
+"""Designs a thread takes at a time, at most and at least."""
 
 
 def run(p: Problem, threads: int | None = None) -> Solved:
@@ -42,20 +43,20 @@ def run(p: Problem, threads: int | None = None) -> Solved:
     # made once, before the threads ask for them
     rules = (*pole_rules(p.margin)[:2], *legendre_rules()[:2])
 
-    def answer(low: int) -> None:
+    def answer(part: slice) -> None:
         solve_all(
-            designs, low, min(n, low + PART), p.sense == "-", p.law == "plate", p.margin,
+            designs, part.start, part.stop, p.sense == "-", p.law == "plate", p.margin,
             STEPS, FOLDED_STEPS, *rules, out, code, neighbour,
         )  # fmt: skip
 
-    lows = range(0, n, PART)
-    workers = min(threads or int(getattr(config, "NUMBA_NUM_THREADS", 1)), len(lows))
+    workers = min(threads or int(getattr(config, "NUMBA_NUM_THREADS", 1)), -(-n // PART))
+    parts = _parts(n, workers)
     if workers > 1:
         with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(answer, lows))
+            list(pool.map(answer, parts))
     else:
-        for low in lows:
-            answer(low)
+        for part in parts:
+            answer(part)
     rough = np.flatnonzero(np.isnan(out[WORK]) & (code >= 0))
     for fold in (False, True):
         at = rough[(out[FOLD_AT, rough] > 0) == fold]
@@ -68,6 +69,15 @@ def run(p: Problem, threads: int | None = None) -> Solved:
         for mine, theirs in zip(solved, plain.run(_take(p, left)), strict=True):
             mine[left] = theirs
     return solved
+
+
+def _parts(n: int, workers: int) -> Iterator[slice]:
+    """Parts of n designs, the last ones smaller, so that no thread waits long for another."""
+    low = 0
+    while low < n:
+        size = PART if workers == 1 else max(LEAST, min(PART, (n - low) // (2 * workers)))
+        yield slice(low, min(n, low + size))
+        low += size
 
 
 def _take(p: Problem, index: Array) -> Problem:

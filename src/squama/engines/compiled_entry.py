@@ -34,9 +34,9 @@ def _entry(stamp: str) -> Any:
         sizes: Array, rule: Array, plain_sizes: Array, plain_rule: Array, out: Array, code: Array, neighbour: Array,
     ) -> str:  # fmt: skip
         """Answer the designs low..high: ``out``, ``code`` (-1: left to the numpy engine) and ``neighbour``."""
-        w, v, h, table = lines(ROWS * W), lines(ROWS * W), lines(SCRATCH), np.zeros((TABLE, CARRIED))
-        events, met, state = np.zeros((4, EVENTS), np.int64), np.zeros(EVENTS), np.zeros(TABLE, np.int8)
-        opened, bent, some = np.zeros(TABLE, np.int64), np.zeros(TABLE, np.int64), np.zeros(TABLE, np.int64)
+        w, v, h, table = lines(ROWS * W), lines(ROWS * W), lines(SCRATCH), np.empty((TABLE, CARRIED))
+        events, met, state = np.empty((4, EVENTS), np.int64), np.empty(EVENTS), np.empty(TABLE, np.int8)
+        opened, bent, some = np.empty(TABLE, np.int64), np.empty(TABLE, np.int64), np.empty(TABLE, np.int64)
         taken, found = np.empty(TABLE, np.int64), np.empty((TABLE, ANSWER))
         for base in range(low, high, TABLE):
             n = min(TABLE, high - base)

@@ -134,19 +134,27 @@ def cos(x: float) -> float:
 
 
 @inlined
-def tan(x: float) -> float:
-    """Tangent between -90 and 90 deg: Cephes' rational function at half the angle, doubled; one division."""
+def sincos(x: float) -> tuple[float, float]:
+    """Sine and cosine of at most half a turn: polynomials at half the angle, doubled; no division."""
     y = x / 2
     z = y * y
-    p = -1.79565251976484877988e7 + z * (1.15351664838587416140e6 + z * -1.30936939181383734205e4)
-    q = 2.50083801823357915839e7 + z * (-1.32089234440210967447e6 + z * (1.36812963470692954678e4 + z))
-    q = -5.38695755929454629881e7 + z * q
-    p = y * (q + z * p)
-    return 2 * p * q / ((q - p) * (q + p))
+    zz = z * z
+    # the even and the odd terms beside each other, for a chain of half the length
+    s = -0.16666666666666666 + zz * (
+        -0.00019841269841254795 + zz * (-2.505210761086116e-08 + zz * -7.643957622560617e-13)
+    )
+    t = 0.008333333333333316 + zz * (
+        2.7557319219115013e-06 + zz * (1.6058976915095007e-10 + zz * 2.7312868913092307e-15)
+    )
+    c = 0.04166666666666666 + zz * (2.4801587298886815e-05 + zz * (2.0876681108263528e-09 + zz * 4.646173408703228e-14))
+    d = -0.0013888888888884717 + zz * (-2.755731856817136e-07 + zz * -1.1466234424282487e-11)
+    sn = y + y * (z * (s + z * t))
+    cs = 1 - (0.5 * z - zz * (c + z * d))
+    return 2 * sn * cs, (cs - sn) * (cs + sn)
 
 
 @inlined
-def wide_tan(x: float) -> float:
+def tan(x: float) -> float:
     """Tangent of any angle of a few turns."""
     return sin(x) / cos(x)
 
@@ -197,12 +205,12 @@ def larger(a: float, b: float) -> float:
     return a if a > b else b
 
 
-OPS = Ops(sqrt, sin, cos, tan, atan, larger)
+OPS = Ops(sqrt, sin, cos, tan, atan, sincos, larger)
 
 for _f in (
     twisting.root, twisting.contact, mechanics.forces, mechanics.pressed, energy.beyond,
     neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.meeting, neighbours.within,
 ):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)
-_on_edges = _itself(neighbours.on_edges, ARRAY=OPS, np=OPS._replace(tan=wide_tan))
+_on_edges = _itself(neighbours.on_edges, ARRAY=OPS, np=OPS)
 _teach(overload, (neighbours.on_edges,), _on_edges, lambda *_: _on_edges)

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.model import formulas
 from squama.model.mechanics import Row, named_margins
 from squama.model.neighbours import first_crossing
 from squama.model.outcome import CODES, End
-from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Point, Twist
+from squama.model.paths import FLOAT, FoldedTwist, Point, Twist, as_next
 from squama.model.scan import Scan, event, scan
 from squama.model.solve import Array, first_zero, point, take
 from squama.model.twisting import Number
@@ -61,7 +62,7 @@ def track(row: Any, x1: Array, mu: Array, law: str) -> list[tuple[Array, Track]]
         The designs grouped by the kind of row that follows them (open or folded).
     """
     x0 = np.asarray(row.theta0, float)
-    found = scan(row, x0, x1, mu, law)
+    found = scan(as_next(row), x0, x1, mu, law)
     folded = ~np.isnan(found.fold_a)
     groups = []
     index = np.flatnonzero(~folded)
@@ -74,7 +75,7 @@ def track(row: Any, x1: Array, mu: Array, law: str) -> list[tuple[Array, Track]]
         theta_f = _fold(sub, found.fold_a[index], found.fold_b[index])
         bent = FoldedTwist(sub.eta, sub.beta, sub.lam, sub.sa, sub.ca, sub.theta0, theta_f, sub.k)
         tau = np.sqrt(bent.theta_f - x0[index])
-        groups.append((index, _solve(bent, -tau, tau, scan(bent, -tau, tau, mu[index], law), mu[index], law)))
+        groups.append((index, _solve(bent, -tau, tau, scan(as_next(bent), -tau, tau, mu[index], law), mu[index], law)))
     return groups
 
 
@@ -82,9 +83,10 @@ def _fold(row: Twist, low: Array, high: Array) -> Array:
     """Inclination of the fold, where the two roots of the contact condition meet."""
 
     def square(theta: Number, *cols: Number) -> Number:
-        return Twist(*cols).root(theta, FLOAT if isinstance(theta, float) else ARRAY).q2
+        row = Twist(*cols)
+        return row.root(theta, FLOAT).q2 if isinstance(theta, float) else formulas.square(row, theta)
 
-    return first_zero(square, low, high, tuple(row))
+    return first_zero(square, low, high, tuple(as_next(row)))
 
 
 def _solve(row: Any, x0: Array, x1: Array, found: Scan, mu: Array, law: str) -> Track:
@@ -97,7 +99,7 @@ def _solve(row: Any, x0: Array, x1: Array, found: Scan, mu: Array, law: str) -> 
     inside, start = np.flatnonzero(b > a), np.flatnonzero(b == a)
     x_end[start] = x0[start]
     if inside.size:
-        cols = (*take(row, inside), mu[inside])
+        cols = (*as_next(take(row, inside)), mu[inside])
         with np.errstate(all="ignore"):
             known = take(found, inside)[2:6]
             x_end[inside] = first_zero(event(type(row), law), a[inside], b[inside], cols, known)

@@ -16,15 +16,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.errors import ValidityWarning
-from squama.model.mechanics import Row, forces, pressed
-from squama.model.paths import ARRAY, FoldedTwist, Ops
+from squama.model import formulas
+from squama.model.mechanics import Row, forces
+from squama.model.paths import ARRAY, FoldedTwist, Ops, as_next
 from squama.model.rules import Rules, legendre_rules, pole_rules
-from squama.model.solve import BLOCK, Array, blocks, point, take
+from squama.model.solve import Array, blocks, point, take
 
 TOLERANCE = 1e-11
 """Size of the last terms of the series, relative to the work, at which it counts as converged."""
 NODES = 64
 FEW_NODES = 24
+ENTRIES = 49_152
+"""Places taken at a time: of more the product with the weights is given to threads that wait for each other."""
 MOST_NODES = 2048
 PARTS, DEPTH, MOST_PARTS = 16, 6, 64
 """Parts into which y is cut where the integrand is too sharp for one rule, how often, and how many of one path are cut
@@ -112,13 +115,13 @@ def works(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: str
     """
     out = np.zeros(x0.size)
     left = (mu > 0) & (x_stop > x0)
-    reach = x_pole - x0
+    row, reach = as_next(row), x_pole - x0
     if margin is not None:
         cut = left & (abs((x_stop - x0) - (1 - margin) * reach) < 1e-9 * margin * reach)
 
         def straight(lanes: Array, unit: Array) -> Any:
             r = reach[lanes]
-            return _power(take(row, lanes), x0[lanes] + r * unit, mu[lanes], law) * r
+            return formulas.power(take(row, lanes), x0[lanes] + r * unit, mu[lanes], law) * r
 
         rough = _by_rules(pole_rules(margin), np.flatnonzero(cut), straight, out)
         left &= ~cut
@@ -137,16 +140,10 @@ def works(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: str
     return out
 
 
-def _power(row: Any, x: Array, mu: Array, law: str) -> Any:
-    """Frictional work per unit of the path parameter."""
-    pt = row.point(x, law, ARRAY)
-    return pressed(pt, row.theta0, mu)[2] * pt.slip_rate
-
-
 def _density(row: Any, lanes: Array, start: Array, reach: Array, y: Array, mu: Array, law: str) -> Any:
     """Frictional work per unit of y, which counts from ``start``, ``reach`` before the pole."""
     short = -np.expm1(-y)
-    return _power(take(row, lanes), start + reach * short, mu[lanes], law) * (reach * (1 - short))
+    return formulas.power(take(row, lanes), start + reach * short, mu[lanes], law) * (reach * (1 - short))
 
 
 def _by_rules(rules: Rules, lanes: Array, f: Callable[[Array, Array], Any], out: Array) -> Array:
@@ -156,7 +153,7 @@ def _by_rules(rules: Rules, lanes: Array, f: Callable[[Array, Array], Any], out:
         unit, *weights = rules.nodes[:, first : first + size]
         rule, first = np.stack(weights), first + size
         again = [lanes[:0]]
-        for part in blocks(lanes.size, max(1, BLOCK * FEW_NODES // size)):
+        for part in blocks(lanes.size, max(1, ENTRIES // size)):
             some = lanes[part]
             with np.errstate(all="ignore"):
                 total, last, last_but_one = rule @ f(some, unit[:, None])
@@ -173,7 +170,7 @@ def in_parts(row: Any, x0: Array, x_stop: Array, x_pole: Array, mu: Array, law: 
     """Frictional work of paths that no one rule serves: y is cut where the integrand is sharp, and there again."""
     rules = legendre_rules()
     unit, *weights = rules.nodes[:, : rules.sizes[0]]
-    rule, reach = np.stack(weights), x_pole - x0
+    rule, reach, row = np.stack(weights), x_pole - x0, as_next(row)
     with np.errstate(all="ignore"):
         y_end = np.where((mu > 0) & (x_stop > x0), -np.log1p(-(x_stop - x0) / reach), 0.0)
     out: Array = np.zeros(x0.size)

@@ -31,7 +31,7 @@ def plate(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
 def edge(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
     """Take the normal force along the common normal of the edges, friction along the slip: satisfies virtual work."""
     slip = sqrt(c.a_rate * c.slip_x + c.c_rate * c.slip_y)
-    return Moments(-c.phi_rate / sqrt(c.J2), -(eta * c.a_rate * c.k_ZX - c.s * c.c_rate * c.k_YZ) / slip, slip)
+    return Moments(-c.phi_rate * sqrt(c.per_J2), -(eta * c.a_rate * c.k_ZX - c.s * c.c_rate * c.k_YZ) / slip, slip)
 
 
 LAWS: dict[str, Callable[[Contact, Number, Sqrt], Moments]] = {"edge": edge, "plate": plate}

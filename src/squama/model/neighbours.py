@@ -11,8 +11,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from squama.model import twisting
-from squama.model.paths import ARRAY, FLOAT, Ops, Twist
+from squama.model.paths import ARRAY, FLOAT, NEXT, FoldedTwist, Ops, Twist
 from squama.model.solve import FEW, Array, blocks, first_zero, take
+from squama.model.tape import Tape, kept
 
 SAMPLES = 13
 """Samples of an open path at which other neighbours are looked for."""
@@ -83,40 +84,50 @@ def first_engagement(row: Twist) -> tuple[Array, Array]:
     """Return the neighbour that is met first and its engagement twist; k = 0 and inf where there is none."""
     n = row.eta.size
     k, best = np.zeros(n, np.int64), np.full(n, np.inf)
+    far = _farthest(row)
+    order = _by_reach(far)
     for p in blocks(n):
-        part = take(row, p)
-        far = _farthest(part).astype(np.int64)
-        # one lane for every design and neighbour within reach, a design's lanes side by side
-        owner = np.repeat(np.arange(far.size), far)
-        start = np.cumsum(far) - far
-        number = np.arange(owner.size) - start[owner] + 1
-        pair = take(part, owner)._replace(k=number.astype(float))
+        lanes = order[p]
+        part = take(row, lanes)
+        number = np.arange(1.0, far[lanes].max() + 1)[:, None]
         with np.errstate(all="ignore"):
-            r, q, phi = meeting(pair, ARRAY)
-        on = (r.H + q > 0) & np.isfinite(phi)
-        first, right = start, np.zeros(far.size, bool)
-        if n > FEW:
-            # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
-            first = _lowest(np.where(on, phi, np.inf), owner, start)
-            right = on[first]
-            right[right] = within(take(pair, first[right]), take(r, first[right]), q[first[right]])
-        # where they do not, all neighbours are asked
-        every = np.flatnonzero((~right)[owner] & on)
-        on[every] = within(take(pair, every), take(r, every), q[every])
-        phi = np.where(on, phi, np.inf)
-        first = np.where(right, first, _lowest(phi, owner, start))
-        best[p] = phi[first]
-        k[p] = np.where(np.isfinite(phi[first]), number[first], 0)
+            upright, phi = _meetings()(np.broadcast_to(number, (number.size, lanes.size)), *part[:-1])
+        phi = np.where((upright > 0) & (number <= far[lanes]), phi, np.inf)
+        phi[np.isnan(phi)] = np.inf
+        first = phi.argmin(axis=0)
+        # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
+        with np.errstate(all="ignore"):
+            wrong = np.flatnonzero(_within()(first + 1.0, *part[:-1])[0] == 0)
+            # where they do not, all neighbours are asked
+            on = _within()(np.broadcast_to(number, (number.size, wrong.size)), *take(part, wrong)[:-1])[0]
+        phi[:, wrong] = np.where(on > 0, phi[:, wrong], np.inf)
+        first[wrong] = phi[:, wrong].argmin(axis=0)
+        best[lanes] = phi[first, np.arange(lanes.size)]
+        k[lanes] = np.where(np.isfinite(best[lanes]), first + 1, 0)
     return k, best
 
 
-def _lowest(phi: Array, owner: Array, start: Array) -> Array:
-    """First of the lowest of every design's lanes."""
-    least = np.minimum.reduceat(phi, start)
-    hits = np.flatnonzero(phi == least[owner])[::-1]
-    lane = start.copy()
-    lane[owner[hits]] = hits
-    return lane
+def _by_reach(far: Array) -> Array:
+    """Order of designs by their reach; short numbers are sorted much faster."""
+    return np.argsort(far.astype(np.int16), kind="stable")
+
+
+@kept
+def _meetings() -> Tape:
+    def meetings(k: Any, *columns: Any) -> tuple[Any, Any]:
+        r, q, phi = meeting(Twist(*columns)._replace(k=k), ARRAY)
+        return r.H + q, phi
+
+    return Tape(meetings, len(Twist._fields) - 1)
+
+
+@kept
+def _within() -> Tape:
+    def on_both(k: Any, *columns: Any) -> tuple[Any]:
+        row = Twist(*columns)._replace(k=k)
+        return (within(row, *meeting(row, ARRAY)[:2]),)
+
+    return Tape(on_both, len(Twist._fields) - 1)
 
 
 def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:
@@ -146,18 +157,20 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
         Path parameters of engagement and end.
     """
     found = Crossing.none(x0.size)
-    bent = hasattr(row, "open")
+    bent = isinstance(row, FoldedTwist)
     steps = np.linspace(0.0, 1.0, FOLDED_SAMPLES if bent else SAMPLES)
-    few = np.linspace(0.0, 1.0, FOLDED_CLEAR if bent else CLEAR)
     # in order of reach, so that few designs are asked for neighbours they do not have
     far = _farthest(row)
-    order = np.argsort(far, kind="stable")
+    order = _by_reach(far)
     if x0.size > FEW:
-        near = []
-        for p in blocks(x0.size):
-            lanes = order[p]
-            near.append(lanes[~_clear(take(row, lanes), far[lanes], x0[lanes], x_end[lanes], few)])
-        order = np.concatenate(near)
+        few = np.linspace(0.0, 1.0, FOLDED_CLEAR if bent else CLEAR)
+        quick = ((far < NEAR) & (row.k == 1))[order]
+        asked, near = order[quick], ~quick
+        clear = [
+            _clear(take(row, asked[p]), far[asked[p]], x0[asked[p]], x_end[asked[p]], few) for p in blocks(asked.size)
+        ]
+        near[quick] = ~np.concatenate([np.zeros(0, bool), *clear])
+        order = order[near]
     parts = [np.empty((3, 0), np.int64)]
     for p in blocks(order.size):
         lanes = order[p]
@@ -191,28 +204,27 @@ def first_crossing(row: Any, x0: Array, x_end: Array) -> Crossing:
 class _Lines(NamedTuple):
     """What the contact conditions of all neighbours along paths are made of; ``near`` is how far the tips reach."""
 
-    H: Array
-    S: Array
-    lean: Array
-    half: Array
-    c: Array
-    s: Array
-    near: Array
+    H: Any
+    S: Any
+    lean: Any
+    half: Any
+    c: Any
+    s: Any
+    near: Any
 
     @classmethod
-    def along(cls, row: Any, x: Array) -> Self:
-        """Lines at path parameters of a twisting row."""
-        pair = getattr(row, "open", row)
+    def of(cls, row: Any, pair: Twist, x: Any) -> Self:
+        """Lines at path parameters of a twisting row, and of the same without its fold."""
         theta, r, q, _ = row.solve(x, ARRAY)
         u = r.S / (r.H + q)
-        if (pair.k != 1).any():
+        if pair.k is not NEXT:
             u = np.tan(np.arctan(u) / pair.k)
-            r = pair._replace(k=1.0).root(theta, ARRAY)
+            r = pair._replace(k=NEXT).root(theta, ARRAY)
         w = 1 / (1 + u * u)
         lean = pair.sa * pair.ca * r.cs
         return cls(r.H + lean, r.S, lean, r.G / 2, (1 - u * u) * w, 2 * u * w, reach_at(pair, r.cs))
 
-    def walk(self, many: int) -> Iterator[tuple[int, Array]]:
+    def walk(self, many: int) -> Iterator[tuple[int, Any]]:
         """Neighbours 1 to ``many``, each with its condition times j: it is linear in j but for cos and sin of j phi."""
         c, s = self.c, self.s
         for j in range(1, many + 1):
@@ -220,28 +232,46 @@ class _Lines(NamedTuple):
             c, s = c * self.c - s * self.s, s * self.c + c * self.s
 
 
+@kept
+def _lines(kind: type[Any]) -> Tape:
+    def lines(x: Any, *columns: Any) -> _Lines:
+        row = kind(*columns)
+        return _Lines.of(row, row.open if kind is FoldedTwist else row, x)
+
+    return Tape(lines, len(kind._fields))
+
+
+@kept
+def _conditions(kind: type[Any], many: int) -> Tape:
+    def conditions(x: Any, *columns: Any) -> list[Any]:
+        row = kind(*columns)
+        lines = _Lines.of(row, row.open if kind is FoldedTwist else row, x)
+        return [lines.near, *(F for j, F in lines.walk(many) if j > 1)]
+
+    return Tape(conditions, len(kind._fields) - 1)
+
+
 def _clear(row: Any, far: Array, x0: Array, x_end: Array, steps: Array) -> Array:
     """Whether no other neighbour comes near: the conditions stay below zero by more than they bend.
 
-    Only paths that follow the next neighbour and reach few others are looked at, the rest is not clear.
+    For paths that follow the next neighbour.
     """
-    clear = np.asarray((far < NEAR) & (getattr(row, "open", row).k == 1))
+    clear, many = np.ones(x0.size, bool), int(far.max())
     with np.errstate(all="ignore"):
-        lines = _Lines.along(row, x0 + (x_end - x0) * steps[:, None])
-        near = np.maximum(np.maximum(lines.near[2:], lines.near[1:-1]), lines.near[:-2])
-        for j, F in lines.walk(int(far[clear].max(initial=1.0))):
-            if j > 1:
-                a, b, c = F[:-2], F[1:-1], F[2:]
-                away = np.maximum(np.maximum(a, b), c) < -AWAY * abs(c - 2 * b + a)
-                clear &= (away | (near < j)).all(axis=0)
+        near, *every = _conditions(type(row), many)(x0 + (x_end - x0) * steps[:, None], *row[:-1])
+        near = np.maximum(np.maximum(near[2:], near[1:-1]), near[:-2])
+        for j, F in enumerate(every, 2):
+            a, b, c = F[:-2], F[1:-1], F[2:]
+            away = np.maximum(np.maximum(a, b), c) < -AWAY * abs(c - 2 * b + a)
+            clear &= (away | (near < j)).all(axis=0)
     return clear
 
 
 def _crossed(row: Any, far: Array, x0: Array, x_end: Array, steps: Array) -> Array:
     """Design, neighbour and sample before every crossing of the lines of another neighbour's tip-side pair."""
-    rows, k = [np.empty((3, 0), np.int64)], getattr(row, "open", row).k
+    rows, k = [np.empty((3, 0), np.int64)], row.k
     with np.errstate(all="ignore"):
-        lines = _Lines.along(row, x0 + (x_end - x0) * steps[:, None])
+        lines = _Lines(*_lines(type(row))(x0 + (x_end - x0) * steps[:, None], *row))
         near = np.maximum(lines.near[1:], lines.near[:-1])
         for j, F in lines.walk(int(far.max(initial=1.0))):
             met = F >= 0

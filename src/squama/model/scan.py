@@ -7,14 +7,14 @@ minima that come near zero are followed to their bottom. Paths are sampled in bl
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.model.mechanics import margins, named_margins
-from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Point, Twist
+from squama.model import formulas
+from squama.model.mechanics import margins
+from squama.model.paths import FLOAT, FoldedTwist, Twist
 from squama.model.solve import FEW, Array, blocks, lowest, take
 from squama.model.twisting import Number
 
@@ -50,11 +50,6 @@ class Scan(NamedTuple):
     fold_b: Array
 
 
-def _smallest(values: tuple[Array, ...]) -> Array:
-    """Smallest of several arrays, entry by entry; NaN where one is."""
-    return functools.reduce(np.minimum, values)
-
-
 def _first(flags: Array) -> Array:
     """First sample flagged along axis 0; _NONE where there is none."""
     return np.where(flags.any(axis=0), flags.argmax(axis=0), _NONE)
@@ -69,8 +64,7 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     chunk = _COARSE_CHUNK if x0.size > FEW else steps.size
     unsettled = []
     for part in blocks(x0.size):
-        every = np.empty((len(row.ENDS), steps.size, part.stop - part.start))
-        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, chunk, every)
+        low, square, *every = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, chunk)
         first = _first(~(low > 0))
         brackets = _around(low, first, x0[part], (x1 - x0)[part], steps)
         settled = (first < _NONE) & _smooth(low, first - 1) & _none_dips(every, first)
@@ -112,12 +106,16 @@ def _smooth(values: Array, stop: Array) -> Array:
     return np.asarray((safe | (np.arange(safe.shape[0])[:, None] >= stop)).all(axis=0))
 
 
-def _none_dips(every: Array, first: Array) -> Array:
+def _none_dips(every: list[Array], first: Array) -> Array:
     """Whether no margin but those that end the path at the sample ``first`` can vanish in the interval before it."""
-    lane, i = np.arange(first.size), np.clip(first, 2, every.shape[1] - 1)
-    a, b, now = (every[:, i - n, lane] for n in (2, 1, 0))
-    calm = ~(now > 0) | (np.minimum(b, now) > SAFETY * abs(now - 2 * b + a))
-    return np.asarray(calm.all(axis=0) | (first < 2))
+    n, steps = first.size, every[0].shape[0]
+    at = np.clip(first, 2, steps - 1) * n + np.arange(n)
+    calm = first < 2
+    dips = np.zeros(n, bool)
+    for values in every:
+        a, b, now = (values.reshape(-1).take(at - k * n) for k in (2, 1, 0))
+        dips |= (now > 0) & ~(np.minimum(b, now) > SAFETY * abs(now - 2 * b + a))
+    return np.asarray(calm | ~dips)
 
 
 def _falls(values: Array, stop: Array) -> Array:
@@ -135,7 +133,7 @@ def _closely(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     folds: list[tuple[Array, ...]] = []
     found = Scan(*np.full((len(Scan._fields), n), np.nan))
     for part in blocks(n):
-        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _CHUNK)
+        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _CHUNK)[:2]
         first[part] = _first(~(low > 0))
         for column, values in zip(found, _around(low, first[part], x0[part], (x1 - x0)[part], steps), strict=False):
             column[part] = values
@@ -156,28 +154,24 @@ def _closely(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     return found
 
 
-def _sample(
-    row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, chunk: int, every: Array | None = None
-) -> tuple[Array, Array]:
-    """Smallest margin and squared root at the samples up to the one after the end of each path (1 beyond).
+def _sample(row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, chunk: int) -> Array:
+    """Smallest margin, squared root, and margins at the samples up to the one after the end of each path.
 
-    ``every``, if it is given, takes the margins one by one (whatever is left there beyond).
+    Beyond, the first two are 1.
     """
-    low, square = np.ones((2, steps.size, x0.size))
+    found, span = np.empty((2 + len(row.ENDS), steps.size, x0.size)), x1 - x0
+    found[:2] = 1
     alive, ended = np.arange(x0.size), np.zeros(x0.size, bool)
     for start in range(0, steps.size, chunk):
-        everything, rows = alive.size == x0.size, slice(start, start + chunk)
-        sub = row if everything else take(row, alive)
+        rows = slice(start, start + chunk)
         with np.errstate(all="ignore"):
-            pt, q2 = _seen(sub, x0[alive] + (x1 - x0)[alive] * steps[rows, None], law)
-            each = named_margins(sub, pt, mu[alive])
-            margin = _smallest(each)
-        # indices only where they are needed: they cost as much as the arithmetic
-        some = slice(None) if everything else alive
-        low[rows, some], square[rows, some] = margin, q2
-        if every is not None:
-            for column, values in zip(every, each, strict=True):
-                column[rows, some] = values
+            # indices only where they are needed: they cost as much as the arithmetic
+            if alive.size == x0.size:
+                margin = formulas.margins(row, x0 + span * steps[rows, None], mu, law, found[:, rows])[0]
+            else:
+                x = x0[alive] + span[alive] * steps[rows, None]
+                margin = (values := formulas.margins(take(row, alive), x, mu[alive], law))[0]
+                found[:, rows, alive] = values
         # a path that has ended in the last of these samples goes on for the one after its end
         seen = margin > 0
         done = ended[alive] | ~seen[:-1].all(axis=0)
@@ -185,17 +179,7 @@ def _sample(
         alive = alive[~done]
         if alive.size == 0:
             break
-    return low, square
-
-
-def _seen(row: Any, x: Array, law: str) -> tuple[Point, Array]:
-    """Contacts at path parameters, and the squares of their roots: below zero beyond a fold."""
-    if not isinstance(row, Twist | FoldedTwist):
-        pt = row.point(x, law, ARRAY)
-        return pt, pt.q * pt.q
-    theta, r, q, per_x = row.solve(x, ARRAY)
-    pair = row.open if isinstance(row, FoldedTwist) else row
-    return pair.at_root(theta, r, q, per_x, law, ARRAY), r.q2
+    return found
 
 
 def _dips(values: Array, stop: Array, offset: int) -> tuple[Array, ...]:
@@ -242,7 +226,7 @@ def _fold_in_last(row: Twist, found: Scan) -> None:
     a, b = found.a[index], found.b[index]
     x = a + (b - a) * np.linspace(0.0, 1.0, 9)[1:-1, None]
     with np.errstate(all="ignore"):
-        inside = ~(take(row, index).root(x, ARRAY).q2 > 0)
+        inside = ~(formulas.square(take(row, index), x) > 0)
     for n in np.flatnonzero(inside.any(axis=0)):
         found.fold_a[index[n]], found.fold_b[index[n]] = a[n], x[inside[:, n].argmax(), n]
 
@@ -253,10 +237,10 @@ def event(kind: type[Any], law: str) -> Callable[..., Number]:
     def event(x: Number, *cols: Number) -> Number:
         if isinstance(x, float):
             return float(min(margins(kind(*cols[:-1]), x, cols[-1], law, FLOAT)))
-        return _smallest(margins(kind(*cols[:-1]), x, cols[-1], law, ARRAY))
+        return formulas.least(kind(*cols[:-1]), x, cols[-1], law)
 
     return event
 
 
 def _square(x: Number, *cols: Number) -> Number:
-    return Twist(*cols[:-1]).root(x, ARRAY).q2
+    return formulas.square(Twist(*cols[:-1]), x)

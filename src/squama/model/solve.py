@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from squama.model import formulas
 from squama.model.bracket import bracketed
-from squama.model.paths import ARRAY, FLOAT, Point
+from squama.model.paths import FLOAT, Point
 from squama.model.twisting import Number
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-BLOCK = 2048
+BLOCK = 4096
 """Designs sampled together: BLOCK x samples stay in the processor's cache."""
 FEW = 64
 """Designs up to which a step costs the same for all: nothing is saved by leaving some out."""
@@ -49,8 +50,7 @@ def point(row: Any, x: Array, law: str) -> Point:
     with np.errstate(all="ignore"):
         if x.size == 1:
             return Point(*(np.array([v]) for v in scalar(row).point(float(x[0]), law, FLOAT)))
-        pt: Point = row.point(x, law, ARRAY)
-        return pt
+        return formulas.point(row, x, law)
 
 
 def first_zero(

@@ -45,7 +45,7 @@ class Contact(NamedTuple):
     ``u`` = tan(phi/2); ``p``, ``s`` places on tip and side edge; ``theta_rate``, ``phi_rate``; ``a_rate``,
     ``c_rate`` sliding along side and tip edge (a = eta - s, c = beta + p); ``slip_x``, ``slip_y`` the slip's
     components along the side edge and along the tip edge; ``k_IJ`` cosines between the two scales;
-    ``J2`` = 1 - k_YX^2.
+    ``per_J2`` = 1 / (1 - k_YX^2).
     """
 
     u: Number
@@ -62,7 +62,7 @@ class Contact(NamedTuple):
     k_ZX: Number
     k_ZY: Number
     k_ZZ: Number
-    J2: Number
+    per_J2: Number
 
 
 def root(sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Root:
@@ -91,10 +91,11 @@ def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Numbe
         As in :func:`root`.
     """
     sn, cs = r.sn, r.cs
-    u = r.S / (r.H + q)
-    # sine and versine of phi, and the torsion axis in the scale's own axes
-    h = 2 * u / (1 + u * u)
-    v = u * h
+    # half-angle tangent u, sine h and versine v of phi, and the torsion axis in the scale's own axes
+    upright = r.H + q
+    u = r.S / upright
+    per = 2 * r.S / (upright * upright + r.S * r.S)
+    h, v = per * upright, per * r.S
     zX = ca * cs
     zZ = -r.S
     vX, vYZ, hX, zX2 = v * zX, v * sa * zZ, h * zX, zX * zX
@@ -104,17 +105,17 @@ def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Numbe
     k_ZX = vX * zZ + h * sa
     k_ZY = vYZ - hX
     k_ZZ = 1 - v * (1 - zZ * zZ)
-    J2 = 1 - k_YX * k_YX
+    per_J2 = 1 / (1 - k_YX * k_YX)
     # M1 - D2 along n_Y1; a = eta - s in a form that keeps its digits where the contact is near the tip
     e_Y = (beta - sa) - v * (beta * ca * ca) - h * (lam * ca)
     eta_v, lean = eta * v, lam * sa * cs
-    a = (eta_v * (1 - zX2) + k_YX * (e_Y - eta * k_YX) + v * (lam * sn) - h * lean + zX) / J2
+    a = (eta_v * (1 - zX2) + k_YX * (e_Y - eta * k_YX) + v * (lam * sn) - h * lean + zX) * per_J2
     s = eta - a
     p = s * k_YX - e_Y
     V = a * k_YY + eta_v * (zX2 - sa * sa)
     # velocities at the contact: theta turns both scales about their bases, phi turns scale 2 about z
     slip_x = V * (beta * r.S - lean) - q * (eta * k_ZX)
     slip_y = V * (ca * lam + eta * r.S) + q * (s * k_YZ)
-    c_rate = (slip_y - k_YX * slip_x) / J2
-    a_rate = (slip_x - k_YX * slip_y) / J2
-    return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, k_YY, k_YZ, k_ZX, k_ZY, k_ZZ, J2)
+    c_rate = (slip_y - k_YX * slip_x) * per_J2
+    a_rate = (slip_x - k_YX * slip_y) * per_J2
+    return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, k_YY, k_YZ, k_ZX, k_ZY, k_ZZ, per_J2)
