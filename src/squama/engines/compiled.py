@@ -1,7 +1,7 @@
 """The Numba engine: the same kernel and the same steps as the numpy engine, compiled and in lock-step blocks.
 
-What is unusual is left to the numpy engine: paths with a deep dip of a margin between samples, work that needs very
-many nodes, and bending. Threads take turns at parts of some thousand designs; no design's answer depends on the others.
+What is unusual is left to the numpy engine: paths with a deep dip of a margin between samples, and bending. Threads
+take turns at parts of some thousand designs; no design's answer depends on the others.
 """
 
 from __future__ import annotations
@@ -15,12 +15,9 @@ from numba import config
 from squama.engines import Problem, Solved
 from squama.engines import numpy as plain
 from squama.engines.compiled_entry import ready, solve_all
-from squama.engines.compiled_first import ANSWER, ELASTIC, FOLD_AT, PARAMETER, RED, WORK
-from squama.model import energy
-from squama.model.paths import FoldedTwist, Twist
+from squama.engines.compiled_first import ANSWER
 from squama.model.rules import legendre_rules, pole_rules
 from squama.model.scan import FOLDED_STEPS, STEPS
-from squama.model.solve import Array
 
 __all__ = ["ready", "run"]
 PART, LEAST = 8192, 2048
@@ -57,16 +54,11 @@ def run(p: Problem, threads: int | None = None) -> Solved:
     else:
         for part in parts:
             answer(part)
-    rough = np.flatnonzero(np.isnan(out[WORK]) & (code >= 0))
-    for fold in (False, True):
-        at = rough[(out[FOLD_AT, rough] > 0) == fold]
-        if at.size:
-            out[WORK, at] = _works(_take(p, at), out[:, at], code[at], neighbour[at])
-            out[RED, at] = out[WORK, at] / (out[ELASTIC, at] + out[WORK, at])
-    solved = Solved._make((*out[:3], code, neighbour, *out[3:PARAMETER]))
+    solved = Solved._make((*out[:3], code, neighbour, *out[3:]))
     left = np.flatnonzero(code < 0)
     if left.size:
-        for mine, theirs in zip(solved, plain.run(_take(p, left)), strict=True):
+        columns = {name: getattr(p, name)[left] for name in p._fields[:7]}
+        for mine, theirs in zip(solved, plain.run(p._replace(**columns)), strict=True):
             mine[left] = theirs
     return solved
 
@@ -78,19 +70,3 @@ def _parts(n: int, workers: int) -> Iterator[slice]:
         size = PART if workers == 1 else max(LEAST, min(PART, (n - low) // (2 * workers)))
         yield slice(low, min(n, low + size))
         low += size
-
-
-def _take(p: Problem, index: Array) -> Problem:
-    columns = ("eta", "beta", "lam", "alpha", "theta0", "mu", "ratio")
-    return p._replace(**{name: getattr(p, name)[index] for name in columns})
-
-
-def _works(p: Problem, out: Array, code: Array, neighbour: Array) -> Array:
-    """Frictional work, part by part, of designs whose paths all fold or all do not."""
-    sa, ca = np.sin(p.alpha) * (1 if p.sense == "+" else -1), np.cos(p.alpha)
-    k, x0, x_end, theta_f = neighbour.astype(float), p.theta0, out[PARAMETER], out[FOLD_AT]
-    row: Twist | FoldedTwist = Twist(p.eta, p.beta, p.lam, sa, ca, p.theta0, k)
-    if theta_f[0] > 0:
-        row, x0 = FoldedTwist(p.eta, p.beta, p.lam, sa, ca, p.theta0, theta_f, k), -np.sqrt(theta_f - p.theta0)
-    x_c = energy.cutoff(row, x0, x_end, np.isin(code, plain.LOCKS), p.margin)
-    return energy.in_parts(row, x0, x_c, energy.pole(row, x_end, p.mu, p.law, x0), p.mu, p.law)

@@ -92,7 +92,9 @@ def scan(w: Array, steps: Array, beyond: int, folded: bool, plates: bool) -> Non
     """
     for i in range(W):
         w[FIRST + i], w[FOLD + i], w[CODE + i] = NEVER, NEVER, 0.0
-        w[P1 + i] = w[P2 + i] = w[R1 + i] = w[R2 + i] = math.nan
+        w[P1 + i] = w[P2 + i] = math.nan
+        for row in range(10):
+            w[lanes.PAST + row * W + i] = math.nan
         w[A + i] = w[B + i] = w[C + i] = w[X0 + i]
         w[FA + i] = w[FB + i] = w[FC + i] = math.nan
     for s in range(steps.size):
@@ -102,10 +104,10 @@ def scan(w: Array, steps: Array, beyond: int, folded: bool, plates: bool) -> Non
         left = 0
         for i in range(W):
             low, q2, x, first = w[LOW + i], w[QQ + i], w[X + i], w[FIRST + i]
-            a, b, c, d = w[P2 + i], w[P1 + i], w[R2 + i], w[R1 + i]
             # dips at the sample before, on the way to the end
-            dip = _dip(a, b, low) | ((not folded) & _dip(c, d, q2))
-            w[CODE + i] = LEFT if dip & (s <= first) else w[CODE + i]
+            dip = (not folded) & _dip(w[P2 + i], w[P1 + i], q2) & (s <= first)
+            w[P2 + i], w[P1 + i] = w[P1 + i], q2
+            w[CODE + i] = LEFT if dip else w[CODE + i]
             # A..B moves on until the end is between
             on = first == NEVER
             w[C + i], w[FC + i] = w[A + i] if on else w[C + i], w[FA + i] if on else w[FC + i]
@@ -115,16 +117,31 @@ def scan(w: Array, steps: Array, beyond: int, folded: bool, plates: bool) -> Non
             turned = (not folded) & (not q2 >= 0) & (w[FOLD + i] == NEVER) & (s <= first + 4) & (first > 0)
             fold = float(s) if turned else w[FOLD + i]
             w[FIRST + i], w[FOLD + i] = first, fold
-            w[P2 + i], w[P1 + i], w[R2 + i], w[R1 + i] = b, low, d, q2
             left += 1 if s < first + beyond else 0
+        for i in range(W):
+            # any margin might vanish before the one that ends the path at the sample FIRST
+            dips = _dips(w, i, lanes.RATE, lanes.PAST) | _dips(w, i, D, lanes.PAST + 2 * W)
+            dips |= _dips(w, i, lanes.TIP, lanes.PAST + 4 * W) | _dips(w, i, lanes.SIDE, lanes.PAST + 6 * W)
+            dips |= _dips(w, i, TURN, lanes.PAST + 8 * W)
+            w[CODE + i] = LEFT if dips & (s <= w[FIRST + i] + 1) else w[CODE + i]
         if left == 0:
             break
 
 
 @inlined
 def _dip(left: float, middle: float, right: float) -> bool:
-    bottom = middle - (right - left) * (right - left) / (8 * (right + left - 2 * middle))
-    return (middle > 0) & (middle <= left) & (middle < right) & (bottom < DEEP * middle)
+    # its bottom is (right - left)^2 / (8 (right + left - 2 middle)) lower than the middle
+    deep = (right - left) * (right - left) > 8 * (1 - DEEP) * middle * (right + left - 2 * middle)
+    return (middle > 0) & (middle <= left) & (middle < right) & deep
+
+
+@inlined
+def _dips(w: Array, i: int, row: int, past: int) -> bool:
+    """Whether a margin dips at the sample before."""
+    a, b, now = w[past + W + i], w[past + i], w[row + i]
+    w[past + W + i], w[past + i] = b, now
+    dip: bool = _dip(a, b, now)
+    return dip
 
 
 @compiled

@@ -55,16 +55,15 @@ SWEEPS = 6
 DONE, AGAIN, FOLDS, CROSSED, ROUGH, PLAIN = range(6)
 """What a design waits for: nothing; a closer look; its folded path; a look for other neighbours; more nodes at a pole;
 Legendre's rules."""
-LOAD_E, THETA_END, LOAD_END, THETA_C, LOAD_C, F0, TORQUE_C, ELASTIC, WORK, RED, PARAMETER, FOLD_AT = range(12)
-"""Rows of the answer; the last two are the path parameter of the end and the inclination of the fold (0: none)."""
-ANSWER = 12
+LOAD_E, THETA_END, LOAD_END, THETA_C, LOAD_C, F0, TORQUE_C, ELASTIC, WORK, RED = range(10)
+"""Rows of the answer."""
+ANSWER = 10
 
 
 @compiled
 def give_ends(w: Array, out: Array, i: int, at: int) -> None:
     """Answer of lane i: its end, with the figures of the contact there."""
     ended = w[X_END + i] == w[X0 + i]
-    out[at, PARAMETER], out[at, FOLD_AT] = w[X_END + i], w[THETA_F + i]
     out[at, THETA_END] = w[THETA0 + i] if ended else w[THETA + i]
     out[at, LOAD_END] = out[at, LOAD_E] if ended else w[LOAD + i] / w[K + i]
 

@@ -36,3 +36,17 @@ def order(designs: tuple[Array, ...], mirrored: bool, base: int, n: int, index: 
     for i in range(n):
         index[after[key[i]]] = i
         after[key[i]] += 1
+
+
+@compiled
+def order_by(column: Array, index: Array, n: int) -> None:
+    """Order the first n entries of ``index`` by whole numbers in a column of the table, all large ones alike."""
+    taken, after = index[:n].copy(), np.zeros(FAR * LONG + 1, np.int64)
+    for at in taken:
+        after[int(min(column[at], FAR * LONG - 1.0)) + 1] += 1
+    for i in range(FAR * LONG):
+        after[i + 1] += after[i]
+    for at in taken:
+        key = int(min(column[at], FAR * LONG - 1.0))
+        index[after[key]] = at
+        after[key] += 1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from squama.engines import compiled_crossings as crossings
@@ -11,7 +9,7 @@ from squama.engines import compiled_ends as ends
 from squama.engines import compiled_lanes as lanes
 from squama.engines import compiled_work as works
 from squama.engines.compiled_ends import LEFT, OTHER, gather, scatter
-from squama.engines.compiled_first import AGAIN, DONE, FOLDS, WORK, give_ends, give_figures, waits_for
+from squama.engines.compiled_first import AGAIN, DONE, FOLDS, PLAIN, WORK, give_ends, give_figures, waits_for
 from squama.engines.compiled_kernel import compiled
 from squama.engines.compiled_lanes import (
     BEST,
@@ -34,6 +32,7 @@ from squama.engines.compiled_lanes import (
     W,
     X,
 )  # fmt: skip
+from squama.engines.compiled_order import order_by
 from squama.model.neighbours import FOLDED_SAMPLES, SAMPLES
 from squama.model.scan import COARSE
 from squama.model.solve import Array
@@ -61,6 +60,8 @@ def follow(
     """Bracket the ends that one look has not settled; return how many of the paths are open and how many fold."""
     unsettled = np.empty(n, np.int64)
     many, folds, plain = choose(state, n, AGAIN, unsettled, 0), choose(state, n, FOLDS, bent, 0), 0
+    # those side by side that have ended at the same sample of the first look
+    order_by(table[:, FIRST // W], unsettled, many)
     # flags as such, not as constants, for which Numba would compile every step anew
     unfolded, fold = n < 0, n >= 0
     for start in range(0, many, W):
@@ -186,7 +187,10 @@ def work(
     w: Array, table: Array, state: Array, index: Array, n: int, locked: bool, folded: bool, plates: bool,
     sizes: Array, rule: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Frictional work by rule after rule, each for the designs that the one before has not served; NaN is left."""
+    """Frictional work by rule after rule, each for the designs that the one before has not served, and then in parts.
+
+    Locks that no rule of theirs serves wait for Legendre's.
+    """
     for i in range(n):
         state[index[i]] = DONE
     # the rules stand one after the other, the last ones are asked for
@@ -208,4 +212,9 @@ def work(
                     left += 1
         n, first = left, first + size
     for i in range(n):
-        out[index[i], WORK] = math.nan
+        if locked:
+            state[index[i]] = PLAIN
+        else:
+            gather(w, table, index, i, 1, FEW)
+            lanes.folds(w)
+            out[index[i], WORK] = works.in_parts(w, rule, sizes[0], folded, plates)

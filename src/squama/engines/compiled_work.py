@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from squama.engines import compiled_lanes as lanes
 from squama.engines.compiled_ends import FRICTIONAL, KINEMATIC
 from squama.engines.compiled_kernel import OPS, compiled
@@ -26,7 +28,7 @@ from squama.engines.compiled_lanes import (
     W,
     X,
 )  # fmt: skip
-from squama.model.energy import beyond
+from squama.model.energy import DEPTH, MOST_PARTS, TOLERANCE, beyond
 from squama.model.rules import ROUGH, ROUGH_PLAIN
 from squama.model.solve import Array
 
@@ -84,3 +86,34 @@ def work(w: Array, rule: Array, start: int, size: int, locked: bool, folded: boo
         limit = (ROUGH if locked else ROUGH_PLAIN) * abs(w[S0 + i])
         good = (abs(w[S1 + i]) <= limit) & (abs(w[S2 + i]) <= limit)
         w[S1 + i] = 1.0 if good else 0.0
+
+
+@compiled
+def in_parts(w: Array, rule: Array, size: int, folded: bool, plates: bool) -> float:
+    """Frictional work of the design that fills all lanes, as ``energy.in_parts``: every lane takes a part of y.
+
+    ``rule`` begins with Legendre's smallest, of ``size`` nodes.
+    """
+    pole(w, folded, plates)
+    start, reach = w[X0], w[P1]
+    lows, widths, total, whole, left = np.zeros(W * MOST_PARTS), np.zeros(W * MOST_PARTS), 0.0, 0.0, 1
+    widths[0] = w[P2]
+    for depth in range(DEPTH):
+        parts, low, width, left = left, lows[:left].copy(), widths[:left] / W, 0
+        for part in range(parts):
+            for i in range(W):
+                y = low[part] + width[part] * i
+                w[P1 + i], w[P2 + i] = reach * math.exp(-y), width[part]
+                w[X0 + i] = start - reach * math.expm1(-y)
+            work(w, rule, 0, size, size < 0, folded, plates)
+            if depth == 0:
+                for i in range(W):
+                    whole += abs(w[S0 + i])
+            for i in range(W):
+                good = (w[S1 + i] > 0) | (abs(w[S0 + i]) <= TOLERANCE * whole)
+                if good | (depth == DEPTH - 1) | (parts > MOST_PARTS):
+                    total += w[S0 + i]
+                else:
+                    lows[left], widths[left] = low[part] + width[part] * i, width[part]
+                    left += 1
+    return total

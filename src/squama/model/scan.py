@@ -67,7 +67,7 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
         low, square, *every = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, chunk)
         first = _first(~(low > 0))
         brackets = _around(low, first, x0[part], (x1 - x0)[part], steps)
-        settled = (first < _NONE) & _smooth(low, first - 1) & _none_dips(every, first)
+        settled = (first < _NONE) & _calm(every, first)
         if not bent:
             # the path bends back before it has ended: what comes before is looked at on the folded path
             folds = (first == _first(square < 0)) & (first > 0) & (first < _NONE)
@@ -106,16 +106,18 @@ def _smooth(values: Array, stop: Array) -> Array:
     return np.asarray((safe | (np.arange(safe.shape[0])[:, None] >= stop)).all(axis=0))
 
 
-def _none_dips(every: list[Array], first: Array) -> Array:
-    """Whether no margin but those that end the path at the sample ``first`` can vanish in the interval before it."""
-    n, steps = first.size, every[0].shape[0]
-    at = np.clip(first, 2, steps - 1) * n + np.arange(n)
-    calm = first < 2
-    dips = np.zeros(n, bool)
-    for values in every:
-        a, b, now = (values.reshape(-1).take(at - k * n) for k in (2, 1, 0))
-        dips |= (now > 0) & ~(np.minimum(b, now) > SAFETY * abs(now - 2 * b + a))
-    return np.asarray(calm | ~dips)
+def _calm(margins: list[Array], first: Array) -> Array:
+    """Whether no margin can vanish between the samples, up to the sample ``first`` that has ended each path.
+
+    In the last interval, before that sample, the margins that end the path there may.
+    """
+    s = np.arange(2, margins[0].shape[0])[:, None]
+    over, last = first < s, first == s
+    hidden = np.zeros(over.shape, bool)
+    for v in margins:
+        least, bend = np.minimum(v[1:], v[:-1]), abs(v[2:] - 2 * v[1:-1] + v[:-2]) * SAFETY
+        hidden |= ~(least[:-1] > bend) | (~(least[1:] > bend) & ((v[2:] > 0) | ~last))
+    return np.asarray(~(hidden & ~over).any(axis=0))
 
 
 def _falls(values: Array, stop: Array) -> Array:
@@ -129,24 +131,33 @@ def _closely(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     """Bracket the ends and folds of paths by close samples, and by the dips between them."""
     n, steps = x0.size, FOLDED_STEPS if isinstance(row, FoldedTwist) else STEPS
     first, fold = np.full(n, _NONE), np.full(n, _NONE)
-    lows: list[tuple[Array, ...]] = []
-    folds: list[tuple[Array, ...]] = []
+    lows: list[list[tuple[Array, Array]]] = [[] for _ in row.ENDS]
+    folds: list[tuple[Array, Array]] = []
     found = Scan(*np.full((len(Scan._fields), n), np.nan))
     for part in blocks(n):
-        low, square = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _CHUNK)[:2]
+        low, square, *every = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, _CHUNK)
         first[part] = _first(~(low > 0))
         for column, values in zip(found, _around(low, first[part], x0[part], (x1 - x0)[part], steps), strict=False):
             column[part] = values
-        lows.append(_dips(low, first[part], part.start))
+        for dips, values in zip(lows, every, strict=True):
+            # up to the sample that has ended the path: before it another margin may have dipped
+            dips.append(_dips(values, first[part] + 1, part.start))
         if isinstance(row, Twist):
             fold[part] = _first(square < 0)
             i = np.minimum(fold[part], steps.size - 1)
             before, at = (x0[part] + (x1 - x0)[part] * steps[np.maximum(i + k, 0)] for k in (-1, 0))
             found.fold_a[part], found.fold_b[part] = np.where(fold[part] < _NONE, (before, at), np.nan)
             folds.append(_dips(square, first[part], part.start))
-    _bottoms(event(type(row), law), row, x0, x1, mu, lows, steps, found[:6])
+    seen = found.b.copy()
+    for n, dips in enumerate(lows):
+        _bottoms(_margin(type(row), law, n), row, x0, x1, mu, dips, steps, (found.a, found.b))
+    moved = np.flatnonzero(~((found.b == seen) | np.isnan(found.b)))
+    with np.errstate(all="ignore"):
+        for x, value in ((found.a, found.fa), (found.b, found.fb)):
+            value[moved] = formulas.least(take(row, moved), x[moved], mu[moved], law)
+    found.c[moved] = found.fc[moved] = np.nan
     if folds:
-        _bottoms(_square, row, x0, x1, mu, folds, steps, found[6:])
+        _bottoms(_square, row, x0, x1, mu, folds, steps, (found.fold_a, found.fold_b))
         _fold_in_last(row, found)
         # a contact that has ended already where it begins, or well before the fold, does not get there
         beyond = (first == 0) | (fold > first + 4)
@@ -182,18 +193,15 @@ def _sample(row: Any, x0: Array, x1: Array, mu: Array, law: str, steps: Array, c
     return found
 
 
-def _dips(values: Array, stop: Array, offset: int) -> tuple[Array, ...]:
-    """Find local minima before ``stop`` that a parabola takes below half their value.
-
-    Returns samples, designs, and the values one sample before.
-    """
+def _dips(values: Array, stop: Array, offset: int) -> tuple[Array, Array]:
+    """Find local minima before ``stop`` that a parabola takes below half their value; return samples and designs."""
     left, middle, right = values[:-2], values[1:-1], values[2:]
     dip = (middle > 0) & (middle <= left) & (middle < right) & (np.arange(1, values.shape[0] - 1)[:, None] < stop)
     i, lane = np.nonzero(dip)
     left, middle, right = left[i, lane], middle[i, lane], right[i, lane]
     bottom = middle - (right - left) ** 2 / (8 * (right + left - 2 * middle))
     deep = bottom < DEEP * middle
-    return i[deep] + 1, lane[deep] + offset, left[deep]
+    return i[deep] + 1, lane[deep] + offset
 
 
 def _bottoms(
@@ -202,22 +210,22 @@ def _bottoms(
     x0: Array,
     x1: Array,
     mu: Array,
-    dips: list[tuple[Array, ...]],
+    dips: list[tuple[Array, Array]],
     steps: Array,
-    found: tuple[Array, ...],
+    bracket: tuple[Array, Array],
 ) -> None:
-    """Let the brackets ``found`` (a, b, and what else is known) end at the first dip whose bottom is below zero."""
-    i, lane, left = (np.concatenate(part) for part in zip(*dips, strict=True))
+    """Let the brackets (a, b) end at the first dip whose bottom is below zero and before b."""
+    i, lane = (np.concatenate(part) for part in zip(*dips, strict=True))
     if i.size == 0:
         return
+    a, b = bracket
     three = tuple(x0[lane] + (x1 - x0)[lane] * steps[i + shift] for shift in (-1, 0, 1))
     with np.errstate(all="ignore"):
         x, value = lowest(f, three, (*take(row, lane), mu[lane]))
     # the earliest dip of a design wins: go through them from the latest
-    for n in np.argsort(-i, kind="stable"):
-        if value[n] < 0:
-            for column, at in zip(found, (three[0][n], x[n], left[n], value[n], np.nan, np.nan), strict=False):
-                column[lane[n]] = at
+    for n in np.argsort(-x, kind="stable"):
+        if value[n] < 0 and not x[n] > b[lane[n]]:
+            a[lane[n]], b[lane[n]] = three[0][n], x[n]
 
 
 def _fold_in_last(row: Twist, found: Scan) -> None:
@@ -240,6 +248,11 @@ def event(kind: type[Any], law: str) -> Callable[..., Number]:
         return formulas.least(kind(*cols[:-1]), x, cols[-1], law)
 
     return event
+
+
+def _margin(kind: type[Any], law: str, n: int) -> Callable[..., Number]:
+    """One margin as a function of the path parameter, the row's entries and mu."""
+    return lambda x, *cols: formulas.margins(kind(*cols[:-1]), x, cols[-1], law)[2 + n]
 
 
 def _square(x: Number, *cols: Number) -> Number:
