@@ -11,13 +11,12 @@ from collections.abc import Callable
 from typing import Any
 
 from squama.engines.compiled_kernel import OPS, compiled, decay, edge, inlined, plate
-from squama.model import twisting
+from squama.model import solve, twisting
 from squama.model.mechanics import forces
 from squama.model.paths import FoldedTwist, Twist
-from squama.model.solve import CLOSE, STILL, Array
-from squama.model.solve import place as place_of_the_zero
+from squama.model.solve import Array
 
-place = inlined(place_of_the_zero)
+place, reached = inlined(solve.place), inlined(solve.reached)
 
 W = 32
 """Lanes of a block."""
@@ -226,7 +225,7 @@ def next_root(w: Array) -> bool:
         t, safe = place(x, f, x2, f2, x3, f3)
         t = t if safe else 0.5
         # the next place itself is the zero, to all digits, where the interpolation hardly moves any more
-        near = (t * width <= STILL * abs(x)) & (t >= 0) & (abs(f) <= 1e-4 * abs(f1)) & (abs(x - x1) <= CLOSE * abs(x))
+        near = (t >= 0) & reached(t * (x2 - x), x, f, x1, f1)
         best = x + t * (x2 - x) if near else best
         step = max(tol, min(width - tol, t * width))
         done = w[OK + i] > 0

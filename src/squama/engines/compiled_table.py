@@ -34,7 +34,7 @@ from squama.engines.compiled_lanes import (
 )  # fmt: skip
 from squama.engines.compiled_order import order_by
 from squama.model.neighbours import FOLDED_SAMPLES, SAMPLES
-from squama.model.scan import COARSE
+from squama.model.scan import FOLDED_COARSE
 from squama.model.solve import Array
 
 TABLE = 8192
@@ -83,7 +83,7 @@ def follow(
         count = min(W, folds - start)
         gather(w, table, bent, start, count, CARRIED)
         ends.find_folds(w)
-        ends.coarse(w, folded_steps[::COARSE], fold, plates)
+        ends.coarse(w, folded_steps[::FOLDED_COARSE], fold, plates)
         scatter(w, table, bent, start, count, THETA_F, THETA_F)
         scatter(w, table, bent, start, count, X0, X1)
         scatter(w, table, bent, start, count, B, FOLD)

@@ -22,7 +22,7 @@ STEPS = np.concatenate([np.linspace(0.0, 0.55, 29)[:-1], np.linspace(0.55, 1.0, 
 """Samples of an open path as fractions of its parameter; closer together up to about 100 deg, where most end."""
 FOLDED_STEPS = np.linspace(0.0, 1.0, 81)
 """Samples of a folded path, on which the twist grows large and farther neighbours come and go."""
-COARSE = 4
+COARSE, FOLDED_COARSE = 4, 5
 """Every so many of these samples are looked at first."""
 SAFETY = 0.25
 """Part of the bend seen in three samples by which a margin may differ from them in between."""
@@ -60,7 +60,7 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     found, bent = Scan(*np.empty((len(Scan._fields), x0.size))), isinstance(row, FoldedTwist)
     if bent:
         found.fold_a[:] = found.fold_b[:] = np.nan
-    steps = (FOLDED_STEPS if bent else STEPS)[::COARSE]
+    steps = FOLDED_STEPS[::FOLDED_COARSE] if bent else STEPS[::COARSE]
     chunk = _COARSE_CHUNK if x0.size > FEW else steps.size
     unsettled = []
     for part in blocks(x0.size):
@@ -114,9 +114,10 @@ def _calm(margins: list[Array], first: Array) -> Array:
     s = np.arange(2, margins[0].shape[0])[:, None]
     over, last = first < s, first == s
     hidden = np.zeros(over.shape, bool)
-    for v in margins:
-        least, bend = np.minimum(v[1:], v[:-1]), abs(v[2:] - 2 * v[1:-1] + v[:-2]) * SAFETY
-        hidden |= ~(least[:-1] > bend) | (~(least[1:] > bend) & ((v[2:] > 0) | ~last))
+    with np.errstate(all="ignore"):
+        for v in margins:
+            least, bend = np.minimum(v[1:], v[:-1]), abs(v[2:] - 2 * v[1:-1] + v[:-2]) * SAFETY
+            hidden |= ~(least[:-1] > bend) | (~(least[1:] > bend) & ((v[2:] > 0) | ~last))
     return np.asarray(~(hidden & ~over).any(axis=0))
 
 

@@ -23,10 +23,11 @@ LOCK_STEP = 16384
 """Roots solved in lock-step, for the same reason."""
 SWEEPS = 200
 """Sweeps after which a lane is given up: bisection alone needs some 60."""
-STILL = 1e-13
-"""Relative step of an interpolation after which no further one is made: its own error is far smaller ..."""
+STILL, NEARLY = 1e-13, 1e-9
+"""Relative steps of an interpolation after which no further one is made: in any case, and where the line through the
+last two places leads to the same zero: then its own error is far smaller than the step."""
 CLOSE = 1e-5
-"""... where the last step was no longer than this, so that the values follow a straight line."""
+"""Relative length of the step before, at most: no longer than that the values follow a straight line."""
 
 
 def blocks(n: int, size: int = BLOCK) -> Iterator[slice]:
@@ -90,13 +91,13 @@ def _lock_step(f: Callable[..., Number], known: Sequence[Array], cols: tuple[Arr
         x = x1 + t * (x2 - x1)
         value = f(x, *cols)
         value = np.where(np.isnan(value), -1.0, value)
-        same, far, moved = (value > 0) == (f1 > 0), 1e-4 * abs(f1), abs(x - x1)
+        same, before = (value > 0) == (f1 > 0), (x1, f1)
         x3, f3, x2, f2 = np.where(same, x1, x2), np.where(same, f1, f2), np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, value
         t, safe = place(x1, f1, x2, f2, x3, f3)
         t = np.where(safe, t, 0.5)
         small, width = abs(f1), abs(x2 - x1)
-        near = (t * width <= STILL * abs(x1)) & (t >= 0) & (small <= far) & (moved <= CLOSE * abs(x1))
+        near = (t >= 0) & reached(t * (x2 - x1), x1, f1, *before)
         best = np.where(near, x1 + t * (x2 - x1), np.where(small < abs(f2), x1, x2))
         least = (2e-15 * abs(best) + 1e-300) / width
         done = live & (near | (least >= 0.5) | (f1 == 0))
@@ -124,6 +125,14 @@ def place(x1: Any, f1: Any, x2: Any, f2: Any, x3: Any, f3: Any) -> tuple[Any, An
     t = f1 * (f3 * f31 * x21 + f2 * f12 * x31) / (f12 * f31 * f32 * x21)
     all_ = abs(x3 - x2)
     return t, (f12 * f12 * all_ < abs(x21) * (f32 * f32)) & (f31 * f31 * all_ < abs(x31) * (f32 * f32))
+
+
+def reached(step: Any, x: Any, f: Any, before: Any, value_before: Any) -> Any:
+    """Whether a step from x, with the value f, ends at the zero to all digits; x is one step from ``before``."""
+    moved, size = x - before, abs(x)
+    straight = abs(f * moved + step * (f - value_before)) <= 1e-3 * abs(f * moved)
+    short = (abs(step) <= STILL * size) | ((abs(step) <= NEARLY * size) & straight)
+    return short & (abs(f) <= 1e-4 * abs(value_before)) & (abs(moved) <= CLOSE * size)
 
 
 def lowest(f: Callable[..., Number], x: tuple[Array, ...], cols: tuple[Array, ...]) -> tuple[Array, Array]:
