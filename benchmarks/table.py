@@ -35,7 +35,8 @@ from squama.engines import Problem
 from squama.model import laws, twisting
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
-SCRIPT, NAIVE = 300, 8
+SCRIPT, NAIVE, ROUNDS = 300, 8, 12
+CAREFUL = "scipy, careful script"
 DESIGNS = 131_072
 MARGIN = 0.01
 TARGETS = {"numpy": 300, "numba, 1 thread": 2500}
@@ -59,21 +60,27 @@ def problem(n: int, law: str) -> Problem:
     return Problem(*designs(n).values(), np.zeros(n), law, "+", MARGIN, "twisting")
 
 
-def cpu(f: Callable[[], Any], rounds: int = 3, *, warm: bool = True) -> tuple[float, float]:
-    """CPU and wall seconds of the quickest of some rounds."""
-    if warm:
-        f()
-    both = []
+def cpu(*runs: Callable[[], Any], rounds: int = 3) -> list[tuple[float, float]]:
+    """CPU and wall seconds of the quickest of some rounds.
+
+    The runs take turns, so that other work on the machine does not meet one of them alone; each runs three times in a
+    row, for a core that has been idle starts slowly.
+    """
+    best = [(math.inf, math.inf)] * len(runs)
+    for run in runs:
+        run()
     for _ in range(rounds):
-        wall, start = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF)
-        f()
-        stop = resource.getrusage(resource.RUSAGE_SELF)
-        both.append((stop.ru_utime + stop.ru_stime - start.ru_utime - start.ru_stime, time.perf_counter() - wall))
-    return min(b[0] for b in both), min(b[1] for b in both)
+        for i, run in ((i, run) for i, run in enumerate(runs) for _ in range(3)):
+            wall, start = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF)
+            run()
+            stop = resource.getrusage(resource.RUSAGE_SELF)
+            used = stop.ru_utime + stop.ru_stime - start.ru_utime - start.ru_stime
+            best[i] = min(best[i][0], used), min(best[i][1], time.perf_counter() - wall)
+    return best
 
 
-def script(solve: Callable[..., Any], n: int) -> float:
-    """CPU seconds per design of a script that answers one design at a time."""
+def script(solve: Callable[..., Any], n: int) -> Callable[[], None]:
+    """Run a script that answers one design at a time."""
     few = designs(n)
 
     def run() -> None:
@@ -82,7 +89,7 @@ def script(solve: Callable[..., Any], n: int) -> float:
             for eta, beta, lam, alpha, theta0, mu in zip(*(v.tolist() for v in few.values()), strict=True):
                 solve(Design(eta, beta, lam, alpha), theta0, mu, work=True)
 
-    return cpu(run, 2 if n < SCRIPT else 7, warm=False)[0] / n
+    return run
 
 
 def operations(*functions: Callable[..., Any]) -> Counter[str]:
@@ -117,7 +124,7 @@ def rates() -> dict[str, float]:
 
         n = 20_000
         x = np.full(64, 0.5)
-        return 16 * 64 * n / cpu(lambda: chains(x, n), 5)[0]
+        return 16 * 64 * n / cpu(lambda: chains(x, n), rounds=5)[0][0]
 
     return {
         "flop": 2 * over(lambda v: v * 0.999999 + 1e-7),
@@ -135,21 +142,24 @@ def roofline(law: str, rate: dict[str, float]) -> tuple[float, float]:
     return ends["flop"] / rate["flop"], ends["divide"] / rate["divide"] + ends["root"] / rate["root"]
 
 
-def engines(law: str) -> list[Line]:
-    """Every engine that is installed."""
+def measured(law: str) -> list[Line]:
+    """Both scripts and every engine that is installed."""
     p = problem(DESIGNS, law)
     plain = import_module("squama.engines.numpy")
-    lines = [Line("numpy", *cpu(lambda: plain.run(p), 5))]
+    runs = {CAREFUL: script(careful, SCRIPT), "numpy": lambda: plain.run(p)}
     if find_spec("numba"):
         compiled = import_module("squama.engines.compiled")
-        lines += [Line(f"numba, {n} thread{'s' * (n > 1)}", *cpu(lambda n=n: compiled.run(p, n), 9 * n * n)) for n in (1, 2)]
+        runs |= {f"numba, {n} thread{'s' * (n > 1)}": lambda n=n: compiled.run(p, n) for n in (1, 2)}
+    lines = [Line("scipy, naive", *cpu(script(naive, NAIVE), rounds=1)[0])]
+    lines += [Line(name, *best) for name, best in zip(runs, cpu(*runs.values(), rounds=ROUNDS), strict=True)]
     if find_spec("jax"):
         import jax
 
         xla, device = import_module("squama.engines.xla"), jax.devices()[0]
         name = "jax, CPU" if device.platform == "cpu" else f"jax, {device.device_kind}"
-        lines.append(Line(name, *cpu(lambda: xla.run(p), 2)))
-    return [Line(line.name, line.cpu / DESIGNS, line.wall / DESIGNS) for line in lines]
+        lines.append(Line(name, *cpu(lambda: xla.run(p), rounds=1)[0]))
+    many = {"scipy, naive": NAIVE, CAREFUL: SCRIPT}
+    return [Line(one.name, *(v / many.get(one.name, DESIGNS) for v in one[1:])) for one in lines]
 
 
 def processor() -> str:
@@ -159,11 +169,11 @@ def processor() -> str:
     return names[0] if names else platform.processor()
 
 
-def table(law: str, scripts: list[Line], rate: dict[str, float] | None) -> str:
+def table(law: str, rate: dict[str, float] | None) -> str:
     """One law: a row for every way to answer, and the roofline."""
-    lines = scripts + engines(law)
+    lines = measured(law)
     by_name = {line.name: line for line in lines}
-    unit = by_name["scipy, careful script"].cpu
+    unit = by_name[CAREFUL].cpu
     rows = ["| | CPU time per design, µs | times the careful script | target |", "|---|---|---|---|"]
     for line in lines:
         target = TARGETS.get(line.name, "")
@@ -248,10 +258,6 @@ and putting results back, to the root finder, and to the tests that nothing hide
 
 def main() -> None:
     """Measure and write the page."""
-    scripts = [
-        Line("scipy, naive", script(naive, NAIVE), 0.0),
-        Line("scipy, careful script", script(careful, SCRIPT), 0.0),
-    ]
     rate = rates() if find_spec("numba") else None
     packages = [name for name in ("numpy", "scipy", "numba", "jax") if find_spec(name)]
     text = INTRODUCTION.format(
@@ -266,7 +272,7 @@ def main() -> None:
         cores=os.cpu_count(),
     )
     for law in laws.LAWS:
-        text += table(law, scripts, rate) + "\n"
+        text += table(law, rate) + "\n"
     if rate:
         text += "## Rates of one core\n\n| | 10⁹ a second |\n|---|---|\n"
         names = {"flop": "multiply and add, both counted", "divide": "divide", "root": "square root"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import warnings
 from importlib import import_module
@@ -14,6 +15,7 @@ import pytest
 
 import squama
 from squama import engines
+from squama.model import energy
 
 pytest.importorskip("numba")
 RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "twisting.json").read_text(encoding="utf-8"))
@@ -116,6 +118,19 @@ def test_recorded_designs(law: str) -> None:
             },
             "frictional lock",
         ),
+        # the margin of friction is below zero between two close samples, the second of which is the last before another
+        # margin ends the path
+        (
+            {
+                "eta": 4.151126347437024,
+                "beta": 2.3458493931939057,
+                "lam": 1.1189408937123626,
+                "alpha": 0.266678145182986,
+                "theta0": 0.27834934911067005,
+                "mu": 0.06591067433762736,
+            },
+            "frictional lock",
+        ),
         # so many neighbours within reach that the path is left to the numpy engine
         ({"eta": 60.0}, None),
     ],
@@ -125,6 +140,43 @@ def test_single_designs(change: dict[str, float], end: str | None) -> None:
     a, b = both(**d)
     agree(a, b, d["theta0"], 0.01)
     assert end is None or str(a.end) == end
+
+
+@pytest.mark.parametrize(
+    ("law", "design"),
+    [
+        (
+            "edge",
+            (
+                3.452570707333269,
+                1.9368477496868548,
+                0.2529463174266702,
+                0.08760309083839056,
+                0.29224458450728935,
+                1.2876723256122566,
+            ),
+        ),
+        (
+            "plate",
+            (
+                1.7977718642973473,
+                1.8015225363532081,
+                0.33187202006464434,
+                0.0973140966083756,
+                0.10641236701684233,
+                1.053226765002182,
+            ),
+        ),
+    ],
+)
+def test_work_that_no_rule_serves(law: str, design: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The slip has a corner: the numpy engine takes the path in parts, and so does the other."""
+    taken, parts = [], energy.in_parts
+    monkeypatch.setattr(energy, "in_parts", lambda *args: taken.append(1) or parts(*args))
+    d = dict(zip(("eta", "beta", "lam", "alpha", "theta0", "mu"), design, strict=True))
+    a, b = both(**d | {"alpha": math.asin(d["alpha"])}, law=law)
+    assert taken == [1]
+    agree(a, b, d["theta0"], 0.01)
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (1,), (3, 0), (5, 1, 2)])

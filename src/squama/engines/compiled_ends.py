@@ -205,9 +205,9 @@ def _calm_root(w: Array, i: int, first: float, fold: float, s: int) -> bool:
     a, b, now = w[P2 + i], w[P1 + i], w[QQ + i]
     w[P2 + i], w[P1 + i] = b, now
     bend = SAFETY * abs(now - 2 * b + a)
-    steep, steeper = (b > bend) & (-now > bend) & (fold == first), (a > bend) & (-b > bend) & (fold == first)
-    before = (min(a, b) > bend) | (first < s - 1) | ((first == s - 1) & steeper)
-    calm: bool = before & ((min(b, now) > bend) | (first < s) | ((first == s) & steep))
+    steep = (b > bend) & (-now > bend) & (fold == first)
+    # what comes after the end must not matter: whether it is looked at depends on the other lanes
+    calm: bool = (first < s) | ((min(a, b) > bend) & ((min(b, now) > bend) | ((first == s) & steep)))
     return calm | (s < 2)
 
 

@@ -12,7 +12,7 @@ import functools
 import math
 import threading
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -20,22 +20,31 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 Array = np.ndarray[Any, np.dtype[Any]]
 
 PIECE = 16384
-"""Entries of an array that are taken at a time: steps take some 0.3 us each beside their arithmetic."""
+"""Entries of an array that are taken at a time: steps take some 0.4 us each beside their arithmetic."""
 _rooms = threading.local()
 
 
 class Term(NDArrayOperatorsMixin):
-    """Stands for an array while a formula is noted; ``name`` is that of its place in the program."""
+    """Stands for an array while a formula is noted: what it is made of, its place, and the last that takes it."""
 
     __hash__ = object.__hash__
 
-    def __init__(self, tape: Tape, ufunc: np.ufunc | None, of: tuple[Any, ...], name: str) -> None:
-        self.tape, self.ufunc, self.of, self.name = tape, ufunc, of, name
+    def __init__(self, tape: Tape, ufunc: np.ufunc | None, of: tuple[Term, ...], place: int = 0) -> None:
+        self.tape, self.ufunc, self.of, self.place = tape, ufunc, of, place
         self.last: Term | None = None
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *of: Any) -> Term:
         assert method == "__call__"
         return self.tape.note(ufunc, of)
+
+
+class Step(NamedTuple):
+    """Fill the place ``to`` with a function of the places ``a`` and, if it takes two, ``b``."""
+
+    ufunc: np.ufunc
+    a: int
+    b: int | None
+    to: int
 
 
 class Tape:
@@ -51,13 +60,13 @@ class Tape:
 
     def __init__(self, f: Callable[..., Iterable[Any]], columns: int) -> None:
         self._known: dict[Any, Term] = {}
-        self._names: dict[str, Any] = {"copyto": np.copyto}
-        x, *inputs = (Term(self, None, (), f"c{n}") for n in range(columns + 1))
+        # x, the columns, constants, results, what columns alone give, and registers, which are counted from the end
+        self._places: list[Any] = [None] * (columns + 1)
+        x, *inputs = (Term(self, None, (), n) for n in range(columns + 1))
         results = list(f(x, *inputs))
-        self.results = len(results)
-        self.source = self._written(x, inputs, results)
-        # a loop over the steps would take as long again as many of them
-        exec(self.source, self._names)
+        self.columns, self.results = columns, slice(len(self._places), len(self._places) + len(results))
+        self._places += [None] * len(results)
+        self.before, self.steps = self._planned(x, results)
 
     def note(self, ufunc: np.ufunc, of: tuple[Any, ...]) -> Term:
         """Note a step, unless it changes nothing or has been noted before."""
@@ -66,15 +75,15 @@ class Tape:
         if ufunc is np.bitwise_and:
             # truth values are the numbers 0 and 1, for all places are of one type
             ufunc = np.multiply
-        of = tuple(v if isinstance(v, Term) else self._constant(float(v)) for v in of)
-        self._names[ufunc.__name__] = ufunc
-        return self._known.setdefault((ufunc, *map(id, of)), Term(self, ufunc, of, ""))
+        terms = tuple(v if isinstance(v, Term) else self._constant(float(v)) for v in of)
+        return self._known.setdefault((ufunc, *map(id, terms)), Term(self, ufunc, terms))
 
     def _constant(self, value: float) -> Term:
-        term = self._known.setdefault(value, Term(self, None, (), f"k{len(self._names)}"))
-        # an array without dimensions is taken faster than a number
-        self._names[term.name] = np.array(value)
-        return term
+        if value not in self._known:
+            self._known[value] = Term(self, None, (), len(self._places))
+            # an array without dimensions is taken faster than a number
+            self._places.append(np.array(value))
+        return self._known[value]
 
     def _needed(self, results: list[Term]) -> list[Term]:
         """Return the steps that the results need, in order; note of every term which of them is the last to take it."""
@@ -86,49 +95,54 @@ class Tape:
                 t.last = t.last or term
         return [t for t in steps if t.last]
 
-    def _written(self, x: Term, inputs: list[Term], results: list[Term]) -> str:
-        """Write the program: what the columns alone give, and the steps for a row of x with results and registers."""
-        varies, self.registers = {x}, 0
-        free: list[str] = []
-        before: list[str] = []
-        steps, given = [], [t.name for t in inputs]
-        wanted = dict(zip(results, range(self.results), strict=True))
+    def _planned(self, x: Term, results: list[Term]) -> tuple[list[Step], list[Step]]:
+        """Give every step its place: those of the columns alone, those of x, and results that are copies."""
+        varies, before, steps = {x}, [], []
+        free: list[int] = []
+        self.registers, wanted = 0, {t: self.results.start + i for i, t in enumerate(results)}
         for term in self._needed(results):
             assert term.ufunc
-            call = f"{term.ufunc.__name__}({', '.join(t.name for t in term.of)}"
+            a, b = term.of[0].place, term.of[1].place if len(term.of) > 1 else None
             if varies.isdisjoint(term.of):
-                term.name = f"t{len(before)}"
-                before.append(f"{term.name} = {call})")
+                term.place = len(self._places)
+                self._places.append(None)
+                before.append(Step(term.ufunc, a, b, term.place))
                 continue
             varies.add(term)
-            free += [t.name for t in dict.fromkeys(term.of) if t.last is term and t.name[0] == "r"]
+            free += [t.place for t in dict.fromkeys(term.of) if t.last is term and t.place < 0]
             if term in wanted:
-                term.name = f"o{wanted[term]}"
+                term.place = wanted[term]
             elif free:
-                term.name = free.pop()
+                term.place = free.pop()
             else:
-                term.name, self.registers = f"r{self.registers}", self.registers + 1
-            steps.append(f"{call}, out={term.name})")
-        steps += [f"copyto(o{i}, {t.name})" for i, t in enumerate(results) if t.name != f"o{i}"]
-        given += [f"t{i}" for i in range(len(before))]
-        places = [f"o{i}" for i in range(self.results)] + [f"r{i}" for i in range(self.registers)]
-        first = [f"def columns({', '.join(t.name for t in inputs)}):", *before, f"return ({', '.join(given)},)"]
-        second = [f"def steps({', '.join([x.name, *places, *given])}):", *steps]
-        return "\n ".join(first) + "\n\n" + "\n ".join(second)
+                self.registers += 1
+                term.place = -self.registers
+            steps.append(Step(term.ufunc, a, b, term.place))
+        places = enumerate(results, self.results.start)
+        steps += [Step(np.positive, t.place, None, at) for at, t in places if t.place != at]
+        self._places += [None] * self.registers
+        return before, steps
 
     def __call__(self, x: Array, *columns: Array, out: Array | None = None) -> Array:
         """Return the results, of the shape of ``x``; in ``out`` where that is given."""
-        out = np.empty((self.results, *x.shape)) if out is None else out
-        table, given = np.atleast_2d(x), [np.atleast_2d(v) for v in out]
+        out = np.empty((self.results.stop - self.results.start, *x.shape)) if out is None else out
+        table, given, places = np.atleast_2d(x), [np.atleast_2d(v) for v in out], self._places.copy()
         for low in range(0, table.shape[1], PIECE):
             part = slice(low, low + PIECE)
-            fixed = self._names["columns"](*(c[part] for c in columns))
+            places[1 : self.columns + 1] = [c[part] for c in columns]
+            for ufunc, a, b, to in self.before:
+                places[to] = ufunc(places[a]) if b is None else ufunc(places[a], places[b])
             # short rows are taken together
             rows = PIECE // table[0, part].size
             for row in range(0, table.shape[0], max(1, rows)):
                 at = (slice(row, row + rows) if rows > 1 else row, part)
-                room = _room(self.registers, table[at].shape)
-                self._names["steps"](table[at], *(v[at] for v in given), *room, *fixed)
+                places[0], places[self.results] = table[at], [v[at] for v in given]
+                places[len(places) - self.registers :] = _room(self.registers, places[0].shape)
+                for ufunc, a, b, to in self.steps:
+                    if b is None:
+                        ufunc(places[a], out=places[to])
+                    else:
+                        ufunc(places[a], places[b], out=places[to])
         return out
 
 
