@@ -63,16 +63,19 @@ def problem(n: int, law: str) -> Problem:
 def cpu(*runs: Callable[[], Any], rounds: int = 3) -> list[tuple[float, float]]:
     """CPU and wall seconds of the quickest of some rounds.
 
-    The runs take turns, so that other work on the machine does not meet one of them alone; each runs three times in a
-    row, for a core that has been idle starts slowly.
+    The runs take turns of half a second, so that other work on the machine does not meet one of them alone and no core
+    starts from rest.
     """
-    best = [(math.inf, math.inf)] * len(runs)
+    best, times = [(math.inf, math.inf)] * len(runs), []
     for run in runs:
         run()
+        wall = time.perf_counter()
+        run()
+        times.append(max(1, round(0.5 / (time.perf_counter() - wall))))
     for _ in range(rounds):
-        for i, run in ((i, run) for i, run in enumerate(runs) for _ in range(3)):
+        for i in (i for i, n in enumerate(times) for _ in range(n)):
             wall, start = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF)
-            run()
+            runs[i]()
             stop = resource.getrusage(resource.RUSAGE_SELF)
             used = stop.ru_utime + stop.ru_stime - start.ru_utime - start.ru_stime
             best[i] = min(best[i][0], used), min(best[i][1], time.perf_counter() - wall)

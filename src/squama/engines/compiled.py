@@ -20,7 +20,7 @@ from squama.model.rules import legendre_rules, pole_rules
 from squama.model.scan import FOLDED_STEPS, STEPS
 
 __all__ = ["ready", "run"]
-PART, LEAST = 8192, 2048
+PART, LEAST = 8192, 4096
 """Designs a thread takes at a time, at most and at least."""
 
 
