@@ -45,21 +45,21 @@ TESTS: dict[str, tuple[str, ...]] = {
 
 BY_HAND: tuple[tuple[str, str, str], ...] = (
     # dropped friction
-    ("model/mechanics.py", "D = -(pt.M_N + mu * pt.M_f)", "D = -pt.M_N"),
+    ("model/mechanics.py", "D = -pt.M_N - mu * pt.M_f", "D = -pt.M_N"),
     ("model/mechanics.py", "return D, N, mu * N", "return D, N, 0 * mu * N"),
     (
         "model/mechanics.py",
         "((pt.theta - theta0) * pt.theta_rate + f * pt.slip_rate) / pt.load_rate",
         "(pt.theta - theta0) * pt.theta_rate / pt.load_rate",
     ),
-    ("model/mechanics.py", "(pt.load_rate, -(pt.M_N + mu * pt.M_f)", "(pt.load_rate, -pt.M_N + 0 * mu"),
+    ("model/mechanics.py", "(pt.load_rate, -pt.M_N - mu * pt.M_f", "(pt.load_rate, -pt.M_N + 0 * mu"),
     # a lock that is not looked for
     ("model/mechanics.py", "return (pt.load_rate, ", "return (abs(pt.load_rate) + 1, "),
     # the paper's Eq. 7 sign, its arccos, its normals
     ("model/mechanics.py", "N = (pt.theta - theta0) / D", "N = -(pt.theta - theta0) / D"),
     ("model/laws.py", "c.slip_x * c.k_ZX + across", "c.slip_x * c.k_ZX + abs(across)"),
     ("model/laws.py", '{"edge": edge, "plate": plate}', '{"edge": plate, "plate": edge}'),
-    ("model/laws.py", "-c.phi_rate * sqrt(c.per_J2)", "-c.phi_rate"),
+    ("model/laws.py", "-(c.phi_rate * sqrt(c.per_J2))", "-c.phi_rate"),
     # swapped edges
     ("model/paths.py", "self.beta - abs(pt.p)", "self.eta - abs(pt.p)"),
     ("model/paths.py", "self.eta / 2 - abs(pt.s - self.eta / 2)", "self.eta - pt.s"),

@@ -31,7 +31,8 @@ def plate(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
 def edge(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
     """Take the normal force along the common normal of the edges, friction along the slip: satisfies virtual work."""
     slip = sqrt(c.a_rate * c.slip_x + c.c_rate * c.slip_y)
-    return Moments(-c.phi_rate * sqrt(c.per_J2), -(eta * c.a_rate * c.k_ZX - c.s * c.c_rate * c.k_YZ) / slip, slip)
+    M_f = (c.c_rate * (c.s * c.k_YZ) - c.a_rate * (eta * c.k_ZX)) / slip
+    return Moments(-(c.phi_rate * sqrt(c.per_J2)), M_f, slip)
 
 
 LAWS: dict[str, Callable[[Contact, Number, Sqrt], Moments]] = {"edge": edge, "plate": plate}

@@ -57,7 +57,7 @@ def forces(pt: Point, theta0: Number, mu: Number) -> Forces:
 
 def pressed(pt: Point, theta0: Number, mu: Number) -> tuple[Number, Number, Number]:
     """Return the first three of :func:`forces`."""
-    D = -(pt.M_N + mu * pt.M_f)
+    D = -pt.M_N - mu * pt.M_f
     N = (pt.theta - theta0) / D
     return D, N, mu * N
 
@@ -74,4 +74,4 @@ def margins(row: Row, x: Number, mu: Number, law: str, ops: Ops) -> tuple[Number
 
 def named_margins(row: Row, pt: Point, mu: Number) -> tuple[Number, ...]:
     """Return the margins of a contact that is already evaluated."""
-    return (pt.load_rate, -(pt.M_N + mu * pt.M_f), *row.places(pt), pt.turn)[: len(row.ENDS)]
+    return (pt.load_rate, -pt.M_N - mu * pt.M_f, *row.places(pt), pt.turn)[: len(row.ENDS)]

@@ -75,6 +75,8 @@ class Tape:
         if ufunc is np.bitwise_and:
             # truth values are the numbers 0 and 1, for all places are of one type
             ufunc = np.multiply
+        if ufunc is np.negative and of[0].ufunc is np.negative:
+            return of[0].of[0]  # type: ignore[no-any-return]
         terms = tuple(v if isinstance(v, Term) else self._constant(float(v)) for v in of)
         return self._known.setdefault((ufunc, *map(id, terms)), Term(self, ufunc, terms))
 

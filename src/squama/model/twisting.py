@@ -75,8 +75,9 @@ def root(sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Numb
     """
     S = ca * sn
     zX = ca * cs
-    H = sa * (eta + lam * sn) + zX * (beta - sa)
-    G = 2 * (S * (beta * sa + eta * zX) + lam * (ca * ca - sa * sa) * cs)
+    # products of what does not change along a path stand first: arrays of rows compute them once
+    H = sa * eta + sa * lam * sn + zX * (beta - sa)
+    G = S * (2 * beta * sa + 2 * eta * zX) + 2 * lam * (ca * ca - sa * sa) * cs
     return Root(sn, cs, S, H, G, H * H - S * (G - S))
 
 
@@ -93,18 +94,18 @@ def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Numbe
     sn, cs = r.sn, r.cs
     # half-angle tangent u, sine h and versine v of phi, and the torsion axis in the scale's own axes
     upright = r.H + q
-    u = r.S / upright
-    per = 2 * r.S / (upright * upright + r.S * r.S)
-    h, v = per * upright, per * r.S
+    S = r.S
+    u = S / upright
+    per = 2 * S / (upright * upright + S * S)
+    h, v = per * upright, per * S
     zX = ca * cs
-    zZ = -r.S
-    vX, vYZ, hX, zX2 = v * zX, v * sa * zZ, h * zX, zX * zX
-    k_YX = vX * sa - h * zZ
+    vX, vYZ, hX, zX2 = v * zX, v * sa * S, h * zX, zX * zX
+    k_YX = vX * sa + h * S
     k_YY = 1 - v * (1 - sa * sa)
-    k_YZ = vYZ + hX
-    k_ZX = vX * zZ + h * sa
-    k_ZY = vYZ - hX
-    k_ZZ = 1 - v * (1 - zZ * zZ)
+    k_YZ = hX - vYZ
+    k_ZX = h * sa - vX * S
+    k_ZY = -(vYZ + hX)
+    k_ZZ = 1 - v * (1 - S * S)
     per_J2 = 1 / (1 - k_YX * k_YX)
     # M1 - D2 along n_Y1; a = eta - s in a form that keeps its digits where the contact is near the tip
     e_Y = (beta - sa) - v * (beta * ca * ca) - h * (lam * ca)
@@ -114,8 +115,8 @@ def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Numbe
     p = s * k_YX - e_Y
     V = a * k_YY + eta_v * (zX2 - sa * sa)
     # velocities at the contact: theta turns both scales about their bases, phi turns scale 2 about z
-    slip_x = V * (beta * r.S - lean) - q * (eta * k_ZX)
-    slip_y = V * (ca * lam + eta * r.S) + q * (s * k_YZ)
+    slip_x = V * (beta * S - lean) - q * (eta * k_ZX)
+    slip_y = V * (ca * lam + eta * S) + q * (s * k_YZ)
     c_rate = (slip_y - k_YX * slip_x) * per_J2
     a_rate = (slip_x - k_YX * slip_y) * per_J2
     return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, k_YY, k_YZ, k_ZX, k_ZY, k_ZZ, per_J2)
