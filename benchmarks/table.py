@@ -204,7 +204,8 @@ Engagement, end and RED (with the frictional work at a margin of 1 %) of {design
 `python benchmarks/table.py` (a part of `make bench`) on {date}: {cpu}, {python}, {versions}. All figures
 come from one run and are CPU time, so that they compare one core with one core. Other work slows them all
 the same, compiled code most, for it shares caches: when the run ended, {load:.1f} programs were at work on
-the {cores} cores, this one included. The figure for two threads means little unless both cores were free.
+the {cores} cores, this one included. The script and the engines take turns of half a second, and the quickest run
+of each counts. The figure for two threads means little unless both cores were free.
 
 - *scipy, naive*: what one writes first. The twist is searched for at every inclination (`brentq`), its rate is a
   difference, the path is scanned for the end and `quad` integrates. Next neighbour only, no folds.
@@ -217,13 +218,13 @@ the {cores} cores, this one included. The figure for two threads means little un
 """
 REASONS = """## `squama.ends` and a single curve
 
-`squama.ends` gives engagement and end only. Against the careful script it is 220 to 280 times faster per CPU second
-where the script integrates the frictional work too (`quad`), and 100 to 120 times where it leaves that out: 3.5 to
-4.4 µs a design against 970 and 430 µs. `benchmarks/test_ends.py` measures both.
+`squama.ends` gives engagement and end only. Against the careful script it is 270 to 390 times faster per CPU second
+where the script integrates the frictional work too (`quad`), and 115 to 165 times where it leaves that out: 2.6 to
+3.5 µs a design against 980 and 415 µs. `benchmarks/test_ends.py` measures both.
 
-A curve of 200 points, warm: the solved path with all its variables takes 1.0 ms (0.4 ms of it for the
+A curve of 200 points, warm: the solved path with all its variables takes 1.0 to 1.1 ms (0.4 ms of it for the
 evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` looks for every other contact
-of the plates and labels the answer as well, which makes 2.1 to 2.5 ms. `benchmarks/test_curve.py` measures all three.
+of the plates and labels the answer as well, which makes 2.1 to 2.6 ms. `benchmarks/test_curve.py` measures all three.
 
 ## Fits, designs, tolerances and the explorer
 
@@ -245,17 +246,18 @@ Measured one after the other on two free cores; imports and compiled code loaded
 Evaluations per design, estimated: {full} of the whole kernel ({full_parts}) and {roots} of the contact condition
 alone ({root_parts}). Most designs are settled by one coarse look and one Gauss rule and leave their block of lanes
 for the work only, which is done for full blocks. Designs are taken in the order of their reach and of a guess of how
-far they go, since all lanes of a block wait for the slowest. An evaluation takes 3.5 ns in a loop of its own, about
+far they go, since all lanes of a block wait for the slowest. An evaluation takes 2.8 ns in a loop of its own, about
 twice its share of the roofline: long chains of operations, and divisions beside them, leave the units idle. The rest
 of the time goes to what is kept of the samples to show that nothing hides between them, to handing results out, and
 to the designs that are gathered anew, some 40 % for one reason or another: folded paths (13 % with the edge law, and
 the dearest), ends that need closer samples (6 %), paths that another neighbour may end (11 %), work that needs other
 nodes.
 
-The numpy engine makes a pass over memory for every operation, about 150 per evaluation, and needs 41 evaluations of
-the whole kernel and 14 of the contact condition alone per design (edge law, counted; plate law 36 and 13). In arrays
-that stay in the cache an evaluation takes 46 ns, which makes 2 µs; as much again goes to taking designs out of arrays
-and putting results back, to the root finder, and to the tests that nothing hides between samples.
+The numpy engine runs the kernel as a flat program of some 110 passes over arrays in the cache, and needs 39 evaluations
+of the whole kernel and 12 of the contact condition alone per design (edge law, counted; plate law 34 and 11). An
+evaluation takes 30 to 50 ns, which makes half of the time; as much again goes to taking designs out of arrays
+and putting results back, to the root finder, and to the tests that nothing hides between samples. A square root takes
+as long as seven multiplications there, for NumPy computes one at a time.
 """
 
 

@@ -71,8 +71,8 @@ def test_a_program_holds_what_its_results_need_and_no_more():
         return np.minimum(y, b) * low, y, x, s, y
 
     made = Tape(formula, 2)
-    assert [step.ufunc for step in made.before] == [np.sin, np.multiply]
-    names = [step.ufunc.__name__ for step in made.steps]
+    assert [step.fill for step in made.before] == [np.sin, np.multiply]
+    names = [step.fill.__name__.strip("_") for step in made.steps]
     assert names == [
         "multiply",
         "subtract",

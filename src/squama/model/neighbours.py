@@ -94,10 +94,11 @@ def first_engagement(row: Twist) -> tuple[Array, Array]:
             upright, phi = _meetings()(np.broadcast_to(number, (number.size, lanes.size)), *part[:-1])
         phi = np.where((upright > 0) & (number <= far[lanes]), phi, np.inf)
         phi[np.isnan(phi)] = np.inf
-        first = phi.argmin(axis=0)
-        # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
+        first, wrong = phi.argmin(axis=0), np.arange(lanes.size)
         with np.errstate(all="ignore"):
-            wrong = np.flatnonzero(_within()(first + 1.0, *part[:-1])[0] == 0)
+            if n > FEW:
+                # the lines that meet first are those of the contact if they do so on both edges, as they mostly do
+                wrong = np.flatnonzero(_within()(first + 1.0, *part[:-1])[0] == 0)
             # where they do not, all neighbours are asked
             on = _within()(np.broadcast_to(number, (number.size, wrong.size)), *take(part, wrong)[:-1])[0]
         phi[:, wrong] = np.where(on > 0, phi[:, wrong], np.inf)

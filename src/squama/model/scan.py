@@ -64,7 +64,8 @@ def scan(row: Any, x0: Array, x1: Array, mu: Array, law: str) -> Scan:
     chunk = _COARSE_CHUNK if x0.size > FEW else steps.size
     unsettled = []
     for part in blocks(x0.size):
-        low, square, *every = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, chunk)
+        found_here = _sample(take(row, part), x0[part], x1[part], mu[part], law, steps, chunk)
+        low, square, every = *found_here[:2], found_here[2:]
         first = _first(~(low > 0))
         brackets = _around(low, first, x0[part], (x1 - x0)[part], steps)
         settled = (first < _NONE) & _calm(every, first)
@@ -106,18 +107,20 @@ def _smooth(values: Array, stop: Array) -> Array:
     return np.asarray((safe | (np.arange(safe.shape[0])[:, None] >= stop)).all(axis=0))
 
 
-def _calm(margins: list[Array], first: Array) -> Array:
+def _calm(margins: Array, first: Array) -> Array:
     """Whether no margin can vanish between the samples, up to the sample ``first`` that has ended each path.
 
     In the last interval, before that sample, the margins that end the path there may.
     """
-    s = np.arange(2, margins[0].shape[0])[:, None]
+    s = np.arange(2, margins.shape[1])[:, None]
     over, last = first < s, first == s
     hidden = np.zeros(over.shape, bool)
+    # many designs one margin at a time, for the cache; few all at once
     with np.errstate(all="ignore"):
-        for v in margins:
-            least, bend = np.minimum(v[1:], v[:-1]), abs(v[2:] - 2 * v[1:-1] + v[:-2]) * SAFETY
-            hidden |= ~(least[:-1] > bend) | (~(least[1:] > bend) & ((v[2:] > 0) | ~last))
+        for v in margins[:, None] if first.size > FEW else margins[None]:
+            a, b, c = v[:, :-2], v[:, 1:-1], v[:, 2:]
+            before, after, bend = np.minimum(a, b), np.minimum(b, c), abs(c - 2 * b + a) * SAFETY
+            hidden |= (~(before > bend) | (~(after > bend) & ((c > 0) | ~last))).any(axis=0)
     return np.asarray(~(hidden & ~over).any(axis=0))
 
 

@@ -24,6 +24,18 @@ PIECE = 16384
 _rooms = threading.local()
 
 
+def _minimum(a: Array, b: Array, out: Array) -> None:
+    np.minimum(a, b, out=out)
+
+
+def _maximum(a: Array, b: Array, out: Array) -> None:
+    np.maximum(a, b, out=out)
+
+
+_WITH_PLACE: dict[Any, Callable[..., Any]] = {np.minimum: _minimum, np.maximum: _maximum}
+"""How a function is given the place of its result, if not as its last argument, which is the fastest way."""
+
+
 class Term(NDArrayOperatorsMixin):
     """Stands for an array while a formula is noted: what it is made of, its place, and the last that takes it."""
 
@@ -41,7 +53,7 @@ class Term(NDArrayOperatorsMixin):
 class Step(NamedTuple):
     """Fill the place ``to`` with a function of the places ``a`` and, if it takes two, ``b``."""
 
-    ufunc: np.ufunc
+    fill: Callable[..., Any]
     a: int
     b: int | None
     to: int
@@ -119,7 +131,7 @@ class Tape:
             else:
                 self.registers += 1
                 term.place = -self.registers
-            steps.append(Step(term.ufunc, a, b, term.place))
+            steps.append(Step(_WITH_PLACE.get(term.ufunc, term.ufunc), a, b, term.place))
         places = enumerate(results, self.results.start)
         steps += [Step(np.positive, t.place, None, at) for at, t in places if t.place != at]
         self._places += [None] * self.registers
@@ -132,19 +144,19 @@ class Tape:
         for low in range(0, table.shape[1], PIECE):
             part = slice(low, low + PIECE)
             places[1 : self.columns + 1] = [c[part] for c in columns]
-            for ufunc, a, b, to in self.before:
-                places[to] = ufunc(places[a]) if b is None else ufunc(places[a], places[b])
+            for made, a, b, to in self.before:
+                places[to] = made(places[a]) if b is None else made(places[a], places[b])
             # short rows are taken together
             rows = PIECE // table[0, part].size
             for row in range(0, table.shape[0], max(1, rows)):
                 at = (slice(row, row + rows) if rows > 1 else row, part)
                 places[0], places[self.results] = table[at], [v[at] for v in given]
                 places[len(places) - self.registers :] = _room(self.registers, places[0].shape)
-                for ufunc, a, b, to in self.steps:
+                for fill, a, b, to in self.steps:
                     if b is None:
-                        ufunc(places[a], out=places[to])
+                        fill(places[a], places[to])
                     else:
-                        ufunc(places[a], places[b], out=places[to])
+                        fill(places[a], places[b], places[to])
         return out
 
 
