@@ -40,20 +40,24 @@ def run(p: Problem, threads: int | None = None) -> Solved:
     # made once, before the threads ask for them
     rules = (*pole_rules(p.margin)[:2], *legendre_rules()[:2])
 
-    def answer(part: slice) -> None:
-        solve_all(
-            designs, part.start, part.stop, p.sense == "-", p.law == "plate", p.margin,
-            STEPS, FOLDED_STEPS, *rules, out, code, neighbour,
-        )  # fmt: skip
-
     workers = min(threads or int(getattr(config, "NUMBA_NUM_THREADS", 1)), -(-n // PART))
-    parts = _parts(n, workers)
-    if workers > 1:
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(answer, parts))
-    else:
+    parts = iter(list(_parts(n, workers)))
+
+    def answer() -> None:
         for part in parts:
-            answer(part)
+            solve_all(
+                designs, part.start, part.stop, p.sense == "-", p.law == "plate", p.margin,
+                STEPS, FOLDED_STEPS, *rules, out, code, neighbour,
+            )  # fmt: skip
+
+    if workers > 1:
+        with ThreadPoolExecutor(workers - 1) as pool:
+            others = [pool.submit(answer) for _ in range(workers - 1)]
+            answer()
+            for other in others:
+                other.result()
+    else:
+        answer()
     solved = Solved._make((*out[:3], code, neighbour, *out[3:]))
     left = np.flatnonzero(code < 0)
     if left.size:
