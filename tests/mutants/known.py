@@ -186,6 +186,17 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1.0 -> 2.0 #2": _NOTHING,
     },
     ("model/energy.py", "stacklevel=2,"): {"*": "the line that a warning names"},
+    ("model/formulas.py", "every = np.stack(np.broadcast_arrays(_smallest(*each), pt.q * pt.q, *each))"): {
+        "* -> /": "rows that are not twisted have q = 1",
+    },
+    ("model/tape.py", "PIECE = 16384"): {"*": _TUNING},
+    ("model/tape.py", "return self._known.setdefault((ufunc, *map(id, terms)), Term(self, ufunc, terms, 0))"): {
+        "0 -> 1": "its place is given later",
+    },
+    ("model/tape.py", "self._places: list[Any] = [None] * (columns + 1)"): {"1 -> 2": "a place that nothing takes"},
+    ("model/tape.py", "places[len(places) - self.registers :] = _room(self.registers, places[0].shape)"): {
+        "- -> +": "registers are counted from the end, wherever that is",
+    },
     ("model/neighbours.py", "SAMPLES = 13"): {"*": _TUNING},
     ("model/neighbours.py", "FOLDED_SAMPLES = 41"): {"*": _TUNING},
     (

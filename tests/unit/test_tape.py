@@ -23,7 +23,7 @@ def rows(n, kind=Twist):
 
 @pytest.mark.parametrize("kind", [Twist, FoldedTwist])
 @pytest.mark.parametrize("law", ["edge", "plate"])
-@pytest.mark.parametrize("shape", [(9,), (300,), (7, 300), (3, tape.PIECE + 5), (200, 90)])
+@pytest.mark.parametrize("shape", [(9,), (300,), (7, 300), (5, 6000), (3, tape.PIECE + 5), (200, 90)])
 def test_what_is_evaluated_at_many_places_is_the_contact_itself(kind, law, shape):
     row, mu = rows(shape[-1], kind)
     x = np.random.default_rng(1).uniform(0.11, 0.6, shape) * (1 if kind is Twist else -1)
@@ -46,6 +46,8 @@ def test_what_is_evaluated_at_many_places_is_the_contact_itself(kind, law, shape
         np.testing.assert_allclose(got, values, rtol=1e-14)
     np.testing.assert_allclose(found[0], np.min(np.broadcast_arrays(*each), axis=0), rtol=1e-14)
     np.testing.assert_allclose(work, want, rtol=1e-13)
+    if kind is Twist:
+        np.testing.assert_allclose(formulas.square(row, x), row.root(x, ARRAY).q2, rtol=1e-13, atol=1e-15)
     for name in Point._fields:
         np.testing.assert_allclose(getattr(points, name), np.broadcast_to(getattr(pt, name), shape), rtol=1e-14)
 

@@ -28,11 +28,7 @@ def _minimum(a: Array, b: Array, out: Array) -> None:
     np.minimum(a, b, out=out)
 
 
-def _maximum(a: Array, b: Array, out: Array) -> None:
-    np.maximum(a, b, out=out)
-
-
-_WITH_PLACE: dict[Any, Callable[..., Any]] = {np.minimum: _minimum, np.maximum: _maximum}
+_WITH_PLACE: dict[Any, Callable[..., Any]] = {np.minimum: _minimum}
 """How a function is given the place of its result, if not as its last argument, which is the fastest way."""
 
 
@@ -41,7 +37,7 @@ class Term(NDArrayOperatorsMixin):
 
     __hash__ = object.__hash__
 
-    def __init__(self, tape: Tape, ufunc: np.ufunc | None, of: tuple[Term, ...], place: int = 0) -> None:
+    def __init__(self, tape: Tape, ufunc: np.ufunc | None, of: tuple[Term, ...], place: int) -> None:
         self.tape, self.ufunc, self.of, self.place = tape, ufunc, of, place
         self.last: Term | None = None
 
@@ -90,7 +86,7 @@ class Tape:
         if ufunc is np.negative and of[0].ufunc is np.negative:
             return of[0].of[0]  # type: ignore[no-any-return]
         terms = tuple(v if isinstance(v, Term) else self._constant(float(v)) for v in of)
-        return self._known.setdefault((ufunc, *map(id, terms)), Term(self, ufunc, terms))
+        return self._known.setdefault((ufunc, *map(id, terms)), Term(self, ufunc, terms, 0))
 
     def _constant(self, value: float) -> Term:
         if value not in self._known:
