@@ -218,6 +218,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "/ -> * #2": "as above",
     },
     ("model/neighbours.py", "CLEAR, FOLDED_CLEAR = 5, 13"): {"*": _TUNING},
+    ("model/neighbours.py", "if x0.size > FEW:"): {"> -> <=": "whether a quick look comes first"},
+    ("model/neighbours.py", "away = np.maximum(np.maximum(a, b), c) < -AWAY * abs(c - 2 * b + a)"): {
+        "* -> /": "conditions are small: a bend that is too large, after which a closer look follows",
+        "* -> / #2": "as above",
+    },
     ("model/neighbours.py", "near = np.maximum(lines.near[1:], lines.near[:-1])"): {"- -> nothing": _OUT_OF_REACH},
     ("model/neighbours.py", "n = row.eta.size"): {"eta -> beta": "all columns have one size"},
     ("model/neighbours.py", 'return -gap(getattr(one, "open", one), cols[-1], theta, phi, ops)'): {
