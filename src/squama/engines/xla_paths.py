@@ -16,7 +16,7 @@ from squama.model.ends import COINCIDE, half_turn
 from squama.model.neighbours import SAMPLES
 from squama.model.outcome import CODES, End
 from squama.model.paths import TWIST_ENDS, Ops, Twist
-from squama.model.scan import COARSE, SAFETY, STEPS
+from squama.model.scan import COARSE, SAFETY, STEPS, hides
 from squama.model.solve import place
 
 PATIENCE = 24
@@ -113,10 +113,10 @@ def first_end(row: Twist, mu: Any, law: str) -> Ended:
     x0, steps = row.theta0, STEPS[::COARSE]
     span = float(half_turn(1)[0]) - x0
     pt = row.point(x0 + span * steps[:, None], law, ops)
-    low = smallest(row, pt, mu)
-    ended = ~(low > 0)
+    each = mechanics.named_margins(row, pt, mu)
+    ended = ~(functools.reduce(jnp.minimum, each) > 0)
     met, first = ended.any(axis=0), ended.argmax(axis=0)
-    settled = met & smooth(low, first - 1) & smooth(pt.q * pt.q, first)
+    settled = met & calm(each, first) & smooth(pt.q * pt.q, first)
     grid = jnp.asarray(steps)
     a, b = x0 + span * grid[jnp.maximum(first - 1, 0)], x0 + span * grid[first]
     x, converged = first_zero(lambda x: smallest(row, row.point(x, law, ops), mu), a, b, settled)
@@ -135,8 +135,17 @@ def smallest(row: Twist, pt: Any, mu: Any) -> Any:
     return functools.reduce(jnp.minimum, mechanics.named_margins(row, pt, mu))
 
 
+def calm(margins: Any, first: Any) -> Any:
+    """Whether no margin can vanish between the samples up to ``first``; as :mod:`squama.model.scan` has it."""
+    from jax import numpy as jnp
+
+    s = jnp.arange(2, margins[0].shape[0])[:, None]
+    hidden = [hides(v[:-2], v[1:-1], v[2:], first == s, jnp.minimum) for v in margins]
+    return ~(functools.reduce(jnp.logical_or, hidden) & (first >= s)).any(axis=0)
+
+
 def smooth(values: Any, stop: Any) -> Any:
-    """Whether nothing can hide between the samples up to ``stop``; as :mod:`squama.model.ends` has it."""
+    """Whether nothing can hide between the samples up to ``stop``; as :mod:`squama.model.scan` has it."""
     from jax import numpy as jnp
 
     bend = abs(values[2:] - 2 * values[1:-1] + values[:-2])

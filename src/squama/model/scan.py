@@ -118,10 +118,14 @@ def _calm(margins: Array, first: Array) -> Array:
     # many designs one margin at a time, for the cache; few all at once
     with np.errstate(all="ignore"):
         for v in margins[:, None] if first.size > FEW else margins[None]:
-            a, b, c = v[:, :-2], v[:, 1:-1], v[:, 2:]
-            before, after, bend = np.minimum(a, b), np.minimum(b, c), abs(c - 2 * b + a) * SAFETY
-            hidden |= (~(before > bend) | (~(after > bend) & ((c > 0) | ~last))).any(axis=0)
+            hidden |= hides(v[:, :-2], v[:, 1:-1], v[:, 2:], last, np.minimum).any(axis=0)
     return np.asarray(~(hidden & ~over).any(axis=0))
+
+
+def hides(a: Any, b: Any, c: Any, last: Any, minimum: Callable[[Any, Any], Any]) -> Any:
+    """Whether a margin might vanish between its samples a, b and c; it may where it ends the path at the last one."""
+    before, after, bend = minimum(a, b), minimum(b, c), abs(c - 2 * b + a) * SAFETY
+    return ~(before > bend) | (~(after > bend) & ((c > 0) | ~last))
 
 
 def _falls(values: Array, stop: Array) -> Array:
