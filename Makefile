@@ -12,7 +12,7 @@ PYTHON ?= python3
 # Where python3 is too old a newer one may stand beside it; an interpreter asked for by name is not replaced.
 PYTHONS := $(PYTHON) $(if $(filter file,$(origin PYTHON)),python3.13 python3.12 python3.11)
 JOBS ?= 2
-EXTRAS := fast,fe,sweep,fit,export,web,test,lint,docs
+EXTRAS := fe,sweep,fit,export,web,test,lint,docs
 
 # Caches and settings of the tools stay in the tree; a home that is empty or read-only is fine.
 LOCAL := $(CURDIR)/.venv/var
@@ -100,8 +100,7 @@ paper: .venv/.run ## the paper's figures and the table of its claims, in out/pap
 
 .PHONY: fig6b
 fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on where it was stopped)
-	$(PIP) --editable '.[$(EXTRAS),fe]'
-	OMP_NUM_THREADS=2 nice $(RUN) -m squama.paper.elements out/fig6b
+	OMP_NUM_THREADS=2 nice $(RUN) benchmarks/fig6b.py out/fig6b
 
 # ---- checks ----------------------------------------------------------------------------------------------
 

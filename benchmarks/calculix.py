@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -21,8 +22,10 @@ import numpy as np
 from squama import Beam
 from squama.fe import deck
 from squama.fe.ccx import run_calculix
-from squama.fe.deck_beside import beside
-from squama.fe.facade_beam import beam as finite_beam
+from squama.fe.runs import cell
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "fe" / "calculix"))
+from beside import beside
 
 PAGE = Path(__file__).parents[1] / "docs" / "howto" / "decks.md"
 BEGIN, END = "<!-- written by benchmarks/calculix.py -->", "<!-- end -->"
@@ -68,9 +71,9 @@ def measure(scales: int, mesh: tuple[float, float], twist: float, increments: in
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     asked = {"scales": scales, "mesh": mesh, "increment": twist / increments}
-    finite_beam(BEAM, to=f"{twist / increments} rad/pitch", **asked)
+    cell(BEAM, to=f"{twist / increments} rad/pitch", **asked)
     begun = time.process_time()
-    ours = finite_beam(BEAM, to=f"{twist} rad/pitch", **asked)
+    ours = cell(BEAM, to=f"{twist} rad/pitch", **asked)
     own = time.process_time() - begun
     both = beside(BEAM, ours, theirs)
     dT, gap = both["dT"].values, both["gap"].values

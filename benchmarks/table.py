@@ -1,28 +1,19 @@
-"""Lock + RED of many designs by every engine, per CPU second and in one run, with a roofline; writes the docs page.
+"""Lock + RED of many designs, compiled and by scripts, per CPU second and in one run; writes the docs page.
 
-Run by ``make bench``. The roofline counts the arithmetic in the kernel's source (``twisting.root``,
-``twisting.contact``, the law) times its evaluations per design. It divides multiplications and additions by the
-rate of multiply-and-add, divisions and square roots by theirs, all measured in the same run on one core: what would be
-the time if nothing else were done. Divisions and roots run beside the rest, so the larger of the two counts.
+Run by ``make bench``.
 """
 
 from __future__ import annotations
 
-import ast
 import datetime
-import inspect
 import math
 import os
 import platform
 import resource
-import textwrap
 import time
 import warnings
-from collections import Counter
 from collections.abc import Callable
-from importlib import import_module
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,21 +22,17 @@ from baseline import Design, naive
 from baseline import solve as careful
 from test_ends import designs
 
-from squama.engines import Problem
-from squama.model import laws, twisting
+from squama.batch import Solved, solved
+from squama.model import laws
+from squama.types import Array
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 SCRIPT, NAIVE, ROUNDS = 300, 8, 12
 CAREFUL = "scipy, careful script"
 DESIGNS = 131_072
 MARGIN = 0.01
-TARGETS = {"numpy": 300, "numba, 1 thread": 2500}
-ROOTS = {"engagement": 3, "neighbours": 8}
-"""Evaluations of the contact condition alone, per design, about: means over the designs of this benchmark."""
-FULL = {"engagement": 1, "looks": 11, "root": 5, "figures": 2, "work": 20}
-"""Evaluations of the whole kernel, likewise."""
-SINCOS = Counter(flop=41)
-"""Operations of ``compiled_kernel.sincos``, once an evaluation."""
+TARGET = 400
+"""Times the careful script per CPU second, of compiled code."""
 
 
 class Line(NamedTuple):
@@ -56,8 +43,15 @@ class Line(NamedTuple):
     wall: float
 
 
-def problem(n: int, law: str) -> Problem:
-    return Problem(*designs(n).values(), np.zeros(n), law, "+", MARGIN, "twisting")
+def columns(n: int) -> tuple[Array, ...]:
+    """Random designs without a substrate."""
+    return (*designs(n).values(), np.zeros(n))
+
+
+def compiled(n: int, law: str, threads: int) -> Callable[[], Solved]:
+    """Answer n designs by compiled code."""
+    c = columns(n)
+    return lambda: solved(c, law=law, sense="+", margin=MARGIN, load="twisting", threads=threads, few=-1)
 
 
 def cpu(*runs: Callable[[], Any], rounds: int = 3) -> list[tuple[float, float]]:
@@ -95,72 +89,12 @@ def script(solve: Callable[..., Any], n: int) -> Callable[[], None]:
     return run
 
 
-def operations(*functions: Callable[..., Any]) -> Counter[str]:
-    """Multiplications and additions (``flop``), divisions and square roots in the source of functions."""
-    count: Counter[str] = Counter()
-    for f in functions:
-        for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(f)))):
-            if isinstance(node, ast.BinOp):
-                count["divide" if isinstance(node.op, ast.Div) else "flop"] += 1
-            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "sqrt":
-                count["root"] += 1
-    return count
-
-
-def rates() -> dict[str, float]:
-    """Operations a second of one core, by compiled code that does nothing else, eight chains or more at once."""
-    import numba
-
-    from squama.engines.compiled_kernel import cos, sin
-
-    def over(step: Callable[[float], float]) -> float:
-        f = numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(step)
-
-        @numba.njit(error_model="numpy", fastmath={"contract"})
-        def chains(x: Any, n: int) -> None:
-            for _ in range(n):
-                for i in range(64):
-                    v = x[i]
-                    for _ in range(16):
-                        v = f(v)
-                    x[i] = v
-
-        n = 20_000
-        x = np.full(64, 0.5)
-        return 16 * 64 * n / cpu(lambda: chains(x, n), rounds=5)[0][0]
-
-    return {
-        "flop": 2 * over(lambda v: v * 0.999999 + 1e-7),
-        "divide": over(lambda v: 1.3 / v),
-        "root": over(lambda v: math.sqrt(v)),  # noqa: PLW0108
-        "sine and cosine": over(lambda v: sin(v) * cos(v)),
-    }
-
-
-def roofline(law: str, rate: dict[str, float]) -> tuple[float, float]:
-    """Least seconds per design for multiplications and additions, and for divisions and roots."""
-    one = operations(twisting.root) + SINCOS
-    whole = one + operations(twisting.contact, laws.LAWS[law])
-    ends = {name: sum(ROOTS.values()) * one[name] + sum(FULL.values()) * whole[name] for name in whole}
-    return ends["flop"] / rate["flop"], ends["divide"] / rate["divide"] + ends["root"] / rate["root"]
-
-
 def measured(law: str) -> list[Line]:
-    """Both scripts and every engine that is installed."""
-    p = problem(DESIGNS, law)
-    plain = import_module("squama.engines.numpy")
-    runs = {CAREFUL: script(careful, SCRIPT), "numpy": lambda: plain.run(p)}
-    if find_spec("numba"):
-        compiled = import_module("squama.engines.compiled")
-        runs |= {f"numba, {n} thread{'s' * (n > 1)}": lambda n=n: compiled.run(p, n) for n in (1, 2)}
+    """Both scripts and the compiled code."""
+    runs: dict[str, Callable[[], Any]] = {CAREFUL: script(careful, SCRIPT)}
+    runs |= {f"compiled, {n} thread{'s' * (n > 1)}": compiled(DESIGNS, law, n) for n in (1, 2)}
     lines = [Line("scipy, naive", *cpu(script(naive, NAIVE), rounds=1)[0])]
     lines += [Line(name, *best) for name, best in zip(runs, cpu(*runs.values(), rounds=ROUNDS), strict=True)]
-    if find_spec("jax"):
-        import jax
-
-        xla, device = import_module("squama.engines.xla"), jax.devices()[0]
-        name = "jax, CPU" if device.platform == "cpu" else f"jax, {device.device_kind}"
-        lines.append(Line(name, *cpu(lambda: xla.run(p), rounds=1)[0]))
     many = {"scipy, naive": NAIVE, CAREFUL: SCRIPT}
     return [Line(one.name, *(v / many.get(one.name, DESIGNS) for v in one[1:])) for one in lines]
 
@@ -172,30 +106,20 @@ def processor() -> str:
     return names[0] if names else platform.processor()
 
 
-def table(law: str, rate: dict[str, float] | None) -> str:
-    """One law: a row for every way to answer, and the roofline."""
+def table(law: str) -> str:
+    """One law: a row for every way to answer."""
     lines = measured(law)
     by_name = {line.name: line for line in lines}
-    unit = by_name[CAREFUL].cpu
+    unit, one = by_name[CAREFUL].cpu, by_name["compiled, 1 thread"]
     rows = ["| | CPU time per design, µs | times the careful script | target |", "|---|---|---|---|"]
     for line in lines:
-        target = TARGETS.get(line.name, "")
+        target = TARGET if line.name == one.name else ""
         rows.append(f"| {line.name} | {line.cpu * 1e6:.3g} | {unit / line.cpu:.3g} | {target} |")
     text = f"## Law `{law}`\n\n" + "\n".join(rows) + "\n"
-    one, two = by_name.get("numba, 1 thread"), by_name.get("numba, 2 threads")
-    if one and two and rate:
-        flop, slow = roofline(law, rate)
-        text += (
-            f"\nTwo threads take {one.wall / two.wall:.2f} times less time on the clock than one (target: 1.9). "
-            f"The roofline of the compiled engine is {flop * 1e9:.0f} ns per design for multiplications and additions"
-            f" and {slow * 1e9:.0f} ns for divisions and roots: it runs at {max(flop, slow) / one.cpu:.0%} of it.\n"
-        )
-    short = [
-        f"{name} reaches {unit / by_name[name].cpu:.0f} of {target}"
-        for name, target in TARGETS.items()
-        if name in by_name and unit / by_name[name].cpu < target
-    ]
-    return text + (f"\nShort of the target: {', '.join(short)}.\n" if short else "")
+    two = by_name["compiled, 2 threads"]
+    text += f"\nTwo threads take {one.wall / two.wall:.2f} times less time on the clock than one.\n"
+    short = unit / one.cpu < TARGET
+    return text + (f"\nShort of the target: {unit / one.cpu:.0f} of {TARGET}.\n" if short else "")
 
 
 INTRODUCTION = """# Benchmarks
@@ -204,7 +128,7 @@ Engagement, end and RED (with the frictional work at a margin of 1 %) of {design
 `python benchmarks/table.py` (a part of `make bench`) on {date}: {cpu}, {python}, {versions}. All figures
 come from one run and are CPU time, so that they compare one core with one core. Other work slows them all
 the same, compiled code most, for it shares caches: when the run ended, {load:.1f} programs were at work on
-the {cores} cores, this one included. The script and the engines take turns of half a second, and the quickest run
+the {cores} cores, this one included. The script and the compiled code take turns of half a second, and the quickest run
 of each counts. The figure for two threads means little unless both cores were free.
 
 - *scipy, naive*: what one writes first. The twist is searched for at every inclination (`brentq`), its rate is a
@@ -212,8 +136,7 @@ of each counts. The figure for two threads means little unless both cores were f
   Mean of {naive} designs.
 - *scipy, careful script*: `benchmarks/baseline.py`, the whole job in plain floats with closed forms: first neighbour,
   fold, edges, other neighbours, locks, work. Edge law. Mean of {script} designs. It is the unit of the ratios.
-- *numpy*, *numba*, *jax*: the [engines](howto/arrays.md#engines). The jax line needs `pip install squama[jax]`; it is a
-  GPU where JAX finds one.
+- *compiled*: `squama.solve` for many designs, its code loaded.
 
 """
 REASONS = """## `squama.ends` and a single curve
@@ -241,50 +164,28 @@ Measured one after the other on two free cores; imports and compiled code loaded
 | explorer, from slider to picture in Chromium, median of 30 | 108 to 123 ms | `benchmarks/test_explorer.py` |
 | the same, to the plots | 142 to 189 ms | `benchmarks/test_explorer.py` |
 
-## What limits the compiled engine
+## Where the time of compiled code goes
 
-Evaluations per design, estimated: {full} of the whole kernel ({full_parts}) and {roots} of the contact condition
-alone ({root_parts}). Most designs are settled by one coarse look and one Gauss rule and leave their block of lanes
-for the work only, which is done for full blocks. Designs are taken in the order of their reach and of a guess of how
-far they go, since all lanes of a block wait for the slowest. An evaluation takes 2.8 ns in a loop of its own, about
-twice its share of the roofline: long chains of operations, and divisions beside them, leave the units idle. The rest
-of the time goes to what is kept of the samples to show that nothing hides between them, to handing results out, and
-to the designs that are gathered anew, some 40 % for one reason or another: folded paths (13 % with the edge law, and
-the dearest), ends that need closer samples (6 %), paths that another neighbour may end (11 %), work that needs other
-nodes.
-
-The numpy engine runs the kernel as a flat program of some 110 passes over arrays in the cache, and needs 39 evaluations
-of the whole kernel and 12 of the contact condition alone per design (edge law, counted; plate law 34 and 11). An
-evaluation takes 30 to 50 ns, which makes half of the time; as much again goes to taking designs out of arrays
-and putting results back, to the root finder, and to the tests that nothing hides between samples. A square root takes
-as long as seven multiplications there, for NumPy computes one at a time.
+A design takes some 6 looks at its path, 5 steps of the root finder, 3 single looks and 14 to 26 nodes of the integral
+of the work. Places that are looked at together go through the kernel in vectors, at 15 to 20 ns each; single ones take
+50 to 60 ns, for its operations depend on one another.
 """
 
 
 def main() -> None:
     """Measure and write the page."""
-    rate = rates() if find_spec("numba") else None
-    packages = [name for name in ("numpy", "scipy", "numba", "jax") if find_spec(name)]
     text = INTRODUCTION.format(
         designs=DESIGNS,
         date=datetime.datetime.now(tz=datetime.UTC).date(),
         cpu=processor(),
         python=f"Python {platform.python_version()}",
-        versions=", ".join(f"{name} {version(name)}" for name in packages),
+        versions=", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba")),
         naive=NAIVE,
         script=SCRIPT,
         load=os.getloadavg()[0],
         cores=os.cpu_count(),
     )
-    for law in laws.LAWS:
-        text += table(law, rate) + "\n"
-    if rate:
-        text += "## Rates of one core\n\n| | 10⁹ a second |\n|---|---|\n"
-        names = {"flop": "multiply and add, both counted", "divide": "divide", "root": "square root"}
-        text += "".join(f"| {names.get(name, name)} | {value / 1e9:.3g} |\n" for name, value in rate.items()) + "\n"
-        parts = {kind: ", ".join(f"{name} {n}" for name, n in of.items()) for kind, of in (("f", FULL), ("r", ROOTS))}
-        full, roots = sum(FULL.values()), sum(ROOTS.values())
-        text += REASONS.format(full=full, full_parts=parts["f"], roots=roots, root_parts=parts["r"])
+    text += "".join(table(law) + "\n" for law in laws.LAWS) + REASONS
     PAGE.write_text(text.rstrip() + "\n", encoding="utf-8")
     print(text)
 

@@ -5,28 +5,29 @@ from __future__ import annotations
 import numpy as np
 
 import squama
-from squama.curve import Case, curve, path
-from squama.model.solution import solve_twisting
+from squama.batch.solution import solve_twisting
+from squama.curves.hinge import path
+from squama.curves.path import Case
 
 BEAM = squama.Beam.from_ratios()
 
 
 def test_curve_of_200_points(benchmark) -> None:
-    case = Case(BEAM.pitch, BEAM.torsional_rigidity, BEAM.joint_stiffness, BEAM.eta, BEAM.scale.theta0)
+    case = Case.of(BEAM, "twisting")
     columns = [np.array([v]) for v in BEAM.ratios.values()]
 
     def run() -> None:
         solved = solve_twisting(*columns, np.array([0.5]), law="edge", sense="+")
-        curve(case, path(case, solved, None, 0.5, "edge", 0.01, None), points=200, at=None)
+        path(case, solved, None, 0.5, "edge", 0.01).curve(points=200)
 
     benchmark(run)
 
 
 def test_evaluation_of_200_points(benchmark) -> None:
-    case = Case(BEAM.pitch, BEAM.torsional_rigidity, BEAM.joint_stiffness, BEAM.eta, BEAM.scale.theta0)
+    case = Case.of(BEAM, "twisting")
     columns = [np.array([v]) for v in BEAM.ratios.values()]
-    solved = path(case, solve_twisting(*columns, np.array([0.5]), law="edge", sense="+"), None, 0.5, "edge", 0.01, None)
-    benchmark(lambda: curve(case, solved, points=200, at=None))
+    solved = path(case, solve_twisting(*columns, np.array([0.5]), law="edge", sense="+"), None, 0.5, "edge", 0.01)
+    benchmark(lambda: solved.curve(points=200))
 
 
 def test_twist_with_all_contacts_and_labels(benchmark) -> None:

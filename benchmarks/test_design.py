@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import squama
-from squama.inverse.designs import find
+from squama.inverse.designing import find
 from squama.inverse.target import read_target
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 import squama
-from squama.identify.data import read, record
 from squama.identify.estimate import derivatives
-from squama.identify.facade import placed
+from squama.identify.fitting import placed
 from squama.identify.parameters import ask
+from squama.identify.records import read, record
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 NAMES = ("mu", "K_theta", "theta0")

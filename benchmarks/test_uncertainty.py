@@ -7,7 +7,6 @@ import time
 import pytest
 
 import squama
-from squama.study.uncertainty import uncertain
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
 VARY = {
@@ -24,11 +23,11 @@ VARY = {
 
 @pytest.mark.parametrize("sampler", ["sobol", "random"])
 def test_a_million_samples(benchmark, sampler) -> None:
-    uncertain(BEAM, VARY, samples=2**17)
+    squama.uncertainty(BEAM, VARY, samples=2**17)
 
     def run() -> None:
         start = time.process_time()
-        uncertain(BEAM, VARY, samples=10**6, sampler=sampler, before="240 deg total")
+        squama.uncertainty(BEAM, VARY, samples=10**6, sampler=sampler, before="240 deg total")
         benchmark.extra_info["cpu_s"] = time.process_time() - start
 
     benchmark.pedantic(run, rounds=3)
@@ -36,5 +35,5 @@ def test_a_million_samples(benchmark, sampler) -> None:
 
 
 def test_indices(benchmark) -> None:
-    uncertain(BEAM, VARY, samples=3200, indices=64)
-    benchmark.pedantic(lambda: uncertain(BEAM, VARY, samples=3200, indices=4096), rounds=3)
+    squama.uncertainty(BEAM, VARY, samples=3200, indices=64)
+    benchmark.pedantic(lambda: squama.uncertainty(BEAM, VARY, samples=3200, indices=4096), rounds=3)

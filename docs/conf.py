@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import squama
-from squama.beamfile import TABLES
+from squama.beam.beamfile import TABLES
 from squama.model.joint import LAWS
 
 project = "squama"
@@ -51,9 +51,9 @@ def keys() -> list[str]:
     """Rows of the table of keys of a beam file."""
     rows = ["| table | key | meaning | measures | example |", "|---|---|---|---|---|"]
     for table, content in TABLES.items():
-        for key, (dimension, meaning, example) in content.items():
-            measures = dimension or ("file" if example.startswith('"') else "whole number")
-            rows.append(f"| `[{table}]` | `{key}` | {meaning} | {measures} | `{example}` |")
+        for name, key in content.items():
+            measures = key.dimension or ("file" if key.example.startswith('"') else "whole number")
+            rows.append(f"| `[{table}]` | `{name}` | {key.meaning} | {measures} | `{key.example}` |")
     return rows
 
 

@@ -12,59 +12,52 @@ from squama._version import __version__
 from squama.errors import InputError, SquamaError, ValidityWarning
 
 if TYPE_CHECKING:
-    from squama.api import Contact, Ends, Forces, contact, ends, forces
-    from squama.cycles import cycle
-    from squama.derivatives import Gradient, gradient
-    from squama.design import Beam, Friction, Joint, Scale, Substrate
-    from squama.engines import Solved, solve
-    from squama.fabrication.facade import Export, export
-    from squama.identify.facade import fit
+    from squama.arrays.derivatives import Gradient, gradient
+    from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
+    from squama.batch import Solved, solve
+    from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
+    from squama.curves.doors import bend, cycle, twist
+    from squama.curves.finite_rows import row
+    from squama.fabrication.exporting import Export, export
+    from squama.fe.runs import cell
+    from squama.fe.stiffness import joint
+    from squama.identify.fitting import fit
     from squama.identify.result import Fit
-    from squama.inverse.designs import inverse_design
+    from squama.inverse.designing import inverse_design
     from squama.inverse.front import pareto
+    from squama.io.datasets import read, save
     from squama.model.outcome import End
-    from squama.response import bend, twist
-    from squama.rows import row
-    from squama.store import read, save
-    from squama.study.stored import open_sweep
-    from squama.study.sweep import sweep
-    from squama.study.uncertainty import uncertainty
+    from squama.scene.picture import view
+    from squama.study.store import open_sweep
+    from squama.study.sweeping import sweep
+    from squama.study.tolerances.monte_carlo import uncertainty
+    from squama.study.verification import verify
     from squama.symbols import SYMBOLS
 
-_HOME = {
-    "Scale": "design",
-    "Substrate": "design",
-    "Joint": "design",
-    "Friction": "design",
-    "Beam": "design",
-    "contact": "api",
-    "Contact": "api",
-    "forces": "api",
-    "Forces": "api",
-    "ends": "api",
-    "Ends": "api",
-    "solve": "engines",
-    "Solved": "engines",
-    "gradient": "derivatives",
-    "Gradient": "derivatives",
-    "End": "model.outcome",
-    "twist": "response",
-    "bend": "response",
-    "row": "rows",
-    "cycle": "cycles",
-    "inverse_design": "inverse.designs",
-    "pareto": "inverse.front",
-    "fit": "identify.facade",
-    "Fit": "identify.result",
-    "sweep": "study.sweep",
-    "open_sweep": "study.stored",
-    "export": "fabrication.facade",
-    "Export": "fabrication.facade",
-    "uncertainty": "study.uncertainty",
-    "save": "store",
-    "read": "store",
-    "SYMBOLS": "symbols",
+_NAMES = {
+    "beam.design": "Scale Substrate Joint Friction Beam",
+    "arrays.edge_contacts": "contact Contact forces Forces ends Ends",
+    "batch": "solve Solved",
+    "arrays.derivatives": "gradient Gradient",
+    "model.outcome": "End",
+    "curves.doors": "twist bend cycle",
+    "curves.finite_rows": "row",
+    "fe.runs": "cell",
+    "fe.stiffness": "joint",
+    "study.verification": "verify",
+    "inverse.designing": "inverse_design",
+    "inverse.front": "pareto",
+    "identify.fitting": "fit",
+    "identify.result": "Fit",
+    "study.sweeping": "sweep",
+    "study.store": "open_sweep",
+    "study.tolerances.monte_carlo": "uncertainty",
+    "scene.picture": "view",
+    "fabrication.exporting": "export Export",
+    "io.datasets": "save read",
+    "symbols": "SYMBOLS",
 }
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
     "SYMBOLS",
@@ -86,6 +79,7 @@ __all__ = [
     "ValidityWarning",
     "__version__",
     "bend",
+    "cell",
     "contact",
     "cycle",
     "ends",
@@ -94,6 +88,7 @@ __all__ = [
     "forces",
     "gradient",
     "inverse_design",
+    "joint",
     "open_sweep",
     "pareto",
     "read",
@@ -103,6 +98,8 @@ __all__ = [
     "sweep",
     "twist",
     "uncertainty",
+    "verify",
+    "view",
 ]
 
 
@@ -116,4 +113,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

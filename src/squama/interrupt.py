@@ -6,7 +6,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 
 class Interrupted(KeyboardInterrupt):
@@ -14,21 +13,25 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextmanager
-def until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Turn the first Ctrl-C into a wish to stop; the second one interrupts at once.
+def kept(name: str, rest: str = "") -> Iterator[None]:
+    """Say of what is done inside, when it is interrupted, whose it is and what is kept."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        message = f"{name}: {str(stop) or 'interrupted'}{rest}"
+        raise Interrupted(message) from None
 
-    Yields
-    ------
-    callable
-        Says whether to stop.
-    """
+
+@contextmanager
+def until_interrupted() -> Iterator[Callable[[], bool]]:
+    """Turn the first Ctrl-C into a wish to stop; what is yielded says whether. The second one interrupts at once."""
     wished = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield wished.is_set
         return
     before = signal.getsignal(signal.SIGINT)
 
-    def wish(number: int, frame: Any) -> None:  # noqa: ARG001 - the shape of a handler
+    def wish(number: int, frame: object) -> None:  # noqa: ARG001 - the shape of a handler
         wished.set()
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

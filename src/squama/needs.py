@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from squama.errors import InputError
+from squama.errors import InputError, Problem
 
 _PACKAGES = {"netgen": "netgen-mesher"}
 _EXTRAS = {"build123d": "step", **dict.fromkeys(("lxml", "manifold3d", "networkx", "trimesh"), "export")}
@@ -17,17 +17,11 @@ _WORDS = {
 
 
 def need(module: str) -> Any:
-    """Import a module that comes with an extra of the package.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
+    """Import a module that comes with an extra of the package, or say how to install it."""
     try:
         return import_module(module)
     except ImportError:
         top = module.split(".", maxsplit=1)[0]
         extra = _EXTRAS.get(top, "fe")
-        message = f"{_WORDS[extra].format(_PACKAGES.get(top, top))}: pip install 'squama[{extra}]'"
-        raise InputError(message) from None
+        words = _WORDS[extra].format(_PACKAGES.get(top, top))
+        raise InputError(Problem(reason=f"{words}: pip install 'squama[{extra}]'")) from None

@@ -55,11 +55,7 @@ _TABLE = (
     Symbol("s", "m", "place of the contact on the side edge, from its base", "s", "paper Eqs. 4, 5"),
     Symbol("r", "m", "place of the contact on the face, from its base", "r", "theory: bending"),
     Symbol(
-        "mu_lock",
-        "1",
-        "coefficient of friction that locks the contact here",
-        r"\mu_\mathrm{lock}",
-        "theory: forces",
+        "mu_lock", "1", "coefficient of friction that locks the contact here", r"\mu_\mathrm{lock}", "theory: forces"
     ),
     Symbol("u_X", "m", "move of a scale's base along n_X", "u_X", "theory: compliant joint"),
     Symbol("u_Y", "m", "move of a scale's base along n_Y", "u_Y", "theory: compliant joint"),
@@ -98,11 +94,7 @@ _TABLE = (
     Symbol("W_fr_c", "J/m", "frictional work per length at the cut-off", r"W_\mathrm{fr}", "paper Eq. 15b"),
     Symbol("RED_c", "1", "relative energy dissipation at the cut-off", r"\mathrm{RED}", "paper Eq. 16"),
     Symbol(
-        "mu_static",
-        "1",
-        "coefficient of friction that locks at engagement",
-        r"\mu_\mathrm{static}",
-        "theory: forces",
+        "mu_static", "1", "coefficient of friction that locks at engagement", r"\mu_\mathrm{static}", "theory: forces"
     ),
     Symbol("end", "", "how the curve ends", ""),
     Symbol("neighbour", "1", "neighbour whose contact is followed; 0 for none", "k"),
@@ -124,6 +116,13 @@ _TABLE = (
     Symbol("psi_jam", "rad", "smallest bend per pitch that is not given back", r"\psi_j", "theory: cycles"),
     Symbol("psi_most", "rad", "largest bend per pitch of a history", r"\psi_m", "theory: cycles"),
     Symbol("M_drop", "N m", "drop of the moment where a loop turns at its top", r"\Delta M", "theory: cycles"),
+    Symbol("T_periodic", "N m", "torque of the endless beam (edge law)", "T"),
+    Symbol("theta_periodic", "rad", "inclination of the scales of the endless beam", r"\theta"),
+    Symbol("Q", "N m", "moment by which the substrate holds a scale that lies on it", "Q"),
+    Symbol(
+        "decay", "1", "factor per scale by which the effect of an end decays, at engagement", "", "theory: a finite row"
+    ),
+    Symbol("scale_end", "1", "scale whose contact ends the row; 0 for none", ""),
     Symbol("W_d", "J/m", "energy dissipated in a loop, per length", r"W_d", "theory: cycles"),
     Symbol("U_max", "J/m", "elastic energy at the top of a loop, per length", r"U_\mathrm{max}", "theory: cycles"),
     Symbol("zeta_eq", "1", "equivalent viscous damping ratio W_d/(4 pi U_max)", r"\zeta_\mathrm{eq}", "theory: cycles"),

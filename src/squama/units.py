@@ -7,33 +7,85 @@ from __future__ import annotations
 
 import math
 import re
+from enum import StrEnum
 from numbers import Real
 from typing import NamedTuple
 
-from squama.errors import InputError
-from squama.unit_table import DEGREE, UNITS, Dimension, look_up
+from squama.errors import InputError, Problem
 
-__all__ = [
-    "Bounds",
-    "Dimension",
-    "QuantityError",
-    "as_text",
-    "bounded",
-    "curvature",
-    "example",
-    "quantity",
-    "shown",
-    "twist",
-]
+
+class Dimension(StrEnum):
+    """What a quantity measures; the value is its name in messages."""
+
+    LENGTH = "length"
+    ANGLE = "angle"
+    PRESSURE = "pressure"
+    TORQUE = "torque"  # also the stiffness of a joint, N m or N m/rad
+    TWIST_RATE = "twist rate"  # also a curvature
+    RATIO = "ratio"
+
+
+DEGREE = math.pi / 180
+# unit -> (dimension, factor, divisor): two numbers, because 60 / 1000 is rounded once and 60 * 0.001 twice
+UNITS: dict[str, tuple[Dimension, float, float]] = {
+    unit: (dimension, *scale)
+    for dimension, scales in {
+        Dimension.LENGTH: {"m": (1.0, 1.0), "km": (1e3, 1.0), "cm": (1.0, 1e2), "mm": (1.0, 1e3), "um": (1.0, 1e6)},
+        Dimension.ANGLE: {"rad": (1.0, 1.0), "deg": (DEGREE, 1.0)},
+        Dimension.PRESSURE: {"Pa": (1.0, 1.0), "kPa": (1e3, 1.0), "MPa": (1e6, 1.0), "GPa": (1e9, 1.0)}
+        | {"N/m^2": (1.0, 1.0), "N/mm^2": (1e6, 1.0)},
+        Dimension.TWIST_RATE: {"1/m": (1.0, 1.0), "1/mm": (1e3, 1.0)},
+        Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
+    }.items()
+    for unit, scale in scales.items()
+}
+for _name, _newton, _metre in (("N m", 1.0, 1.0), ("N cm", 1.0, 1e2), ("N mm", 1.0, 1e3), ("kN m", 1e3, 1.0)):
+    for _per, _divisor in (("", 1.0), ("/rad", 1.0), ("/deg", DEGREE)):
+        UNITS[_name + _per] = (Dimension.TORQUE, _newton, _metre * _divisor)
+for _angle, _radian in (("rad", 1.0), ("deg", DEGREE)):
+    for _length, _multiple in (("m", 1.0), ("cm", 1e2), ("mm", 1e3)):
+        UNITS[f"{_angle}/{_length}"] = (Dimension.TWIST_RATE, _radian * _multiple, 1)
+
+_ALIASES = {"Nm": "N m", "Nmm": "N mm", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"}
+_LONGEST_UNIT = 40
+
+
+def look_up(unit: str) -> tuple[Dimension, float, float] | None:
+    """Return dimension, factor and divisor of a unit: SI value = number * factor / divisor.
+
+    Spelling is forgiven where it is clear: "N*m", "N·m", "Nm", "rad / m", "rad per m", "degrees", "°", "µm". None for
+    text that is no unit, or a unit of a dimension that squama does not use.
+    """
+    key = re.sub(r"\s*(?:/|\bper\b)\s*", "/", unit).replace("°", "deg")
+    key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", key).replace("µ", "u").replace("μ", "u").replace("²", "^2")
+    key = "/".join(_ALIASES.get(part, part) for part in key.split("/"))
+    if key in UNITS:
+        return UNITS[key]
+    return _ask_pint(unit) if len(unit) <= _LONGEST_UNIT else None
+
+
+def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
+    """Let pint read a unit that the table does not know: to import it takes longer than a whole calculation."""
+    import pint
+
+    registry = pint.get_application_registry()  # type: ignore[no-untyped-call]
+    try:
+        base = registry.Quantity(1.0, unit).to_base_units()
+        factor = float(base.magnitude)
+    except Exception:  # pint raises errors of many kinds on text that is no unit
+        return None
+    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m"):
+        if base.units == registry.Quantity(1.0, si).to_base_units().units and 0 < factor < math.inf:
+            return UNITS[si][0], factor, 1.0
+    return None
 
 
 class QuantityError(InputError):
-    """A value that is not usable; `shown` is the value as the user gave it, `reason` the rest of the line."""
+    """A value that is not usable; its one problem has no place yet: `squama.errors.naming` gives it one."""
 
-    def __init__(self, shown: str, reason: str) -> None:
-        self.shown = shown
-        self.reason = reason
-        super().__init__(f"{shown} {reason}")
+
+class NoLengthError(QuantityError):
+    """A twist that does not say over which length."""
 
 
 class Bounds(NamedTuple):
@@ -50,22 +102,46 @@ class Bounds(NamedTuple):
         return self.low <= value <= self.high if self.closed else self.low < value < self.high
 
 
+MARGIN = Bounds(1e-12, 1 - 1e-12, "at least 1e-12 and below 1", closed=True, example="0.01")
+"""Where a curve that locks is cut off: fraction of its path left before the lock."""
+
+
 class _Kind(NamedTuple):
+    """A dimension in text: its noun, the unit and number of its example, its SI unit, the units in which it is written.
+
+    ``other`` is an example in place of its own.
+    """
+
+    dimension: Dimension
     noun: str
     unit: str
     number: str
     si: str
+    written: tuple[str, ...] = ()
+    other: str = ""
+
+    def example(self, number: str = "") -> str:
+        """Return what to write, with the user's own number if it is given."""
+        if not number and self.other:
+            return self.other
+        text = f"{number or self.number} {self.unit}".strip()
+        return f'"{text}"' if self.unit else text
+
+    def error(self, value: object, reason: str, remedy: str = "") -> QuantityError:
+        """Return the error for a value; without a remedy the example is one."""
+        return QuantityError(Problem("", shown(value), reason, remedy or f"write e.g. {self.example()}"))
 
 
 _KINDS = {
-    Dimension.LENGTH: _Kind("a length", "mm", "12", "m"),
-    Dimension.ANGLE: _Kind("an angle", "deg", "45", "rad"),
-    Dimension.PRESSURE: _Kind("a pressure", "MPa", "1.5", "Pa"),
-    Dimension.TORQUE: _Kind("a torque", "N m", "0.02", "N m"),
-    Dimension.TWIST_RATE: _Kind("a twist rate", "rad/m", "5", "rad/m"),
-    Dimension.RATIO: _Kind("a plain number", "", "0.25", ""),
+    Dimension.LENGTH: _Kind(Dimension.LENGTH, "a length", "mm", "12", "m", ("mm", "m")),
+    Dimension.ANGLE: _Kind(Dimension.ANGLE, "an angle", "deg", "45", "rad", ("deg", "rad")),
+    Dimension.PRESSURE: _Kind(Dimension.PRESSURE, "a pressure", "MPa", "1.5", "Pa", ("GPa", "MPa", "kPa", "Pa")),
+    Dimension.TORQUE: _Kind(Dimension.TORQUE, "a torque", "N m", "0.02", "N m", ("N m", "N mm")),
+    Dimension.TWIST_RATE: _Kind(Dimension.TWIST_RATE, "a twist rate", "rad/m", "5", "rad/m", ("rad/m",)),
+    Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
-
+_TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}
+_RATE = _KINDS[Dimension.TWIST_RATE]
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
 
 
@@ -87,11 +163,9 @@ def shown(value: object, limit: int = 60) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def example(dimension: Dimension | str, number: str | None = None) -> str:
-    """Return what to write: the example of a dimension, with the user's own number if it is given."""
-    kind = _KINDS[Dimension(dimension)]
-    text = f"{number or kind.number} {kind.unit}".strip()
-    return f'"{text}"' if kind.unit else text
+def example(dimension: Dimension | str) -> str:
+    """Return what to write: the example of a dimension."""
+    return _KINDS[Dimension(dimension)].example()
 
 
 def quantity(value: object, dimension: Dimension | str, *, bare: bool = True) -> float:
@@ -126,62 +200,24 @@ def quantity(value: object, dimension: Dimension | str, *, bare: bool = True) ->
     ...
     squama.units.QuantityError: "12 deg" is an angle, but a length is needed; write e.g. "12 mm"
     """
-    dimension = Dimension(dimension)
-    kind = _KINDS[dimension]
-    if isinstance(value, str):
-        number, unit = _split(value, dimension)
-        found, factor, divisor = _unit(value, unit, dimension)
-        if found is not dimension:
-            reason = f"is {_KINDS[found].noun}, but {kind.noun} is needed; write e.g. {example(dimension, number)}"
-            if not unit:
-                reason = f"has no unit; {_advice(float(number), dimension, number)}"
-            raise QuantityError(shown(value), reason)
-        return _finite(float(number) * factor / divisor, value, dimension)
-    if isinstance(value, bool) or not isinstance(value, Real):
-        what = f"is {_type_name(value)}, but {kind.noun} is needed; write e.g. {example(dimension)}"
-        raise QuantityError(shown(value), what)
-    try:
-        si = _finite(float(value), value, dimension)
-    except OverflowError:
-        raise _not_finite(value, dimension) from None
-    if not bare and dimension is not Dimension.RATIO:
-        raise QuantityError(shown(value), f"has no unit; {_advice(si, dimension, shown(value))}")
-    return si
+    return _read(value, _KINDS[Dimension(dimension)], bare)
 
 
 def bounded(value: object, dimension: Dimension | str, bounds: Bounds, *, bare: bool = True) -> float:
-    """Read a quantity as `quantity` does and hold it to its bounds.
+    """Read a quantity as `quantity` does, with the bounds' own example, and hold it to the bounds.
 
-    Returns
-    -------
-    float
-        The value in SI units.
-
-    Raises
-    ------
-    QuantityError
-        As `quantity` but with the bounds' own example, or the value is out of bounds; a bare angle that would fit
-        in degrees gets that hint.
+    A bare angle that is out of bounds and would fit in degrees gets that hint.
     """
-    dimension = Dimension(dimension)
-    try:
-        si = quantity(value, dimension, bare=bare)
-    except QuantityError as error:
-        reason = error.reason
-        # where the unit is wrong the user's own number stays
-        if bounds.example and not (isinstance(value, str) and "is needed" in reason):
-            reason = reason.replace(f"write e.g. {example(dimension)}", f"write e.g. {bounds.example}")
-        raise QuantityError(error.shown, reason) from None
+    kind = _KINDS[Dimension(dimension)]._replace(other=bounds.example)
+    si = _read(value, kind, bare)
     if bounds.hold(si):
         return si
-    kind = _KINDS[dimension]
-    text = shown(value)
-    hint = f"write e.g. {bounds.example or example(dimension)}"
+    text, remedy = shown(value), f"write e.g. {kind.example()}"
     if not isinstance(value, str) and kind.si:
-        if dimension is Dimension.ANGLE and bounds.hold(si * DEGREE):
-            hint = f"write {example(dimension, text)}"
+        if kind.dimension is Dimension.ANGLE and bounds.hold(si * DEGREE):
+            remedy = f"write {kind.example(text)}"
         text = f"{text} {kind.si}"
-    raise QuantityError(text, f"is out of range ({bounds.allowed}); {hint}")
+    raise QuantityError(Problem("", text, f"is out of range ({bounds.allowed})", remedy))
 
 
 def twist(value: object, *, pitch: float, scales: int, bare: bool = True) -> float:
@@ -225,9 +261,9 @@ def as_text(value: float, dimension: Dimension | str) -> str:
     >>> as_text(0.032, "length"), as_text(0.2, "angle")
     ('32 mm', '0.2 rad')
     """
-    dimension = Dimension(dimension)
-    best = f"{float(value)!r} {_KINDS[dimension].si}".strip()
-    for unit in _WRITTEN[dimension]:
+    kind = _KINDS[Dimension(dimension)]
+    best = f"{float(value)!r} {kind.si}".strip()
+    for unit in kind.written:
         _, factor, divisor = UNITS[unit]
         candidate = f"{value * divisor / factor:.15g} {unit}"
         if len(candidate) < len(best) and quantity(candidate, dimension) == value:
@@ -235,14 +271,25 @@ def as_text(value: float, dimension: Dimension | str) -> str:
     return best
 
 
-_WRITTEN = {
-    Dimension.LENGTH: ("mm", "m"),
-    Dimension.ANGLE: ("deg", "rad"),
-    Dimension.PRESSURE: ("GPa", "MPa", "kPa", "Pa"),
-    Dimension.TORQUE: ("N m", "N mm"),
-    Dimension.TWIST_RATE: ("rad/m",),
-    Dimension.RATIO: (),
-}
+def _read(value: object, kind: _Kind, bare: bool) -> float:
+    if isinstance(value, str):
+        number, unit, (found, factor, divisor) = _split(value, kind)
+        if found is kind.dimension:
+            return _finite(float(number) * factor / divisor, value, kind)
+        if not unit:
+            raise kind.error(value, "has no unit", _advice(float(number), kind, number))
+        reason = f"is {_KINDS[found].noun}, but {kind.noun} is needed"
+        raise kind.error(value, reason, f"write e.g. {kind.example(number)}")
+    if isinstance(value, bool) or not isinstance(value, Real):
+        what = _TYPES.get(type(value).__name__, "of another type")
+        raise kind.error(value, f"is {what}, but {kind.noun} is needed")
+    try:
+        si = _finite(float(value), value, kind)
+    except OverflowError:
+        si = _finite(math.inf, value, kind)
+    if not bare and kind.dimension is not Dimension.RATIO:
+        raise kind.error(value, "has no unit", _advice(si, kind, shown(value)))
+    return si
 
 
 def _rate(value: object, pitch: float, scales: int, bare: bool, what: str) -> float:
@@ -252,7 +299,7 @@ def _rate(value: object, pitch: float, scales: int, bare: bool, what: str) -> fl
             return per_length
     elif isinstance(value, Real) and not isinstance(value, bool) and not bare:
         n = shown(value)
-        raise QuantityError(n, f'has no unit; write "{n} rad/m", "{n} rad/pitch" or "{n} rad total"')
+        raise _RATE.error(value, "has no unit", f'write "{n} rad/m", "{n} rad/pitch" or "{n} rad total"')
     return quantity(value, Dimension.TWIST_RATE, bare=bare)
 
 
@@ -266,65 +313,75 @@ def _over_length(value: str, pitch: float, scales: int, what: str) -> float | No
             try:
                 return quantity(angle, Dimension.ANGLE) / length
             except QuantityError as error:
-                raise QuantityError(shown(value), f"does not start with an angle: {error}") from None
-    number, unit = _split(value, Dimension.TWIST_RATE)
-    found, _, _ = _unit(value, unit, Dimension.TWIST_RATE)
+                reason = f"does not start with an angle: {error}"
+                raise QuantityError(Problem("", shown(value), reason)) from None
+    number, unit, (found, _, _) = _split(value, _RATE)
     if found is Dimension.ANGLE or not unit:
         n = f"{number} {unit or 'rad'}"
-        reason = (
-            f'does not say over which length; write {what} as a rate "{n}/m", per pitch "{n}/pitch", '
-            f'or over the {scales} scales "{n} total"'
-        )
-        raise QuantityError(shown(value), reason)
+        remedy = f'write {what} as a rate "{n}/m", per pitch "{n}/pitch", or over the {scales} scales "{n} total"'
+        raise NoLengthError(Problem("", shown(value), "does not say over which length", remedy))
     return None
 
 
-def _split(value: str, dimension: Dimension) -> tuple[str, str]:
-    """Split text into number and unit."""
+def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, float]]:
+    """Split text into number and unit, and look that up."""
     match = _NUMBER.fullmatch(value)
     if match is None:
-        noun = _KINDS[dimension].noun
-        raise QuantityError(shown(value), f"is not {noun}; write e.g. {example(dimension)}")
+        raise kind.error(value, f"is not {kind.noun}")
     number, unit = match.groups()
     if re.match(r",\d", unit):
         fixed = value.strip().replace(",", ".", 1)
-        raise QuantityError(shown(value), f"has a decimal comma; write {shown(fixed)}")
-    if not math.isfinite(float(number)):
-        raise _not_finite(value, dimension)
-    return number, unit
+        raise kind.error(value, "has a decimal comma", f"write {shown(fixed)}")
+    _finite(float(number), value, kind)
+    if (found := look_up(unit)) is None:
+        raise kind.error(value, f"is not {kind.noun}: {shown(unit)} is not known as a unit of one")
+    return number, unit, found
 
 
-def _advice(si: float, dimension: Dimension, number: str) -> str:
+def _advice(si: float, kind: _Kind, number: str) -> str:
     """Say what to write in place of a bare number; offer the SI unit too where it may have been meant."""
-    kind = _KINDS[dimension]
-    text = f"write {example(dimension, number)}"
-    small = dimension in {Dimension.LENGTH, Dimension.ANGLE} and 0 < abs(si) < 1
-    large = dimension is Dimension.PRESSURE and abs(si) >= 1e4
+    text = f"write {kind.example(number)}"
+    small = kind.dimension in {Dimension.LENGTH, Dimension.ANGLE} and 0 < abs(si) < 1
+    large = kind.dimension is Dimension.PRESSURE and abs(si) >= 1e4
     return f'{text} or "{number} {kind.si}"' if small or large else text
 
 
-def _unit(value: str, unit: str, dimension: Dimension) -> tuple[Dimension, float, float]:
-    found = look_up(unit)
-    if found is None:
-        noun = _KINDS[dimension].noun
-        reason = f"is not {noun}: {shown(unit)} is not known as a unit of one; write e.g. {example(dimension)}"
-        raise QuantityError(shown(value), reason)
-    return found
-
-
-def _finite(si: float, value: object, dimension: Dimension) -> float:
+def _finite(si: float, value: object, kind: _Kind) -> float:
     if not math.isfinite(si):
-        raise _not_finite(value, dimension)
+        raise kind.error(value, "is not a finite number")
     return si
 
 
-def _not_finite(value: object, dimension: Dimension) -> QuantityError:
-    return QuantityError(shown(value), f"is not a finite number; write e.g. {example(dimension)}")
+PEOPLE = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
+"""Units for people, by the SI unit: factor and name; others are shown as they are."""
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (0.0, "\N{MICRO SIGN}"))
 
 
-def _type_name(value: object) -> str:
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return "no number"
-    return {"list": "a list", "dict": "a table", "date": "a date"}.get(type(value).__name__, "of another type")
+def for_people(unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which people read a quantity that is kept in an SI unit ("" for a ratio).
+
+    Examples
+    --------
+    >>> for_people("Pa"), for_people("N m"), for_people("1")
+    ((1e-06, 'MPa'), (1.0, 'N m'), (1.0, ''))
+    """
+    return PEOPLE.get(unit, (1.0, "" if unit == "1" else unit))
+
+
+def prefix(largest: float) -> tuple[float, str]:
+    """Return the factor and the SI prefix that bring a size to a readable number; 0 has none.
+
+    Examples
+    --------
+    >>> prefix(0.02), prefix(-4e6), prefix(0)
+    ((1000.0, 'm'), (1e-06, 'M'), (1.0, ''))
+    """
+    if not largest:
+        return 1.0, ""
+    low, sign = next(row for row in _PREFIXES if abs(largest) >= row[0])
+    return 1 / (low or 1e-6), sign
+
+
+def torque_unit(largest: float) -> tuple[float, str]:
+    """Return factor and unit of a torque in a line of text: N mm, in which joints and load cells are given, or N m."""
+    return (1e3, "N mm") if 0 < abs(largest) < 0.1 else (1.0, "N m")

@@ -17,29 +17,17 @@ import squama
 ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 LAYERS = (
-    ("errors", "_version", "symbols", "unit_table", "interrupt", "needs"),
-    ("units", "files", "tabular", "beamfile", "matrixfile"),
+    ("errors", "types", "_version", "symbols", "interrupt", "needs"),
+    ("units",),
     ("model",),
-    ("checks", "engines", "derivatives"),
-    ("parts", "validity", "joint_values", "design"),
+    ("arguments", "batch", "loads"),
+    ("io",),
+    ("beam",),
     ("fe",),
-    (
-        "answer",
-        "loading",
-        "api",
-        "curve",
-        "compare",
-        "compliant",
-        "response",
-        "rows",
-        "histories",
-        "cycles",
-        "cycles_compliant",
-    ),
-    ("csvfile", "netcdf", "store", "measured", "designs"),
+    ("curves", "arrays"),
     ("fabrication",),
     ("plot", "study", "identify", "inverse"),
-    ("paper", "view"),
+    ("paper", "scene"),
     ("web",),
     ("cli",),
     ("__main__",),
@@ -52,14 +40,13 @@ HEAVY = {
     "matplotlib",
     "xarray",
     "numba",
-    "jax",
     "pydantic",
     "rich",
     "cyclopts",
     "h5py",
     "h5netcdf",
 }
-MOST_LINES = 350
+MOST_LINES = 450
 MODULES = {
     ".".join(p.relative_to(SRC).with_suffix("").parts).removesuffix(".__init__"): p
     for p in sorted(SRC.rglob("*.py"))
@@ -115,9 +102,8 @@ def test_imports_point_one_way(module: str) -> None:
 
 
 def test_there_are_no_cycles() -> None:
-    edges = {
-        m: {n for n, lazy, typing in found if n in MODULES and not lazy and not typing} for m, found in GRAPH.items()
-    }
+    # lazy imports and those for types count, too
+    edges = {m: {n for n, _, _ in found if n in MODULES} for m, found in GRAPH.items()}
     order = list(TopologicalSorter(edges).static_order())
     assert set(order) == set(MODULES)
 
@@ -126,7 +112,7 @@ def test_the_model_is_pure() -> None:
     """It knows nothing of beams, files, plots or the command line, and says nothing."""
     for module in (m for m in MODULES if room(m) == "model"):
         inside = {m for m, _, _ in GRAPH[module] if m in MODULES}
-        assert {room(m) for m in inside} <= {"model", "errors"}, module
+        assert {room(m) for m in inside} <= {"model", "errors", "types"}, module
         outside = {m.split(".")[0] for m, _, _ in GRAPH[module] if m not in MODULES}
         standard = {"__future__", "collections", "functools", "math", "typing", "warnings", "enum", "threading"}
         assert outside <= standard | {"numpy", "scipy"}, module

@@ -37,3 +37,11 @@ def images(nodes):
         master[i] = below[tuple(np.round(nodes[i] - [0, 0, 1], 9))]
     kept, master = np.unique(master, return_inverse=True)
     return master, top, nodes[kept]
+
+
+def stiffness(nodes, tets, material):
+    """Small-strain stiffness (3 n, 3 n) of a mesh; degrees of freedom 3 i + axis."""
+    from squama.fe.elements import Elements
+
+    elements = Elements(nodes, tets, material)
+    return elements.matrix(elements(nodes).values).tocsr()

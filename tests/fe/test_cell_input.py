@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from squama.cli import main
-from squama.cli.new import EXAMPLE
+from squama.cli.short import EXAMPLE
 from squama.errors import InputError
-from squama.fe import facade
+from squama.fe import runs
 from squama.paper import parameters as par
 
 GOOD = EXAMPLE.read_text()
@@ -92,16 +92,18 @@ def test_commands(arguments, lines, place, capsys):
         ({"to": "1 rad/pitch", "mesh": "x"}, "mesh"),
         ({"to": "1 rad/pitch", "mesh": (0.2,)}, "give two sizes"),
         ({"to": "1 rad/pitch", "increment": 1.0}, "increment"),
+        ({"to": "1 rad/pitch", "ends": "held"}, "ends: is for finite beams; give scales too"),
+        ({"to": "1 rad/pitch", "scales": 2, "last": print}, "last: shows one endless pitch"),
     ],
 )
 def test_arguments(arguments, words):
     with pytest.raises(InputError, match=words):
-        facade.cell(par.fig6b(3.0), **{"mu": 0.2, **arguments})
+        runs.cell(par.fig6b(3.0), **{"mu": 0.2, **arguments})
 
 
 def test_without_friction_it_says_so():
-    with pytest.raises(InputError, match="mu is not given"):
-        facade.cell(par.fig6b(3.0), to="0.1 rad/pitch")
+    with pytest.raises(InputError, match="mu: is not given"):
+        runs.cell(par.fig6b(3.0), to="0.1 rad/pitch")
 
 
 @pytest.mark.parametrize("command", ["cell", "verify"])

@@ -7,8 +7,8 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 
 from scipy.spatial.transform import Rotation
 
-from squama.fe.contact import Contact, HelixContact, stiffness
-from squama.fe.plate import Helix, Rest
+from squama.fe.contact import Contact, RowContact, stiffness
+from squama.fe.plate import Rest, Row
 
 DHAT, SLIP, MU = 1e-3, 1e-5, 0.4
 KAPPA = stiffness(1e-2, DHAT)
@@ -19,7 +19,7 @@ PHI = 0.0589
 
 @pytest.fixture(scope="module")
 def helix():
-    return HelixContact(Helix(REST), MU, dhat=DHAT, slip=SLIP)
+    return RowContact(Row(REST), MU, dhat=DHAT, slip=SLIP)
 
 
 def slid_from(helix, size):

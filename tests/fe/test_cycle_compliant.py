@@ -8,8 +8,9 @@ import pytest
 pytest.importorskip("ipctk", reason="needs the extra fe")
 
 import squama
-from squama import compliant, cycles_compliant
 from squama.cli import main
+from squama.curves import compliant, compliant_cycles
+from squama.curves.path import Asked, LoadPath
 from squama.errors import InputError
 from squama.fe import condense
 from squama.plot import cycle_figure
@@ -33,7 +34,7 @@ BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness
 def elements(monkeypatch):
     monkeypatch.setattr(compliant, "matrix", lambda beam: K)
     # coarser, for speed
-    monkeypatch.setattr(cycles_compliant, "INCREMENT", 2e-3)
+    monkeypatch.setattr(compliant_cycles, "INCREMENT", 2e-3)
 
 
 @pytest.fixture
@@ -46,7 +47,7 @@ def stiff(monkeypatch):
         return np.diag([3e3 * k, 3e3 * k, 3e3 * k, 3e3 * k, k, 3e3 * k, bar])
 
     monkeypatch.setattr(compliant, "matrix", matrix)
-    monkeypatch.setattr(cycles_compliant, "INCREMENT", 2e-3)
+    monkeypatch.setattr(compliant_cycles, "INCREMENT", 2e-3)
 
 
 def cycle(twist, beam=BEAM, **options):
@@ -93,7 +94,7 @@ def test_a_stiff_joint_cycles_as_the_hinge(stiff, mu):
 
 def test_a_stiff_joint_stays_twisted_where_the_hinge_does(stiff, monkeypatch):
     beam = squama.Beam.from_ratios(alpha="20 deg", youngs_modulus="2 MPa", stiffness="20 N m", inclusion_factor=1)
-    monkeypatch.setattr(cycles_compliant, "INCREMENT", 4e-3)
+    monkeypatch.setattr(compliant_cycles, "INCREMENT", 4e-3)
     for top in ("0.3 rad/pitch", "0.55 rad/pitch"):
         hinge, ours = squama.cycle(beam, top, mu=0.5), cycle(top, beam, mu=0.5)
         assert float(ours.phi_residual[0]) == pytest.approx(float(hinge.phi_residual[0]), abs=0.01)
@@ -101,7 +102,9 @@ def test_a_stiff_joint_stays_twisted_where_the_hinge_does(stiff, monkeypatch):
 
 
 def error(increment):
-    a = cycles_compliant.cycled(BEAM, [0.0, 0.2, 0.0], mu=0.2, points=20, increment=increment)
+    asked = Asked(BEAM, LoadPath.of("twisting", [0.0, 0.2, 0.0]), np.asarray(0.2), "edge", 0.01, 20)
+    states = compliant_cycles.walk(asked, increment)
+    a = {role: values for part in states.by_dim.values() for role, values in part.items()}
     assert a["W_d"][0] == a["W_fr"][-1]
     return abs(float(a["energy_error"]))
 

@@ -8,9 +8,10 @@ import pytest
 pytest.importorskip("numba", reason="needs the extra fe")
 
 from scipy.spatial.transform import Rotation
-from solids import cube, images
+from solids import cube, images, stiffness
 
-from squama.fe.elements import Elements, Material, Turn, stiffness
+from squama.fe.elements import Elements, Helical, Material
+from squama.fe.plate import Turn
 
 MATERIAL = Material(2.0, 0.3)
 
@@ -75,7 +76,7 @@ def test_forces_turn_with_the_body(solid):
 def periodic(solid):
     nodes, tets = cube(2)
     master, turned, places = images(nodes)
-    elements = Elements(nodes, tets, MATERIAL, master, turned)
+    elements = Helical(Elements(nodes, tets, MATERIAL), master, turned)
     dice = np.random.default_rng(3)
     return elements, places + dice.normal(0, 0.02, places.shape), dice
 

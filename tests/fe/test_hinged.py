@@ -12,12 +12,12 @@ pytest.importorskip("ipctk", reason="contact needs ipctk (the extra fe)")
 pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 import squama
-from squama.fe import joint
-from squama.fe.cell import COLUMNS, make_body, make_cell
+from squama.fe import stiffness as joint
+from squama.fe.assembly import COLUMNS, make_body, make_cell
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.paper import parameters as par
-from squama.study.verify import hinge_of
+from squama.study.verification import hinge_of
 
 MU = 0.5
 UP = np.array([0.0, 0, 1])
@@ -75,9 +75,9 @@ class SpringHinge:
     """
 
     def __init__(self, mesh, shape, moves):
-        self.body, rest = make_body(mesh, shape)
+        self.body = make_body(mesh, shape)
         self.lines, self.moves = Lines(shape), float(moves)
-        self.z, self.q = self.body.start(rest), np.zeros(4)
+        self.z, self.q = self.body.start(), np.zeros(4)
 
     def meets(self, q, phi):
         return self.lines.volume(q[:3] * self.moves, q[3], phi)
@@ -95,7 +95,7 @@ class SpringHinge:
         turn = -(self.meets(self.q, phi) + slope(np.append(du, 0), 0)) / slope(along, 0)
         rate = du_phi - slope(du_phi, 1) / slope(along, 0) * along
         dq = np.append(du, 0) + turn * along
-        change, share = r.update(motions(dq)[0]), 1.0
+        change, share = r.update(motions(dq)), 1.0
         while not self.body.forces(self.z + share * change, motions(self.q + share * dq), phi).least > 0:
             share /= 2
         self.z, self.q = self.z + share * change, self.q + share * dq
@@ -121,7 +121,7 @@ class SpringHinge:
 
 def motions(q):
     """Six motions of a scale with a shift and a turn about n_Y."""
-    return np.array([[*q[:3], 0, q[3], 0]])
+    return np.array([*q[:3], 0, q[3], 0])
 
 
 def spring_hinge(mesh, shape, phis, *, moves=True):

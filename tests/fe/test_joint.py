@@ -10,8 +10,10 @@ import squama
 pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
 pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
-from squama.fe import joint, joint_store
-from squama.fe.elements import Material, stiffness
+from solids import stiffness
+
+from squama.fe import stiffness as joint
+from squama.fe.elements import Material
 from squama.fe.mesh import bar_mesh, pitch_mesh
 
 FIG6B = {"beta": 0.6, "lam": 0.32, "zeta": 0.18, "slenderness": 45, "mu": 0.2}
@@ -58,7 +60,7 @@ def test_the_bare_bar_converges_with_the_order_of_the_elements(fig6b):
 
 @pytest.mark.parametrize("name", ["coarse", "medium", "fine"])
 def test_the_bare_bar_of_every_mesh_that_has_a_name(fig6b, name):
-    from squama.fe.facade import MESHES
+    from squama.fe.runs import MESHES
 
     exact = joint.saint_venant(fig6b.width, 2 * fig6b.lam) / (2 * (1 + fig6b.nu))
     bar = bar_mesh(fig6b, MESHES[name][0])
@@ -73,17 +75,18 @@ def test_the_matrix_is_symmetric_and_positive(K):
 def test_a_turn_of_everything_with_the_section_costs_the_same_from_any_axis(fig6b, pitch, K):
     """Energy does not depend on where the six motions are counted from: shifting the base along n_X shifts K."""
     from squama.fe.body import Body, Section
-    from squama.fe.elements import Elements
-    from squama.fe.plate import Attached, Rest
+    from squama.fe.elements import Elements, Helical
+    from squama.fe.plate import Carried, Rest
 
     master, turned, rest = pitch.images
     front, weights = pitch.section
     tied = master[pitch.tied]
     shift = 0.3
     moved = Rest(fig6b.eta, fig6b.beta, fig6b.axes, fig6b.base + shift * fig6b.axes[0])
-    elements = Elements(pitch.nodes, pitch.tets, Material(1.0, fig6b.nu), master, turned)
-    body = Body(elements, [(tied, Attached(moved, rest[tied]))], Section(master[front], rest[master[front]], weights))
-    S = body.reduce(body.start(rest), np.zeros((1, 6)), 0.0).S
+    elements = Helical(Elements(pitch.nodes, pitch.tets, Material(1.0, fig6b.nu)), master, turned)
+    section = Section(master[front], rest[master[front]], weights)
+    body = Body(elements, rest, [(tied, Carried(moved, rest[tied]))], section=section)
+    S = body.reduce(body.start(), np.zeros(6), 0.0).S
     body.close()
     # motion of the base by that of the other point: u = u' - w x (shift n_X)
     T = np.eye(6)
@@ -143,7 +146,7 @@ def cache(tmp_path, monkeypatch):
 def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
     beam = squama.Beam.from_ratios(**FIG6B)
     told = []
-    first = joint.joint_matrix(beam, edge_size=0.3, levels=1, progress=told.append)
+    first = joint.joint(beam, edge_size=0.3, levels=1, progress=told.append)
     assert len(told) == 1
     assert told[0].seconds > 0
     assert len(list(cache.iterdir())) == 2
@@ -151,12 +154,12 @@ def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
         m.setattr(joint, "condensed", None)
         # the exposed length, the size of the beam and its modulus make no difference
         bigger = squama.Beam.from_ratios(**FIG6B, eta=2, width="64 mm", thickness="32 mm", youngs_modulus="1 GPa")
-        again = joint.joint_matrix(bigger, edge_size=0.3, levels=1)
+        again = joint.joint(bigger, edge_size=0.3, levels=1)
     np.testing.assert_array_equal(first.K, again.K)
     assert again.levels[0].seconds == 0
     for place in cache.iterdir():
         place.write_text('{"array": [[1', encoding="utf-8")
-    anew = joint.joint_matrix(beam, edge_size=0.3, levels=1)
+    anew = joint.joint(beam, edge_size=0.3, levels=1)
     np.testing.assert_array_equal(first.K, anew.K)
     assert anew.levels[0].seconds > 0
 
@@ -171,7 +174,7 @@ def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
         return np.eye(2), 3
 
     for _ in range(2):
-        array, count, fresh = joint_store.kept(("a", 1.0), True, compute)
+        array, count, fresh = joint.kept(("a", 1.0), False, compute)
         assert (array.shape, count, fresh) == ((2, 2), 3, True)
     assert len(calls) == 2
 
@@ -179,9 +182,9 @@ def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
 def test_bad_levels_and_beams():
     beam = squama.Beam.from_ratios(**FIG6B)
     with pytest.raises(squama.InputError, match="levels = 0: must be 1 to 6"):
-        joint.joint_matrix(beam, levels=0)
+        joint.joint(beam, levels=0)
     with pytest.raises(squama.InputError, match="neighbours meet"):
-        joint.joint_matrix(squama.Beam.from_ratios(**(FIG6B | {"zeta": 0.8})))
+        joint.joint(squama.Beam.from_ratios(**(FIG6B | {"zeta": 0.8})))
 
 
 def test_the_command(cache, tmp_path, monkeypatch, capsys):
@@ -245,7 +248,7 @@ def test_an_interrupted_command_says_what_is_kept(cache, tmp_path, monkeypatch, 
 @pytest.mark.slow
 def test_extrapolated_to_no_size(cache):
     """K_theta = .0119 within 2 %, C_f = 1.418 within 2 %; the bars hold the values of twice finer meshes."""
-    found = joint.joint_matrix(squama.Beam.from_ratios(**FIG6B), edge_size=0.04)
+    found = joint.joint(squama.Beam.from_ratios(**FIG6B), edge_size=0.04)
     assert found.K_theta.value == pytest.approx(0.0119, rel=0.02)
     assert found.C_f.value == pytest.approx(1.418, rel=0.003)
     assert found.bar / found.exact == pytest.approx(1, abs=0.002)

@@ -9,8 +9,8 @@ pytest.importorskip("netgen", reason="needs netgen-mesher (the extra fe)")
 pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
-from squama import compliant
 from squama.cli import main
+from squama.curves import compliant
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
 

@@ -172,7 +172,6 @@ def test_what_does_not_fit_is_refused(fig6b, change, said) -> None:
         ({"size": 0.0}, "element size = 0 pitches: must be 0.0001 to 1.28"),
         ({"edge_size": float("nan")}, "element edge size = nan"),
         ({"size": 0.005}, "about .* elements; take larger ones"),
-        ({"grading": 7.0}, "grading = 7: must be 0.1 to 1"),
     ],
 )
 def test_sizes_are_checked(fig6b, sizes, said) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from squama.fe.plate import Attached, Helix, Rest, inclination, pose, rotation, turned
+from squama.fe.plate import Attached, Placed, Rest, Row, inclination, pose, rotation, turned
 
 ALPHA, THETA0 = np.radians(40), np.radians(12)
 REST = Rest.at(3.0, 0.6, 0.32, ALPHA, THETA0)
@@ -37,7 +37,7 @@ def test_the_axes_at_rest_are_those_of_the_theory():
     np.testing.assert_allclose(n_X, [-np.sin(ALPHA) * np.cos(THETA0), np.sin(THETA0), np.cos(ALPHA) * np.cos(THETA0)])
     np.testing.assert_allclose(n_Y, [np.cos(ALPHA), 0, np.sin(ALPHA)])
     np.testing.assert_allclose(n_Z, np.cross(n_X, n_Y))
-    D, A, B, C = Helix(REST).corners(np.zeros(6), 0.0)[:4]
+    D, A, B, C = Row(REST).corners(np.zeros(6), 0.0)[:4]
     np.testing.assert_allclose([D, A], [REST.base - 0.6 * n_Y, REST.base + 0.6 * n_Y])
     np.testing.assert_allclose([C, B], [D + 3 * n_X, A + 3 * n_X])
 
@@ -63,30 +63,33 @@ def test_attached_points_follow_the_pose_with_right_derivatives(rng):
     attached, forces = Attached(REST, points), rng.normal(size=(5, 3))
     c, R = pose(REST, v)
     np.testing.assert_allclose(attached.places(v), c + (points - REST.base) @ R.T, atol=1e-14)
-    np.testing.assert_allclose(attached.rates(v), differences(attached.places, v), atol=1e-8)
-    second = differences(lambda v: np.tensordot(forces, attached.rates(v), 2), v)
-    np.testing.assert_allclose(attached.curvature(v, forces), second, atol=1e-8)
+    np.testing.assert_allclose(attached.rates(rotation(v[3:])), differences(attached.places, v), atol=1e-8)
+    second = differences(lambda v: np.tensordot(forces, attached.rates(rotation(v[3:])), 2), v)
+    np.testing.assert_allclose(attached.curvature(rotation(v[3:]), forces), second, atol=1e-8)
 
 
 def test_images_are_turned_clockwise_and_moved_by_a_pitch(rng):
-    helix, v, phi = Helix(REST), rng.normal(size=6) * 0.2, 0.37
-    assert helix.reach == 4
-    corners = helix.corners(v, phi).reshape(-1, 4, 3)
+    row, v, phi = Row(REST), rng.normal(size=6) * 0.2, 0.37
+    assert row.reach == 4
+    corners = row.corners(v, phi).reshape(-1, 4, 3)
     c, s = np.cos(phi), np.sin(phi)
     R = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-    for k in range(helix.reach):
+    for k in range(row.reach):
         np.testing.assert_allclose(corners[k + 1], corners[k] @ R.T + [0, 0, 1], atol=1e-13)
 
 
 @pytest.mark.parametrize("size", [SMALL, MIDDLE, LARGE])
-def test_derivatives_of_the_images_by_motions_and_twist(rng, size):
-    helix, q = Helix(REST), np.append(rng.normal(size=6) * size, 0.2)
-    forces = rng.normal(size=helix.corners(q[:6], q[6]).shape)
-    placed = helix.placed(q[:6], q[6])
-    np.testing.assert_array_equal(placed.corners, helix.corners(q[:6], q[6]))
-    np.testing.assert_allclose(placed.rates, differences(lambda q: helix.corners(q[:6], q[6]), q), atol=1e-7)
-    second = differences(lambda q: np.tensordot(forces, helix.placed(q[:6], q[6]).rates, 2), q)
-    np.testing.assert_allclose(helix.curvature(q[:6], q[6], forces), second, atol=1e-6)
+@pytest.mark.parametrize("row", [Row(REST), Row(REST, 3, 0.4)], ids=["endless", "three scales"])
+def test_derivatives_of_the_corners_by_motions_and_twist(rng, size, row):
+    # motions of other bodies may follow those of the scales
+    q = np.append(rng.normal(size=6 * row.moving + (0 if row.endless else 6)) * size, 0.2)
+    forces = rng.normal(size=row.corners(q[:-1], q[-1]).shape)
+    placed = Placed(row, q[:-1], q[-1])
+    np.testing.assert_array_equal(placed.corners, row.corners(q[:-1], q[-1]))
+    by_q = differences(lambda q: row.corners(q[:-1], q[-1]), q)
+    np.testing.assert_allclose(placed.rates, by_q.reshape(-1, q.size), atol=1e-7)
+    second = differences(lambda q: forces.ravel() @ Placed(row, q[:-1], q[-1]).rates, q)
+    np.testing.assert_allclose(placed.curvature(forces), second, atol=1e-6)
 
 
 @pytest.fixture

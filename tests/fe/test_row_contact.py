@@ -7,9 +7,8 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 
 from scipy.spatial.transform import Rotation
 
-from squama.fe.contact import HelixContact, stiffness
-from squama.fe.plate import Helix, Rest
-from squama.fe.row_contact import Row, RowContact, ranges
+from squama.fe.contact import RowContact, ranges, stiffness, where
+from squama.fe.plate import Rest, Row
 
 DHAT, SLIP, MU, N = 1e-3, 1e-5, 0.4, 3
 KAPPA = stiffness(1e-2, DHAT)
@@ -103,7 +102,7 @@ def test_action_is_reaction_pair_by_pair(row):
 def test_equal_scales_touch_as_along_a_helix(row):
     """Two neighbours of the row against a scale and its first image."""
     v = np.zeros(6 * N)
-    helix = HelixContact(Helix(REST), MU, dhat=DHAT, slip=SLIP)
+    helix = RowContact(Row(REST), MU, dhat=DHAT, slip=SLIP)
     one = helix.load(v[:6], PHI, helix.corners(v[:6], PHI - 1e-3), KAPPA)
     load = row.load(v, PHI, row.corners(v, PHI - 1e-3), KAPPA)
     for pair in load.pairs:
@@ -117,12 +116,12 @@ def test_equal_scales_touch_as_along_a_helix(row):
 
 
 def test_contacts_are_named(row):
-    p, s, words = row.places(np.zeros(6 * N), PHI, KAPPA)
+    p, s, words = where(row.contact.touches(row.corners(np.zeros(6 * N), PHI), KAPPA), N)
     assert words == "tip edge on the next scale's side edge DC: 1 to 2"
     assert np.isfinite(p[:2]).all()
     assert s[0] == pytest.approx(s[1], rel=1e-6)
     assert np.isnan(p[2])
-    assert row.places(np.zeros(6 * N), 0.0, KAPPA)[2] == ""
+    assert where(row.contact.touches(row.corners(np.zeros(6 * N), 0.0), KAPPA), N)[2] == ""
     assert ranges([3, 1, 2, 7, 5]) == "1 to 3, 5, 7"
 
 

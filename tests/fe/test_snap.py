@@ -10,11 +10,10 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
-from squama.fe import condense, facade, facade_beam
+from squama.fe import condense, runs
 from squama.fe.contact import DHAT, SLIP
 from squama.fe.plate import Rest
-from squama.fe.snap import explained
-from squama.fe.walk import Ended
+from squama.fe.walk import Ended, Walk
 
 # narrow scales: the contact comes to the tip edge's end early; the compliant model snaps at .138 rad per pitch
 NARROW = squama.Beam.from_ratios(eta=3, beta=0.4, lam=0.32, zeta=0.18, slenderness=45, mu=0.5)
@@ -22,51 +21,42 @@ MESH = (0.4, 0.2)
 STOPPED = Ended(False, "stopped at phi = 0.2 rad per pitch: no balance of the contact was found")
 
 
-class Matrix:
-    """A body that is a stiffness matrix, at the state of a compliant curve."""
-
-    def __init__(self, walk, K):
-        self.v, self.phi, self.z, self.ways, self.kappa = walk.v, walk.phi, None, walk.ways, walk.kappa
-        self.trail, self.contact, self.body, self.K = walk.trail, walk.contact, self, K
-
-    def reduce(self, z, v, phi):
-        K = self.K
-        return SimpleNamespace(s=K[:6, :6] @ v.ravel() + K[:6, 6] * phi, S=K[:6, :6], s_phi=K[:6, 6])
-
-
 def stopped(beta, lam, goal, ways):
-    """A compliant curve of the given half width and thickness, as far as it goes, and its matrix."""
+    """A compliant curve of the given half width and thickness, as far as it goes."""
     K = np.diag([1.1, 0.8, 1.1, 0.17, 0.021, 0.15, 0.05])
     K[2, 4] = K[4, 2] = 0.096
     walk = condense.Walk(Rest.at(3, beta, lam, np.pi / 4, np.radians(10)), K, 0.5, ways, DHAT, SLIP)
     assert not walk.to(goal, condense.INCREMENT)
-    return Matrix(walk, K)
+    return walk
 
 
 def test_a_contact_that_slips_off_a_corner_is_a_snap():
     walk = stopped(0.4, 0.32, 0.3, condense.FREE)
-    told = explained(walk, STOPPED, 0.3, condense.INCREMENT)
+    told = walk.explained(STOPPED, 0.3, condense.INCREMENT)
     assert not told.reached
     assert told.sentence.startswith(
         f"stopped at phi = {walk.phi:.4f} rad per pitch: the scales snap there; let go, they"
     )
     assert "energy is lost on the way, and the curve ends" in told.sentence
+    assert walk.ending(condense.INCREMENT) == condense.SNAP
 
 
 def test_a_lock_is_none():
     walk = stopped(1.25, 0.45, 0.28, condense.HINGE)
-    assert explained(walk, STOPPED, 0.28, condense.INCREMENT) is STOPPED
+    assert walk.explained(STOPPED, 0.28, condense.INCREMENT) is STOPPED
+    assert walk.ending(condense.INCREMENT) == condense.STOPPED
 
 
 @pytest.mark.parametrize(
     "ended", [Ended(True, "the asked twist was reached"), Ended(False, "stopped at phi = 0.1: elements invert")]
 )
 def test_other_ends_keep_their_words(ended):
-    assert explained(SimpleNamespace(), ended, 0.5, 0.01) is ended
+    # nothing is asked of the walk
+    assert Walk.explained(SimpleNamespace(), ended, 0.5, 0.01) is ended
 
 
 def test_a_cell_says_that_its_scales_snap():
-    data = facade.cell(NARROW, to="0.2 rad/pitch", mesh=MESH, increment=0.02)
+    data = runs.cell(NARROW, to="0.2 rad/pitch", mesh=MESH, increment=0.02)
     assert data.attrs["reached"] == 0
     assert "the scales snap there" in data.attrs["sentence"]
     # the contact has come to the end of the tip edge
@@ -79,7 +69,7 @@ def test_a_cell_says_that_its_scales_snap():
 
 @pytest.mark.slow
 def test_a_finite_beam_says_that_its_scales_snap():
-    data = facade_beam.beam(NARROW, scales=3, to="0.3 rad/pitch", mesh=MESH, increment=0.02)
+    data = runs.cell(NARROW, scales=3, to="0.3 rad/pitch", mesh=MESH, increment=0.02)
     assert data.attrs["reached"] == 0
     assert "the scales snap there" in data.attrs["sentence"]
     assert 0.15 < float(data["phi"][-1]) < 0.25

@@ -8,9 +8,13 @@ import pytest
 pytest.importorskip("ipctk", reason="needs the extra fe")
 
 import squama
-from squama import compliant
 from squama.cli import main
+from squama.curves import compliant
+from squama.errors import InputError
 from squama.fe import condense
+from squama.scene import geometry
+from squama.scene.motion import SLIDING, WALKED, Motion, Setting, shape
+from squama.web import charts, live, state
 
 # stiffness of the Fig. 6b joint by elements (6467 tetrahedra), over u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi; E = 1, d = 1
 LOWER = """
@@ -97,7 +101,7 @@ def test_the_other_sense_gives_magnitudes():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"law": "plate"}, 'law = "plate": belongs to joint="hinge"'),
+        ({"law": "plate"}, 'law = "plate": is not covered by joint="compliant"; write law="edge"'),
         ({"to": "4 rad/pitch"}, "below half a turn"),
         ({"to": -1.0}, "above 0"),
         ({"mu": -1}, "mu"),
@@ -141,3 +145,80 @@ def test_the_command_gives_json(tmp_path, capsys):
     assert np.array(record["curve"]["w_X"]).shape == (2, 60)
     assert main(["twist", str(file), "--joint", "ball"]) == 2
     assert "--joint" in capsys.readouterr().err
+
+
+def test_the_picture_of_the_command_is_of_the_same_joint(tmp_path, capsys):
+    file, picture = tmp_path / "beam.toml", tmp_path / "a.png"
+    BEAM.to_toml(file)
+    assert main(["view", str(file), "--joint", "compliant", "-o", str(picture), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["last"] == pytest.approx(Motion(Setting(BEAM, 0.2, joint="compliant")).last)
+    assert picture.stat().st_size > 0
+    for flag, value in (("--law", "plate"), ("--load", "bending")):
+        assert main(["view", str(file), "--joint", "compliant", flag, value, "-o", str(picture)]) == 2
+        assert capsys.readouterr().err.startswith(f"squama: error: {flag} = ")
+
+
+def test_a_picture_goes_along_the_walked_curve():
+    motion = Motion(Setting(BEAM, 0.2, joint="compliant"))
+    r = squama.twist(BEAM, mu=0.2, joint="compliant", points=WALKED)
+    assert str(motion.end) == r.end.item()
+    assert (motion.neighbour, motion.load_e) == (int(r.neighbour), float(r.phi_e))
+    assert motion.rigidity == r.attrs["rigidity"]
+    assert motion.last == pytest.approx(float(r.phi[np.isfinite(r["T"])][-1]))
+    i = WALKED // 2
+    state = motion.state(float(r.phi[i]))
+    assert state[:5] == pytest.approx([float(r[name][i]) for name in ("phi", "theta", "N", "f", "T")], rel=1e-12)
+    assert state.name == SLIDING
+    assert motion.state(0.5 * motion.load_e)[2:4] == (0.0, 0.0)
+    assert motion.state(1.0).load == motion.last
+    # friction on the tip points against its sliding along the other scale
+    assert np.hypot(*state.slip) > 0
+    assert len(motion.samples(12)) == 12
+    assert motion.along(5)["load"].tolist() == pytest.approx(np.linspace(0, motion.last, 5).tolist())
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_the_scales_are_drawn_where_their_six_motions_put_them(sense):
+    shown = Motion(Setting(BEAM, 0.2, joint="compliant", sense=sense))
+    at = [0.07, 0.15, 0.25] if sense == "+" else [0.05]
+    r = twist(at=np.array(at) / BEAM.pitch, sense=sense)
+    d = shape(shown.setting, shown.neighbour)
+    for i, load in enumerate(at):
+        state, here = shown.state(load), r.isel(point=i)
+        # states between the points of the walk are interpolated
+        assert state.theta == pytest.approx(here.theta.item(), rel=1e-4)
+        assert (state.N, state.f) == pytest.approx((here.N.item(), here.f.item()), rel=1e-3)
+        scale = geometry.scale(d, load, state.pose, 0.0)
+        moved = [here[name].item() / BEAM.pitch for name in ("u_X", "u_Y", "u_Z")]
+        rest = compliant.rest(BEAM)
+        assert np.allclose((scale.o - geometry.frame(d, load, 0.0).o) @ rest.axes.T, moved, rtol=0, atol=1e-4)
+        if state.name == "sliding":
+            c = geometry.contact(d, load, state.attitude, 2.0)
+            places = here.p.item() / BEAM.pitch, here.s.item() / BEAM.pitch
+            assert (c.p, c.s) == pytest.approx(places, rel=1e-3)
+            assert np.linalg.norm(c.point - c.on_tip) < 1e-3, "the edges touch there"
+    names = {state.name for state in shown.samples(20)}
+    assert names == {"free", "ended"} | ({"sliding"} if sense == "+" else set())
+
+
+def test_the_picture_and_the_page_show_the_compliant_joint(tmp_path):
+    places = [tmp_path / f"{joint}.png" for joint in ("hinge", "compliant")]
+    shown = [squama.view(BEAM, p, to="0.2 rad/pitch", joint=p.stem) for p in places]
+    assert [one.state.pose is None for one in shown] == [True, False]
+    assert places[0].read_bytes() != places[1].read_bytes()
+    for other in ({"law": "plate"}, {"load": "bending"}):
+        with pytest.raises(InputError, match='is not covered by joint="compliant"'):
+            squama.view(BEAM, joint="compliant", **other)
+
+
+def test_the_explorer_takes_the_compliant_joint():
+    now = state.of(BEAM).change("joint", "compliant").change("twist", "0.2")
+    assert state.read(state.query(now)) == now
+    live.prepare(now)
+    shown = live.scene(now)
+    assert np.shape(shown["state"]["pose"]) == (3, 3)
+    json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
+    assert live.outcome(now)[1].startswith("engagement at φ = 0.05")
+    assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
+    assert "compliant" in live.compared(now)[0]["what"]

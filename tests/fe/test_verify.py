@@ -11,11 +11,12 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
-from squama import compliant
 from squama.cli import main
-from squama.fe import joint, mesh
+from squama.curves import compliant
+from squama.fe import mesh
 from squama.fe.geometry import geometry
-from squama.study import verify as study
+from squama.fe.stiffness import condensed
+from squama.study import verification as study
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
 MESH = ["--mesh", "0.4,0.2", "--beam-mesh", "0.4,0.2", "--increment", "0.02", "--scales", "2"]
@@ -27,7 +28,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # one mesh, and one matrix of it, for all
     monkeypatch.setattr(mesh, "_mesh", functools.cache(mesh._mesh))
-    own = functools.cache(lambda beam: joint.condensed(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)))
+    own = functools.cache(lambda beam: condensed(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)))
     monkeypatch.setattr(study, "own_matrix", lambda beam, size: own(beam))
     monkeypatch.setattr(compliant, "matrix", own)
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
@@ -79,7 +80,7 @@ def test_a_total_twist_is_that_of_the_beam_that_is_described(scales, folder, mon
         asked.update(arguments)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(study.facade, "cell", stop)
+    monkeypatch.setattr(study.runs, "cell", stop)
     with pytest.raises(KeyboardInterrupt):
         study.verify(BEAM.replace(scales=scales), folder / "out", to="0.2 rad total", scales=3)
     assert asked["to"] * BEAM.pitch == pytest.approx(0.2 / scales)

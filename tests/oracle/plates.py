@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from squama.types import Array
+
 EDGES = ("DA", "AB", "BC", "CD")
 """Edges in the order of the corners D, A, B, C (base, side A, tip, side D)."""
 CORNERS = "DABC"

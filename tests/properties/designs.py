@@ -9,10 +9,11 @@ import numpy as np
 from hypothesis import strategies as st
 
 from oracle.vectors import Design as Rigid
-from squama.model import energy, mechanics, solution
+from squama.batch import solution
+from squama.model import energy, mechanics
 from squama.model.outcome import CODES
 from squama.model.paths import FLOAT, Point
-from squama.model.solve import scalar
+from squama.model.tracks import scalar
 
 RATIOS = ("eta", "beta", "lam", "alpha")
 

@@ -10,6 +10,7 @@ import pytest
 
 import squama
 from properties.designs import balance, each, follow, many, mirrored
+from squama.batch import solution
 from squama.errors import InputError
 from squama.model import energy, neighbours
 from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Twist
@@ -25,7 +26,7 @@ groups = pytest.mark.parametrize(
 def test_many_are_each(columns: dict[str, np.ndarray], sense: str, law: str) -> None:
     ratio = np.linspace(0.0, 3.0, columns["mu"].size)
     margin = 0.03
-    s = squama.solve(engine="numpy", **columns, stiffness_ratio=ratio, sense=sense, law=law, margin=margin)
+    s = squama.solve(**columns, stiffness_ratio=ratio, sense=sense, law=law, margin=margin)
     seen: Counter[str] = Counter()
     for i, d in enumerate(each(columns)):
         f = follow(d, law, sense)
@@ -81,7 +82,7 @@ def test_the_beam_and_the_array_function_agree() -> None:
         ratio = rigidity / (30 * beam.pitch)
         for mu in (0.3, 1.0):
             r = call(beam, mu=mu, margin=0.02)
-            s = squama.solve(engine="numpy", **beam.ratios, mu=mu, stiffness_ratio=ratio, margin=0.02, load=kind)
+            s = squama.solve(**beam.ratios, mu=mu, stiffness_ratio=ratio, margin=0.02, load=kind)
             assert (str(s.end), int(s.neighbour)) == (r.end.item(), r.neighbour.item())
             scale = 30 / beam.pitch
             pairs = [(s.load_e, r[f"{load}_e"]), (s.load_end, r[f"{load}_end"]), (s.theta_end, r.theta_end)]
@@ -99,7 +100,7 @@ def test_work_is_linear_in_a_small_friction() -> None:
     """Also where the work is tiny: its accuracy is relative."""
     at = {"eta": 3, "beta": 1.25, "lam": 0.45, "alpha": math.radians(45), "theta0": math.radians(10)}
     mu = np.array([0.0, 1e-12, 1e-9, 1e-6])
-    s = squama.solve(engine="numpy", **at, mu=mu, margin=0.2)
+    s = squama.solve(**at, mu=mu, margin=0.2)
     assert s.W_fr[0] == 0
     np.testing.assert_allclose(s.W_fr[1:] / mu[1:], s.W_fr[1] / mu[1], rtol=1e-5)
     assert s.W_fr[2] / s.W_fr[1] == pytest.approx(1000, rel=1e-8)
@@ -129,7 +130,8 @@ def test_engagement_of_each_neighbour_is_a_contact_on_both_edges(sense: int) -> 
         near = (abs(c.p) <= columns["beta"]) & (c.s > columns["eta"])
         assert np.all(np.isinf(phi[near & clear]))
         first = np.minimum(first, want)
-    k, phi = neighbours.first_engagement(row._replace(k=np.ones(4000)))
+    sol = solution.solve_twisting(*columns.values(), law="edge", sense="+" if sense > 0 else "-")
+    k, phi = sol.neighbour, sol.load_e
     np.testing.assert_allclose(phi, first, rtol=1e-12)
     assert np.all((k == 0) == np.isinf(phi))
     assert np.all(k <= neighbours.reach(row))
@@ -139,7 +141,6 @@ def test_bad_arguments() -> None:
     good = {"eta": 3, "theta0": 0.1, "mu": 0.2}
     for bad in (
         {"load": "twist"},
-        {"engine": "abacus"},
         {"margin": 0},
         {"stiffness_ratio": -1},
         {"law": "x"},

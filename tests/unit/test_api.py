@@ -91,9 +91,9 @@ def test_degrees_are_recognised() -> None:
 
 
 def test_friction_must_be_given() -> None:
-    with pytest.raises(InputError, match=r"mu is not given: .*\[friction\]"):
+    with pytest.raises(InputError, match=r"mu: is not given; .*\[friction\]"):
         squama.twist(squama.Beam.from_ratios())
-    with pytest.raises(InputError, match="mu is not given"):
+    with pytest.raises(InputError, match="mu: is not given"):
         squama.bend(squama.Beam.from_ratios())
 
 

@@ -6,9 +6,9 @@ import stat
 
 import pytest
 
-from squama.design import Beam, Scale
+from squama.beam.design import Beam, Scale
 from squama.errors import InputError
-from squama.files import atomic_write, read_text
+from squama.io.files import atomic_write, read_text
 
 GOOD = """\
 [scale]

@@ -15,7 +15,7 @@ import xarray as xr
 import squama
 from squama.cli import main
 from squama.cli.app import COMMANDS
-from squama.cli.new import EXAMPLE
+from squama.cli.short import EXAMPLE
 
 ROOT = Path(__file__).parents[2]
 
@@ -76,6 +76,11 @@ def test_help_of_a_command_explains_every_flag(command, capsys):
         assert len(line.strip(" \u2502*").split("  ")) > 1, line
 
 
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])
+def test_every_command_that_computes_has_json(command, capsys):
+    assert "--json" in _out(capsys, command, "--help")
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["twist", "--help"], ["ends", "--help"]])
 def test_help_loads_nothing_heavy(arguments):
     heavy = ["numpy", "scipy", "xarray", "pandas", "pydantic", "matplotlib", "h5py"]
@@ -105,7 +110,7 @@ def test_new_writes_the_example(tmp_path, monkeypatch, capsys):
 
 
 def test_new_explains_every_key():
-    from squama.beamfile import TABLES
+    from squama.beam.beamfile import TABLES
 
     lines = EXAMPLE.read_text().splitlines()
     for table, keys in TABLES.items():
@@ -320,12 +325,12 @@ def test_paper_hands_on_what_it_is_given(tmp_path, monkeypatch, capsys):
 
 
 def test_ctrl_c(beam, monkeypatch, capsys):
-    from squama import response
+    from squama.curves import doors
 
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(response, "twisted", interrupted)
+    monkeypatch.setattr(doors, "respond", interrupted)
     assert main(["twist", "beam.toml", "--csv", "a.csv"]) == 130
     assert "Traceback" not in capsys.readouterr().err
     assert not Path("a.csv").exists()

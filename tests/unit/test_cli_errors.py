@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from squama.cli import main
-from squama.cli.new import EXAMPLE
+from squama.cli.short import EXAMPLE
 
 GOOD = EXAMPLE.read_text()
 BARE = "\n".join(line.split("  #")[0].rstrip() for line in GOOD.splitlines()) + "\n"

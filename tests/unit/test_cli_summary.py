@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import squama
-from squama import response
-from squama.cli import main, summary
+from squama.cli import main, report
+from squama.curves.doors import respond
 
 
 @pytest.fixture
@@ -40,12 +40,12 @@ def test_other_contact_of_both_laws_is_told_once(beam, capsys):
 
 
 def test_other_contact_of_one_law_is_told_with_it(beam):
-    touching, locking = (response.twisted(beam, mu=mu) for mu in (0.1, 0.5))
-    (line,) = summary._others({"edge": touching, "plate": locking})
+    touching, locking = (respond(beam, "twisting", mu=mu) for mu in (0.1, 0.5))
+    (line,) = report._others({"edge": touching, "plate": locking})
     assert line.startswith("other contact (edge law, mu = 0.1): tip edge C1B1")
-    (line,) = summary._others({"edge": touching, "plate": touching})
+    (line,) = report._others({"edge": touching, "plate": touching})
     assert line.startswith("other contact (mu = 0.1): tip edge C1B1")
-    assert summary._others({"edge": locking, "plate": locking}) == []
+    assert report._others({"edge": locking, "plate": locking}) == []
 
 
 @pytest.mark.parametrize("mu", ["0.5", "0,0.5"])
@@ -74,3 +74,12 @@ def test_measured_points_need_a_picture(beam, capsys):
     assert captured.err == "squama: warning: --data has no effect without --plot; add e.g. --plot picture.png\n"
     assert json.loads(captured.out)["mu"] == 0.5
     assert "--data" not in _out(capsys, "twist", "beam.toml", "--data", "test.csv", "--plot", "a.png")
+
+
+def test_without_engagement_the_end_is_named_and_nothing_is_said_of_the_cut_off(beam, capsys):
+    lines = _out(capsys, "twist", "beam.toml", "--sense=-").splitlines()
+    assert next(line.split() for line in lines if line.startswith("end ")) == ["end", *["no", "engagement"] * 2]
+    assert next(line.split()[-2:] for line in lines if "dissipation RED" in line) == ["-", "-"]
+    lines = _out(capsys, "twist", "beam.toml", "--sense=-", "--mu", "0,0.5").splitlines()
+    row = ["0.5", "no", "engagement", "never", "-", "-", "-", "-", "1", "0"]
+    assert [line.split() for line in lines].count(row) == 2

@@ -7,8 +7,7 @@ import pytest
 
 import squama
 from squama.errors import InputError
-from squama.study.cells import beam_at
-from squama.study.columns import columns, in_si, solved, valid
+from squama.study.columns import beam_at, columns, in_si, solved, valid
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
 RANGES = {

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from squama import store
-from squama.cli.verify import finite, ranges
-from squama.fe.compare import compare
+from squama.cli.elements import finite, ranges
+from squama.fe.agreement import compare
+from squama.io import datasets
 from squama.plot import compare_figure, elements_figure
-from squama.study.verify import flat
+from squama.study.verification import flat
 
 PHI = np.linspace(0, 0.3, 31)
 
@@ -69,7 +69,7 @@ def test_a_share_of_ones_own():
 
 def test_the_table_is_a_file_and_comes_back(table, tmp_path):
     for ending in (".csv", ".nc"):
-        back = store.read(store.save(flat(table), tmp_path / f"table{ending}"))
+        back = datasets.read(datasets.save(flat(table), tmp_path / f"table{ending}"))
         np.testing.assert_array_equal(back["dT"].values, table["dT"].values)
         assert list(back["words"].values) == list(table["words"].values)
     header = next(line for line in (tmp_path / "table.csv").read_text().splitlines() if not line.startswith("#"))
@@ -79,8 +79,8 @@ def test_the_table_is_a_file_and_comes_back(table, tmp_path):
 def test_the_ranges_in_words(table):
     near, leaves, below, ends, _, none = ranges(table)
     assert near == "near (1 % more): within 5% in torque as far as both go, 0.3 rad/pitch"
-    assert "up to 0.1 rad/pitch; at 0.3 +15.0 %, theta +17.19 deg" in leaves
-    assert "more than 5% off in torque from the start; at 0.3 -10.0 %" in below
+    assert "up to 0.1 rad/pitch; at 0.3 rad/pitch +15 %, theta +17.2 deg" in leaves
+    assert "more than 5% off in torque from the start; at 0.3 rad/pitch -10 %" in below
     assert ends.endswith("as far as both go, 0.2 rad/pitch")
     assert none == "none (nothing): has no twist in common with the elements"
 

@@ -11,7 +11,7 @@ import pytest
 import squama
 from squama.cli import main
 from squama.cli.cycle import flat
-from squama.cycles import BRANCHES
+from squama.curves.hinge_cycles import BRANCHES
 from squama.errors import InputError
 from squama.plot import cycle_figure
 
@@ -29,7 +29,7 @@ HISTORY = "0, 0.15, 0.05, 0.2, 0 rad/pitch"
 @pytest.fixture
 def one_pair(monkeypatch):
     """Leave out the test of the plates against each other, which ends such paths before."""
-    monkeypatch.setattr("squama.model.solution.with_touches", lambda sol, *_, **__: (sol, [None]))
+    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
 
 
 def along(c, branch):
@@ -189,7 +189,7 @@ def test_pictures(beam, history, load):
         ),
         ({"twist": "0.0482 rad/pitch", "mu": 9}, "where friction locks the scales as soon as they touch"),
         ({"twist": "-0.5 rad/pitch"}, "where another contact comes in that a cycle does not follow: side edge"),
-        ({"twist": 5, "mu": None}, "mu is not given"),
+        ({"twist": 5, "mu": None}, "mu: is not given"),
         ({"twist": 5, "mu": -1}, "mu = -1: must be 0 or more"),
         ({"twist": 5, "mu": [0.1, 0.2]}, "mu: must be one number"),
         ({"twist": 5, "law": "both"}, 'law = "both": must be "edge" or "plate"'),

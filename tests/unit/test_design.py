@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from squama.beamfile import TABLES
-from squama.design import Beam, Friction, Joint, Scale, Substrate
+from squama.beam.beamfile import TABLES
+from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
 from squama.errors import InputError
 
 PRINTED = Beam(

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import pytest
 
 import squama
-from squama.beamfile import TABLES
+from squama.beam.beamfile import TABLES
 from squama.model.outcome import SENTENCES
 
 ROOT = Path(__file__).parents[2]

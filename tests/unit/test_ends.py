@@ -9,10 +9,10 @@ import pytest
 
 import squama
 from properties.designs import many, mirrored
-from squama.model import mechanics, neighbours, reach
+from squama.batch.answers import answers
+from squama.model import evaluation, follow, mechanics, neighbours, reach
 from squama.model.outcome import CODES, SENTENCES, End
 from squama.model.paths import FLOAT, FoldedTwist, Twist
-from squama.model.solution import solve_twisting
 
 MAIN = {"eta": 3, "beta": 1.25, "lam": 0.45, "alpha": math.radians(45), "theta0": math.radians(10)}
 FOLDED = {**MAIN, "alpha": math.radians(5)}
@@ -117,11 +117,12 @@ def test_margins_are_distances_to_the_ends_of_the_edges() -> None:
                 tip, side = r.places(pt._replace(p=p, s=s))
                 assert tip == pytest.approx(min(1.25 - p, 1.25 + p))
                 assert side == pytest.approx(min(s, 3 - s))
-    values = mechanics.named_margins(row, pt, 0.2)
     f = mechanics.forces(pt, 0.1, 0.2)
-    assert values == (pt.load_rate, f.D, *row.places(pt), pt.turn)
-    assert mechanics.margins(row, 0.4, 0.2, "edge", FLOAT) == values
-    assert len(row.ENDS) == len(values)
+    at = evaluation.spot(0.4, evaluation.Design(*row[:6], 0.2, 0.0, 1.0, evaluation.OPEN, 0), evaluation.Room())
+    margins = (pt.load_rate, f.D, *row.places(pt), pt.turn)
+    assert (at.rate, at.drive, at.tip, at.side, at.turn) == margins
+    assert at.least == min(margins)
+    assert (at.theta, at.load, at.force, at.torque, at.power) == (0.4, pt.load, f.f, f.torque, f.f * pt.slip_rate)
     # rows without a word about it follow the nearest neighbour
     assert (row.k, folded.k) == (1, 1)
     assert folded.open == row
@@ -209,7 +210,7 @@ def test_neighbours_that_a_tip_reaches_only_early_in_an_interval(monkeypatch) ->
         "mu": 0.0,
     }
     coarse = squama.ends(**designs)
-    monkeypatch.setattr(neighbours, "SAMPLES", 401)
+    monkeypatch.setattr(follow, "SAMPLES", 401)
     fine = squama.ends(**designs)
     assert (coarse.end == "other contact").all()
     assert (fine.end == "other contact").all()
@@ -223,11 +224,13 @@ def test_the_quick_look_for_neighbours_overlooks_none(law: str, sense: str, monk
     dice, n = np.random.default_rng(17), 12_000
     u = dice.uniform
     d = u(1.05, 9, n), u(0.05, 3, n), u(0.02, 1.2, n), np.radians(u(1, 89, n)), np.radians(u(0.2, 60, n)), u(0, 2, n)
-    quick = solve_twisting(*d, law=law, sense=sense)
-    monkeypatch.setattr(neighbours, "FEW", n)
-    close = solve_twisting(*d, law=law, sense=sense)
-    assert (quick.code == close.code).all()
-    assert (quick.crossing == close.crossing).all()
-    np.testing.assert_allclose(quick.load_end, close.load_end, rtol=1e-12)
+    quick = answers(d, law=law, sense=sense, load="twisting")
+    # every third design, and all on whose way another scale comes in or stands before
+    some = np.flatnonzero((np.arange(n) % 3 == 0) | (quick.neighbour > 1) | (quick.crossing > 0))
+    monkeypatch.setattr(follow, "NEAR", 0)
+    close = answers(tuple(v[some] for v in d), law=law, sense=sense, load="twisting", few=n)
+    assert (quick.code[some] == close.code).all()
+    assert (quick.crossing[some] == close.crossing).all()
+    np.testing.assert_allclose(quick.load_end[some], close.load_end, rtol=1e-12)
     assert (close.crossing > 1).sum() > 100 or sense == "-"
     assert ((close.neighbour > 1) & (close.crossing == 1)).sum() > 30 or sense == "+"

@@ -11,11 +11,14 @@ import squama
 from oracle.path import path_end
 from oracle.vectors import MP, Design
 from oracle.work import red, work
+from squama.batch import figures
+from squama.batch.figures import Rules
+from squama.batch.solution import solve_twisting
 from squama.errors import ValidityWarning
-from squama.model import energy, formulas, mechanics, rules
+from squama.model import energy, mechanics
+from squama.model.evaluation import NAMES, OPEN, Room
+from squama.model.follow import FRICTIONAL, Followed, follow
 from squama.model.paths import ARRAY, FLOAT, Twist
-from squama.model.solution import solve_twisting
-from squama.model.solve import scalar
 
 SECTION_4 = {
     "plate": ("0.79735182", "1.9954132", "3.2098540", "4.4256845"),
@@ -176,32 +179,43 @@ def test_the_series_tells_when_it_has_not_converged(monkeypatch: pytest.MonkeyPa
     assert np.all(np.diff(good(grid)) > 0)
 
 
+def followed(mu: float, law: str = "edge") -> tuple[Followed, Room]:
+    room, half = Room(), math.sqrt(0.5)
+    return follow(3.0, 1.25, 0.45, half, half, math.radians(10), mu, OPEN, NAMES.index(law), room), room
+
+
+def series(f: Followed, stop: float, law: str = "edge") -> float:
+    row = Twist(f.d.eta, f.d.beta, f.d.lam, f.d.sa, f.d.ca, f.d.theta0)
+    return float(energy.work(row, f.x0, stop, f.x_end, f.d.mu, law)(stop))
+
+
+NO_RULE = Rules(np.zeros(0, np.int64), np.zeros((4, 0)), 0.0)
+
+
 def test_the_number_of_nodes_grows_until_the_work_is_exact(monkeypatch: pytest.MonkeyPatch) -> None:
     """From few nodes the series and the work of many paths come to the same, also where the work is tiny or large."""
-    one = np.ones(1)
-    row = Twist(
-        3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
-    )
-    x0, end = row.theta0, LOCKS["edge"][0] * one
-    cases = [(0.5, end - 1e-3, end), (1e-9, end - 1e-3, end + 0.1), (1.0, x0 + 0.3, end)]
-    want = [energy.work(scalar(row), x0[0], stop[0], pole[0], mu, "edge")(stop)[0] for mu, stop, pole in cases]
-    monkeypatch.setattr(energy, "NODES", 8)
-    monkeypatch.setattr(energy, "ENTRIES", 256)
-    for (mu, stop, pole), w in zip(cases, want, strict=True):
-        series = energy.work(scalar(row), x0[0], stop[0], pole[0], mu, "edge")
-        assert series.coefficients.size > 9
-        assert float(series(stop[0])) == pytest.approx(w, rel=1e-9, abs=0)
-        assert energy.works(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-9, abs=0)
-        assert energy.in_parts(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-10, abs=0)
-    # rules with too few nodes: the path is taken in parts, and those in parts again
-    monkeypatch.setattr(rules, "LEGENDRE_SIZES", (3, 5))
-    few = rules.legendre_rules.__wrapped__()
-    monkeypatch.setattr(energy, "legendre_rules", lambda: few)
-    for (mu, stop, pole), w in zip(cases, want, strict=True):
-        assert energy.works(row, x0, stop, pole, mu * one, "edge")[0] == pytest.approx(w, rel=1e-9, abs=0)
-    monkeypatch.setattr(energy, "DEPTH", 1)
-    monkeypatch.setattr(energy, "PARTS", 2)
-    rough = energy.works(row, x0, cases[0][1], cases[0][2], 0.5 * one, "edge")[0]
+    all_rules = figures.legendre_rules()
+    monkeypatch.setattr(figures, "LEGENDRE_SIZES", (3, 5))
+    few = figures.legendre_rules.__wrapped__()
+    cases = [(*followed(mu), share) for mu, share in ((0.5, 0.999), (1e-9, 0.99), (1.0, 0.3))]
+    assert {f.code for f, *_ in cases} == {FRICTIONAL}
+    want = []
+    for f, room, share in cases:
+        reach = f.x_end - f.x0
+        stop, y_end = f.x0 + share * reach, -math.log1p(-share)
+        want.append(series(f, stop))
+        with monkeypatch.context() as patch:
+            patch.setattr(energy, "NODES", 8)
+            assert series(f, stop) == pytest.approx(want[-1], rel=1e-9, abs=0)
+        # rules with too few nodes: the path is taken in parts, and those in parts again
+        for rules in (all_rules, few):
+            assert figures.worked(f, stop, NO_RULE, rules, room) == pytest.approx(want[-1], rel=1e-9, abs=0)
+        got = figures.in_parts(f.d, f.x0, reach, y_end, all_rules, room)
+        assert got == pytest.approx(want[-1], rel=1e-10, abs=0)
+    monkeypatch.setattr(figures, "DEPTH", 1)
+    monkeypatch.setattr(figures, "PARTS", 2)
+    f, room, share = cases[0]
+    rough = figures.worked(f, f.x0 + share * (f.x_end - f.x0), NO_RULE, few, room)
     assert rough == pytest.approx(want[0], rel=0.1)
     assert rough != pytest.approx(want[0], rel=1e-11)
 
@@ -209,32 +223,20 @@ def test_the_number_of_nodes_grows_until_the_work_is_exact(monkeypatch: pytest.M
 @pytest.mark.parametrize("margin", [0.3, 0.01, 1e-4])
 def test_the_rule_for_a_path_cut_before_its_pole(margin: float) -> None:
     """Fourteen nodes do what the series does, and few do for what the others are asked for."""
-    one = np.ones(1)
     for law in ("edge", "plate"):
-        row = Twist(
-            3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
-        )
-        x0, main = row.theta0, {"eta": 3, "beta": 1.25, "lam": 0.45, "alpha": math.pi / 4, "theta0": math.radians(10)}
-        end = squama.solve(**main, mu=0.5, law=law).theta_end * one
-        stop = x0 + (1 - margin) * (end - x0)
-        want = energy.work(scalar(row), x0[0], stop[0], end[0], 0.5, law)(stop[0])
-        got = energy.works(row, x0, stop, end, 0.5 * one, law, margin)[0]
-        assert got == pytest.approx(want, rel=1e-12)
-        assert energy.works(row, x0, stop, end, 0.5 * one, law)[0] == pytest.approx(want, rel=1e-12)
+        f, room = followed(0.5, law)
+        stop = f.x0 + (1 - margin) * (f.x_end - f.x0)
+        want = series(f, stop, law)
+        for cut in (figures.pole_rules(margin), NO_RULE):
+            assert figures.worked(f, stop, cut, figures.legendre_rules(), room) == pytest.approx(want, rel=1e-12)
 
 
 def test_a_path_that_no_rule_of_the_pole_serves(monkeypatch: pytest.MonkeyPatch) -> None:
-    one = np.ones(1)
-    row = Twist(
-        3 * one, 1.25 * one, 0.45 * one, math.sqrt(0.5) * one, math.sqrt(0.5) * one, math.radians(10) * one, one
-    )
-    x0, end = row.theta0, LOCKS["edge"][0] * one
-    stop = x0 + 0.99 * (end - x0)
-    want = energy.work(scalar(row), x0[0], stop[0], end[0], 0.5, "edge")(stop[0])
-    monkeypatch.setattr(rules, "SIZES", (2, 3))
-    few = rules.pole_rules.__wrapped__(0.01)
-    monkeypatch.setattr(energy, "pole_rules", lambda _: few)
-    assert energy.works(row, x0, stop, end, 0.5 * one, "edge", 0.01)[0] == pytest.approx(want, rel=1e-9)
+    f, room = followed(0.5)
+    stop = f.x0 + 0.99 * (f.x_end - f.x0)
+    monkeypatch.setattr(figures, "SIZES", (2, 3))
+    few = figures.pole_rules.__wrapped__(0.01)
+    assert figures.worked(f, stop, few, figures.legendre_rules(), room) == pytest.approx(series(f, stop), rel=1e-9)
 
 
 def test_a_sharp_corner_of_the_slip_is_cut_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -256,18 +258,18 @@ def test_a_sharp_corner_of_the_slip_is_cut_out(monkeypatch: pytest.MonkeyPatch) 
     power = mechanics.forces(pt, d["theta0"], d["mu"]).f * pt.slip_rate
     want = (power.reshape(6000, 20) @ w * half).sum()
     asked = []
-    parts = energy.in_parts
-    monkeypatch.setattr(energy, "in_parts", lambda *args: asked.append(1) or parts(*args))
-    assert squama.solve(**d, engine="numpy").W_fr == pytest.approx(want, rel=1e-11)
+    parts = figures.in_parts
+    monkeypatch.setattr(figures, "in_parts", lambda *args: asked.append(1) or parts(*args))
+    assert squama.solve(**d).W_fr == pytest.approx(want, rel=1e-11)
     assert asked
     # sizes of parts do not matter, but one has to cut
     for few in (2, 5, 40):
-        monkeypatch.setattr(energy, "PARTS", few)
-        monkeypatch.setattr(energy, "DEPTH", 16)
-        assert squama.solve(**d, engine="numpy").W_fr == pytest.approx(want, rel=1e-10)
-    monkeypatch.setattr(energy, "PARTS", 2)
-    monkeypatch.setattr(energy, "DEPTH", 2)
-    assert squama.solve(**d, engine="numpy").W_fr != pytest.approx(want, rel=1e-10)
+        monkeypatch.setattr(figures, "PARTS", few)
+        monkeypatch.setattr(figures, "DEPTH", 16)
+        assert squama.solve(**d).W_fr == pytest.approx(want, rel=1e-10)
+    monkeypatch.setattr(figures, "PARTS", 2)
+    monkeypatch.setattr(figures, "DEPTH", 2)
+    assert squama.solve(**d).W_fr != pytest.approx(want, rel=1e-10)
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-12, 1e12])
@@ -277,16 +279,25 @@ def test_corners_anywhere(monkeypatch: pytest.MonkeyPatch, size: float, pole: fl
 
     Not seen is a corner between the end of a part and its first node, 3 in 200 at most, which makes little.
     """
-    n = 4000
-    c = np.random.default_rng(8).uniform(0.0, 1.0, n)
-    one = np.ones(n)
-    row = Twist(one, one, one, one, one, c, one)
-    monkeypatch.setattr(formulas, "power", lambda row, x, *_: size * abs(x - row.theta0))
-    want = size * (c**2 + (1 - c) ** 2) / 2
-    for f in (energy.works, energy.in_parts):
-        wrong = abs(f(row, 0 * one, one, pole * one, one, "edge") / want - 1)
-        assert np.mean(wrong > 1e-9) < 0.016
-        assert wrong.max() < 2e-4
+    n = 500
+    places = np.random.default_rng(8).uniform(0.0, 1.0, n)
+    f, room = followed(0.5)
+    f, rules = f._replace(x0=0.0, x_end=pole), figures.legendre_rules()
+    wrong = np.empty((2, n))
+    for i, c in enumerate(places):
+
+        def looks(_d: object, room: Room, low: int, high: int, c: float = c) -> None:
+            for j in range(low, high):
+                room.power[j] = size * abs(room.x[j] - c)
+
+        monkeypatch.setattr(figures, "looks", looks)
+        got = (
+            figures.worked(f, 1.0, NO_RULE, rules, room),
+            figures.in_parts(f.d, 0.0, pole, -math.log1p(-1 / pole), rules, room),
+        )
+        wrong[:, i] = abs(np.array(got) / (size * (c**2 + (1 - c) ** 2) / 2) - 1)
+    assert np.all(np.mean(wrong > 1e-9, axis=1) < 0.016)
+    assert wrong.max() < 2e-4
 
 
 def test_no_work_before_the_path_starts() -> None:

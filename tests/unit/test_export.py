@@ -18,9 +18,9 @@ import pytest
 import squama
 from squama import needs
 from squama.errors import InputError, SquamaError
-from squama.fabrication import facade, formats, measure, step
+from squama.fabrication import exporting, formats, measure
+from squama.fabrication.bodies import BENCH, block
 from squama.fabrication.mesh import TRIANGLES, Mesh
-from squama.fabrication.recipe import BENCH, block
 
 pytest.importorskip("manifold3d")
 pytest.importorskip("trimesh")
@@ -304,14 +304,14 @@ def test_occurrences_of_a_step_file_are_numbered_from_1():
     name = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"
     text = b"#1 = %s('27','tray','',#5,#35,$);\n#2 =\n  %s('109',\n'a b','',#5,#3,$);" % (name, name)
     expected = b"#1 = %s('1','tray','',#5,#35,$);\n#2 = %s('2','a b','',#5,#3,$);" % (name, name)
-    assert step._numbered(text) == expected
+    assert formats._numbered(text) == expected
 
 
 def test_names_are_quoted_in_3mf():
     mesh = Mesh('a "b" <&>', block((0, 0, 0), (1, 1, 1)), TRIANGLES)
-    root = ElementTree.fromstring(
-        zipfile.ZipFile(io.BytesIO(formats.three_mf([formats.still(mesh)]))).read("3D/3dmodel.model")
-    )
+    placed = formats.Placed(mesh.name, mesh, np.eye(3), np.zeros(3))
+    model = zipfile.ZipFile(io.BytesIO(formats.three_mf([placed]))).read("3D/3dmodel.model")
+    root = ElementTree.fromstring(model)
     assert next(root.iter(f"{CORE}object")).get("name") == 'a "b" <&>'
 
 
@@ -321,4 +321,4 @@ def test_the_bench_is_a_rotation():
 
 
 def test_parts_and_formats_in_any_order():
-    assert facade.several("parts", ["mould", "scale", "mould"], facade.PARTS) == ("scale", "mould")
+    assert exporting.several("parts", ["mould", "scale", "mould"], exporting.PARTS) == ("scale", "mould")

@@ -10,7 +10,7 @@ import pytest
 
 from squama.errors import InputError
 from squama.fabrication import refuse, solids
-from squama.fabrication.place import Plan
+from squama.fabrication.plan import Plan
 
 GOOD = Plan(32, 16, 20, 5, 60, 6, 24, 0.8, math.radians(60), math.radians(15))
 FIELDS = {

@@ -12,12 +12,13 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 import squama
 from squama.errors import SquamaError
-from squama.fabrication import bodies, measure, mesh, mould, rays, shade, solids
+from squama.fabrication import bodies, measure, mesh, solids
+from squama.fabrication.bodies import block
 from squama.fabrication.measure import Check
-from squama.fabrication.place import Plan, apart, between
+from squama.fabrication.plan import Plan, apart, between
 from squama.fabrication.plan import plan as make_plan
-from squama.fabrication.recipe import block
 from squama.fe import geometry as elements
+from squama.plot import solids as drawn
 
 pytest.importorskip("manifold3d")
 
@@ -144,7 +145,7 @@ def test_every_scale_stands_in_its_slot(plan):
 @PLANS
 def test_the_mould_is_the_negative_of_the_bar(plan):
     cavity = 0.0
-    for recipe in mould.trays(plan):
+    for recipe in bodies.trays(plan):
         made = mesh.build(recipe)
         box = np.prod(np.ptp(made.bounds, axis=0))
         cavity += box - made.volume
@@ -158,7 +159,7 @@ def test_the_mould_is_the_negative_of_the_bar(plan):
             return (plan.width + s) * (plan.total + s)
 
         assert cavity == pytest.approx(plan.height * (area(-slope) + 4 * area(0) + area(slope)) / 6, rel=1e-12)
-    knife = mesh.build(mould.blade(plan))
+    knife = mesh.build(bodies.blade(plan))
     deep, across, t = (
         plan.embedded + plan.clearance,
         plan.breadth + 2 * plan.clearance,
@@ -183,7 +184,7 @@ def test_the_mould_is_the_negative_of_the_bar(plan):
 @pytest.mark.parametrize("plan", [STEEP, PLA._replace(bed=210.0, scales=25)], ids=["upright", "oblique"])
 def test_pieces_fit_on_the_bed_and_make_up_the_whole(plan):
     whole = plan._replace(bed=None)
-    for make in (mould.trays, mould.lids):
+    for make in (bodies.trays, bodies.lids):
         pieces, one = [mesh.build(r) for r in make(plan)], mesh.build(make(whole)[0])
         assert len(pieces) > 1
         assert max(np.ptp(p.bounds, axis=0)[0] for p in pieces) <= plan.bed
@@ -191,8 +192,8 @@ def test_pieces_fit_on_the_bed_and_make_up_the_whole(plan):
         joined = np.array([p.bounds for p in pieces])
         np.testing.assert_allclose(joined[:, 0].min(0), one.bounds[0])
         np.testing.assert_allclose(joined[:, 1].max(0), one.bounds[1])
-    assert len({r.name for r in mould.trays(plan)}) > 1
-    assert (mould.seam(plan).by_y == 0) == (plan is STEEP)
+    assert len({r.name for r in bodies.trays(plan)}) > 1
+    assert (bodies.seam(plan).by_y == 0) == (plan is STEEP)
     made = solids.make(plan, ["mould"])
     assert not [c.line() for c in made.checks if not c.holds]
 
@@ -229,24 +230,24 @@ def test_a_wrong_solid_does_not_pass():
         assert failed(measure.slots(PLA._replace(**changed), bar)) == what
     assert failed(measure.solid(bodies.scale(PLA)._replace(volume=1267.21), flat)) == {"volume"}
     assert failed(measure.slots(PLA, flat)) == {"slots"}
-    assert rays.open_edges(flat) == rays.pinched(flat) == 0
-    assert rays.open_edges(flat._replace(triangles=flat.triangles[1:])) == 3
+    assert mesh.open_edges(flat) == mesh.pinched(flat) == 0
+    assert mesh.open_edges(flat._replace(triangles=flat.triangles[1:])) == 3
     turned = flat.triangles.copy()
     turned[0] = turned[0][::-1]
-    assert rays.open_edges(flat._replace(triangles=turned)) > 0
+    assert mesh.open_edges(flat._replace(triangles=turned)) > 0
     with pytest.raises(SquamaError, match="not a manifold"):
         mesh.manifold(flat._replace(triangles=flat.triangles[1:]))
-    assert rays.closed(flat.triangles)
-    assert not rays.closed(flat.triangles[1:])
-    assert not rays.closed(turned)
+    assert mesh.closed(flat.triangles)
+    assert not mesh.closed(flat.triangles[1:])
+    assert not mesh.closed(turned)
     # two tetrahedra that touch in a point
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     four = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     both = mesh.Mesh(
         "", np.concatenate([corners, -corners[1:]]), np.concatenate([four, np.where(four, four + 3, 0)[:, ::-1]])
     )
-    assert rays.open_edges(both) == 0
-    assert rays.pinched(both) == 1
+    assert mesh.open_edges(both) == 0
+    assert mesh.pinched(both) == 1
 
 
 def test_overlaps_are_found_with_their_volume():
@@ -297,8 +298,8 @@ def test_distance_of_polygons_by_points_on_them():
 def test_rays_through_a_box():
     box = mesh.Mesh("box", block((0, 0, 0), (2, 3, 4)), mesh.TRIANGLES)
     origins = np.array([[-1, 1, 1], [1, 1, 1], [5, 1, 1], [-1, 9, 1.0]])
-    np.testing.assert_allclose(rays.cast(box, origins, np.array([1.0, 0, 0])), [1, 1, np.inf, np.inf])
-    first = rays.faces(box)[0]
+    np.testing.assert_allclose(mesh.cast(box, origins, np.array([1.0, 0, 0])), [1, 1, np.inf, np.inf])
+    first = mesh.faces(box)[0]
     assert first.area == pytest.approx(12)
     assert np.abs(first.normal).tolist() == [1, 0, 0]
     assert box.volume == pytest.approx(24)
@@ -306,8 +307,8 @@ def test_rays_through_a_box():
 
 def test_a_picture_covers_what_is_seen():
     flat = mesh.build(bodies.scale(PLA))
-    view = shade.fitted([flat], shade.look(30, 40))
-    image = shade.picture([flat], [(1, 0, 0)], view, 400)
+    view = drawn.fitted([flat], drawn.look(30, 40))
+    image = drawn.picture([flat], [(1, 0, 0)], view, 400)
     pixel = (view.right - view.left) / 400
     seen = (image[..., 3] / 255).sum() * pixel**2
     shadow = ConvexHull(flat.vertices @ view.axes[:2].T).volume
@@ -315,10 +316,10 @@ def test_a_picture_covers_what_is_seen():
     assert np.linalg.det(view.axes) == pytest.approx(1)
     # the nearer one hides the other, whatever their order
     above = flat.moved(np.eye(3), (0, 0, 5.0))
-    top = shade.fitted([flat], shade.look(0, 90))
+    top = drawn.fitted([flat], drawn.look(0, 90))
     for order in ((0, 1), (1, 0)):
         both, colours = [flat, above], [(1, 0, 0), (0, 0, 1)]
-        image = shade.picture([both[i] for i in order], [colours[i] for i in order], top, 100)
+        image = drawn.picture([both[i] for i in order], [colours[i] for i in order], top, 100)
         middle = image[image.shape[0] // 2, 50]
         assert middle[2] > middle[0]
 

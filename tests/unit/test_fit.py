@@ -11,10 +11,10 @@ import squama
 from oracle import bending as oracle_bending
 from oracle.twisting import forces, phi
 from oracle.vectors import FP, MP, Design
-from squama.identify.data import read, record
 from squama.identify.estimate import derivatives
-from squama.identify.facade import placed
+from squama.identify.fitting import placed
 from squama.identify.parameters import PARAMETERS, ask
+from squama.identify.records import read, record
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 TRUE = {"mu": 0.3, "K_theta": BEAM.joint_stiffness, "C_f": BEAM.C_f, "E_B": 2e6, "theta0": BEAM.scale.theta0}
@@ -33,7 +33,8 @@ def moved(beam, names):
     for n in names:
         row = PARAMETERS[n]
         value = row.value(beam, "twisting")
-        changes.setdefault(row.table, {})[row.key] = OFF[n] if n == "mu" else OFF[n] * value
+        table, _, key = row.place.partition(".")
+        changes.setdefault(table, {})[key] = OFF[n] if n == "mu" else OFF[n] * value
     return beam.replace(**changes)
 
 
@@ -86,7 +87,7 @@ def test_bending_and_a_folded_path_and_the_other_sense():
 
 
 def test_the_other_sense_of_twist(monkeypatch):
-    monkeypatch.setattr("squama.model.solution.with_touches", lambda sol, *_, **__: (sol, [None]))
+    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
     both = squama.Beam.from_ratios(
         eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02, mu=0.2, youngs_modulus="2 MPa"
     )

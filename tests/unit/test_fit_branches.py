@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from squama.identify.branches import turning_points, ways
-from squama.identify.wording import with_error
+from squama.identify.parameters import with_error
+from squama.identify.records import turning_points, ways
 
 
 def test_a_noisy_twist_needs_to_be_told():

@@ -215,7 +215,7 @@ HEAD = "phi (rad),T (N m)"
         (table(HEAD, *UP), ["--find", "K_theta,C_f,E_B"], "only their product enters the torque"),
         (table(HEAD, *UP), ["--bounds", "mu=0.5:0.1"], "(they are reversed)"),
         (table(HEAD, *UP), ["--bounds", "mu=0.5"], "is not name=lower:upper"),
-        (table(HEAD, *UP), ["--bounds", "mu=0:0.5", "--bounds", "mu=0:1"], "mu is bounded twice"),
+        (table(HEAD, *UP), ["--bounds", "mu=0:0.5", "--bounds", "mu=0:1"], "--bounds mu: is given twice"),
         (table(HEAD, *UP), ["--bounds", "mu=0:20"], "--bounds mu = 20: must lie within 0 and 10"),
         (table(HEAD, *UP), ["--bounds", "K_theta=0.1:2"], '"0.1": has no unit'),
         (table(HEAD, *UP), ["--bounds", "theta0=5 deg:20 deg"], "theta0 is not to be found"),
@@ -239,7 +239,7 @@ HEAD = "phi (rad),T (N m)"
         (table(HEAD, *UP), ["--csv", "test.csv"], "is read too"),
         (table(HEAD, *UP), ["test.csv"], "test.csv: is given twice"),
         (table(HEAD, *UP), ["beam.toml"], "is a second beam file"),
-        ("specimen,phi (rad),T (N m)\nA,0.1,0.2\n,0.2,0.4\n", [], "line 3: specimen is empty"),
+        ("specimen,phi (rad),T (N m)\nA,0.1,0.2\n,0.2,0.4\n", [], 'line 3: specimen = "": is empty; name it'),
     ],
 )
 def test_bad_input(folder, capsys, text, arguments, words):
@@ -284,5 +284,5 @@ def test_parameters_that_the_points_do_not_show(folder):
     straight = {"Phi": np.linspace(0, 2, 20), "T": BEAM.torsional_rigidity * np.linspace(0, 2, 20)}
     with pytest.raises(InputError, match="E_B and C_f: these points do not tell them apart"):
         squama.fit(straight, BEAM, ("E_B", "C_f"))
-    with pytest.raises(InputError, match="mu is not given: find it too"):
+    with pytest.raises(InputError, match="mu: is not given; find it too"):
         squama.fit(straight, BEAM.replace(friction={"mu": None}), ("C_f",))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse.problem import Problem
+from squama.inverse.residuals import Residuals
 from squama.inverse.target import read_target
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
@@ -85,7 +85,7 @@ def test_brute_force_finds_no_better_beam(law):
     target = {"lock": "150 deg total", "points": [point]}
     data = {"target": target, "vary": vary, "limits": {"gap": "1.4 mm"}, "law": law}
     found = squama.inverse_design(data, beam=BEAM)
-    problem = Problem(read_target(data, beam=BEAM))
+    problem = Residuals(read_target(data, beam=BEAM))
     side = np.linspace(0, 1, 61)
     grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     brute = problem.look(grid, slopes=False, plates=False)
@@ -141,7 +141,7 @@ def test_other_contacts_of_the_plates_are_looked_for():
     vary = {"scale.length": ("25 mm", "80 mm"), "scale.width": ("10 mm", "60 mm"), "scale.alpha": ("20 deg", "75 deg")}
     data = {"target": {"lock": "at least 100 deg total"}, "vary": vary, "limits": {"edge": False}}
     start = BEAM.replace(friction={"mu": 0.05})
-    problem = Problem(read_target(data, beam=start))
+    problem = Residuals(read_target(data, beam=start))
     y = np.random.default_rng(0).random((150, 3))
     alone, all_plates = (problem.look(y, slopes=False, plates=plates) for plates in (False, True))
     cut = np.flatnonzero(np.isfinite(alone.found.values[0]) & np.isnan(all_plates.found.values[0]))

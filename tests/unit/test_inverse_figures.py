@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse.figures import evaluate, flat
+from squama.inverse.figures import At, Options, Want, evaluate, flat
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
-from squama.inverse.lsi import lsi
-from squama.inverse.wants import At, Options, Want
+from squama.inverse.search import lsi
 from squama.model.sensitivity import STEP
-from squama.study.cells import beam_at
-from squama.study.columns import columns
+from squama.study.columns import beam_at, columns
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
 RANGES = {

@@ -11,10 +11,10 @@ import pytest
 pytest.importorskip("pymoo")
 
 import squama
-from squama.inverse import read
-from squama.inverse.front import beams, spread
-from squama.inverse.objectives import Trade, dominated, settings
+from squama.inverse.front import Trade, beams, dominated, read_settings, spread
 from squama.inverse.target import read_target
+from squama.inverse.targetfile import Context
+from squama.model.outcome import CODES
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
 DATA = {
@@ -49,13 +49,14 @@ def hypervolume(points, low, high):
 def brute(data, y):
     """Return the costs of the best of some points of the unit cube, every contact of their plates tested."""
     target = read_target(data, beam=None if isinstance(data, str) else BEAM, need="front")
-    trade = Trade(target, settings(target.front, read.Context(25, "twisting", bare=not isinstance(data, str))))
+    trade = Trade(target, read_settings(target.front, Context(25, "twisting", bare=not isinstance(data, str))))
     seen = trade.evaluate(y, plates=False)
     left = np.flatnonzero(seen.violation <= 0)
     values = seen.values * np.array([-o.sense for o in trade.chosen.objectives])
+    other = CODES.index(squama.End.OTHER)
     while True:
         best = left[~dominated(values[left], values[left])]
-        alone = trade.alone(seen, best)
+        alone = trade.evaluate(y[best], plates=True).found.code != other
         if alone.all():
             return values[best], values[left]
         left = np.setdiff1d(left, best[~alone])

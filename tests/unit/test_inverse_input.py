@@ -10,7 +10,7 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.inverse.read import Context, rigidity
+from squama.inverse.targetfile import Context, rigidity
 from squama.plot import front_figure, inverse_figure
 
 BEAM = Path("examples/pla_on_vps.toml").read_text(encoding="utf-8")
@@ -271,7 +271,7 @@ def test_mistakes_in_a_front(folder, capsys, old, new, words):
 
 
 def test_pictures_without_a_lock_and_with_points(folder):
-    from squama.inverse.designs import find
+    from squama.inverse.designing import find
     from squama.inverse.target import read_target
 
     data = {

@@ -10,8 +10,8 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.cli.new import EXAMPLE
-from squama.study import cluster, sweep
+from squama.cli.short import EXAMPLE
+from squama.study import cluster, sweeping
 
 
 @pytest.fixture(scope="module")
@@ -23,8 +23,8 @@ def stores(tmp_path_factory):
     many = {"mu": (0, 2, 5), "alpha": ("15 deg", "75 deg", 4), "eta": (2, 4, 3), "margin": [0.001, 0.01, 0.1]}
     squama.sweep(beam, many, law=["edge", "plate"], out=folder / "four.zarr")
     squama.sweep(beam, {"mu": (0, 4, 20)}, out=folder / "line.zarr")
-    plan = sweep.make_plan(beam, {"mu": (0, 2, 9), "alpha": ("15 deg", "75 deg", 7)}, tile=20)
-    sweep.run(plan, folder / "half.zarr", shard="1/2")
+    plan = sweeping.make_plan(beam, {"mu": (0, 2, 9), "alpha": ("15 deg", "75 deg", 7)}, tile=20)
+    sweeping.run(plan, folder / "half.zarr", shard="1/2")
     return folder
 
 
@@ -155,7 +155,7 @@ FLAGS = [
     (["--over", "mu=0:1:5", "--law", "edge,edge"], ["--law", "give each law once"]),
     (["--over", "mu=0:1:5", "--sense", "left"], ["--sense", "left"]),
     (["--over", "mu=0:1:5", "--load", "pulling"], ["--load", "pulling"]),
-    (["--over", "mu=0:1:5", "--engine", "steam"], ["--engine", "steam"]),
+    (["--over", "mu=0:1:5", "--engine", "steam"], ["--engine"]),
     (["--over", "mu=0:1:5", "--mu", "0.3"], ["--mu: mu is swept too"]),
     (["--over", "mu=0:1:5", "--margin", "2"], ["--margin", "below 1"]),
     (["--over", "mu=0:1:5", "--tile", "0"], ["--tile"]),
@@ -341,3 +341,10 @@ def test_nothing_answers_at_the_address(monkeypatch):
     monkeypatch.setattr(distributed, "Client", nobody)
     with pytest.raises(squama.InputError, match="no scheduler answers"), cluster.client("tcp://127.0.0.1:9"):
         pass
+
+
+def test_a_map_as_json(place, capsys):
+    assert main(["map", "half.zarr", "--csv", "a.csv", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["file"], told["x"], told["y"], told["written"]) == ("half.zarr", "alpha", "mu", ["a.csv"])
+    assert 0 < told["tiles_missing"] < told["tiles"]

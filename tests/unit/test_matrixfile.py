@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import squama
-from squama import InputError, joint_values, matrixfile
+from squama import InputError
+from squama.beam import matrixfile
 from squama.cli import main
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
@@ -24,7 +25,7 @@ A = np.array(
     ]
 )
 """A stiffness like that of Fig. 6b, in units of the pitch and the modulus."""
-STORED = joint_values.stored(BEAM, A)
+STORED = matrixfile.stored(BEAM, A)
 TEXT = STORED.text
 # the same by hand: moment for w_Y with the rest free, by solving for the motions under a unit moment
 K_THETA = 1 / np.linalg.solve(A[:6, :6], np.eye(6)[4])[4]
@@ -150,17 +151,17 @@ def changed(row, column, value):
         (changed(0, 4, "3.1"), "is not symmetric: F_X by w_Y is 3.1, M_Y by u_X is -312500; both must be the same"),
         (changed(4, 4, "1"), "is not positive definite, so some motion would need no force or give energy away"),
         (changed(4, 4, "-1"), "is not positive definite: M_Y by w_Y is -1, must be above 0"),
-        (changed(2, 2, "stiff"), 'line 15: u_Z = "stiff" is not a number; write e.g. 1234.5'),
-        (changed(2, 2, "nan"), "u_Z = nan is not a finite number"),
-        (changed(2, 2, ""), 'u_Z = "" is empty'),
+        (changed(2, 2, "stiff"), 'line 15: u_Z = "stiff": is not a number; write e.g. 1234.5'),
+        (changed(2, 2, "nan"), "u_Z = nan: is not a finite number"),
+        (changed(2, 2, ""), 'u_Z = "": is empty'),
         (TEXT.replace("u_X (m)", "u_X (deg)"), 'line 12: "u_X (deg)": has no unit that fits; write e.g. u_X (m)'),
         (TEXT.replace("M_Y (N m)", "M_Y (N)"), '"M_Y (N)": has no unit that fits; write e.g. M_Y (N m)'),
         (TEXT.replace("F_X (N)", "F_X (kg)"), '"F_X (kg)": has no unit that fits; write e.g. F_X (N)'),
         (TEXT.replace("w_X (rad)", "w_X"), '"w_X": must be w_X with its unit, as w_X (rad); the order is u_X, u_Y'),
         (TEXT.replace("u_X (m),u_Y (m)", "u_Y (m),u_X (m)"), '"u_Y (m)": must be u_X with its unit'),
         (TEXT.replace("# beam.pitch", "# pitch"), "does not say what it was made for; write a line above the header"),
-        (TEXT.replace('"25 GPa"', '"25 mm"'), '# substrate.youngs_modulus = "25 mm" is a length, but a pressure is'),
-        (TEXT.replace('"25 GPa"', "25"), '# substrate.youngs_modulus = "25" has no unit'),
+        (TEXT.replace('"25 GPa"', '"25 mm"'), '# substrate.youngs_modulus = "25 mm": is a length, but a pressure is'),
+        (TEXT.replace('"25 GPa"', "25"), '# substrate.youngs_modulus = "25": has no unit'),
         ("1,2,3", "has 0 rows and 2 columns of numbers"),
     ],
 )  # fmt: skip
@@ -205,7 +206,7 @@ def test_a_compliant_joint_needs_no_elements(place, capsys, monkeypatch):
     known = builtins.__import__
 
     def without(name, *rest):
-        if name.split(".")[0] in {"netgen", "pypardiso", "numba"} or name in {"squama.fe.joint", "squama.fe.mesh"}:
+        if name.split(".")[0] in {"netgen", "pypardiso", "numba"} or name in {"squama.fe.stiffness", "squama.fe.mesh"}:
             raise ImportError(name)
         return known(name, *rest)
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from squama import measured
 from squama.errors import InputError
+from squama.io import measured
 
 DEG = math.pi / 180
 BEAM = {"pitch": 0.02, "scales": 25}

@@ -10,8 +10,9 @@ import xarray as xr
 
 import squama
 from properties.designs import Drawn
-from squama.curve import Case, curve, path
-from squama.model import solution
+from squama.batch import solution
+from squama.curves.hinge import path
+from squama.curves.path import Case
 
 BEAM = squama.Beam.from_ratios(mu=0.5)
 BEAM_THICK = squama.Beam.from_ratios(slenderness=10, mu=0.5)
@@ -152,6 +153,17 @@ def test_at_gives_the_curve_at_any_rate_and_nan_beyond_the_end() -> None:
         assert float(s[name]) == pytest.approx(float(r[name]), rel=1e-9)
 
 
+@pytest.mark.parametrize("given", [{"to": 5.0}, {"to": "0.01 rad/pitch"}, {"mu": 9.0}, {"sense": "-"}])
+def test_a_load_that_meets_the_end_but_for_rounding_belongs_to_the_curve(given) -> None:
+    r = squama.twist(BEAM, **given)
+    end = float(r.Phi_end if np.isfinite(r.Phi_end) else r.Phi[-1])
+    s = squama.twist(BEAM, at=end * np.array([1, 1 + 3e-16, 1 + 9e-13, 1 + 2e-12]), **given)
+    for name in ("theta", "T", "U_el", "W_fr"):
+        assert np.isfinite(s[name][:3]).all(), name
+        np.testing.assert_allclose(s[name][1:3], s[name][0].item(), rtol=1e-9, err_msg=name)
+        assert np.isnan(s[name][3]), name
+
+
 def test_points_and_order_of_the_work() -> None:
     few, most = (squama.twist(BEAM, points=n) for n in (3, 5000))
     assert few.sizes["point"] == 3
@@ -288,8 +300,8 @@ def released(law: str):
     d = Drawn(1.292, 0.92, 0.744, math.radians(4.3), math.radians(12.22), 0.2)
     sol = solution.solve_twisting(*(np.array([v]) for v in d), law=law, sense="+")
     case = Case(1.0, 2.0, 3.0, d.eta, d.theta0)
-    p = path(case, sol, None, d.mu, law, 0.01, None)
-    return d, case, p, curve(case, p, points=200, at=None)
+    p = path(case, sol, None, d.mu, law, 0.01)
+    return d, case, p, p.curve(points=200)
 
 
 def test_a_path_through_its_fold_is_followed_until_the_scales_are_back() -> None:
@@ -304,15 +316,15 @@ def test_a_path_through_its_fold_is_followed_until_the_scales_are_back() -> None
     # released springs press no more, and the torque is the bare beam's again
     assert c.along["N"][-1] == pytest.approx(0, abs=1e-12)
     assert c.along["torque"][-1] == pytest.approx(case.rigidity * c.along["rate"][-1], rel=1e-9)
-    assert c.figures["work_c"] > 0
+    assert c.figures["W_fr_c"] > 0
     # beyond the fold the springs give back: the scales' torque turns negative without friction's part
-    beyond = curve(case, p, points=3, at=np.array([0.5 * (load[turn] + load[-1])]))
+    beyond = p.curve(points=3, at=np.array([0.5 * (load[turn] + load[-1])]))
     assert beyond.along["theta"][0] < theta.max()
     assert beyond.along["theta"][0] == pytest.approx(np.interp(beyond.along["load"][0], load, theta), abs=1e-4)
     # energy balance over the whole way: int T dPhi = U_el + W_fr
     nodes, weights = np.polynomial.legendre.leggauss(120)
     start, stop = p.load_e, p.load_end
     at = start + (stop - start) * (nodes + 1) / 2
-    torque = curve(case, p, points=3, at=at).along["torque"]
+    torque = p.curve(points=3, at=at).along["torque"]
     done = float(weights @ torque) * (stop - start) / 2 + case.rigidity * start**2 / 2
-    assert done == pytest.approx(c.figures["elastic_c"] + c.figures["work_c"], rel=1e-9)
+    assert done == pytest.approx(c.figures["U_el_c"] + c.figures["W_fr_c"], rel=1e-9)

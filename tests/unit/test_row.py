@@ -233,7 +233,7 @@ def test_the_stop_that_is_not_given_is_the_cut_off_of_the_endless_beam():
         ({"scales": 1}, "scales = 1: must be a whole number from 2 to 2000"),
         ({"scales": 2.5}, "scales = 2.5"),
         ({"mu": -1}, "mu = -1: must be 0 or more"),
-        ({"mu": None}, "mu is not given"),
+        ({"mu": None}, "mu: is not given"),
         ({"to": 0}, "must be above 0"),
         ({"points": 2}, "points = 2"),
         ({"sense": "x"}, "sense"),
@@ -290,3 +290,17 @@ def test_bad_flags(flags, words, tmp_path, monkeypatch, capsys):
     assert words in said
     assert said.startswith("squama: error: ")
     assert [p.name for p in tmp_path.iterdir()] == ["beam.toml"]
+
+
+def test_the_endless_beam_is_there_to_its_end() -> None:
+    # its curve ends without a lock: the row's last twist is that end but for rounding
+    beam = squama.Beam.from_ratios(
+        eta=5.803202646762443,
+        beta=0.7115620947478247,
+        lam=0.71883776566386,
+        alpha=0.9827049779018376,
+        theta0=0.15241222480083894,
+    )
+    r = squama.row(beam, scales=8, mu=0, points=30)
+    assert np.isfinite(r.T_periodic).all()
+    assert np.isfinite(r.theta_periodic).all()

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 
 import squama
+from squama.batch.solution import solve_twisting
 from squama.model import energy
 from squama.model.outcome import CODES, End
-from squama.model.solution import solve_twisting
-from squama.model.solve import scalar
+from squama.model.tracks import scalar
 
 LAWS = ("edge", "plate")
-solve = partial(squama.solve, engine="numpy")
+solve = squama.solve
 
 
 def designs(n: int, seed: int = 3) -> dict[str, np.ndarray]:
@@ -140,7 +138,6 @@ def test_shapes_broadcast_and_empty_arrays_come_back() -> None:
         ({"eta": [1.0, 2.0], "mu": [1.0, 2.0, 3.0]}, "shapes that broadcast"),
         ({"law": "glue"}, 'law = "glue"'),
         ({"sense": "left"}, 'sense = "left"'),
-        ({"engine": "abacus"}, 'engine = "abacus"'),
         ({"load": "pulling"}, 'load = "pulling"'),
         ({"margin": 0.0}, "margin = 0"),
         ({"margin": [0.1, 0.2]}, "one number"),

@@ -9,7 +9,7 @@ import xarray as xr
 
 import squama
 from squama.errors import InputError
-from squama.store import check_place
+from squama.io.datasets import check_place
 
 BEAM = squama.Beam.from_ratios(alpha="45 deg", mu=0.3)
 EXTENSIONS = [".nc", ".csv"]

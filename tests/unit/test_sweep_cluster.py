@@ -16,7 +16,7 @@ import pytest
 import squama
 from squama.cli import main
 from squama.errors import InputError
-from squama.study import cluster, stored, sweep
+from squama.study import cluster, store, sweeping
 
 pytest.importorskip("distributed")
 
@@ -28,16 +28,16 @@ LONG = 120
 _HELD = """
 import time
 from pathlib import Path
-from squama.study import sweep
+from squama.study import sweeping
 
 def held(store, tile):
     while len(list(Path(store, "status").glob("c.*[0-9]"))) >= 2 and not Path(store).with_name("go").exists():
         time.sleep(0.01)
-    return sweep.not_held(store, tile)
+    return sweeping.not_held(store, tile)
 
 # a worker may load this twice
-if not hasattr(sweep, "not_held"):
-    sweep.not_held, sweep.one_tile = sweep.one_tile, held
+if not hasattr(sweeping, "not_held"):
+    sweeping.not_held, sweeping.one_tile = sweeping.one_tile, held
 """
 
 
@@ -134,8 +134,8 @@ def test_a_scheduler_that_goes_is_one_line_and_the_rest_can_be_done(place):
             "squama: error: dask: the scheduler has gone; start it and run the same command again, "
             "finished tiles are kept"
         ]
-    plan = stored.read_plan(Path("map.zarr"))
-    assert stored.check(Path("map.zarr"), plan).sum() == 2
+    plan = store.read_plan(Path("map.zarr"))
+    assert store.check(Path("map.zarr"), plan).sum() == 2
     assert run()[0] == 0
     assert contents("map.zarr") == contents("alone.zarr")
 
@@ -162,14 +162,14 @@ def test_an_address_where_no_scheduler_answers_is_one_line_and_leaves_no_store(l
 
 
 def test_a_worker_with_other_versions_writes_nothing(place, monkeypatch):
-    plan = sweep.make_plan(squama.Beam.from_ratios(), {"mu": (0, 1, 4)}, tile=2)
-    stored.prepare(Path("map.zarr"), plan)
+    plan = sweeping.make_plan(squama.Beam.from_ratios(), {"mu": (0, 1, 4)}, tile=2)
+    store.prepare(Path("map.zarr"), plan)
     before = contents("map.zarr")
-    monkeypatch.setattr(sweep, "versions", lambda: {**plan.versions, "numpy": "1.0"})
+    monkeypatch.setattr(sweeping, "versions", lambda: {**plan.versions, "numpy": "1.0"})
     with pytest.raises(
         squama.InputError, match=r"other versions: numpy .* against 1.0 \(stored against the worker's\)"
     ):
-        sweep.one_tile("map.zarr", (0,))
+        sweeping.one_tile("map.zarr", (0,))
     assert contents("map.zarr") == before
 
 

@@ -1,6 +1,8 @@
 """Sweeps that are stopped: SIGKILL at any moment, Ctrl-C, a full disk, a dead worker; the result is always the same."""
 
 import errno
+import hashlib
+import json
 import os
 import random
 import signal
@@ -10,12 +12,13 @@ import time
 from pathlib import Path
 
 import pytest
+from zarr.storage import _local as zarr_files
 
 import squama
 from squama.cli import main
 from squama.errors import InputError
-from squama.study import create, stored, sweep, tiles, zstore
-from squama.study.sweep import make_plan, run
+from squama.study import store, sweeping
+from squama.study.sweeping import make_plan, run
 
 BEAM = squama.Beam.from_ratios()
 ARGUMENTS = ["sweep", "beam.toml", "--over", "mu=0:2:24", "--over", "alpha=15deg:75deg:24", "--tile", "36"]
@@ -50,9 +53,9 @@ _HELD = """
 import sys, time
 from pathlib import Path
 from squama.cli import main
-from squama.study import sweep
+from squama.study import sweeping
 
-solve = sweep.one_tile
+solve = sweeping.one_tile
 
 def held(store, tile):
     while len(list(Path(store, "status").glob("c.*[0-9]"))) >= most and not Path(store).with_name("go").exists():
@@ -61,7 +64,7 @@ def held(store, tile):
 
 if __name__ == "__main__":
     most = int(sys.argv[1])
-    sweep.one_tile = held
+    sweeping.one_tile = held
     sys.exit(main(sys.argv[2:]))
 """
 
@@ -96,10 +99,14 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(place, undisturbed):
         process.wait()
         process.stderr.close()
         assert process.returncode == -signal.SIGKILL
-        done = stored.prepare(Path("map.zarr"), stored.read_plan(Path("map.zarr")))
+        done = store.prepare(Path("map.zarr"), store.read_plan(Path("map.zarr")))
         assert 0 < done.sum() < done.size
     assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
     assert contents("map.zarr") == undisturbed
+
+
+STEPS = ((zarr_files, "_put"), (Path, "replace"), (store, "flush"), (os, "fsync"), (Path, "unlink"))
+"""What changes the disk while a tile is written: a new file, its move, what waits for the disk, the end of a claim."""
 
 
 def _dying(n):
@@ -121,27 +128,28 @@ def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch
     """The process ends without a word before the n-th change of the disk, all through the writing of a tile."""
     plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
     path = Path("map.zarr")
-    stored.prepare(path, plan)
+    store.prepare(path, plan)
     todo = plan.tiles()
     tile = next(todo)
-    for n in range(0, 60, 3):
+    for n in range(0, 90, 3):
         child = os.fork()
         if child == 0:
             step = _dying(n)
-            for home, name in ((zstore, "put"), (zstore, "flush"), (Path, "replace"), (os, "pwrite"), (os, "fsync")):
+            for home, name in STEPS:
                 setattr(home, name, step(getattr(home, name)))
-            sweep.one_tile(str(path), tile)
+            sweeping.one_tile(str(path), tile)
             os._exit(0)
         _, status = os.waitpid(child, 0)
-        marked = (path / "status" / zstore.key(tile)).exists()
+        marked = (path / "status" / store.key(tile)).exists()
         if os.WIFEXITED(status):
             assert marked
             break
-        assert stored.check(path, plan)[tile] == marked
+        assert store.check(path, plan)[tile] == marked
         tile = next(todo) if marked else tile
     else:
         pytest.fail("the writing of a tile takes more steps than were tried")
-    assert n > 40
+    assert n > 60
+    assert list(path.rglob("*.partial"))
     run(plan, path)
     assert contents(path) == undisturbed
 
@@ -173,24 +181,56 @@ def test_two_runs_at_once_share_the_tiles(place, undisturbed):
 
 def test_a_tile_that_another_process_has_is_left_to_it(place):
     plan = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2)
-    stored.prepare(Path("map.zarr"), plan)
-    writer = zstore.Writer(Path("map.zarr"), plan)
+    store.prepare(Path("map.zarr"), plan)
+    writer = store.Writer(Path("map.zarr"), plan)
     with writer.claim((0,)) as mine, writer.claim((0,)) as second:
-        assert mine is not None
-        assert second is None
+        assert mine
+        assert not second
         assert run(plan, Path("map.zarr")) == (1, 2)
-        writer.write((0,), tiles.compute(plan, (0,)), mine)
+        writer.write((0,), sweeping.compute(plan, (0,)))
     with writer.claim((0,)) as again:
-        assert again is None
+        assert not again
     assert run(plan, Path("map.zarr")) == (2, 2)
     assert not list(Path("map.zarr").rglob("*.partial"))
 
 
-@pytest.mark.parametrize("step", [0, 12, 25])
+def test_a_store_of_another_engine_is_read_and_not_gone_on_with(place):
+    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2), Path("map.zarr")
+    run(plan, path)
+    before = contents(path)
+    attributes = json.loads((path / "zarr.json").read_text())
+    text = json.dumps(plan.configuration | {"engine": "older"}, sort_keys=True, separators=(",", ":"))
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    attributes["attributes"] |= {"engine": "older", "configuration": text, "configuration_sha256": digest}
+    (path / "zarr.json").write_text(json.dumps(attributes))
+    assert bool((squama.open_sweep(path).status == 1).all())
+    with pytest.raises(InputError, match="belongs to another sweep: engine older against not given ") as caught:
+        store.prepare(path, plan)
+    assert len(caught.value.problems) == 1
+    assert contents(path).keys() == before.keys()
+
+
+def test_what_the_dead_have_left_is_swept_when_no_writer_lives(place):
+    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2), Path("map.zarr")
+    store.prepare(path, plan)
+    sweeping.one_tile(str(path), (0,))
+    whole = contents(path)
+    for name in ("RED/c.9a.partial", "status/c.9b.partial", "status/c.1.partial"):
+        (path / name).write_bytes(b"half")
+    # the mark of a tile whose data were lost with the power of the machine
+    (path / "status/c.1").touch()
+    with store.Writer(path, plan).claim((1,)):
+        store.sweep_orphans(path, plan)
+        assert (path / "RED/c.9a.partial").exists()
+    assert store.prepare(path, plan).tolist() == [True, False]
+    assert contents(path) == whole
+
+
+@pytest.mark.parametrize("step", [0, 12, 25, 62, 65])
 def test_a_full_disk_leaves_the_store_as_it_was(step, place, undisturbed, monkeypatch, capsys):
     plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
-    stored.prepare(Path("map.zarr"), plan)
-    assert sweep.one_tile("map.zarr", next(plan.tiles()))
+    store.prepare(Path("map.zarr"), plan)
+    assert sweeping.one_tile("map.zarr", next(plan.tiles()))
     before = contents("map.zarr")
     room = iter(range(step))
 
@@ -203,7 +243,7 @@ def test_a_full_disk_leaves_the_store_as_it_was(step, place, undisturbed, monkey
         return wrapped
 
     with monkeypatch.context() as patch:
-        for home, name in ((zstore, "put"), (zstore, "flush"), (os, "pwrite"), (os, "fsync")):
+        for home, name in STEPS[:-1]:
             patch.setattr(home, name, full(getattr(home, name)))
         assert main([*ARGUMENTS, "-o", "map.zarr", "--progress", "none"]) == 2
     said = capsys.readouterr().err.splitlines()
@@ -219,7 +259,7 @@ def test_a_full_disk_when_the_store_is_made_leaves_nothing(place, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(zstore, "flush", full)
+    monkeypatch.setattr(store, "flush", full)
     with pytest.raises(InputError, match="the disk is full"):
         squama.sweep(BEAM, {"mu": (0, 1, 3)}, out="map.zarr")
     assert sorted(p.name for p in Path().iterdir()) == ["beam.toml"]
@@ -228,15 +268,15 @@ def test_a_full_disk_when_the_store_is_made_leaves_nothing(place, monkeypatch):
 def test_killed_while_the_store_is_made_it_leaves_nothing_for_long(place, undisturbed):
     made = """
 import os, signal, sys
-from squama.study import zstore
+from squama.study import store
 from squama.cli import main
 steps = iter(range(int(sys.argv[1])))
-flush = zstore.flush
+flush = store.flush
 def dying(place):
     if next(steps, None) is None:
         os.kill(os.getpid(), signal.SIGKILL)
     flush(place)
-zstore.flush = dying
+store.flush = dying
 main(sys.argv[2:])
 """
     others = [".map.zarr.0123456789abc.new", ".map.zarr.new", ".other.zarr.0123456789ab.new"]
@@ -255,7 +295,7 @@ main(sys.argv[2:])
 
 
 def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypatch):
-    fill, seen = create._fill, []
+    fill, seen = store._fill, []
 
     def meanwhile(beside, plan):
         fill(beside, plan)
@@ -266,7 +306,7 @@ def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypat
             subprocess.run(command, check=True, capture_output=True, timeout=60)
             assert beside.is_dir()
 
-    monkeypatch.setattr(create, "_fill", meanwhile)
+    monkeypatch.setattr(store, "_fill", meanwhile)
     assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
     assert seen
     assert contents("map.zarr") == undisturbed
@@ -274,7 +314,7 @@ def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypat
 
 
 def test_a_folder_that_is_taken_away_while_it_is_filled_is_made_again(place, undisturbed, monkeypatch):
-    fill, seen = create._fill, []
+    fill, seen = store._fill, []
 
     def meanwhile(beside, plan):
         if not seen:
@@ -283,7 +323,7 @@ def test_a_folder_that_is_taken_away_while_it_is_filled_is_made_again(place, und
             raise FileNotFoundError
         fill(beside, plan)
 
-    monkeypatch.setattr(create, "_fill", meanwhile)
+    monkeypatch.setattr(store, "_fill", meanwhile)
     assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
     assert contents("map.zarr") == undisturbed
 
@@ -293,7 +333,7 @@ import os, signal, sys, threading, time
 from pathlib import Path
 import distributed
 import squama
-from squama.study import stored, sweep
+from squama.study import store, sweeping
 
 def kill_one(client):
     while len(list(Path("map.zarr/status").glob("c.?.?"))) < 3:
@@ -304,12 +344,12 @@ def kill_one(client):
 
 if __name__ == "__main__":
     beam = squama.Beam.from_toml("beam.toml")
-    plan = sweep.make_plan(beam, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    plan = sweeping.make_plan(beam, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         with distributed.Client(cluster) as client:
             killer = threading.Thread(target=kill_one, args=(client,))
             killer.start()
-            done = sweep.run(plan, Path("map.zarr"), dask=client)
+            done = sweeping.run(plan, Path("map.zarr"), dask=client)
             killer.join()
             print(*done)
 """

@@ -8,10 +8,8 @@ from scipy import stats
 
 import squama
 from squama.errors import InputError
-from squama.study import uncertainty_samples
-from squama.study.uncertainty import uncertain
-from squama.study.uncertainty_indices import indices
-from squama.study.uncertainty_statistics import probability, summary
+from squama.study.tolerances import monte_carlo
+from squama.study.tolerances.statistics import indices, probability, summary
 
 BEAM = squama.Beam.from_ratios(mu=0.3, youngs_modulus="2 MPa")
 # some samples of it engage, some do not; some lock, some run off an edge
@@ -85,13 +83,16 @@ def test_distributions(text, law):
 
 
 def test_a_normal_distribution_is_truncated_to_what_is_possible():
-    found = uncertain(BEAM, {"mu": "normal(0.05, 0.035)"}, samples=2**14, keep=True)
-    mu = found.kept["friction.mu"]
+    found = squama.uncertainty(BEAM, {"mu": "normal(0.05, 0.035)"}, samples=2**14, keep=True)
+    mu = found["friction.mu"].values
     law = stats.truncnorm(-0.05 / 0.035, 9.95 / 0.035, 0.05, 0.035)
     assert mu.min() > 0
     assert mu.mean() == pytest.approx(law.mean(), rel=1e-4)
     assert mu.std() == pytest.approx(law.std(), rel=1e-3)
-    assert found.notes[0] == "friction.mu = normal(0.05, 0.035): truncated to 0 to 10, which leaves out 0.077 of it"
+    assert (
+        found.notes.splitlines()[0]
+        == "friction.mu = normal(0.05, 0.035): truncated to 0 to 10, which leaves out 0.077 of it"
+    )
 
 
 def test_samples_are_beams():
@@ -169,7 +170,7 @@ def test_before_is_an_angle_per_pitch_in_total_or_a_rate():
 @pytest.mark.parametrize("sampler", ["sobol", "random"])
 def test_standard_errors_are_those_of_repeated_runs(sampler):
     runs = [
-        uncertain(
+        squama.uncertainty(
             BEAM,
             {"mu": "+- 0.2", "alpha": "+- 2 deg"},
             samples=3200,
@@ -180,16 +181,13 @@ def test_standard_errors_are_those_of_repeated_runs(sampler):
         for seed in range(30)
     ]
     for name in ("phi_end", "W_fr_c"):
-        s = [r.summaries[name] for r in runs]
-        for value, se in (
-            ([x.mean for x in s], [x.mean_se for x in s]),
-            ([x.sd for x in s], [x.sd_se for x in s]),
-            ([x.quantiles[3] for x in s], [x.quantiles_se[3] for x in s]),
-        ):
+        s = [r.sel(figure=name).isel(level=3) for r in runs]
+        for key in ("mean", "sd", "quantile"):
+            value, se = ([float(x[of]) for x in s] for of in (key, f"{key}_se"))
             # 29 degrees of freedom: within 0.7 and 1.4 in all but one case of 100
             # (Sobol points now and then are far off)
             assert 0.62 < np.std(value, ddof=1) / np.sqrt(np.mean(np.square(se))) < 1.5
-    p, se = np.array([r.before.locks[:2] for r in runs]).T
+    p, se = np.array([(r.P_locked_before, r.P_locked_before_se) for r in runs]).T
     assert 0.62 < p.std(ddof=1) / np.sqrt((se**2).mean()) < 1.5
 
 
@@ -197,7 +195,7 @@ def test_the_same_seed_gives_the_same_samples_whatever_the_chunks_and_threads(mo
     vary = {"mu": "+- 0.2", "alpha": "+- 2 deg"}
     for sampler in ("sobol", "random"):
         first = squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True)
-        monkeypatch.setattr(uncertainty_samples, "CHUNK", 128)
+        monkeypatch.setattr(monte_carlo, "CHUNK", 128)
         assert squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True).identical(first)
         monkeypatch.undo()
         numba = pytest.importorskip("numba")
@@ -257,12 +255,12 @@ def test_statistics_of_known_values():
     s = summary(np.random.default_rng(1).permutation(x), (0.25, 0.5), 32)
     assert (s.mean, s.low, s.high, s.share) == (1599.5, 0, 3199, 1)
     assert s.sd == pytest.approx(np.std(x, ddof=1))
-    np.testing.assert_allclose(s.quantiles, np.quantile(x, [0.25, 0.5]))
+    np.testing.assert_allclose(s.quantile, np.quantile(x, [0.25, 0.5]))
     holes = np.where(x % 4 == 0, np.nan, x)
     h = summary(holes, (0.5,), 32)
     assert h.share == 0.75
     assert h.mean == pytest.approx(np.nanmean(holes))
-    assert h.quantiles[0] == pytest.approx(np.nanquantile(holes, 0.5))
+    assert h.quantile[0] == pytest.approx(np.nanquantile(holes, 0.5))
     assert summary(np.where(x < 100, np.nan, x), (0.5,), 32) is None
     same = summary(np.full(3200, 0.1), (0.5,), 32)
     assert (same.sd, same.mean_se, same.sd_se) == (0, 0, 0)
@@ -278,11 +276,11 @@ def test_statistics_of_known_values():
 def test_what_a_sample_cannot_be_is_refused():
     with pytest.raises(InputError, match=r"some samples are no valid beam; at .*the tab goes through the substrate"):
         squama.uncertainty(BEAM, {"scale.embedded": "uniform(5 mm, 200 mm)"}, samples=3200)
-    with pytest.raises(InputError, match="mu is not given"):
+    with pytest.raises(InputError, match="mu: is not given"):
         squama.uncertainty(squama.Beam.from_ratios(), {"alpha": "+- 1 deg"})
     # a tolerance of mu is enough, and nominal is its median
-    u = uncertain(squama.Beam.from_ratios(), {"mu": "uniform(0.2, 0.4)"}, samples=3200)
-    assert u.nominal["phi_end"] == pytest.approx(float(squama.ends(**BEAM.ratios, mu=0.3).phi_end))
+    u = squama.uncertainty(squama.Beam.from_ratios(), {"mu": "uniform(0.2, 0.4)"}, samples=3200)
+    assert float(u.nominal.sel(figure="phi_end")) == pytest.approx(float(squama.ends(**BEAM.ratios, mu=0.3).phi_end))
 
 
 @pytest.mark.parametrize(

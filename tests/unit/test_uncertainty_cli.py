@@ -12,7 +12,7 @@ import squama
 from squama.cli import main
 from squama.errors import InputError
 from squama.plot import uncertainty_figure
-from squama.study.uncertainty_tolerances import tolerances
+from squama.study.tolerances.distributions import tolerances
 
 BEAM = squama.Beam.from_ratios(mu=0.25, alpha="60 deg")
 FEW = ("--samples", "3200")

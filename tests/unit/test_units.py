@@ -162,7 +162,7 @@ def test_text_is_short_where_it_can_be():
 
 def test_pint_is_imported_only_when_needed():
     code = (
-        "import sys, squama.design as d; from squama.units import quantity; d.Beam.from_ratios().warnings();"
+        "import sys, squama.beam.design as d; from squama.units import quantity; d.Beam.from_ratios().warnings();"
         "slow = {'pint', 'scipy', 'numpy', 'matplotlib'};"
         "assert quantity('3 N mm/deg', 'torque') and not slow & set(sys.modules);"
         "quantity('1 inch', 'length'); assert 'pint' in sys.modules"

@@ -16,9 +16,11 @@ from oracle import twisting
 from oracle.vectors import FP, Design, scale
 from squama.cli import main
 from squama.errors import InputError
-from squama.view import geometry, look, picture, standalone, three
-from squama.view.motion import ENDED, FREE, LOCKED, MOST_SCALES, SLIDING, Motion, Setting, shape
-from squama.view.raster import SAMPLES, Canvas
+from squama.fe import plate
+from squama.plot.palette import SCENE, STATES
+from squama.scene import geometry, look, picture, standalone
+from squama.scene.look import SAMPLES, Canvas
+from squama.scene.motion import ENDED, FREE, LOCKED, MOST_SCALES, SLIDING, Motion, Setting, shape
 
 MAIN = squama.Beam.from_ratios(scales=7)
 CASES = [
@@ -39,14 +41,14 @@ FRACTIONS = (0.3, 0.7, 0.99)
 
 
 def contact_load(motion: Motion, fraction: float) -> float:
-    e = motion.path.load_e
+    e = motion.load_e
     return e + fraction * (motion.last - e)
 
 
 @pytest.fixture
 def one_pair(monkeypatch):
     """Leave out the test of the plates against each other, which ends some of these paths before."""
-    monkeypatch.setattr("squama.model.solution.with_touches", lambda sol, *_, **__: (sol, [None]))
+    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -69,11 +71,32 @@ def test_scales_are_those_of_the_oracle(sense: int) -> None:
                 assert np.allclose(mine, other, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_moved_scale_has_its_pose_in_every_cross_section(sense: int) -> None:
+    """The pose that the elements' kinematics give, and the same carried along the helix."""
+    eta, beta, lam, alpha, phi = 3.0, 1.2, 0.45, 0.8, 0.2
+    rest = plate.Rest.at(eta, beta, lam, alpha, 0.2)
+    v = np.array([0.02, -0.01, 0.03, 0.1, 0.3, -0.2])
+    moved = plate.pose(rest, v)
+    d = {"kind": "twisting", "eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "half": 1.0, "sense": sense}
+    pose = np.array([moved.c - rest.base, *(moved.R @ rest.axes[:2].T).T])
+    first = geometry.scale(d, phi, pose.tolist(), 0.0)
+    xi = np.array([[0, -beta, 0], [0, beta, 0], [eta, beta, 0], [eta, -beta, 0]])
+    assert np.allclose(first.corners, moved.c + xi @ rest.axes @ moved.R.T, rtol=0, atol=1e-13)
+    other, turn = geometry.scale(d, phi, pose.tolist(), 3.0), -sense * 3 * phi
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    assert np.allclose(other.corners, first.corners @ R.T + [0, 0, 3], rtol=0, atol=1e-13)
+    # without motion it is the hinge's scale
+    still = [np.zeros(3), *rest.axes[:2]]
+    assert np.allclose(geometry.scale(d, phi, still, 2.0).corners, geometry.scale(d, phi, 0.2, 2.0).corners)
+
+
 @pytest.mark.parametrize("setting", CASES, ids=IDS)
 @pytest.mark.parametrize("fraction", FRACTIONS)
 def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting, fraction: float) -> None:
     motion = Motion(setting)
-    d, state = shape(setting, motion.path.neighbour), motion.state(contact_load(motion, fraction))
+    d, state = shape(setting, motion.neighbour), motion.state(contact_load(motion, fraction))
     assert state.name == SLIDING
     at = [state.load / setting.beam.pitch]
     if setting.load == "bending":
@@ -96,7 +119,7 @@ def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting
 def test_the_forces_as_drawn_balance_the_joint(one_pair, setting: Setting, fraction: float) -> None:
     """What the neighbours do to a scale turns it about its base as far as its spring is turned."""
     motion = Motion(setting)
-    d, state = shape(setting, motion.path.neighbour), motion.state(contact_load(motion, fraction))
+    d, state = shape(setting, motion.neighbour), motion.state(contact_load(motion, fraction))
     own = geometry.scale(d, state.load, state.theta, 0)
 
     def force(k: float) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +130,7 @@ def test_the_forces_as_drawn_balance_the_joint(one_pair, setting: Setting, fract
     for k, sign in ((0, 1), (-d["neighbour"], -1)):
         place, acting = force(k)
         moment -= sign * float(np.cross(place - own.o, acting) @ own.y)
-    lift = motion.case.stiffness * (state.theta - setting.beam.scale.theta0)
+    lift = motion.stiffness * (state.theta - setting.beam.scale.theta0)
     assert moment * setting.beam.pitch == pytest.approx(lift, rel=1e-8)
 
 
@@ -119,14 +142,14 @@ def test_the_forces_as_drawn_are_the_torque(fraction: float) -> None:
     n, t = geometry.directions(d, state.load, state.theta, state.slip, 0)
     point = geometry.contact(d, state.load, state.theta, 0).point
     moment = -float(np.cross(point, state.N * n + state.f * t)[2]) * MAIN.pitch
-    scales = state.torque - motion.case.rigidity * state.load / MAIN.pitch
+    scales = state.torque - motion.rigidity * state.load / MAIN.pitch
     assert moment == pytest.approx(scales, rel=1e-8)
     # and the oracle, from vectors alone, has it too
     o = twisting.forces(
         state.theta, state.load, Design(MAIN.eta, MAIN.scale.alpha, MAIN.beta, MAIN.lam, MAIN.scale.theta0),
         "edge", 0.5, FP,
     )  # fmt: skip
-    assert moment / motion.case.stiffness == pytest.approx(float(o.torque_direct), rel=1e-8)
+    assert moment / motion.stiffness == pytest.approx(float(o.torque_direct), rel=1e-8)
 
 
 def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_face() -> None:
@@ -146,14 +169,14 @@ def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_face() -> None:
 
 def test_states_are_named_and_do_not_go_beyond_the_end() -> None:
     locks, leaves = Motion(CASES[0]), Motion(CASES[2])
-    assert [locks.state(x).name for x in (0, 0.9 * locks.path.load_e, 0.2, locks.last, 5)] == [
+    assert [locks.state(x).name for x in (0, 0.9 * locks.load_e, 0.2, locks.last, 5)] == [
         FREE, FREE, SLIDING, LOCKED, LOCKED
     ]  # fmt: skip
     assert leaves.state(leaves.most).name == ENDED
     assert locks.state(5).load == pytest.approx(locks.last) == pytest.approx(locks.samples(30)[-1].load)
     static = Motion(Setting(MAIN, 10.0))
     assert static.end == "static lock"
-    assert static.state(1.0)[:3] == (static.path.load_e, MAIN.scale.theta0, 0.0)
+    assert static.state(1.0)[:3] == (static.load_e, MAIN.scale.theta0, 0.0)
     assert static.state(1.0).name == LOCKED
     never = Motion(Setting(squama.Beam.from_ratios(eta=0.5, beta=0.2), 0.2))
     assert never.end == "no engagement"
@@ -191,15 +214,50 @@ def test_a_picture_shows_the_whole_beam_in_the_colour_of_its_state() -> None:
         assert 0.8 < np.abs(seen[:, :2]).max() < 0.97, "whole, and not small"
         pixels = picture.render(d, state, 0.5, camera, (300, 150)).reshape(-1, 3).astype(float)
         # shaded or not, the hue is that of the state
-        wanted = picture._rgb(look.COLOURS[colour])
+        wanted = picture._rgb(STATES[colour])
         share = {
             name: np.mean(
                 np.linalg.norm(pixels / 255 / np.linalg.norm(pixels / 255, axis=1, keepdims=True)
                                - picture._rgb(value) / np.linalg.norm(picture._rgb(value)), axis=1) < 0.06
             )
-            for name, value in look.COLOURS.items()
+            for name, value in STATES.items()
         }  # fmt: skip
         assert share[colour] > 0.05 > max(v for name, v in share.items() if name != colour), (load, wanted)
+
+
+def test_the_function_is_the_command(tmp_path: Path) -> None:
+    shown = squama.view(MAIN, tmp_path / "a.png", tmp_path / "a.html", to="0.2 rad/pitch", mu=0.5, law="plate")
+    motion = Motion(Setting(MAIN, 0.5, law="plate"))
+    assert shown.files == (tmp_path / "a.png", tmp_path / "a.html")
+    assert shown.state == motion.state(0.2)
+    assert (shown.asked, shown.last, shown.end) == (pytest.approx(0.2), motion.last, motion.end)
+    assert np.array_equal(np.asarray(Image.open(tmp_path / "a.png")), np.asarray(picture.draw(motion, shown.asked)))
+    bent = squama.view(MAIN, load="bending", mu=0.3)
+    assert bent.asked == pytest.approx(0.7 * bent.last)
+    assert bent.state.name == SLIDING
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, "mu"),
+        ({"mu": -1}, "mu = -1"),
+        ({"mu": 0.1, "load": "x"}, "load"),
+        ({"mu": 0.1, "law": "x"}, "law"),
+        ({"mu": 0.1, "to": "-0.1 rad/pitch"}, "to = -"),
+        ({"mu": 0.1, "to": "0.1 m"}, 'to = "0.1 m"'),
+        ({"mu": 0.1, "margin": 2}, "margin"),
+        ({"mu": 0.1, "frames": 1}, "frames = 1"),
+        ({"mu": 0.1, "paths": ("a.jpg",)}, "a.jpg"),
+    ],
+)
+def test_what_the_function_cannot_use_is_one_line(given: dict, words: str) -> None:
+    paths = given.pop("paths", ())
+    beam = squama.Beam.from_ratios()
+    with pytest.raises(InputError) as error:
+        squama.view(beam, *paths, **given)
+    assert str(error.value).startswith(words)
+    assert len(error.value.problems) == 1
 
 
 def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
@@ -268,21 +326,25 @@ def test_the_page_of_its_own_has_everything_inside() -> None:
     assert data["states"][data["first"]]["load"] == pytest.approx(0.2, abs=0.003)
     assert (data["end"], len(data["states"])) == ("frictional lock", standalone.SAMPLES)
     assert data["states"][-1]["name"] == "locked"
+    assert data["palette"] == SCENE
 
 
 def test_without_nicegui_the_page_says_what_to_install(monkeypatch) -> None:
-    monkeypatch.setattr("squama.view.three.find_spec", lambda _: None)
+    monkeypatch.setattr("squama.scene.standalone.find_spec", lambda _: None)
     with pytest.raises(InputError, match=r"pip install 'squama\[web\]'"):
-        three.find()
+        standalone.find()
 
 
-def test_the_scripts_have_the_same_colours_and_sizes() -> None:
+def test_the_scripts_have_the_same_sizes_and_are_handed_the_colours() -> None:
     folder = Path(geometry.__file__).parent / "js"
     scene, form = ((folder / f"{name}.js").read_text(encoding="utf-8") for name in ("scene", "geometry"))
-    for name, value in look.COLOURS.items():
-        assert f'{name}: "{value}"' in scene
-    for theme in look.THEMES.values():
-        assert ", ".join(f'{name}: "{value}"' for name, value in theme.items()) in scene
+    assert not any(re.search(r'"#[0-9a-f]{3,6}"', path.read_text(encoding="utf-8")) for path in folder.glob("*.js"))
+    assert set(re.findall(r"palette\.(\w+)", scene + (folder / "standalone.js").read_text(encoding="utf-8"))) == set(
+        SCENE
+    )
+    themes = SCENE["themes"]
+    for name in re.findall(r"colours\.(\w+)", scene):
+        assert name in themes["light"].keys() & themes["dark"].keys()
     assert f"const [HEAD, SHAFT, DOT] = [{picture.HEAD}, {picture.SHAFT}, {picture.DOT}]" in scene
     assert f"STEPS = {geometry.STEPS};" in form
     assert f"LONGEST = {geometry.LONGEST};" in form

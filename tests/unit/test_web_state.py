@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import threading
 import tomllib
 from importlib.resources import files
 
@@ -17,8 +18,8 @@ import squama
 from squama.cli import main
 from squama.errors import InputError
 from squama.paper import parameters
-from squama.view.look import COLOURS, THEMES
-from squama.web import charts, download, link, live, map, server, state  # noqa: A004
+from squama.plot.palette import ENDS, STATES, THEMES
+from squama.web import charts, live, map, server, state  # noqa: A004
 from squama.web.fields import CHOICES, FIELDS
 
 START = state.preset("main")
@@ -109,7 +110,7 @@ def test_every_place_of_a_slider_is_shown_or_explained(name: str, data: st.DataO
     shown = live.scene(now)["state"]
     assert all(math.isfinite(shown[key]) for key in ("load", "theta", "N", "f", "torque", "x"))
     json.dumps([charts.line_options(now, plot, dark=False) for plot in charts.PLOTS], allow_nan=False)
-    assert link.read(link.query(now)) == now
+    assert state.read(state.query(now)) == now
 
 
 def test_designs_are_kept_shown_and_dropped() -> None:
@@ -124,7 +125,7 @@ def test_designs_are_kept_shown_and_dropped() -> None:
     assert now.show(0).beam.eta == pytest.approx(2)
     assert now.show(0).kept == now.kept
     assert [round(one.beam.eta, 6) for one in now.drop(1).kept] == [2, 3.5]
-    assert link.read(link.query(now)) == now
+    assert state.read(state.query(now)) == now
     rows = live.compared(now.drop(2))
     assert [row["name"] for row in rows] == ["A", "B", "now"]
     r = squama.twist(now.kept[0].beam, mu=0.5)
@@ -139,14 +140,14 @@ def test_designs_are_kept_shown_and_dropped() -> None:
         ("load=twisting", "is missing"),
         ("keep=a%3D1&" * 4, "at most 3"),
         ("a" * 30_000, "longer than"),
-        (link.query(START).replace("law=edge", "law=x"), "law"),
-        (link.query(START).replace("twist=0.1875", "twist=-1"), "0 to 10"),
-        (link.query(START) + "&keep=x%3D1", "not known"),
+        (state.query(START).replace("law=edge", "law=x"), "law"),
+        (state.query(START).replace("twist=0.1875", "twist=-1"), "0 to 10"),
+        (state.query(START) + "&keep=x%3D1", "not known"),
     ],
 )
 def test_a_link_that_cannot_be_used_says_why(query: str, words: str) -> None:
     with pytest.raises(InputError, match=re.escape(words)):
-        link.read(query)
+        state.read(query)
 
 
 @pytest.mark.parametrize("name", ["main", "pla"])
@@ -212,7 +213,7 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
             e = squama.ends(**b.ratios, mu=design.mu)
             assert map.CODES[found.code[j, i]] == e.end.item()
             assert found.load_end[j, i] == pytest.approx(e.phi_end.item(), rel=1e-4)
-            if live.motion(design.setting).path.other == "":
+            if live.motion(design.setting).figures["other_contact"] == "":
                 assert found.RED[j, i] == pytest.approx(squama.twist(b).RED_c.item(), rel=1e-3, abs=1e-12)
         else:
             assert map.CODES[found.code[j, i]] == squama.bend(b).end.item()
@@ -246,34 +247,63 @@ def test_the_map_is_computed_anew_only_where_it_must() -> None:
         map.check_axes("twisting", "mu", "mu")
 
 
+def test_the_map_is_warmed_up_behind_the_page(monkeypatch) -> None:
+    solved, threads = [], []
+
+    def solve(**given):
+        solved.append(given["load"])
+        threads.append(threading.current_thread())
+
+    monkeypatch.setattr(map, "solve", solve)
+    thread = map.warm_up()
+    thread.join(10)
+    assert solved == ["twisting", "bending"]
+    assert set(threads) == {thread}
+    assert thread.daemon, "closing the explorer does not wait for it"
+    # the server starts it
+    started: list[object] = []
+    monkeypatch.setattr("nicegui.app.on_startup", started.append)
+    monkeypatch.setattr("nicegui.ui.page", lambda *_, **__: lambda page: page)
+    monkeypatch.setattr("nicegui.ui.run", lambda **_: None)
+    server.serve(START, 1, browser=False, ready=print)
+    assert map.warm_up in started
+
+
+def test_what_a_beam_refuses_is_told_by_the_fields_name() -> None:
+    with pytest.raises(InputError) as error:
+        START.change("embedded", "700")
+    assert [problem.where for problem in error.value.problems] == ["Embedded length"]
+    with pytest.raises(InputError) as error:
+        START.change("eta", "0")
+    assert str(error.value).startswith('Overlap ratio l/d = "0": is out of range')
+
+
 def test_files_are_those_of_the_commands() -> None:
     now = START.change("law", "plate")
-    name, content = download.make(now, "toml")
+    name, content = live.make_file(now, "toml")
     assert name == "beam.toml"
     assert squama.Beam.from_toml_text(content.decode()) == now.beam
     assert tomllib.loads(content.decode())["friction"]["mu"] == 0.5
-    _, table = download.make(now, "csv")
+    _, table = live.make_file(now, "csv")
     r = squama.twist(now.beam, law="plate")
     last = [float(v) for v in table.decode().splitlines()[-1].split(",")[:2]]
     assert any(np.isclose(last[0], r[v].values[-1]) for v in ("phi", "Phi", "theta"))
     assert b"law" in table
-    assert b"importmap" in download.make(now, "html")[1]
-    assert "M (N m)" in download.make(now.change("load", "bending"), "csv")[1].decode()
+    assert b"importmap" in live.make_file(now, "html")[1]
+    assert "M (N m)" in live.make_file(now.change("load", "bending"), "csv")[1].decode()
     with pytest.raises(InputError, match="kind"):
-        download.make(now, "pdf")
+        live.make_file(now, "pdf")
 
 
 def test_colours_have_contrast() -> None:
     text = files("squama.web").joinpath("page.css").read_text(encoding="utf-8")
-    blocks = re.findall(r"(?::root|body\.body--dark) \{ (--.*?) \}", text)
-    assert len(blocks) == 2
-    for block, theme in zip(blocks, ("light", "dark"), strict=True):
-        colour = dict(re.findall(r"--(\w+): (#\w{6})", block))
-        assert (colour["normal"], colour["friction"]) == (THEMES[theme]["normal"], THEMES[theme]["friction"])
+    assert set(re.findall(r"var\(--(\w+)\)", text)) <= THEMES["light"].keys() == THEMES["dark"].keys()
+    assert set(ENDS) == set(map.CODES)
+    for theme, colour in THEMES.items():
         for ground in ("page", "panel"):
             for name, least in (("ink", 7), ("soft", 4.5), ("bad", 4.5), ("accent", 3)):
                 assert contrast(colour[name], colour[ground]) >= least, (theme, name, ground)
-        for name in COLOURS.values():
+        for name in STATES.values():
             assert contrast(name, THEMES[theme]["edge"]) >= 1.5
 
 
@@ -299,7 +329,7 @@ def test_bad_input_of_the_command_is_one_line(capsys, monkeypatch) -> None:
         assert main(["explore", "--no-browser", "--port", str(port)]) == 2
     assert main(["explore", "none.toml", "--port", "70000"]) == 2
     assert main(["explore", "--set", "scale.alpha=30 deg"]) == 2
-    monkeypatch.setattr("squama.cli.explore.find_spec", lambda _: None)
+    monkeypatch.setattr("squama.cli.short.find_spec", lambda _: None)
     assert main(["explore"]) == 2
     lines = [line.removeprefix("squama: error: ") for line in capsys.readouterr().err.splitlines()]
     assert [line.split(":")[0] for line in lines] == [
@@ -309,4 +339,4 @@ def test_bad_input_of_the_command_is_one_line(capsys, monkeypatch) -> None:
         "--set",
         "squama explore needs NiceGUI; install it with",
     ]
-    assert set(CHOICES) == {"load", "law", "sense"}
+    assert set(CHOICES) == {"load", "law", "sense", "joint"}

@@ -8,8 +8,8 @@ import pytest
 import squama
 from squama.model import energy
 from squama.model.outcome import CODES, End
-from squama.model.solve import scalar
-from squama.paper import claims, elements, fe_points, maps, red, twisting2020
+from squama.model.tracks import scalar
+from squama.paper import claims, elements, maps, twisting2020
 from squama.paper import parameters as par
 
 A = np.radians
@@ -139,7 +139,7 @@ def test_fig6b_the_hinge_agrees_with_elements_early_and_the_compliant_joint_thro
         unit = beam.substrate.youngs_modulus * beam.pitch**3 / (beam.G_B * beam.I)
         for mu in par.FIG6B_MUS:
             mine = (stored.eta == eta) & (stored.mu == mu)
-            assert stored.rate[mine][-1] * beam.pitch == pytest.approx(elements.REACH[eta])
+            assert stored.rate[mine][-1] * beam.pitch == pytest.approx(par.FIG6B_REACH[eta])
             if eta == 3:
                 # another program's torques at .1 rad per pitch
                 T = np.interp(0.1, stored.rate[mine] * beam.pitch, stored.load[mine]) / unit
@@ -170,16 +170,15 @@ def test_claim_5_red(table):
 def test_red_of_many_designs_is_that_of_the_response(law, mu):
     alphas = A([5.0, 20.0, 45.0])
     r = maps.sweep(par.main(), "alpha", alphas)
-    many, sol = red.dissipation(par.main(), r, np.full(3, mu), law, 0.01)
-    for index, t in sol.tracks:
+    many, solved = maps.dissipation(par.main(), r, np.full(3, mu), law, 0.01)
+    for index, t in maps.ends(r, mu, law).tracks:
         locks = np.isin(t.code, (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC)))
         x_c = energy.cutoff(t.row, t.x0, t.x_end, locks, 0.01)
         mus = np.full(index.size, mu)
         pole = energy.pole(t.row, t.x_end, mus, law, t.x0)
-        W = energy.works(t.row, t.x0, x_c, pole, mus, law)
         for i in range(index.size):
             args = (scalar(t.row, i), float(t.x0[i]), float(x_c[i]), float(pole[i]), mu, law)
-            assert W[i] == pytest.approx(float(energy.work(*args)(x_c[i])), rel=1e-9)
+            assert solved.W_fr[index[i]] == pytest.approx(float(energy.work(*args)(x_c[i])), rel=1e-9)
     for i, alpha in enumerate(alphas):
         one = squama.twist(par.main().replace(scale={"alpha": float(alpha)}), mu=mu, law=law, points=10)
         if one.end != "other contact":
@@ -255,7 +254,7 @@ def test_the_fold_of_the_main_case():
         assert (theta.max() > theta[-1] + 1e-9) == folded
 
 
-HEAD = ",".join(fe_points.COLUMNS)
+HEAD = ",".join(elements.COLUMNS)
 
 
 def test_fe_points_are_drawn_and_compared(tmp_path):
@@ -264,7 +263,7 @@ def test_fe_points_are_drawn_and_compared(tmp_path):
     T = run["T"].values / (beam.G_B * beam.I)
     file = tmp_path / "fe.csv"
     file.write_text(f"# mesh\n{HEAD}\n3,0.2,3,{T[0]:.12g}\n3,0.2,8,{1.5 * T[1]:.12g}\n")
-    made = twisting2020.fig6b(fe_points.read_points(file))
+    made = twisting2020.fig6b(elements.read_points(file))
     ours = np.array(made.table["source"]) == "finite elements"
     assert ours.sum() == 2
     assert list(np.unique(made.table["eta (1)"])) == [3.0]
@@ -281,12 +280,12 @@ def test_fe_points_are_drawn_and_compared(tmp_path):
         ("", "is empty"),
         ("eta,mu\n3,0\n", 'line 1: no column "Phi \\(rad/m\\)"'),
         (f"{HEAD},mu\n3,0,1,1,0\n", 'line 1: the column "mu" is given twice'),
-        (f"{HEAD}\n", "holds a header but no points"),
+        (f"{HEAD}\n", "has a header but no rows"),
         (f"# a\n{HEAD}\n3,0,1,1\n3,0,x,1\n", "line 4: Phi \\(rad/m\\) = "),
         (f"{HEAD}\n3,0,1\n", "line 2: has 3 cells"),
         (f"{HEAD}\n3,-0.1,1,1\n", "line 2: mu = -0.1: must be 0 or more"),
         (f"{HEAD}\n0.5,0,1,1\n", "line 2: eta = 0.5: must be 1 or more"),
-        (f"{HEAD}\n3,0,1,nan\n", "line 2: T/\\(G_B I\\) \\(rad/m\\) = nan is not a finite number"),
+        (f"{HEAD}\n3,0,1,nan\n", "line 2: T/\\(G_B I\\) \\(rad/m\\) = nan: is not a finite number"),
         (HEAD + "\n" + "".join(f"{e},0,1,1\n" for e in range(1, 7)), "has 6 values of eta"),
     ],
 )
@@ -294,4 +293,4 @@ def test_fe_points_that_cannot_be_used(text, words, tmp_path):
     file = tmp_path / "fe.csv"
     file.write_text(text)
     with pytest.raises(squama.InputError, match=rf"fe\.csv: .*{words}"):
-        fe_points.read_points(file)
+        elements.read_points(file)

@@ -217,3 +217,25 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     assert complaints == []
     assert set(asked) <= {"file", "data"}
     alone.close()
+
+
+def test_the_compliant_joint_is_solved_beside_the_page_and_shown_in_poses(visit) -> None:
+    pytest.importorskip("ipctk", reason="needs the extra fe")
+    page = visit()
+    joint = page.page.locator(".choice", has_text="Joint").locator("select")
+    joint.select_option("compliant")
+    page.page.locator(".notice", has_text="is being solved").wait_for()
+    # the page answers meanwhile, and what is asked then counts
+    page.enter("mu", "0.4")
+    page.until("squamaView.state.pose && squamaView.state.mu === 0.4")
+    page.page.locator(".notice").wait_for(state="hidden")
+    page.page.wait_for_function("location.search.includes('joint=compliant')")
+    axes = page.page.evaluate("squamaView.state.pose")
+    assert [sum(x * x for x in axis) for axis in axes[1:]] == pytest.approx([1, 1])
+    page.until_chart(0, "options.series.length > 0")
+    page.shot("compliant")
+    page.page.locator(".choice", has_text="Force law").locator("select").select_option("plate")
+    page.page.locator(".notice", has_text='is not covered by joint="compliant"').wait_for()
+    assert page.page.locator(".choice", has_text="Force law").locator("select").input_value() == "edge"
+    joint.select_option("hinge")
+    page.until("!squamaView.state.pose")

@@ -39,8 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for line in str(error).splitlines():
             print(f"squama: error: {line}", file=sys.stderr)
         return WRONG
-    except KeyboardInterrupt:
-        print("squama: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(f"squama: {str(stop) or 'interrupted'}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         # whoever read the output has gone, e.g. head; nothing more can be said there
@@ -54,9 +54,11 @@ def _run(arguments: list[str]) -> int:
     from cyclopts import CycloptsError
 
     from squama.cli.app import make, usage_problem
+    from squama.cli.flags import collecting
 
     try:
-        status = make()(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        with collecting():
+            status = make()(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         raise InputError(usage_problem(error)) from None
     return status if isinstance(status, int) else 0

@@ -17,7 +17,7 @@ COMMANDS = {
     "pareto": "Trade stiffness, range of twist and dissipation off: a front of beams, from a target file (extra fit).",
     "row": "Twist a finite row of scales: every scale's inclination, and how far the ends are felt.",
     "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
-    "cell": "Twist one pitch of finite elements with helical periodicity (extra fe).",
+    "cell": "Twist one pitch of finite elements with helical periodicity, or a finite beam (extra fe).",
     "verify": "Set the models beside finite elements: differences along the twist, and how far each holds (extra fe).",
     "deck": "Write an input deck of a finite beam for CalculiX or Abaqus.",
     "export": "Write scales, substrate and mould as solids for the printer, with a bill of materials (extra export).",
@@ -29,7 +29,16 @@ COMMANDS = {
     "uncertainty": "Say what tolerances do: Monte Carlo, probability of locking, Sobol indices.",
     "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",
 }
-"""Names of the commands and what they do; each is the function of that name in the module of that name."""
+"""Names of the commands and what they do; each is the function of that name in its module (:func:`make`)."""
+
+_ROOMS = {
+    "twist": ("bend", "row"),
+    "design": ("pareto",),
+    "elements": ("cell", "verify", "deck"),
+    "sweep": ("map",),
+    "short": ("new", "ends", "paper", "explore"),
+}
+_ELSEWHERE = {name: module for module, names in _ROOMS.items() for name in names}
 
 
 def make() -> App:
@@ -44,7 +53,8 @@ def make() -> App:
         suppress_keyboard_interrupt=False,
     )
     for name, text in COMMANDS.items():
-        app.command(f"squama.cli.{name}:{name}", name=name, help=text)
+        module = _ELSEWHERE.get(name, name)
+        app.command(f"squama.cli.{module}:{name}", name=name, help=text)
     return app
 
 

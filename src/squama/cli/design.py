@@ -1,40 +1,61 @@
-"""squama design: beams that do what is asked, from a target file."""
+"""squama design and squama pareto: beams that do what is asked, or trade figures off, from a target file."""
 
 from __future__ import annotations
 
+import math
+import sys
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from squama.cli.options import Options, Problems, check_outputs, flag, read_number, read_overrides
-from squama.errors import InputError
+from squama.cli import flags, output
+from squama.cli.flags import flag, settled, whole
+from squama.io.files import label
+from squama.units import for_people
 
 if TYPE_CHECKING:
-    from squama.inverse.results import Design, InverseDesign
+    import xarray as xr
+    from rich.table import Table
+
+    from squama.beam.design import Beam
+    from squama.inverse.designing import InverseDesign
+    from squama.inverse.target import Target
 
 SHOWN = 6
 """Dimensions whose tolerances are listed."""
+MOST = 8
+"""Designs side by side at most."""
+Out = Annotated[str | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
+_DESIGNS, _STARTS = whole(1, 100, "5"), whole(16, 1 << 20, "4096")
+Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
+
+
+_number = whole(1, 100_000, "1,40,200")
+
+
+def _numbers(name: str, text: str) -> tuple[int, ...]:
+    return tuple(dict.fromkeys(_number(name, part) for part in text.split(",")))
+
+
+_PICK = flags.Reader[tuple[int, ...]](_numbers, ())
+_POPULATION = whole(8, 10_000, "200")
 
 
 def design(
     target: str,
     /,
     *,
-    out: Annotated[
-        str | None,
-        Parameter(name=("--out", "-o"), help="Folder for design_1.toml, design_2.toml ...", allow_leading_hyphen=True),
+    out: Out = None,
+    force: Force = False,
+    designs: Annotated[
+        int | None, flag("How many different designs at most (the file's, or 5).", read=_DESIGNS)
     ] = None,
-    force: Annotated[bool, Parameter(help="Replace designs that are in the folder.")] = False,
-    designs: Annotated[str | None, flag("How many different designs at most (the file's, or 5).")] = None,
-    starts: Annotated[str, flag("How many points of the bounds are screened (4096).")] = "4096",
-    seed: Annotated[str, flag("Seed of the screened points (1).")] = "1",
-    set_: Annotated[
-        tuple[str, ...],
-        flag("A value in place of the starting beam's, e.g. friction.mu=0.3; may be repeated.", "--set"),
-    ] = (),
-    plot: Annotated[tuple[str, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")] = (),
-    json: Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")] = False,
+    starts: Annotated[int, flag("How many points of the bounds are screened (4096).", read=_STARTS)] = 4096,
+    seed: Annotated[int, flag("Seed of the screened points (1).", read=whole(0, 2**31 - 1, "1"))] = 1,
+    plot: flags.Plot = (),
+    base: flags.Base = flags.BASE,
 ) -> int:
     """Find beams that do what is asked: lock at a twist, follow a curve, within bounds and limits.
 
@@ -45,173 +66,175 @@ def design(
     target
         Target file (TOML); see docs, how-to: design a beam.
     """
-    from squama import files
-    from squama.cli import folder
-    from squama.inverse import designs as inverse
-    from squama.inverse.target import read_target
+    flags.check_places([(path, flags.PLOTS) for path in plot], [target])
+    read = settled(read_target(base, target, out, force=force))
 
-    problems = Problems()
-    numbers: dict[str, int] = {}
-    overrides: dict[str, dict[str, Any]] = {}
-    for name, text, low, high, example in (
-        ("designs", designs, 1, 100, "5"),
-        ("starts", starts, 16, 1 << 20, "4096"),
-        ("seed", seed, 0, 2**31 - 1, "1"),
-    ):
-        with problems.caught():
-            if text is not None:
-                numbers[name] = whole(f"--{name}", text, low, high, example)
-    with problems.caught():
-        overrides = read_overrides(set_)
-    problems.lines += check_outputs(Options(plot=plot), [target])
-    with problems.caught():
-        if out is not None:
-            folder.check(out, force=force)
-    read = None
-    with problems.caught():
-        read = read_target(target, overrides=overrides)
-    problems.settle()
-    assert read is not None
+    from squama.inverse import designing as inverse
 
-    found = inverse.find(read, **numbers)
-    written: list[Path] = []
+    found = inverse.find(read, designs=designs, starts=starts, seed=seed)
+    written = []
     if out is not None:
-        title = f"design {{}} of {len(found)} for {files.label(target)}"
-        written += folder.write(out, [d.to_toml(title.format(i + 1)) for i, d in enumerate(found.designs)])
-    if plot:
-        from squama import plot as figures
-
-        figure = figures.inverse_figure(found, read)
-        written += [figures.save_figure(figure, path) for path in plot]
-    if json:
-        _record(files.label(target), found, written)
-    else:
-        _show(files.label(target), found, written)
-    return 0
+        title = f"design {{}} of {len(found)} for {label(target)}"
+        written += output.write_beams(out, {i: d.to_toml(title.format(i)) for i, d in enumerate(found.designs, 1)})
+    written += output.draw(plot, "inverse_figure", found, read)
+    return output.report(base.json, target, written, lambda: _record(found), lambda: _shown(found))
 
 
-def whole(name: str, text: str, low: int, high: int, example: str) -> int:
-    """Return a whole number of a flag."""
-    value = read_number(name, text, low, high, f"{low} to {high}", example)
-    if value != int(value):
-        message = f"{name} = {text}: is not a whole number; write e.g. {example}"
-        raise InputError(message)
-    return int(value)
+def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, need: str = "target") -> Target | None:
+    """Look at the folder for beam files, and read the target; mistakes are kept."""
+    from squama.inverse import target
+
+    with flags.problems().caught():
+        if out is not None:
+            output.check_folder(out, force=force)
+    with flags.problems().caught():
+        return target.read_target(path, need=need, overrides=base.overrides())
+    return None
 
 
-def _record(file: str, found: InverseDesign, written: list[Path]) -> None:
-    from squama.cli import record
+def _record(found: InverseDesign) -> dict[str, object]:
+    names = ("met", "values", "active", "end", "rate_end", "other_contact", "warnings")
+    designs = [
+        {name: getattr(d, name) for name in names}
+        | {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump()}
+        for d in found.designs
+    ]
+    about = {name: getattr(found, name) for name in ("met", "bounds", "tolerance", "settings", "notes")}
+    return {**about, "designs": designs}
 
-    def one(d: Design) -> dict[str, Any]:
-        return {
-            "met": d.met,
-            "values": d.values,
-            "goals": [vars(goal) for goal in d.goals],
-            "active": d.active,
-            "end": d.end,
-            "rate_end": d.rate_end,
-            "other_contact": d.other_contact,
-            "warnings": d.warnings,
-            "beam": d.beam.model_dump(),
-        }
 
-    record.show(
-        {
-            "file": file,
-            "met": found.met,
-            "designs": [one(d) for d in found.designs],
-            "bounds": found.bounds,
-            "tolerance": found.tolerance,
-            "settings": found.settings,
-            "notes": found.notes,
-            "written": [str(path) for path in written],
-        }
+def _shown(found: InverseDesign) -> Iterable[str | Table]:
+    """Return designs side by side, then what holds for the first."""
+    verdict = "target reached" if found.met else "target not reached, nearest attainable"
+    shown = found.designs[:MOST]
+    yield f": {verdict}, {len(found)} design{'s' * (len(found) > 1)}"
+    rows: list[tuple[str, ...]] = []
+    for goals in zip(*(d.goals for d in shown), strict=True):
+        goal = goals[0]
+        sense = {"=": "", ">=": "at least ", "<=": "at most "}[goal.sense]
+        name = f"{goal.name} ({goal.unit})" if goal.unit else goal.name
+        reached = ("none" if math.isnan(g.reached) else f"{g.reached:.5g}{'' if g.met else ' (missed)'}" for g in goals)
+        rows.append((name, f"{sense}{goal.asked:.5g}", *reached))
+        rows.append(("  by tolerances", "", *(f"+- {g.spread:.2g}" for g in goals)))
+    for name, (low, high) in found.bounds.items():
+        factor, unit = shown_in(name)
+        values = (f"{factor * d.values[name]:.5g}" for d in shown)
+        rows.append((f"{name} ({unit})" if unit else name, f"{factor * low:.4g} to {factor * high:.4g}", *values))
+    rows.append(("end", "", *(d.end for d in shown)))
+    yield output.table(("", "asked", *(str(k + 1) for k in range(len(shown)))), rows, left=2)
+    yield from _notes(found)
+
+
+def shown_in(name: str) -> tuple[float, str]:
+    """Return factor and unit in which a dimension is shown."""
+    from squama.study.parameters import ALIASES, PARAMETERS
+
+    return for_people(PARAMETERS[ALIASES.get(name, name)].symbol.unit)
+
+
+def _notes(found: InverseDesign) -> Iterable[str]:
+    """Return what is to be said below the table."""
+    best = found[0]
+    yield from (f"note: {note}" for note in found.notes)
+    for goal in best.goals:
+        if not (found.met or goal.met):
+            unit = f" {goal.unit}" if goal.unit else ""
+            other = f" ({best.other_contact})" if best.other_contact else ""
+            how = f"nearest {goal.reached:.5g} ({goal.difference:+.4g}{unit})"
+            how = f"there is none; the curve ends with {best.end}{other}" if math.isnan(goal.reached) else how
+            yield f"not reached: {goal.name}: asked {goal.asked:.5g}{unit}, {how}"
+    for i, d in enumerate(found.designs[:MOST], 1):
+        if d.active:
+            yield f"design {i} lies on: {'; '.join(d.active)}"
+    for goal in best.goals:
+        words = []
+        for name, value in sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:SHOWN]:
+            factor, unit = shown_in(name)
+            if value:
+                words.append(f"{name} ({f'+- {factor * found.tolerance[name]:.3g} {unit}'.strip()}) {value:+.2g}")
+        if words:
+            yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
+    yield from (f"warning, design 1: {line}" for line in best.warnings)
+
+
+# ---- a front ---------------------------------------------------------------------------------------------
+
+
+def pareto(
+    target: str,
+    /,
+    *,
+    out: Out = None,
+    pick: Annotated[tuple[int, ...], flag("Which designs -o writes, e.g. 1,40,200 (all).", read=_PICK)] = (),
+    force: Force = False,
+    population: Annotated[
+        int | None, flag("Designs of a generation, and of the front at most (the file's, or 200).", read=_POPULATION)
+    ] = None,
+    generations: Annotated[int | None, flag("Generations (the file's, or 100).", read=whole(1, 100_000, "100"))] = None,
+    seed: Annotated[int | None, flag("Seed of the search (the file's, or 1).", read=whole(0, 2**31 - 1, "1"))] = None,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Trade figures of beams off against each other: a Pareto front, each point a beam that can be built (extra fit).
+
+    Parameters
+    ----------
+    target
+        Target file (TOML) with a table [front]; see docs, how-to: design a beam.
+    """
+    if pick and out is None:
+        flags.problems().add("--pick", "", "says which designs -o writes", "give -o too")
+    common.check(target)
+    read = settled(read_target(common, target, out, force=force, need="front"))
+
+    from squama.inverse import front as inverse
+
+    found = inverse.trade(read, population, generations, seed)
+    many = found.sizes["design"]
+    folder: list[Path] = []
+    if out is not None:
+        if far := [str(i) for i in pick if i > many]:
+            print(f"squama: warning: --pick: the front has {many} designs, no {', '.join(far)}", file=sys.stderr)
+        beams, wanted = inverse.beams(found), [i for i in pick or range(1, many + 1) if i <= many]
+        folder = output.write_beams(out, {i: _text(label(target), found, beams[i - 1], i) for i in wanted})
+    files = output.write(common, lambda: found, "front_figure")
+    wrote = [f"wrote {len(folder)} beam files into {label(out)}"] if out is not None else []
+    wrote += [f"wrote {label(path)}" for path in files]
+    return output.report(
+        common.json, target, [*folder, *files], lambda: _front(found), lambda: _front_shown(found), wrote
     )
 
 
-def _show(file: str, found: InverseDesign, written: list[Path]) -> None:
-    """Print designs side by side, then what holds for the first."""
-    from rich.console import Console
-    from rich.table import Table
-
-    from squama import files
-
-    console = Console(highlight=False, markup=False, emoji=False)
-    console = Console(highlight=False, markup=False, emoji=False, width=max(console.width, 100))
-    verdict = "target reached" if found.met else "target not reached, nearest attainable"
-    many = f"{len(found)} designs" if len(found) > 1 else "1 design"
-    console.print(f"{file}: {verdict}, {many}", style="bold", soft_wrap=True)
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for i, name in enumerate(("", "asked", *(str(k + 1) for k in range(min(len(found), 8))))):
-        table.add_column(name, header_style="bold", justify="left" if i < 2 else "right", no_wrap=i < 2)
-    shown = found.designs[:8]
-    for k, goal in enumerate(shown[0].goals):
-        sense = {"=": "", ">=": "at least ", "<=": "at most "}[goal.sense]
-        name = f"{goal.name} ({goal.unit})" if goal.unit else goal.name
-        table.add_row(name, f"{sense}{goal.asked:.5g}", *(_reached(d, k) for d in shown))
-        table.add_row("  by tolerances", "", *(f"+- {d.goals[k].spread:.2g}" for d in shown))
-    for name, (low, high) in found.bounds.items():
-        factor, unit = _unit(name)
-        values = (f"{factor * d.values[name]:.5g}" for d in shown)
-        table.add_row(f"{name} ({unit})" if unit else name, f"{factor * low:.4g} to {factor * high:.4g}", *values)
-    table.add_row("end", "", *(d.end for d in shown))
-    console.print(table)
-    for line in [*_notes(found), *(f"wrote {files.label(path)}" for path in written)]:
-        console.print(line, soft_wrap=True)
+def _text(file: str, front: xr.Dataset, beam: Beam, number: int) -> str:
+    one = front.sel(design=number)
+    values = [f"{name} = {float(one[name]):.6g} {one[name].attrs['units']}" for name in _objectives(front)]
+    return f"# design {number} of {front.sizes['design']} on the front of {file}: {', '.join(values)}\n{beam.to_toml()}"
 
 
-def _reached(d: Design, k: int) -> str:
-    goal = d.goals[k]
-    if goal.reached != goal.reached:
-        return "none"
-    return f"{goal.reached:.5g}" + ("" if goal.met else " (missed)")
+def _objectives(front: xr.Dataset) -> list[str]:
+    return [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
 
 
-def _unit(name: str) -> tuple[float, str]:
-    """Return factor and unit in which a dimension is shown."""
-    from squama.inverse.space import Variable
-    from squama.study.parameters import PARAMETERS
-
-    kind = PARAMETERS[Variable(name, 0, 1).key].dimension
+def _front(front: xr.Dataset) -> dict[str, object]:
     return {
-        "length": (1e3, "mm"),
-        "angle": (57.29577951308232, "deg"),
-        "pressure": (1e-6, "MPa"),
-        "torque": (1.0, "N m"),
-    }.get(str(kind), (1.0, ""))
+        **{str(name): value for name, value in front.attrs.items()},
+        "designs": {str(name): v.values for name, v in front.data_vars.items()},
+        "units": output.units(front.data_vars.items()),
+    }
 
 
-def _notes(found: InverseDesign) -> list[str]:
-    """Return what is to be said below the table."""
-    best = found[0]
-    lines = [f"note: {note}" for note in found.notes]
-    if not found.met:
-        for goal in best.goals:
-            if not goal.met:
-                unit = f" {goal.unit}" if goal.unit else ""
-                if goal.reached != goal.reached:
-                    lines.append(f"not reached: {goal.name}: asked {goal.asked:.5g}{unit}, there is none; {_end(best)}")
-                else:
-                    off = f"{goal.difference:+.4g}{unit}"
-                    lines.append(
-                        f"not reached: {goal.name}: asked {goal.asked:.5g}{unit}, nearest {goal.reached:.5g} ({off})"
-                    )
-    for i, d in enumerate(found.designs[:8]):
-        if d.active:
-            lines.append(f"design {i + 1} lies on: {'; '.join(d.active)}")
-    for goal in best.goals:
-        by = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:SHOWN]
-        words = ", ".join(f"{name} ({_tolerance(found, name)}) {value:+.2g}" for name, value in by if value)
-        if words:
-            lines.append(f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {words}")
-    lines += [f"warning, design 1: {line}" for line in best.warnings]
-    return lines
+def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
+    """Return a choice of the front, evenly along its first objective."""
+    import numpy as np
 
-
-def _tolerance(found: InverseDesign, name: str) -> str:
-    factor, unit = _unit(name)
-    return f"+- {factor * found.tolerance[name]:.3g} {unit}".strip()
-
-
-def _end(d: Design) -> str:
-    return f"the curve ends with {d.end}" + (f" ({d.other_contact})" if d.other_contact else "")
+    n, names = front.sizes["design"], _objectives(front)
+    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}"
+    columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
+    columns |= {str(name): shown_in(str(name)) for name in front.data_vars if "." in str(name)}
+    several = np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int))
+    values = [[f"{factor * x:.4g}" for x in front[name].values[several]] for name, (factor, _) in columns.items()]
+    rows = zip(front.design.values[several].astype(str).tolist(), *values, strict=True)
+    heads = (f"{name.replace('.', '.' + chr(10))} {unit}".strip() for name, (_, unit) in columns.items())
+    yield output.table(("design", *heads), rows, left=0)
+    for name in names:
+        at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""
+        yield f"{name}: {front[name].attrs['long_name']}{at}"

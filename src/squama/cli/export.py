@@ -2,169 +2,137 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from squama.cli.options import Problems, flag, read_number, read_overrides
+from squama.cli import flags, output
+from squama.cli.flags import flag, number, settled
 from squama.errors import InputError, SquamaError
+from squama.io.files import label
 
 if TYPE_CHECKING:
-    from squama.fabrication.facade import Export
+    from rich.table import Table
+
+    from squama.fabrication.exporting import Export
     from squama.fabrication.measure import Check
 
 KEPT = ("thickness", "theta0", "alpha", "depth of slots", "thickness of slots", "distance of slots")
 """Sizes that are printed beside what was asked for."""
 
 
+def _read_size(name: str, text: str) -> float:
+    """Read a size of the plan, in m or rad."""
+    from squama.fabrication import plan
+
+    key = name.removeprefix("--")
+    return plan.read({key: text}, "--", bare=False)[key]
+
+
+_size = flags.Reader(_read_size, 0.0)
+
+
+def _several(allowed: tuple[str, ...]) -> flags.Reader[tuple[str, ...]]:
+    """Return a reader of some of the words, with commas between them."""
+
+    def read(name: str, text: str) -> tuple[str, ...]:
+        from squama.fabrication import exporting
+
+        return exporting.several(name, [word.strip() for word in text.split(",")], allowed)
+
+    return flags.Reader(read, allowed)
+
+
+_density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
+PARTS, FORMATS = ("scale", "substrate", "mould", "assembly"), ("stl", "3mf", "step")
+_CLEARANCE = "Room between tab and slot, and between blades and the mould's lid, on every side (0.2 mm)."
+_BED = "Longest part that the printer takes; longer moulds are made in pieces (no limit)."
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """What is made, and its sizes: arguments of :func:`squama.export`."""
+
+    scales: Annotated[int | None, flags.scales(500, "Number of scales (that of the file)", least=1)] = None
+    parts: Annotated[tuple[str, ...], flag(f"What to write ({','.join(PARTS)}).", read=_several(PARTS))] = PARTS
+    formats: Annotated[
+        tuple[str, ...], flag("stl, 3mf (both in mm), step (extra step), or several (stl,3mf).", read=_several(FORMATS))
+    ] = ("stl", "3mf")
+    clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
+    feature: Annotated[float, flag("Least size that can be printed or cast (0.4 mm).", read=_size)] = 0.4e-3
+    wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid (3 mm).", read=_size)] = 3e-3
+    ends: Annotated[float, flag("Plain length of the bar at each end, for the grips (30 mm).", read=_size)] = 30e-3
+    draft: Annotated[float, flag("Inclination of the tray's sides (0 deg).", read=_size)] = 0.0
+    bed: Annotated[float | None, flag(_BED, read=_size)] = None
+    scale_density: Annotated[float, flag("Density of what is printed, g/cm3 (1.24, solid PLA).", read=_density)] = 1.24
+    substrate_density: Annotated[float, flag("Density of the silicone, g/cm3 (1.15).", read=_density)] = 1.15
+
+
+MADE = Made()
+
+
 def export(
-    beam: str,
+    beam: flags.BeamFile,
     /,
     *,
-    out: Annotated[str, Parameter(name=("--out", "-o"), help="Folder to write to.", allow_leading_hyphen=True)],
-    scales: Annotated[str | None, flag("Number of scales, 1 to 500 (that of the file).")] = None,
-    parts: Annotated[str, flag("What to write (scale,substrate,mould,assembly).")] = "scale,substrate,mould,assembly",
-    formats: Annotated[str, flag("stl, 3mf (both in mm), step (extra step), or several (stl,3mf).")] = "stl,3mf",
-    clearance: Annotated[
-        str, flag("Room between tab and slot, and between blades and the mould's lid, on every side (0.2 mm).")
-    ] = "0.2 mm",
-    feature: Annotated[str, flag("Least size that can be printed or cast (0.4 mm).")] = "0.4 mm",
-    wall: Annotated[str, flag("Thickness of the mould's walls, floor and lid (3 mm).")] = "3 mm",
-    ends: Annotated[str, flag("Plain length of the bar at each end, for the grips (30 mm).")] = "30 mm",
-    draft: Annotated[str, flag("Inclination of the tray's sides (0 deg).")] = "0 deg",
-    bed: Annotated[str | None, flag("Longest part that the printer takes; longer moulds are made in pieces.")] = None,
-    scale_density: Annotated[str, flag("Density of what is printed, g/cm3 (1.24, solid PLA).")] = "1.24",
-    substrate_density: Annotated[str, flag("Density of the silicone, g/cm3 (1.15).")] = "1.15",
-    set_: Annotated[
-        tuple[str, ...],
-        flag('A value in place of the file\'s, e.g. scale.alpha="30 deg"; may be repeated.', "--set"),
-    ] = (),
+    out: Annotated[str, flag("Folder to write to.", "--out", "-o")],
+    made: Made = MADE,
     picture: Annotated[
         tuple[str, ...], flag("Picture of the assembled beam and the mould: .png, .svg or .pdf; may be repeated.")
     ] = (),
     force: Annotated[bool, Parameter(help="Replace files in the folder that no export has written.")] = False,
-    json: Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")] = False,
+    base: flags.Base = flags.BASE,
 ) -> int:
-    """Write scales, substrate, mould and assembled beam as STL, 3MF or STEP, checked, with a bill of materials.
-
-    Parameters
-    ----------
-    beam
-        Beam file (TOML); "squama new beam.toml" writes an example.
-    """
-    from squama import files
-    from squama.cli import run
-    from squama.cli.options import Options, check_outputs
-    from squama.fabrication import facade, plan, solids
-
-    problems = Problems()
-    arguments: dict[str, Any] = {"force": force}
-    overrides: dict[str, dict[str, Any]] = {}
-    for name, text, allowed in (("parts", parts, solids.PARTS), ("formats", formats, facade.FORMATS)):
-        with problems.caught():
-            arguments[name] = facade.several(f"--{name}", [word.strip() for word in text.split(",")], allowed)
-    with problems.caught():
-        if scales is not None:
-            arguments["scales"] = _scales(scales)
-    sizes = {"clearance": clearance, "feature": feature, "wall": wall, "ends": ends, "draft": draft}
-    with problems.caught():
-        arguments |= plan.read(sizes | ({} if bed is None else {"bed": bed}), "--", bare=False)
-    for name, text in (("scale_density", scale_density), ("substrate_density", substrate_density)):
-        with problems.caught():
-            flag_name = "--" + name.replace("_", "-")
-            arguments[name] = read_number(flag_name, text, 0.01, 24.99, "0.01 to 24.99 g/cm3", "1.2")
-    with problems.caught():
-        overrides = read_overrides(set_)
+    """Write scales, substrate, mould and assembled beam as STL, 3MF or STEP, checked, with a bill of materials."""
     # a picture may go into the folder that is made here
     inside = () if Path(out).exists() else tuple(p for p in picture if Path(p).parent.resolve() == Path(out).resolve())
-    problems.lines += check_outputs(Options(plot=tuple(p for p in picture if p not in inside)), [beam])
-    problems.lines += check_outputs(Options(plot=tuple(Path(p).name for p in inside)), [])
-    if picture and not {"assembly", "mould"} & set(arguments.get("parts", solids.PARTS)):
-        problems.lines.append("--picture: shows the assembly and the mould; write one of them in --parts")
-    described = None
-    with problems.caught():
-        described = run.read_beam(beam, overrides)
-    problems.settle()
-    assert described is not None
+    flags.check_places([(path, flags.PLOTS) for path in picture if path not in inside], [beam])
+    flags.check_places([(Path(path).name, flags.PLOTS) for path in inside], [])
+    if picture and not {"assembly", "mould"} & set(made.parts):
+        flags.problems().add("--picture", "", "shows the assembly and the mould", "write one of them in --parts")
+    described = settled(base.beam(beam, friction=False))
+
+    from squama.fabrication import exporting
 
     try:
-        made = facade.export(described, out, **arguments)
+        found = exporting.export(described, out, force=force, **vars(made))
     except InputError:
         raise
     except SquamaError as error:
         raise InputError(str(error)) from None
-    written = list(made.files)
-    if picture:
-        from squama import plot as figures
-
-        figure = figures.solids_figure(made)
-        written += [figures.save_figure(figure, path) for path in picture]
-    if json:
-        _record(files.label(beam), made, written)
-    else:
-        _show(files.label(beam), made, written, out)
-    return 0
+    written = [*found.files, *output.draw(picture, "solids_figure", found)]
+    wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written)]
+    return output.report(base.json, beam, written, lambda: _record(found), lambda: _shown(found), wrote)
 
 
-def _scales(text: str) -> int:
-    from squama.fabrication.plan import MOST_SCALES
-
-    value = read_number("--scales", text, 1, MOST_SCALES, f"1 to {MOST_SCALES}", "25")
-    if value != int(value):
-        message = f"--scales = {text}: is not a whole number; write e.g. 25"
-        raise InputError(message)
-    return int(value)
-
-
-def _record(file: str, made: Export, written: list[Path]) -> None:
-    from squama.cli import record
-
-    record.show(
-        {
-            "file": file,
-            "plan": made.plan._asdict(),
-            "bill": [row.record() for row in made.bill],
-            "checks": [{**check._asdict(), "holds": check.holds} for check in made.checks],
-            "units": {"lengths": "mm", "angles": "rad", "volumes": "mm^3", "masses": "g"},
-            "written": [str(path) for path in written],
-        }
-    )
+def _record(made: Export) -> dict[str, object]:
+    return {
+        "plan": made.plan._asdict(),
+        "bill": [row.record() for row in made.bill],
+        "checks": [{**check._asdict(), "holds": check.holds} for check in made.checks],
+        "units": {"lengths": "mm", "angles": "rad", "volumes": "mm^3", "masses": "g"},
+    }
 
 
-def _show(file: str, made: Export, written: list[Path], folder: str) -> None:
-    """Print the bill, what was measured, and the files."""
-    from rich.console import Console
-    from rich.table import Table
-
-    from squama import files
-
+def _shown(made: Export) -> Iterable[str | Table]:
+    """Return the bill, and what was measured."""
     plan = made.plan
-    console = Console(highlight=False, markup=False, emoji=False)
-    console = Console(highlight=False, markup=False, emoji=False, width=max(console.width, 100))
-    console.print(
-        f"{file}: {plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm",
-        style="bold",
-        soft_wrap=True,
-    )
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for i, name in enumerate(("part", "made of", "number", "volume cm3", "mass g", "all cm3", "all g")):
-        table.add_column(name, header_style="bold", justify="left" if i < 2 else "right")
+    yield f": {plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm"
+    rows: list[tuple[str, ...]] = []
     for row in made.bill:
         volume, n = row.volume / 1000, row.number
         figures = (volume, row.mass, n * volume, n * row.mass)
-        table.add_row(row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.4g}" for v in figures))
-    for words in ("printed", "cast"):
-        rows = [row for row in made.bill if (row.made == "printed") == (words == "printed")]
-        if rows:
-            volume, mass = (sum(getattr(row, key) * row.number for row in rows) for key in ("volume", "mass"))
-            what = "all that is printed" if words == "printed" else "all silicone"
-            table.add_row(what, "", "", "", "", f"{volume / 1000:.4g}", f"{mass:.4g}")
-    console.print(table)
-    for line in [*_measured(made.checks), f"wrote {len(written)} files: {files.label(folder)}"]:
-        console.print(line, soft_wrap=True)
-    for path in written:
-        console.print(f"  {files.label(path)}", soft_wrap=True)
+        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.4g}" for v in figures)))
+    for printed, words in ((True, "all that is printed"), (False, "all silicone")):
+        if those := [row for row in made.bill if (row.made == "printed") == printed]:
+            volume, mass = (sum(getattr(row, key) * row.number for row in those) for key in ("volume", "mass"))
+            rows.append((words, "", "", "", "", f"{volume / 1000:.4g}", f"{mass:.4g}"))
+    yield output.table(("part", "made of", "number", "volume cm3", "mass g", "all cm3", "all g"), rows, left=2)
+    yield from _measured(made.checks)
 
 
 def _measured(checks: tuple[Check, ...]) -> list[str]:
@@ -179,10 +147,6 @@ def _measured(checks: tuple[Check, ...]) -> list[str]:
     if common:
         lines.append(f"common volume of all pairs of solids: {max(c.measured for c in common):.1g} mm3")
     lines += [f"{c.what}: {c.measured:.6g} mm" for c in checks if c.what.startswith("gap")]
-    done: set[tuple[str, str]] = set()
-    for c in checks:
-        kind = c.solid.replace("-", " ").split(" ")[0]
-        if c.what in KEPT and (c.what, kind) not in done:
-            done.add((c.what, kind))
-            lines.append(f"{c.what}, measured on {c.solid}: {c.measured:.6g} {c.unit}")
-    return lines
+    kinds = {(c.what, c.solid.replace("-", " ").split(" ")[0]): c for c in reversed(checks) if c.what in KEPT}
+    firsts = sorted(kinds.values(), key=checks.index)
+    return [*lines, *(f"{c.what}, measured on {c.solid}: {c.measured:.6g} {c.unit}" for c in firsts)]

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from squama.cli.options import Problems, flag, read_number, read_overrides
+from squama.cli import flags, output
+from squama.cli.flags import flag, settled, whole
+from squama.cli.output import moment
+from squama.interrupt import kept
 
 if TYPE_CHECKING:
-    from squama.design import Beam
-    from squama.fe.joint import JointMatrix, Level
+    from rich.table import Table
+
+    from squama.beam.design import Beam
+    from squama.fe.stiffness import JointMatrix, Level, Value
+    from squama.types import Array
 
 MOTIONS = (
     ("u_X", "shift up the scale (n_X)"),
@@ -26,20 +33,19 @@ MOTIONS = (
 
 
 def joint(
-    beam: str,
+    beam: flags.BeamFile,
     /,
     *,
     edge_size: Annotated[
-        str | None,
+        float | None,
         flag(
-            "Elements along the embedded scale's edges in the coarsest mesh, pitches (a fifth of the embedded length)."
+            "Elements along the embedded scale's edges in the coarsest mesh, pitches (a fifth of the embedded length).",
+            read=flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches"),
         ),
     ] = None,
-    levels: Annotated[str, flag("Number of meshes, each with half the size of the one before (3).")] = "3",
-    set_: Annotated[
-        tuple[str, ...],
-        flag('A value in place of the file\'s, e.g. scale.alpha="30 deg"; may be repeated.', "--set"),
-    ] = (),
+    levels: Annotated[
+        int, flag("Number of meshes, each with half the size of the one before (3).", read=whole(1, 6, "3"))
+    ] = 3,
     toml: Annotated[
         str | None, flag("Beam file to write: this beam with K_theta and C_f from the elements under [joint].")
     ] = None,
@@ -49,66 +55,32 @@ def joint(
             'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
         ),
     ] = None,
-    json: Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")] = False,
-    quiet: Annotated[bool, Parameter(help="No lines of progress.")] = False,
+    quiet: flags.Quiet = False,
     fresh: Annotated[bool, Parameter(help="Compute anew, without the results kept in the cache.")] = False,
+    base: flags.Base = flags.BASE,
 ) -> int:
-    """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe.
+    """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe."""
+    wanted = ((toml, (".toml",)), (matrix, (".csv",)))
+    flags.check_places([(path, allowed) for path, allowed in wanted if path is not None], [])
+    described = settled(base.beam(beam, friction=False))
 
-    Parameters
-    ----------
-    beam
-        Beam file (TOML); "squama new beam.toml" writes an example.
-    """
-    from squama import files, joint_values, matrixfile
-    from squama.cli import run
-    from squama.store import check_place
+    from squama.beam import matrixfile
+    from squama.fe import stiffness
+    from squama.io.files import label
 
-    problems = Problems()
-    overrides: dict[str, dict[str, Any]] = {}
-    size, count = None, 3
-    with problems.caught():
-        overrides = read_overrides(set_)
-    with problems.caught():
-        if edge_size is not None:
-            size = read_number("--edge-size", edge_size, 1e-3, 0.5, "0.001 to 0.5 pitches", "0.04")
-    with problems.caught():
-        count = int(read_number("--levels", levels, 1, 6, "1 to 6", "3"))
-    with problems.caught():
-        if toml is not None:
-            check_place(toml, (".toml",))
-    with problems.caught():
-        if matrix is not None:
-            check_place(matrix, (".csv",))
-    described = None
-    with problems.caught():
-        described = run.read_beam(beam, overrides)
-    problems.settle()
-    assert described is not None
-
-    from squama.fe.joint import joint_matrix
-
-    told = None if quiet else tell
-    try:
-        found = joint_matrix(described, edge_size=size, levels=count, store=not fresh, progress=told)
-    except KeyboardInterrupt:
-        kept = "" if fresh else "; meshes that are done are kept: run it again to go on"
-        print(f"squama: {files.label(beam)}: interrupted{kept}", file=sys.stderr)
-        return 130
-    changed = described.replace(
-        joint={"stiffness": _si(described, found).value, "inclusion_factor": found.C_f.value, "matrix": None}
-    )
+    rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
+    with kept(label(beam), rest):
+        found = stiffness.joint(
+            described, edge_size=edge_size, levels=levels, fresh=fresh, progress=None if quiet else tell
+        )
     written = []
     if toml is not None:
-        changed.to_toml(toml)
-        written.append(files.label(toml))
+        own = {"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value, "matrix": None}
+        described.replace(joint=own).to_toml(toml)
+        written.append(label(toml))
     if matrix is not None:
-        written.append(files.label(matrixfile.write(joint_values.stored(described, found.K, matrix), matrix)))
-    if json:
-        record(files.label(beam), described, found, written)
-    else:
-        show(files.label(beam), described, found, written)
-    return 0
+        written.append(label(matrixfile.write(matrixfile.stored(described, found.K, matrix), matrix)))
+    return output.report(base.json, beam, written, lambda: _record(described, found), lambda: _shown(described, found))
 
 
 def tell(level: Level) -> None:
@@ -122,131 +94,90 @@ def tell(level: Level) -> None:
     )
 
 
-def _si(beam: Beam, found: JointMatrix) -> Any:
-    """Return K_theta with its error bar, N m."""
-    unit = beam.substrate.youngs_modulus * beam.pitch**3
-    return type(found.K_theta)(*(x * unit for x in found.K_theta))
-
-
 def laws(beam: Beam) -> tuple[float, float]:
     """Return K_theta (N m) and C_f by the scaling laws, whatever the file gives."""
     bare = beam.replace(joint={"stiffness": None, "inclusion_factor": None, "matrix": None})
     return bare.joint_stiffness, bare.C_f
 
 
-def record(file: str, beam: Beam, found: JointMatrix, written: list[str]) -> None:
-    """Print all there is as JSON."""
-    from squama.cli import record as printed
-
-    K, C_f, (law_K, law_C) = _si(beam, found), found.C_f, laws(beam)
-    printed.show(
-        {
-            "file": file,
-            "K_theta": {"elements": K.value, "error": K.error, "law": law_K, "difference": K.value / law_K - 1},
-            "C_f": {"elements": C_f.value, "error": C_f.error, "law": law_C, "difference": C_f.value / law_C - 1},
-            "matrix": found.K,
-            "order": found.order,
-            "motions": [*dict(MOTIONS), "phi"],
-            "bar": {"elements": found.bar, "exact": found.exact, "size": found.size},
-            "levels": [
-                {"edge_size": x.edge_size, "elements": x.elements, "K_theta": x.K_theta, "C_f": x.rigidity / found.bar}
-                | {"matrix": x.K}
-                for x in found.levels
-            ],
-            "units": {
-                "K_theta": "N m",
-                "matrix": "E_B and pitches: translations E d, couplings E d^2, rotations and twist E d^3",
-                "size": "pitches",
-                "levels.K_theta": "E d^3",
-                "bar": "E d^3",
-            },
-            "youngs_modulus": beam.substrate.youngs_modulus,
-            "pitch": beam.pitch,
-            "written": written,
-        }
-    )
-
-
-def show(file: str, beam: Beam, found: JointMatrix, written: list[str]) -> None:
-    """Print the summary."""
-    from rich.console import Console
-
-    from squama.cli.summary import moment
-
-    console = Console(highlight=False, markup=False, emoji=False)
-    console = Console(highlight=False, markup=False, emoji=False, width=max(console.width, 100))
-    K, C_f, (law_K, law_C) = _si(beam, found), found.C_f, laws(beam)
-    console.print(f"{file}: the joint of a scale by finite elements", style="bold", soft_wrap=True)
-    console.print()
-    rows = [
-        ("joint stiffness K_theta", moment(K.value), _bar(K.error / K.value), moment(law_K), K.value / law_K),
-        ("inclusion factor C_f", f"{C_f.value:.4f}", _bar(C_f.error / C_f.value), f"{law_C:.4f}", C_f.value / law_C),
+def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
+    """Return all there is."""
+    figures = {
+        name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
+        for name, x, law in zip(("K_theta", "C_f"), (found.stiffness, found.C_f), laws(beam), strict=True)
+    }
+    levels = [
+        {"edge_size": x.edge_size, "elements": x.elements, "K_theta": x.K_theta, "C_f": c, "matrix": x.K}
+        for x, c in zip(found.levels, found.C_f_levels, strict=True)
     ]
-    console.print(
-        _table(
-            ("", "elements", "error", "scaling law", "elements to law"), [(*r[:4], f"{r[4] - 1:+.1%}") for r in rows]
-        )
-    )
-    console.print()
-    console.print(
-        _table(("motion of the scale", "others free", "others held", "per rad/pitch"), _motions(beam, found.K))
-    )
-    console.print("K_theta is the moment about n_Y with the five other motions free; theta grows by a turn about -n_Y")
-    console.print("last column: how far a scale moves by itself as the beam is twisted, without contact")
-    console.print()
-    console.print(
-        "stiffness in E_B and pitches (shifts E d, rotations and twist E d^3, couplings E d^2)", soft_wrap=True
-    )
+    return {
+        **figures,
+        "matrix": found.K,
+        "order": found.order,
+        "motions": [*dict(MOTIONS), "phi"],
+        "bar": {"elements": found.bar, "exact": found.exact, "size": found.size},
+        "levels": levels,
+        "units": {
+            "K_theta": "N m",
+            "matrix": "E_B and pitches: translations E d, couplings E d^2, rotations and twist E d^3",
+            "size": "pitches",
+            "levels.K_theta": "E d^3",
+            "bar": "E d^3",
+        },
+        "youngs_modulus": beam.substrate.youngs_modulus,
+        "pitch": beam.pitch,
+    }
+
+
+def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
+    """Return the summary."""
+    K, C_f, (law_K, law_C) = found.stiffness, found.C_f, laws(beam)
+    yield ": the joint of a scale by finite elements"
+    yield ""
+    rows = [
+        ("joint stiffness K_theta", moment(K.value), _bar(K), moment(law_K), f"{K.value / law_K - 1:+.1%}"),
+        ("inclusion factor C_f", f"{C_f.value:.4f}", _bar(C_f), f"{law_C:.4f}", f"{C_f.value / law_C - 1:+.1%}"),
+    ]
+    yield _table(("", "elements", "error", "scaling law", "elements to law"), rows)
+    yield ""
+    yield _table(("motion of the scale", "others free", "others held", "per rad/pitch"), _motions(beam, found.K))
+    yield "K_theta is the moment about n_Y with the five other motions free; theta grows by a turn about -n_Y"
+    yield "last column: how far a scale moves by itself as the beam is twisted, without contact"
+    yield ""
+    yield "stiffness in E_B and pitches (shifts E d, rotations and twist E d^3, couplings E d^2)"
     names = (*dict(MOTIONS), "phi")
-    console.print(_table(("", *names), [(n, *(f"{x:.5f}" for x in r)) for n, r in zip(names, found.K, strict=True)]))
-    console.print()
-    console.print(_table(("edge size", "elements", "K_theta/(E d^3)", "C_f"), _levels(found)))
+    yield _table(("", *names), [(n, *(f"{x:.5f}" for x in r)) for n, r in zip(names, found.K, strict=True)])
+    yield ""
+    meshes = [
+        (f"{x.edge_size:.4g}", str(x.elements), f"{x.K_theta:.6f}", f"{c:.4f}")
+        for x, c in zip(found.levels, found.C_f_levels, strict=True)
+    ]
+    to_zero = [("to zero", "", f"{found.K_theta.value:.6f}", f"{C_f.value:.4f}")] if len(meshes) > 1 else []
+    yield _table(("edge size", "elements", "K_theta/(E d^3)", "C_f"), [*meshes, *to_zero])
     order = "" if math.isnan(found.order) else f"; order seen {found.order:.2f}"
-    console.print(f"sizes in pitches; extrapolated linearly from the last two{order}", soft_wrap=True)
-    console.print(f"bare bar: {found.bar / found.exact:.5f} of the exact G J with elements of {found.size:.3g} pitches")
-    for place in written:
-        console.print(f"wrote {place}", soft_wrap=True)
+    yield f"sizes in pitches; extrapolated linearly from the last two{order}"
+    yield f"bare bar: {found.bar / found.exact:.5f} of the exact G J with elements of {found.size:.3g} pitches"
 
 
-def _bar(share: float) -> str:
+def _bar(x: Value) -> str:
+    """Return an error bar."""
+    share = x.error / x.value
     return f"{100 * share:.2g} %" if math.isfinite(share) else "unknown"
 
 
-def _motions(beam: Beam, K: Any) -> list[tuple[str, ...]]:
+def _motions(beam: Beam, K: Array) -> list[tuple[str, ...]]:
     """Return a row per motion: stiffness with the others free and held, and motion per twist."""
     import numpy as np
 
-    from squama.cli.summary import moment
-
     E, d = beam.substrate.youngs_modulus, beam.pitch
     free, rates = 1 / np.diag(np.linalg.inv(K[:6, :6])), -np.linalg.solve(K[:6, :6], K[:6, 6])
-    rows: list[tuple[str, ...]] = []
+    rows = []
     for i, (_, words) in enumerate(MOTIONS):
-        if i < 3:
-            texts = [f"{x * E * d:.4g} N/m" for x in (free[i], K[i, i])]
-            rows.append((words, *texts, f"{rates[i] * d * 1e3:+.4g} mm"))
-        else:
-            texts = [moment(x * E * d**3) for x in (free[i], K[i, i])]
-            rows.append((words, *texts, f"{rates[i]:+.4g} rad"))
+        shift = i < 3
+        texts = [f"{x * E * d:.4g} N/m" if shift else moment(x * E * d**3) for x in (free[i], K[i, i])]
+        rows.append((words, *texts, f"{rates[i] * d * 1e3:+.4g} mm" if shift else f"{rates[i]:+.4g} rad"))
     return rows
 
 
-def _levels(found: JointMatrix) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = [
-        (f"{x.edge_size:.4g}", str(x.elements), f"{x.K_theta:.6f}", f"{x.rigidity / found.bar:.4f}")
-        for x in found.levels
-    ]
-    if len(rows) > 1:
-        rows.append(("to zero", "", f"{found.K_theta.value:.6f}", f"{found.C_f.value:.4f}"))
-    return rows
-
-
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Any:
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for i, name in enumerate(head):
-        table.add_column(name, header_style="", justify="right" if i else "left")
-    for row in rows:
-        table.add_row(*row)
-    return table
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    return output.table(head, rows, bold=False)

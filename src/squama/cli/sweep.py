@@ -1,156 +1,181 @@
-"""squama sweep: a beam over ranges of parameters, into a store that can be resumed."""
+"""squama sweep and squama map: a beam over ranges of parameters, into a store; a slice of it as a picture or as CSV."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from squama.cli import flags, output
+from squama.cli.flags import flag, pair, settled, whole
+from squama.errors import InputError, refuse
+from squama.interrupt import kept
+from squama.io.files import label
 
-from squama.cli.options import Problems, flag, read_number, read_overrides
-from squama.errors import InputError
-from squama.interrupt import Interrupted
+if TYPE_CHECKING:
+    from squama.study.slices import Slice
+
+_OVER = "Parameter and its values: mu=0:2:401, alpha=15deg:75deg:601, margin=0.001,0.01,0.1; may be repeated."
 
 
 def sweep(
-    beam: str,
+    beam: flags.BeamFile,
     /,
     *,
     over: Annotated[
-        tuple[str, ...],
-        flag("Parameter and its values: mu=0:2:401, alpha=15deg:75deg:601, margin=0.001,0.01,0.1; may be repeated."),
+        tuple[flags.Pair, ...], flag(_OVER, read=pair("name=low:high:count", "mu=0:2:401"), many=True)
     ] = (),
-    out: Annotated[
-        str, Parameter(name=("--out", "-o"), help="Store to write or to go on with (.zarr).", allow_leading_hyphen=True)
-    ],
-    load: Annotated[str, flag("twisting or bending (twisting).")] = "twisting",
+    out: Annotated[str, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
+    load: flags.Load = "twisting",
     law: Annotated[str, flag("Force law: edge, plate, or edge,plate for both (edge).")] = "edge",
-    sense: Annotated[str, flag("Which way the beam is twisted: + or - (+).")] = "+",
-    mu: Annotated[str | None, flag("Coefficient of friction, if it is not swept.")] = None,
-    margin: Annotated[
-        str, flag("Where a curve that locks is cut off: fraction of its path left before the lock (0.01).")
-    ] = "0.01",
-    set_: Annotated[
-        tuple[str, ...],
-        flag('A value in place of the file\'s, e.g. scale.alpha="30 deg"; may be repeated.', "--set"),
-    ] = (),
-    tile: Annotated[str | None, flag("Largest number of cells solved and written at once.")] = None,
+    sense: flags.Sense = "+",
+    mu: flags.Mu = None,
+    margin: flags.Margin = 0.01,
+    tile: Annotated[
+        int | None, flag("Largest number of cells solved and written at once.", read=whole(1, 10**9, "16384"))
+    ] = None,
     shard: Annotated[str | None, flag("Only a share of the tiles, for job arrays: 1/4 to 4/4.")] = None,
     dask: Annotated[str | None, flag("Solve on dask.distributed: local:2 or tcp://host:8786.")] = None,
-    engine: Annotated[str, flag("Engine that solves the cells (auto).")] = "auto",
     progress: Annotated[str | None, flag("bar, json or none; on standard error (bar on a terminal).")] = None,
-    json: Annotated[bool, Parameter(help="Print the result as JSON.")] = False,
+    base: flags.Base = flags.BASE,
 ) -> int:
-    """Solve a beam over ranges of parameters, into a store that can be resumed.
+    """Solve a beam over ranges of parameters, into a store that can be resumed."""
+    from squama.study import cluster
+    from squama.study import sweeping as study
+    from squama.study.parameters import ALIASES
+
+    ranges = flags.once("--over", over, ALIASES)
+    if not over and "--over" not in flags.problems().flags:
+        flags.problems().add("--over", "", "is missing", "name a parameter and its range, e.g. --over mu=0:2:401")
+    if mu is not None and {"mu", "friction.mu"} & set(ranges):
+        flags.problems().add("--mu", "", "mu is swept too", "keep one of --mu and --over mu")
+    if not out.strip():
+        flags.problems().add("--out", "", "is empty", "write e.g. map.zarr")
+    chosen = progress or ("bar" if sys.stderr.isatty() else "none")
+    names = flags.arguments("tile", "shard", "dask", "progress")
+    for check, text in ((study.known, chosen), (study.read_shard, shard or "1/1"), (cluster.check, dask or "local:1")):
+        with flags.problems().caught(), flags.laid(names):
+            check(text)
+    described = settled(base.beam(beam, mu, friction=False))
+
+    laws = tuple(part.strip() for part in law.split(",")) if "," in law else law
+    with flags.laid(names | {name: f"--over {name}" for name in ranges}):
+        plan = study.make_plan(
+            described, ranges, load=load, law=laws, sense=sense, margin=margin, tile=tile, bare=False
+        )
+    name = label(out)
+    with kept(name):
+        done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
+    sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
+    line = f"{name}: {plan.cells} cells ({sides}); look at it with: squama map {name} --plot map.png"
+    if done < tiles:
+        line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
+    facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
+    return output.say(base.json, facts, [line])
+
+
+MOST_ROWS = 5_000_000
+_AT = pair("name=value", "eta=3")
+_NAMES = ("x", "y", "panels", "at", "lines", "paths", "variable")
+
+
+def map(  # noqa: A001 - the command's name
+    store: str,
+    /,
+    *,
+    plot: flags.Plot = (),
+    csv: Annotated[str | None, flag("CSV file to write: a row per cell of the slice, units in the header.")] = None,
+    variable: Annotated[
+        str, flag("What is drawn: RED, torque, f0, U_el, W_fr, phi_e, phi_end, theta_end, end or lock (RED).")
+    ] = "RED",
+    x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
+    y: Annotated[str | None, flag("Dimension of the vertical axis; with --variable lock that of the lines.")] = None,
+    panels: Annotated[str | None, flag("Dimension with a panel for each value, e.g. margin.")] = None,
+    at: Annotated[
+        tuple[flags.Pair, ...], flag("Value of another dimension, e.g. eta=3; may be repeated.", read=_AT, many=True)
+    ] = (),
+    lines: Annotated[str | None, flag("With --variable lock: the lines to draw, e.g. 0.2,0.5,1.")] = None,
+    paths: Annotated[
+        str | None, flag("With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg.")
+    ] = None,
+    json: flags.Json = False,
+) -> int:
+    """Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.
 
     Parameters
     ----------
-    beam
-        Beam file (TOML); "squama new beam.toml" writes an example.
+    store
+        Store of a sweep (.zarr), finished or not.
     """
-    from squama import files
-    from squama.study import cluster
-    from squama.study import progress as listeners
-    from squama.study import sweep as study
+    from squama.io.datasets import save
+    from squama.study import slices
+    from squama.study.store import open_sweep
 
-    problems = Problems()
-    ranges: dict[str, str] = {}
-    options: dict[str, Any] = {"load": load, "sense": sense, "engine": engine}
-    options["law"] = tuple(part.strip() for part in law.split(",")) if "," in law else law
-    overrides: dict[str, dict[str, Any]] = {}
-    with problems.caught():
-        ranges = _ranges(over)
-    with problems.caught():
-        options["margin"] = read_number("--margin", margin, 1e-12, 1 - 1e-12, "at least 1e-12, below 1", "0.01")
-    with problems.caught():
-        options["tile"] = None if tile is None else _tile(tile)
-    with problems.caught():
-        overrides = read_overrides(set_)
-    with problems.caught():
-        if mu is not None:
-            overrides.setdefault("friction", {})["mu"] = read_number("--mu", mu, 0.0, 10.0, "0 to 10", "0.25")
-            if {"mu", "friction.mu"} & set(ranges):
-                message = "--mu: mu is swept too; keep one of --mu and --over mu"
-                raise InputError(message)
-    if not out.strip():
-        problems.lines.append("--out: is empty; write e.g. map.zarr")
-    chosen = progress or ("bar" if sys.stderr.isatty() else "none")
-    for check in (
-        lambda: listeners.known(chosen),
-        lambda: study.read_shard(shard),
-        lambda: cluster.check(dask or "local:1"),
-    ):
-        before = len(problems.lines)
-        with problems.caught():
-            check()
-        problems.lines[before:] = [f"--{line}" for line in problems.lines[before:]]
-    problems.settle()
+    held = flags.once("--at", at)
+    if not plot and csv is None:
+        flags.problems().add("", "", "there is nothing to write", "give --plot map.png or --csv map.csv")
+    flags.check_places([*((path, flags.PLOTS) for path in plot), (csv, (".csv",))], [])
+    for name, text in (("lines", lines), ("paths", paths)):
+        if text is not None and variable != "lock":
+            flags.problems().add(f"--{name}", "", "belongs to --variable lock", "leave it out")
+    flags.problems().settle()
 
-    from squama.cli import run
+    dataset = open_sweep(store)
+    known = (*(str(name) for name in dataset.data_vars if name != "status"), "lock")
+    if variable not in known:
+        refuse("--variable", label(variable), f"must be one of {', '.join(known)}")
+    names = {name: f"--{name}" for name in _NAMES}
+    with flags.laid({**names, **{str(name): f"--at {name}" for name in dataset["RED"].dims}}):
+        part = slices.take(dataset, x=x, y=y, panels=panels, at=held, bare=False)
+    chosen = drawn_paths = None
+    if variable == "lock":
+        with flags.laid({**names, str(part.y): f"--lines {part.y}"}):
+            chosen = _lines(part, lines)
+    if paths is not None:
+        with flags.laid({**names, part.x: f"--paths {part.x}"}):
+            drawn_paths = slices.paths(part, [text.strip() for text in paths.split(",")], bare=False)
+    size = part.data["RED"].size
+    if csv is not None and size > MOST_ROWS:
+        refuse("--csv", "", f"the slice has {size:,} rows, {MOST_ROWS:,} at most", "hold more with --at")
+    name, written, tiles = label(store), [], dataset["status"].size
+    axes = {"x": part.x, "y": part.y, "panels": part.panels}
+    with _whole_chunks(name):
+        missing = int((dataset["status"] == 0).sum())
+        if plot:
+            thin = slices.thinned(part, 1200)
+            written += output.draw(plot, "map_figure", thin.data, variable, **axes, lines=chosen, paths=drawn_paths)
+        if csv is not None:
+            written.append(save(slices.worded(part.data.load()), csv))
+    facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
+    told = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
+    told += [f"wrote {label(path)}" for path in written]
+    return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, told)
 
-    described = run.read_beam(beam, overrides)
+
+@contextmanager
+def _whole_chunks(name: str) -> Iterator[None]:
+    """Refuse a store whose chunks do not fit their checksums: zarr says so in a ValueError."""
     try:
-        plan = study.make_plan(described, ranges, bare=False, **options)
-    except InputError as error:
-        raise InputError("\n".join(_flagged(line, ranges) for line in str(error).splitlines())) from None
-    name = files.label(out)
-    try:
-        done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
-    except Interrupted as stop:
-        print(f"squama: {name}: {stop}", file=sys.stderr)
-        return 130
-    if json:
-        from squama.cli import record
-
-        record.show({"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest})
-        return 0
-    sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
-    if done == tiles:
-        print(f"{name}: {plan.cells} cells ({sides}); look at it with: squama map {name} --plot map.png")
-    else:
-        whose = f"shard {shard} is done; " if shard else ""
-        print(f"{name}: {whose}{done} of {tiles} tiles are done")
-    return 0
+        yield
+    except InputError:
+        raise
+    except (ValueError, RuntimeError) as error:
+        if "checksum" not in str(error) and "decompress" not in str(error).lower():
+            raise
+        refuse(name, "", "is damaged (a chunk does not fit its checksum)", "remove it and run the sweep again")
 
 
-def _ranges(over: tuple[str, ...]) -> dict[str, str]:
-    """Return the ranges of --over by name as they stand."""
-    from squama.study.parameters import ALIASES
-    from squama.units import shown
+def _lines(part: Slice, lines: str | None) -> list[float]:
+    """Return the values of y whose lock lines are drawn: six of them if none are given."""
+    import numpy as np
 
-    found: dict[str, str] = {}
-    problems = []
-    known: set[str] = set()
-    for item in over:
-        name, equals, text = (part.strip() for part in item.partition("="))
-        same = ALIASES.get(name, name)
-        if not (name and equals and text):
-            problems.append(f"--over {shown(item)}: is not name=low:high:count; write e.g. mu=0:2:401")
-        elif same in known:
-            problems.append(f"--over {name}: is given twice; keep one of them")
-        else:
-            known.add(same)
-            found[name] = text
-    if not over:
-        problems.append("--over: is missing; name a parameter and its range, e.g. --over mu=0:2:401")
-    if problems:
-        raise InputError("\n".join(problems))
-    return found
+    from squama.study import slices
 
-
-def _tile(text: str) -> int:
-    value = read_number("--tile", text, 1, 1e9, "1 to 1e9", "16384")
-    if value != int(value):
-        message = f"--tile = {text}: is not a whole number; write e.g. 16384"
-        raise InputError(message)
-    return int(value)
-
-
-def _flagged(line: str, ranges: dict[str, str]) -> str:
-    """Lay a mistake to its flag."""
-    name = line.partition(":")[0].partition(" ")[0]
-    if name in ranges:
-        return f"--over {line}"
-    flags = ("law", "load", "sense", "engine", "margin", "tile")
-    return f"--{line}" if name in flags else line
+    if part.y is None:
+        refuse("--variable", "lock", "needs two dimensions, one along the lines and one from line to line")
+    if lines is not None:
+        return slices.values_of(part, [text.strip() for text in lines.split(",")], bare=False)
+    values = part.data[part.y].values
+    return [float(values[i]) for i in dict.fromkeys(np.linspace(0, values.size - 1, 6).round().astype(int).tolist())]

@@ -1,29 +1,147 @@
-"""squama twist: from a beam file to its torque-twist curve."""
+"""squama twist, bend and row: from a beam file to its torque-twist or moment-curvature curve."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
-from squama.cli import run
-from squama.cli.options import DEFAULTS, Options, flag
+from cyclopts import Parameter
+
+from squama.cli import flags, output
+from squama.cli.flags import flag, settled
+from squama.cli.output import moment, number
+from squama.model.outcome import SENTENCES, End
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from squama.beam.design import Beam
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """Flags of both commands."""
+
+    mu: flags.Family = ()
+    margin: flags.Margin = 0.01
+    points: Annotated[int, flags.points(200)] = 200
+    to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
+    data: Annotated[
+        str | None, flag('Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".')
+    ] = None
+
+
+CURVE = Curve()
 
 
 def twist(
-    beam: str,
+    beam: flags.BeamFile,
     /,
     *,
-    law: Annotated[str, flag("Force law: edge (satisfies virtual work) or plate (the paper's).")] = "edge",
-    sense: Annotated[str, flag("Which way the beam is twisted: + or - (+).")] = "+",
-    joint: Annotated[
-        str, flag("How a scale is held: hinge (closed form) or compliant (six motions, by finite elements) (hinge).")
-    ] = "hinge",
-    options: Options = DEFAULTS,
+    curve: Curve = CURVE,
+    law: flags.Law = "edge",
+    sense: flags.Sense = "+",
+    joint: flags.Joint = "hinge",
+    common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist a beam: torque, locking and friction, from a beam file.
+    """Twist a beam: torque, locking and friction, from a beam file."""
+    return respond("twisting", beam, curve, common, law, sense, joint)
 
-    Parameters
-    ----------
-    beam
-        Beam file (TOML); "squama new beam.toml" writes an example.
-    """
-    return run.respond("twisting", beam, options, law=law, sense=sense, joint=joint)
+
+def bend(beam: flags.BeamFile, /, *, curve: Curve = CURVE, common: flags.Common = flags.COMMON) -> int:
+    """Bend a beam towards its scales: moment, locking and friction, from a beam file."""
+    return respond("bending", beam, curve, common)
+
+
+def respond(
+    load: str, path: str, curve: Curve, common: flags.Common, law: str = "edge", sense: str = "+", joint: str = "hinge"
+) -> int:
+    """Run one of them, and return the exit status."""
+    mu, data = curve.mu, curve.data
+    common.check(path, *([data] if data else []))
+    # one value belongs to the beam, so that files and reports name it there
+    beam, stop = common.turned(path, mu[0] if len(mu) == 1 else None, "--to", curve.to, load=load, friction=not mu)
+    measured = None
+    if beam is not None and data is not None:
+        from squama.io import measured as table
+
+        with flags.problems().caught():
+            measured = table.read(data, pitch=beam.pitch, scales=beam.scales, load=load)
+    beam = settled(beam)
+    if data and not common.plot:
+        print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
+    from squama.cli import report
+
+    family = list(mu) if len(mu) > 1 else None
+    numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
+    with flags.laid(flags.arguments()):
+        if joint == "compliant":
+            laws, law = report.beside_hinges(beam, law, sense, numbers), joint
+        else:
+            laws = report.responses(load, beam, law, sense, numbers)
+    written = output.write(common, laws[law].dataset, "response_figure", measured=measured)
+    record, shown = report.record, report.summary
+    return output.report(common.json, path, written, lambda: record(beam, law, laws), lambda: shown(beam, law, laws))
+
+
+def row(
+    beam: flags.BeamFile,
+    /,
+    *,
+    scales: Annotated[int | None, flags.scales(2000, "Number of scales of the row (that of the file)")] = None,
+    mu: flags.Mu = None,
+    to: Annotated[
+        str | None, flag(f"Where to stop: {flags.TWISTS} (where the endless beam's curve is cut off).")
+    ] = None,
+    sense: flags.Sense = "+",
+    points: Annotated[int, flags.points(100)] = 100,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Twist a finite row of scales, whose end scales lack a neighbour: every scale's inclination and force."""
+    common.check(beam)
+    described, stop = common.turned(beam, mu, "--to", to, scales=scales)
+    described = settled(described)
+
+    from squama.curves import finite_rows
+
+    data = finite_rows.row(described, scales=scales, sense=sense, points=points, to=stop)
+    written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
+    return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
+
+
+def _record(beam: Beam, data: xr.Dataset) -> dict[str, object]:
+    figures = {name: value for name, value in output.part(data).items() if name != "mu"}
+    curve, scales = output.part(data, "point"), output.part(data, "point", "scale")
+    return output.record(beam, data, "load law sense squama_version", figures=figures, curve=curve, scales=scales)
+
+
+def _shown(data: xr.Dataset) -> Iterable[str]:
+    """Return the summary: the row at its last point."""
+    import numpy as np
+
+    n, last = data.sizes["scale"], data.isel(point=-1)
+    end, other = str(data["end"].item()), data["other_contact"].item()
+    theta = np.degrees(last["theta"].values)
+    down = np.flatnonzero(last["Q"].values > 0) + 1
+    endless = float(last["T_periodic"])
+    beside = f"endless beam: {moment(endless)}" if math.isfinite(endless) else "the endless beam's curve ends before"
+    place = f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else ""
+    which = f", scale {int(data['scale_end'])}" if data["scale_end"] else ""
+    yield f" as a row of {n} scales: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law"
+    yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
+    yield f"end: {end}{place}{which}"
+    yield SENTENCES[End(end)] + (f" ({other})" if other else "")
+    yield f"torque there: {moment(float(last['T']))}; {beside}"
+    yield (
+        f"inclinations there: first {theta[0]:.4g} deg, middle {theta[n // 2]:.4g} deg, last {theta[-1]:.4g} deg, "
+        f"endless beam {number(math.degrees(float(last['theta_periodic'])), 'deg')}"
+    )
+    yield f"what an end does decays by {number(float(data['decay']))} per scale (at engagement)"
+    yield f"relative energy dissipation RED = {float(last['RED']):.4g}"
+    if down.size:
+        yield f"lying on the substrate: scale {', '.join(map(str, down))}"
+    yield from output.warnings(data.attrs["warnings"])

@@ -2,230 +2,266 @@
 
 from __future__ import annotations
 
+import json
+import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from squama.cli.options import Options, Problems, check_outputs, flag, read_number, read_overrides
-from squama.errors import InputError
+from squama.cli import flags, output
+from squama.cli.flags import flag, one_of, pair, settled, whole
+from squama.cli.output import number
+from squama.errors import naming, refuse
+from squama.io.files import label, read_text
+from squama.loads import LOADS
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.table import Table
 
-    from squama.design import Beam
-    from squama.study.uncertainty import Uncertain
+    from squama.beam.design import Beam
+    from squama.study.tolerances.statistics import Probability
+
+INFLUENCES = 4
+"""Tolerances that are named for a figure at most."""
+_VARY = pair("name=tolerance", '--vary scale.alpha="60 deg +- 1 deg"')
+_FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
+_TOLERANCE = 'A tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
+_INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for none (0); extra fit."
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
+
+    before: Annotated[str | None, flag('Probability of locking before this twist, e.g. "120 deg total".')] = None
+    samples: Annotated[int, flag("Number of beams at least (131072).", read=whole(3200, 1 << 24, "131072"))] = 131072
+    sampler: Annotated[
+        str, flag("sobol (scrambled Sobol points) or random (PCG64) (sobol).", read=one_of("sobol", "random"))
+    ] = "sobol"
+    seed: Annotated[int, flag("Seed of the samples (0).", read=whole(0, 2**31, "7"))] = 0
+    indices: Annotated[int, flag(_INDICES, read=whole(0, 2**20, "4096"))] = 0
+    law: flags.Law = "edge"
+    load: flags.Load = "twisting"
+    sense: flags.Sense = "+"
+
+
+STUDY = Study()
 
 
 def uncertainty(
-    beam: str,
+    beam: flags.BeamFile,
     /,
     *,
-    vary: Annotated[
-        tuple[str, ...],
-        flag('A tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'),
-    ] = (),
+    vary: Annotated[tuple[flags.Pair, ...], flag(_TOLERANCE, read=_VARY, many=True)] = (),
     tolerances: Annotated[
         str | None, flag("TOML file with tolerances under [tolerance]; --vary goes before it.")
     ] = None,
-    before: Annotated[str | None, flag('Probability of locking before this twist, e.g. "120 deg total".')] = None,
-    samples: Annotated[str, flag("Number of beams at least (131072).")] = "131072",
-    sampler: Annotated[str, flag("sobol (scrambled Sobol points) or random (PCG64) (sobol).")] = "sobol",
-    seed: Annotated[str, flag("Seed of the samples (0).")] = "0",
-    indices: Annotated[
-        str, flag("Base number of Sobol indices, a power of two such as 4096; 0 for none (0); extra fit.")
-    ] = "0",
-    load: Annotated[str, flag("twisting or bending (twisting).")] = "twisting",
-    law: Annotated[str, flag("Force law: edge (satisfies virtual work) or plate (the paper's).")] = "edge",
-    sense: Annotated[str, flag("Which way the beam is twisted: + or - (+).")] = "+",
-    mu: Annotated[str | None, flag("Coefficient of friction in place of the file's, e.g. 0.25.")] = None,
-    margin: Annotated[
-        str, flag("Where a curve that locks is cut off: fraction of its path left before the lock (0.01).")
-    ] = "0.01",
-    set_: Annotated[
-        tuple[str, ...],
-        flag('A value in place of the file\'s, e.g. scale.alpha="30 deg"; may be repeated.', "--set"),
-    ] = (),
-    plot: Annotated[tuple[str, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")] = (),
-    csv: Annotated[str | None, flag("CSV file to write: a row per sample, units in the header.")] = None,
-    netcdf: Annotated[str | None, flag("netCDF file to write (.nc): statistics and samples.")] = None,
-    json: Annotated[bool, Parameter(help="Print everything but the samples as JSON instead of the summary.")] = False,
+    study: Study = STUDY,
+    mu: flags.Mu = None,
+    margin: flags.Margin = 0.01,
+    common: flags.Common = flags.COMMON,
 ) -> int:
-    """Say what tolerances and friction do to engagement, end, torque and dissipation: Monte Carlo, Sobol indices.
+    """Say what tolerances and friction do to engagement, end, torque and dissipation: Monte Carlo, Sobol indices."""
+    if study.indices:
+        from squama.study.tolerances import statistics
 
-    Parameters
-    ----------
-    beam
-        Beam file (TOML); "squama new beam.toml" writes an example.
-    """
-    from squama import checks, files
-    from squama.cli import run
-    from squama.study import uncertainty_indices
-    from squama.study.uncertainty_samples import MOST, SAMPLERS
-
-    problems = Problems()
-    arguments: dict[str, Any] = {}
-    overrides: dict[str, dict[str, Any]] = {}
-    with problems.caught():
-        arguments["margin"] = read_number("--margin", margin, 1e-12, 1 - 1e-12, "at least 1e-12, below 1", "0.01")
-    wholes = (
-        ("samples", samples, 3200, MOST, "131072"),
-        ("seed", seed, 0, 2**31, "7"),
-        ("indices", indices, 0, 2**20, "4096"),
-    )
-    for name, text, low, high, example in wholes:
-        with problems.caught():
-            arguments[name] = _whole(f"--{name}", text, low, high, example)
-    with problems.caught():
-        if base := arguments.get("indices"):
-            if base < 64 or base & (base - 1):
-                problems.lines.append(f"--indices = {base}: is no power of two from 64 on; write e.g. 4096")
-            uncertainty_indices.needed()
-    words = (
-        ("law", law, ("edge", "plate")),
-        ("load", load, ("twisting", "bending")),
-        ("sense", sense, ("+", "-")),
-        ("sampler", sampler, SAMPLERS),
-    )
-    for name, value, allowed in words:
-        with problems.caught():
-            arguments[name] = checks.one_of(f"--{name}", value, allowed)
-    with problems.caught():
-        overrides = read_overrides(set_)
-    with problems.caught():
-        if mu is not None:
-            overrides.setdefault("friction", {})["mu"] = read_number("--mu", mu, 0.0, 10.0, "0 to 10", "0.25")
-    read = [beam, *([tolerances] if tolerances else [])]
-    problems.lines += check_outputs(Options(plot=plot, csv=csv, netcdf=netcdf), read)
-    described: Beam | None = None
-    with problems.caught():
-        described = run.read_beam(beam, overrides)
-    given: dict[str, Any] = {}
+        if study.indices < 64 or study.indices & (study.indices - 1):
+            flags.problems().add("--indices", str(study.indices), "is no power of two from 64 on", "write e.g. 4096")
+        with flags.problems().caught():
+            statistics.needed()
+    common.check(beam, *([tolerances] if tolerances else []))
+    described = common.beam(beam, mu, friction=False)
+    given: Mapping[str, object] = {}
     if described is not None:
-        with problems.caught():
-            given = _tolerances(vary, tolerances, described)
-        if described.friction.mu is None and "friction.mu" not in given and not problems.lines:
-            problems.lines.append(
-                f"{files.label(beam)}: friction.mu: is missing; write mu = 0.25 under [friction] or give --mu 0.25"
-            )
-    if before is not None and described is not None:
-        with problems.caught():
-            _before(before, described, load)
-    problems.settle()
-    assert described is not None
+        given = _tolerances(vary, tolerances, described)
+        if "friction.mu" not in given and not flags.problems():
+            flags.check_friction(beam, described)
+        with flags.problems().caught():
+            if study.before is not None:
+                flags.rate("--before", study.before, described, study.load)
+    described = settled(described)
 
-    from squama.study.uncertainty import uncertain
+    from squama.study.tolerances.monte_carlo import uncertainty as solve
 
-    found = uncertain(described, given, before=before, keep=bool(csv or netcdf), bare=False, **arguments)
-    written = _write(found, plot, csv, netcdf)
-    from squama.cli import uncertainty_summary as report
-
-    (report.record if json else report.show)(files.label(beam), found, written)
-    return 0
+    keep = bool(common.csv or common.netcdf)
+    found = solve(described, given, margin=margin, keep=keep, bare=False, **vars(study))
+    written = output.write(common, lambda: found, "uncertainty_figure", flat)
+    return output.report(common.json, beam, written, lambda: _record(found), lambda: _shown(found, described.scales))
 
 
-def _whole(name: str, text: str, low: int, high: int, example: str) -> int:
-    value = read_number(name, text, low, high, f"{low} to {high}", example)
-    if value != int(value):
-        message = f"{name} = {text}: is not a whole number; write e.g. {example}"
-        raise InputError(message)
-    return int(value)
+def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object]:
+    """Return the tolerances of the flags and of the file, by the names of the beam file; every mistake is kept."""
+    from squama.study.tolerances.distributions import tolerances
 
+    before = len(flags.problems())
+    found: dict[str, object] = {}
 
-def _before(text: str, beam: Beam, load: str) -> None:
-    from squama import units
+    def read(group: Mapping[str, object]) -> None:
+        # a distribution in SI units reads back as itself
+        found.update({t.name: (t.kind, *t.numbers) for t in tolerances(group, beam, bare=False)} if group else {})
 
-    read = units.twist if load == "twisting" else units.curvature
-    try:
-        rate = read(text, pitch=beam.pitch, scales=beam.scales, bare=False)
-    except units.QuantityError as error:
-        message = f"--before = {error.shown}: {error.reason}"
-        raise InputError(message) from None
-    if rate <= 0:
-        message = f'--before = {units.shown(text)}: must be more than 0; write e.g. "120 deg total"'
-        raise InputError(message)
-
-
-def _tolerances(vary: Iterable[str], path: str | None, beam: Beam) -> dict[str, Any]:
-    """Return the tolerances of the flags and of the file, by the names of the beam file; every mistake is told."""
-    from squama.files import label
-    from squama.study.uncertainty_tolerances import tolerances
-    from squama.units import shown
-
-    problems = Problems()
-    flags: dict[str, Any] = {}
-    for text in vary:
-        name, equals, value = text.partition("=")
-        name, value = name.strip(), value.strip().strip('"')
-        if not (equals and name and value):
-            problems.lines.append(
-                f'--vary {shown(text)}: is not name=tolerance; write e.g. --vary scale.alpha="60 deg +- 1 deg"'
-            )
-        elif name in flags:
-            problems.lines.append(f"--vary {name}: is given twice; give each tolerance once")
-        else:
-            flags[name] = value
-    with problems.caught():
-        table = {} if path is None else _table(path)
-    found: dict[str, Any] = {}
-    groups: list[tuple[str, Mapping[str, Any]]] = [(f"{label(path)}: ", table)] if path and not problems.lines else []
-    for where, group in [*groups, ("--vary ", flags)]:
-        if not group:
-            continue
-        try:
-            read = tolerances(group, beam, bare=False)
-        except InputError as error:
-            problems.lines += [f"{where}{line}" for line in str(error).splitlines()]
-        else:
-            # a distribution in SI units reads back as itself
-            found |= {t.name: (t.kind, *t.numbers) for t in read}
-    if not flags and not path and not problems.lines:
-        problems.lines.append('--vary: no tolerance is given; write e.g. --vary scale.alpha="60 deg +- 1 deg"')
-    problems.settle()
+    if path is not None:
+        with flags.problems().caught():
+            table = _table(path)
+            with naming(source=label(path)):
+                read(table)
+    given = flags.once("--vary", vary)
+    with flags.problems().caught(), flags.laid({name: f"--vary {name}" for name in given}):
+        read(given)
+    if not found and len(flags.problems()) == before and "--vary" not in flags.problems().flags:
+        remedy = 'write e.g. --vary scale.alpha="60 deg +- 1 deg"'
+        flags.problems().add("--vary", "", "no tolerance is given", remedy)
     return found
 
 
-def _table(path: str) -> dict[str, Any]:
+def _table(path: str) -> dict[str, object]:
     """Return the table [tolerance] of a file."""
-    from squama import files
-
-    name = files.label(path)
-    text = files.read_text(path, missing='write one with [tolerance] and e.g. mu = "normal(0.25, 0.03)"')
+    name = label(path)
+    text = read_text(path, missing='write one with [tolerance] and e.g. mu = "normal(0.25, 0.03)"')
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        message = f'{name}: is not TOML: {error}; write e.g. mu = "normal(0.25, 0.03)" under [tolerance]'
-        raise InputError(message) from None
+        refuse(name, "", f"is not TOML: {error}", 'write e.g. mu = "normal(0.25, 0.03)" under [tolerance]')
     found = tables.pop("tolerance", None)
     if tables or not isinstance(found, dict) or not found:
         what = f"holds {', '.join(tables)} too" if tables else "has no tolerances"
-        message = f'{name}: {what}; write [tolerance] and under it lines such as scale.alpha = "60 deg +- 1 deg"'
-        raise InputError(message)
+        refuse(name, "", what, 'write [tolerance] and under it lines such as scale.alpha = "60 deg +- 1 deg"')
     return found
-
-
-def _write(found: Uncertain, plot: tuple[str, ...], csv: str | None, netcdf: str | None) -> list[Path]:
-    written: list[Path] = []
-    if not (plot or csv or netcdf):
-        return written
-    from squama import store
-
-    dataset = found.dataset()
-    if plot:
-        from squama import plot as figures
-
-        figure = figures.uncertainty_figure(dataset)
-        written += [figures.save_figure(figure, path) for path in plot]
-    if csv is not None:
-        written.append(store.save(flat(dataset), csv))
-    if netcdf is not None:
-        written.append(store.save(dataset, netcdf))
-    return written
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:
     """Return the samples alone, a row each."""
     names = [name for name, v in dataset.variables.items() if v.dims == ("sample",)]
     return dataset[names].drop_vars([name for name in dataset[names].coords if name not in names])
+
+
+def _share(u: xr.Dataset, name: str) -> Probability:
+    from squama.study.tolerances.statistics import Probability
+
+    value = float(u[name])
+    return Probability(value, float(u[f"{name}_se"]), round(value * u.attrs["samples"]))
+
+
+def _ends(u: xr.Dataset) -> dict[str, Probability]:
+    return {str(end): _share(u.sel(end=end), "probability") for end in u["end"].values}
+
+
+def _record(u: xr.Dataset) -> dict[str, object]:
+    """Return everything but the samples."""
+    from squama.beam.design import Beam
+
+    figures: dict[str, object] = {}
+    for name in u["figure"].values:
+        f = u.sel(figure=name)
+        levels = zip(f["level"].values, f["quantile"].values, f["quantile_se"].values, strict=True)
+        figures[str(name)] = {
+            "unit": f["units"].item(),
+            **{key: f[key].item() for key in _FIGURE},
+            "quantiles": [{"level": float(p), "value": float(q), "se": float(se)} for p, q, se in levels],
+        }
+    before = u.attrs["before"] and {
+        "twist": u.attrs["before"],
+        "compared_with": u.attrs["before_figure"],
+        "locked": _share(u, "P_locked_before")._asdict(),
+        "ended_otherwise": _share(u, "P_ended_before")._asdict(),
+    }
+    names = u["parameter"].values.tolist()
+    indices: dict[str, object] | None = None
+    if "S1" in u:
+        keys = ("S1", "S1_conf", "ST", "ST_conf")
+        indices = {
+            str(figure): {name: {key: float(u[key][i, j]) for key in keys} for j, name in enumerate(names)}
+            for i, figure in enumerate(u["indexed"].values)
+        }
+        indices["without"] = json.loads(u.attrs["without_indices"])
+    same = ("load", "law", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
+    return {
+        **{key: u.attrs[key] for key in same},
+        "tolerances": dict(zip(names, u["distribution"].values.tolist(), strict=True)),
+        "ends": {name: p._asdict() for name, p in _ends(u).items()},
+        "engaged": _share(u, "P_engaged")._asdict(),
+        "locked": _share(u, "P_locked")._asdict(),
+        "before": before or None,
+        "figures": figures,
+        "indices": indices,
+        "notes": u.attrs["notes"].splitlines(),
+        "warnings": u.attrs["warnings"].splitlines(),
+        "beam": Beam.from_toml_text(u.attrs["beam"]).model_dump(),
+    }
+
+
+def _shown(u: xr.Dataset, scales: int) -> Iterable[str | Table]:
+    """Return the summary."""
+    load, n = u.attrs["load"], u.attrs["samples"]
+    law = f", {u.attrs['law']} law" if LOADS[load].sided else ""
+    drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
+    yield f" in {load}{law}: {n} beams, {drawn}, seed {u.attrs['seed']}"
+    yield from (f"  {t.parameter.item()} = {t.item()}" for t in u["distribution"])
+    yield ""
+    # the levels nearest to 5, 50 and 95 %
+    picked = u.isel(level=sorted({int(abs(u["level"].values - p).argmin()) for p in (0.05, 0.5, 0.95)}))
+    yield _figures(picked, scales)
+    spread = picked.isel(figure=(picked["sd"] != 0).values)
+    means, quantiles = (
+        float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0
+        for key in ("mean_se", "quantile_se")
+    )
+    yield (
+        f"standard errors: of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd; "
+        "in: share of the beams that have the figure"
+    )
+    yield ""
+    yield f"engagement: {_said(_share(u, 'P_engaged'), n)}; locked: {_said(_share(u, 'P_locked'), n)}"
+    yield from (f"  {name}: {_said(p, n)}" for name, p in _ends(u).items())
+    yield f"the nominal beam: {u.attrs['nominal_end']}"
+    if text := u.attrs["before"]:
+        yield f"locked before {text}: {_said(_share(u, 'P_locked_before'), n)}"
+        if (other := _share(u, "P_ended_before")).number:
+            yield f"ended otherwise before {text}: {_said(other, n)}"
+    if "S1" in u:
+        yield ""
+        yield "share of the variance (total Sobol index, +- half a 95 % interval):"
+        yield from _influences(u)
+    yield from (f"note: {line}" for line in u.attrs["notes"].splitlines())
+    yield from output.warnings(u.attrs["warnings"].splitlines())
+
+
+def _figures(u: xr.Dataset, scales: int) -> Table:
+    """Return the table with a row per figure; twists per pitch in total, too."""
+    rows: list[list[str]] = []
+    for name in u["figure"].values:
+        f = u.sel(figure=name)
+        unit = f["units"].item().replace("1", "")
+        shown = [(name, unit, 1.0)]
+        if unit == "rad":
+            shown = [(name, "rad/pitch", 1.0), ("  in total", "deg", math.degrees(scales))]
+        values = [*(float(f[key]) for key in ("nominal", "mean", "sd")), *f["quantile"].values]
+        rows += [
+            [head, unit, *(number(v * factor) for v in values), f"{float(f['share']):.4g}"]
+            for head, unit, factor in shown
+        ]
+    head = ("figure", "unit", "nominal", "mean", "sd", *(f"{p * 100:g} %" for p in u["level"].values), "in")
+    return output.table(head, rows, left=2, gap=1)
+
+
+def _said(p: Probability, n: int) -> str:
+    """Return a probability with its standard error; the rule of three where none or all have the property."""
+    if p.number == 0:
+        return f"none of {n} beams (below {3 / n:.2g} with 95 % confidence)"
+    if p.number == n:
+        return f"all of {n} beams (above 1 - {3 / n:.2g} with 95 % confidence)"
+    digits = max(0, -math.floor(math.log10(100 * p.se)) + 1) if p.se else 2
+    return f"{100 * p.value:.{digits}f} % (standard error {100 * p.se:.2g} %)"
+
+
+def _influences(u: xr.Dataset) -> Iterable[str]:
+    for figure in u["indexed"].values:
+        one = u.sel(indexed=figure)
+        most = sorted(zip(-one["ST"].values, one["parameter"].values, one["ST_conf"].values, strict=True))[:INFLUENCES]
+        yield f"  {figure}: {', '.join(f'{name} {-s:.3f} +- {c:.3f}' for s, name, c in most if -s > 5e-4)}"
+    yield from (f"  {figure}: none, it {why}" for figure, why in json.loads(u.attrs["without_indices"]).items())

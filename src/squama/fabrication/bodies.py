@@ -1,13 +1,61 @@
-"""The solids of the beam itself: a scale with its tab, the substrate with its slots."""
+"""Solids as recipes: the scale with its tab, the substrate with its slots, and the mould.
+
+A recipe is one block with plane faces, less other blocks, and its volume in closed form.
+
+A block is an array (8, 3) of corners in mm: corner 4 i + 2 j + k has the first, second and third coordinate low (0) or
+high (1). The coordinate system of the blocks is right-handed.
+
+The mould is a tray, a lid with inclined slits over its scaled face, and blades in the slits that form the slots. All
+blades are parallel, so they are drawn out of the cured substrate one by one, or with the lid, along the scales. Tray
+and lid are cut into pieces where they are longer than the printer's bed.
+"""
 
 from __future__ import annotations
 
-from math import tan
+import itertools
+from collections.abc import Sequence
+from math import ceil, cos, sin, tan
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from squama.fabrication.place import Plan
-from squama.fabrication.recipe import BENCH, Array, Recipe, block
+from squama.fabrication.plan import Plan
+from squama.types import Array
+
+QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+"""Corners of a block's six faces, counterclockwise seen from outside."""
+BENCH = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""From the beam's x, y, z (across, out of the scaled face, along) to along, across, up."""
+BEYOND = 1.0
+"""How far a cut goes beyond the block it is taken from, mm."""
+
+
+class Recipe(NamedTuple):
+    """A solid: ``name``, the block ``whole``, the blocks ``cuts`` taken from it, ``volume`` in mm^3 in closed form."""
+
+    name: str
+    whole: Array
+    cuts: tuple[Array, ...]
+    volume: float
+
+    def moved(self, turn: Array, shift: ArrayLike = (0.0, 0.0, 0.0)) -> Recipe:
+        """Return the solid turned by a rotation matrix, then moved."""
+        whole, *cuts = (block @ turn.T + np.asarray(shift) for block in (self.whole, *self.cuts))
+        return self._replace(whole=whole, cuts=tuple(cuts))
+
+
+def block(low: ArrayLike, high: ArrayLike, axes: Array | None = None, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """Return a box between two corners given in ``axes`` (rows) from ``origin``."""
+    lo, hi = np.asarray(low, float), np.asarray(high, float)
+    bits = (np.arange(8)[:, None] >> np.array([2, 1, 0])) & 1
+    corners = np.where(bits == 1, hi, lo)
+    return np.asarray(corners @ (np.eye(3) if axes is None else axes) + np.asarray(origin, float))
+
+
+def tapered(x: Sequence[Sequence[float]], y: Sequence[float], z: Sequence[Sequence[float]]) -> Array:
+    """Return a block between y[0] and y[1], with x[i] and z[i] its (low, high) at y[i]."""
+    return np.array([(x[j][i], y[j], z[j][k]) for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)
 
 
 def scale(plan: Plan) -> Recipe:
@@ -50,3 +98,183 @@ def substrate(plan: Plan) -> Recipe:
     ]
     volume = plan.width * plan.height * plan.total - plan.scales * deep * across * t
     return on_bench(plan, Recipe("substrate", whole, tuple(cuts), volume))
+
+
+class Lid(NamedTuple):
+    """Sizes of the lid in mm.
+
+    Half the ``inner`` width between its skirts, half its ``outer`` width, the depth of its ``skirt``, and where it
+    begins and ends along the bar (``low``, ``high``).
+    """
+
+    inner: float
+    outer: float
+    skirt: float
+    low: float
+    high: float
+
+
+class Seam(NamedTuple):
+    """A plane end of a piece of the lid, mm.
+
+    ``place`` along the bar in its middle at the scaled face, how that changes across (``by_x``) and with the height
+    over the face (``by_y``), number of scales ``before`` it.
+    """
+
+    place: float
+    by_x: float
+    by_y: float
+    before: int
+
+    def at(self, x: float, y: float) -> float:
+        """Return the place along the bar at x across and y over the face."""
+        return self.place + x * self.by_x + y * self.by_y
+
+
+def lid_sizes(plan: Plan) -> Lid:
+    """Return the sizes of the lid; what is left open at the bar's ends is for pouring."""
+    inner = tray_half(plan) + plan.clearance
+    corners = [plan.corners(plan.slit_profile, plan.slit[0], k) for k in (0, plan.scales - 1)]
+    heads = [plan.corners(np.array([(plan.shank, 0.0)]), plan.blade[1], k) for k in (0, plan.scales - 1)]
+    reach = float(np.abs(corners[0][:, 0]).max())
+    low = min(float(points[:, 2].min()) for points in (corners[0], heads[0]))
+    high = max(float(points[:, 2].max()) for points in (corners[1], heads[1]))
+    outer = max(inner, reach) + plan.wall
+    return Lid(inner, outer, min(plan.wall, plan.height / 2), low - plan.wall, high + plan.wall)
+
+
+def tray_half(plan: Plan) -> float:
+    """Return half the outer width of the tray."""
+    return plan.width / 2 + plan.height / 2 * tan(plan.draft) + plan.wall
+
+
+def blade(plan: Plan) -> Recipe:
+    """Return a blade lying flat: its shank has the slot's width and thickness, its head rests on the lid."""
+    deep, across, t = plan.slot
+    _, wide, _ = plan.blade
+    end = plan.blade[0] - deep
+    whole = block((-deep, -wide / 2, 0), (end, wide / 2, t))
+    low, high = (-deep - BEYOND, -BEYOND), (plan.shank, t + BEYOND)
+    side = wide / 2 + BEYOND
+    cuts = (
+        block((low[0], across / 2, low[1]), (high[0], side, high[1])),
+        block((low[0], -side, low[1]), (high[0], -across / 2, high[1])),
+    )
+    volume = t * (wide * (end - plan.shank) + across * (plan.shank + deep))
+    return Recipe("blade", whole, cuts, volume)
+
+
+def trays(plan: Plan) -> list[Recipe]:
+    """Return the tray with the bar's cavity in its place on the bench, in pieces that fit on the bed.
+
+    With a draft the cavity has the bar's own size in the middle of its height, so its sections keep the bar's area.
+    """
+    slope, y, half = tan(plan.draft), plan.height / 2, tray_half(plan)
+    over = y * slope + plan.wall
+    start, stop = -over, plan.total + over
+    cuts = np.linspace(start, stop, _count(plan, stop - start) + 1)
+    top = y + BEYOND
+    grow = (-y * slope, top * slope)
+    sides = [(-plan.width / 2 - g, plan.width / 2 + g) for g in grow]
+    found = []
+    for i in range(cuts.size - 1):
+        low, high = float(cuts[i]), float(cuts[i + 1])
+        first, last = i == 0, i == cuts.size - 2
+        along = [(-g if first else low - BEYOND, plan.total + g if last else high + BEYOND) for g in grow]
+        whole = block((-half, -y - plan.wall, low), (half, y, high))
+        # exact for sides that are plane: prismatoid over bottom, middle and rim
+        areas = []
+        for g in (-y * slope, 0.0, y * slope):
+            length = (plan.total + g if last else high) - (-g if first else low)
+            areas.append((plan.width + 2 * g) * length)
+        cavity = plan.height * (areas[0] + 4 * areas[1] + areas[2]) / 6
+        volume = 2 * half * (plan.height + plan.wall) * (high - low) - cavity
+        solid = Recipe(_name("tray", i, cuts.size - 1), whole, (tapered(sides, (-y, top), along),), volume)
+        found.append(on_bench(plan, solid))
+    return found
+
+
+def lids(plan: Plan) -> list[Recipe]:
+    """Return the lid in its place on the bench, in pieces that fit on the bed; a slit is never cut."""
+    lid, y = lid_sizes(plan), plan.height / 2
+    area = 2 * lid.outer * (plan.wall + lid.skirt) - 2 * lid.inner * lid.skirt
+    # height of the section's middle over the face: plate and skirts
+    skirts = 2 * (lid.outer - lid.inner) * lid.skirt
+    middle = (2 * lid.outer * plan.wall * plan.wall - skirts * lid.skirt) / 2 / area
+    x, high = (-lid.outer, lid.outer), (-lid.skirt, plan.wall)
+    seams = _between(plan, lid, lid_counts(plan) or [plan.scales])
+    pieces = []
+    for i, (front, back) in enumerate(itertools.pairwise(seams)):
+        whole = np.array([(px, y + py, seam.at(px, py)) for px in x for py in high for seam in (front, back)])
+        far = (whole[:, 2].min() - BEYOND, whole[:, 2].max() + BEYOND)
+        channel = block((-lid.inner, y - lid.skirt - BEYOND, far[0]), (lid.inner, y, far[1]))
+        cuts = (channel, *(_slit(plan, k) for k in range(front.before, back.before)))
+        # the ends are planes, so it is their distance at the section's middle that counts
+        volume = area * (back.at(0, middle) - front.at(0, middle))
+        volume -= (back.before - front.before) * slit_volume(plan)
+        pieces.append(on_bench(plan, Recipe(_name("lid", i, len(seams) - 1), whole, cuts, volume)))
+    return pieces
+
+
+def slit_volume(plan: Plan) -> float:
+    """Return the volume of a slit of the lid: an oblique prism."""
+    across, t = plan.slit
+    return across * t * plan.wall / sin(plan.theta0)
+
+
+def _slit(plan: Plan, k: int) -> Array:
+    across, t = plan.slit
+    out = t / 2 / tan(plan.theta0) + BEYOND
+    top = (plan.wall + t / 2 * cos(plan.theta0)) / sin(plan.theta0) + BEYOND
+    return block((-out, -across / 2, -t / 2), (top, across / 2, t / 2), plan.axes, plan.base(k))
+
+
+def seam(plan: Plan) -> Seam | None:
+    """Return the cut behind scale 0, from its base; None if there is no room for one beside the slits.
+
+    Upright and along the scales' width where the slits of neighbours do not reach past each other along the bar;
+    otherwise in the plane between the slits, which is as oblique as they are.
+    """
+    corners = plan.corners(plan.slit_profile, plan.slit[0]) - plan.base(0)
+    slope = tan(plan.alpha)
+    along = corners[:, 2] - corners[:, 0] * slope
+    if (plan.pitch - np.ptp(along)) / 2 * cos(plan.alpha) >= plan.feature:
+        return Seam(float(along.min() + along.max() + plan.pitch) / 2, slope, 0.0, 1)
+    if (plan.pitch * plan.slope - plan.slit[1]) / 2 >= plan.feature:
+        return Seam(plan.pitch / 2, slope, 1 / (tan(plan.theta0) * cos(plan.alpha)), 1)
+    return None
+
+
+def lid_counts(plan: Plan) -> list[int] | None:
+    """Return how many scales each piece of the lid has; None if no number fits on the bed."""
+    lid = lid_sizes(plan)
+    if plan.bed is None or lid.high - lid.low <= plan.bed:
+        return [plan.scales]
+    if seam(plan) is None:
+        return None
+    corners = [(x, y) for x in (-lid.outer, lid.outer) for y in (-lid.skirt, plan.wall)]
+    for pieces in range(2, plan.scales + 1):
+        counts = [len(part) for part in np.array_split(np.arange(plan.scales), pieces)]
+        ends = np.array([[one.at(x, y) for x, y in corners] for one in _between(plan, lid, counts)])
+        longest = (ends[1:].max(axis=1) - ends[:-1].min(axis=1)).max()
+        if longest <= plan.bed and (ends[1:] - ends[:-1]).min() >= plan.wall:
+            return counts
+    return None
+
+
+def _between(plan: Plan, lid: Lid, counts: list[int]) -> list[Seam]:
+    """Return the ends of pieces with so many scales each, from the front to the back."""
+    found = [Seam(lid.low, 0.0, 0.0, 0)]
+    one = seam(plan)
+    for k in map(int, np.cumsum(counts)[:-1]):
+        assert one is not None
+        found.append(one._replace(place=float(plan.base(k - 1)[2]) + one.place, before=k))
+    return [*found, Seam(lid.high, 0.0, 0.0, plan.scales)]
+
+
+def _count(plan: Plan, length: float) -> int:
+    return 1 if plan.bed is None else ceil(length / plan.bed * (1 - 1e-12))
+
+
+def _name(word: str, i: int, n: int) -> str:
+    return word if n == 1 else f"{word}-{i + 1:0{len(str(n))}d}"

@@ -1,17 +1,22 @@
-"""STL and 3MF, as bytes; the same solids give the same bytes. Lengths are in millimetres."""
+"""STL, 3MF and STEP, as bytes; the same solids give the same bytes. Lengths are in millimetres."""
 
 from __future__ import annotations
 
 import io
+import itertools
+import re
 import zipfile
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from squama.errors import SquamaError
+from squama.fabrication.bodies import QUADS, Recipe
 from squama.fabrication.mesh import Mesh
-from squama.fabrication.recipe import Array
+from squama.needs import need
+from squama.types import Array
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
@@ -26,6 +31,14 @@ _RELATIONS = (
     '<Relationship Target="/3D/3dmodel.model" Id="rel0" '
     'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
 )
+VOLUME = 1e-6
+"""Largest relative difference of a volume from the closed form."""
+_OCCURRENCE = re.compile(
+    rb"=\s*(NEXT_ASSEMBLY_USAGE_OCCURRENCE)\(\s*'\d+'"
+    rb",\s*('[^']*'),\s*('[^']*'),\s*(#\d+),\s*(#\d+),\s*(\$|'[^']*')\s*\)"
+)
+_DATE = "1980-01-01T00:00:00"
+"""Date in the file's head, fixed so that the same solids give the same bytes."""
 
 
 class Placed(NamedTuple):
@@ -42,20 +55,13 @@ class Placed(NamedTuple):
         return self.mesh.moved(self.turn, self.shift, self.name)
 
 
-def still(mesh: Mesh, shift: Sequence[float] = (0.0, 0.0, 0.0)) -> Placed:
-    """Return a mesh that is only moved."""
-    return Placed(mesh.name, mesh, np.eye(3), np.asarray(shift, float))
-
-
 def stl(solids: Sequence[Placed]) -> bytes:
     """Return a binary STL file of all solids."""
     parts = []
     for mesh in (solid.seated for solid in solids):
-        corners = mesh.vertices[mesh.triangles]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        part = np.zeros(len(corners), _TRIANGLE)
-        part["normal"] = normals / np.linalg.norm(normals, axis=1)[:, None]
-        part["corners"] = corners
+        part = np.zeros(len(mesh.triangles), _TRIANGLE)
+        part["normal"] = mesh.normals / np.linalg.norm(mesh.normals, axis=1)[:, None]
+        part["corners"] = mesh.vertices[mesh.triangles]
         parts.append(part)
     triangles = np.concatenate(parts)
     header = b"squama, lengths in mm".ljust(80)
@@ -80,13 +86,11 @@ def three_mf(solids: Sequence[Placed]) -> bytes:
             part = f'<components><component objectid="{number}" transform="{transform}"/></components>'
             objects.append(_object(len(objects) + 1, solid.name, part))
             items.append(f'<item objectid="{len(objects)}"/>')
+    made, placed = "\n".join(objects), "\n".join(items)
     model = (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">\n'
-        '<metadata name="Application">squama</metadata>\n<resources>\n'
-        + "\n".join(objects)
-        + "\n</resources>\n<build>\n"
-        + "\n".join(items)
-        + "\n</build>\n</model>\n"
+        f'<metadata name="Application">squama</metadata>\n<resources>\n{made}\n</resources>\n'
+        f"<build>\n{placed}\n</build>\n</model>\n"
     )
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as package:
@@ -112,3 +116,53 @@ def _mesh(mesh: Mesh) -> str:
 
 def _number(value: float) -> str:
     return f"{float(value) + 0.0:.17g}"
+
+
+def step(name: str, solids: Sequence[tuple[Recipe, Sequence[tuple[str, Array, Array]]]]) -> bytes:
+    """Return a STEP file in millimetres of the whole's name, and each solid with its copies: name, rotation, shift.
+
+    Raises InputError: build123d is not installed. Raises SquamaError: a volume differs from that of the closed form.
+    """
+    cad = need("build123d")
+    children = []
+    for recipe, copies in solids:
+        for label, turn, shift in copies:
+            # a shape of its own for each copy: the file's names belong to shapes
+            child = _solid(cad, recipe.moved(turn, shift))
+            child.label = label
+            children.append(child)
+    whole = cad.Compound(label=name, children=children) if len(children) > 1 else children[0]
+    out = io.BytesIO()
+    cad.export_step(whole, out, unit=cad.Unit.MM, timestamp=_DATE)
+    return _numbered(out.getvalue())
+
+
+def _numbered(data: bytes) -> bytes:
+    """Return a file whose occurrences are numbered from 1: the kernel counts on from file to file."""
+    count = itertools.count(1)
+
+    def line(found: re.Match[bytes]) -> bytes:
+        return b"= %s('%d',%s)" % (found[1], next(count), b",".join(found.groups()[1:]))
+
+    return _OCCURRENCE.sub(line, data)
+
+
+def _solid(cad: Any, recipe: Recipe) -> Any:
+    whole, *cuts = (_block(cad, corners) for corners in (recipe.whole, *recipe.cuts))
+    found = whole.cut(*cuts) if cuts else whole
+    solids = found.solids()
+    if len(solids) != 1:
+        message = f"{recipe.name}: the STEP solid is in {len(solids)} pieces"
+        raise SquamaError(message)
+    found = solids[0]
+    if abs(found.volume / recipe.volume - 1) > VOLUME:
+        message = f"{recipe.name}: the STEP solid has {found.volume:.9g} mm^3, not {recipe.volume:.9g} mm^3"
+        raise SquamaError(message)
+    return found
+
+
+def _block(cad: Any, corners: Array) -> Any:
+    faces = [
+        cad.Face(cad.Wire.make_polygon([tuple(map(float, corners[i])) for i in quad], close=True)) for quad in QUADS
+    ]
+    return cad.Solid(cad.Shell(faces))

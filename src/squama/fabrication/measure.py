@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import cos, degrees, sin
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from squama.fabrication import mesh as meshes
-from squama.fabrication import rays
+from squama.fabrication.bodies import Recipe
 from squama.fabrication.mesh import Index, Mesh
-from squama.fabrication.place import Plan
-from squama.fabrication.recipe import Array, Recipe
+from squama.fabrication.plan import Plan
+from squama.types import Array
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 VOLUME, FILE_VOLUME, OVERLAP, LENGTH, ANGLE = 1e-6, 1e-4, 1e-6, 1e-6, 1e-6
 """Tolerances: volume in memory and from a file (relative), common volume (mm^3), lengths (mm), angles (deg)."""
@@ -42,16 +45,16 @@ class Check(NamedTuple):
 def solid(recipe: Recipe, mesh: Mesh) -> Iterator[Check]:
     """Look at a solid: closed, manifold, in one piece, its volume that of the closed form."""
     body = meshes.manifold(mesh)
-    yield Check("edges that are not closed", mesh.name, 0, rays.open_edges(mesh), "", 0)
-    yield Check("pinched vertices", mesh.name, 0, rays.pinched(mesh), "", 0)
+    yield Check("edges that are not closed", mesh.name, 0, meshes.open_edges(mesh), "", 0)
+    yield Check("pinched vertices", mesh.name, 0, meshes.pinched(mesh), "", 0)
     yield Check("pieces", mesh.name, 1, len(body.decompose()), "", 0)
     yield Check("volume", mesh.name, recipe.volume, mesh.volume, "mm^3", VOLUME * recipe.volume)
 
 
 def scale(plan: Plan, mesh: Mesh) -> Iterator[Check]:
     """Measure a scale in its place on the bench: thickness by rays between its largest faces, angles of these."""
-    top = next(f for f in rays.faces(mesh) if f.normal[2] > 0)
-    through = rays.cast(mesh, rays.samples(mesh, top.triangles).reshape(-1, 3), -top.normal)
+    top = next(f for f in meshes.faces(mesh) if f.normal[2] > 0)
+    through = meshes.cast(mesh, meshes.samples(mesh, top.triangles).reshape(-1, 3), -top.normal)
     yield Check("thickness", mesh.name, plan.thickness, _worst(through, plan.thickness), "mm", LENGTH)
     yield from _angles(plan, mesh.name, top.normal)
 
@@ -67,7 +70,7 @@ class _Cuts(NamedTuple):
 
 def _cuts(mesh: Mesh) -> _Cuts | None:
     """Find the parallel oblique slots of a solid on the bench; None if there are none."""
-    oblique = [f for f in rays.faces(mesh) if np.abs(f.normal).max() < 1 - 1e-9]
+    oblique = [f for f in meshes.faces(mesh) if np.abs(f.normal).max() < 1 - 1e-9]
     # walls that face each other; the largest such pair is what a plate lies between
     pairs = [(f, g) for f in oblique if f.normal[2] > LENGTH for g in oblique if f.normal @ g.normal < -1 + 1e-9]
     if not pairs:
@@ -83,16 +86,16 @@ def _cuts(mesh: Mesh) -> _Cuts | None:
         return None
     found = [np.array([np.inf])] if roofs.size != levels.size else [roofs - levels]
     for plane in planes:
-        met = rays.cast(mesh, points[plane].reshape(-1, 3), floor.normal)
+        met = meshes.cast(mesh, points[plane].reshape(-1, 3), floor.normal)
         # a ray may leave through the mouth
         found.append(met[np.isfinite(met)])
     corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
     return _Cuts(floor.normal, levels, np.concatenate(found), float(corners[:, 2].min()))
 
 
-def _levels(mesh: Mesh, face: rays.Faces, normal: Array) -> tuple[Array, list[Index], Array]:
+def _levels(mesh: Mesh, face: meshes.Faces, normal: Array) -> tuple[Array, list[Index], Array]:
     """Return points in a face's triangles (n, 4, 3), which of these lie in one plane, and the planes' levels."""
-    points = rays.samples(mesh, face.triangles)
+    points = meshes.samples(mesh, face.triangles)
     heights = points.mean(axis=1) @ normal
     order = np.argsort(heights)
     planes = np.split(order, np.flatnonzero(np.diff(heights[order]) > LENGTH) + 1)
@@ -141,12 +144,12 @@ def gap(one: Mesh, others: Sequence[Mesh], search: float) -> float:
     return min((float(body.min_gap(meshes.manifold(o), search)) for o in others), default=search)
 
 
-def read_back(loaded: Sequence[tuple[str, Any, float]], file: str) -> Iterator[Check]:
+def read_back(loaded: Sequence[tuple[str, Trimesh, float]], file: str) -> Iterator[Check]:
     """Look at solids read from a file: (name, trimesh.Trimesh, volume asked for) each; no name: all in one."""
     for name, found, volume in loaded:
         where = f"{file}, {name}" if name else file
         # solids in one STL file may touch; their surface is then closed, but not a manifold
-        closed = found.is_watertight and found.is_winding_consistent if name else rays.closed(np.asarray(found.faces))
+        closed = found.is_watertight and found.is_winding_consistent if name else meshes.closed(np.asarray(found.faces))
         yield Check("watertight", where, 1, float(closed), "", 0)
         yield Check("volume", where, volume, float(found.volume), "mm^3", FILE_VOLUME * volume)
 

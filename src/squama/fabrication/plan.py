@@ -1,17 +1,29 @@
-"""From a beam and the workshop's sizes to a plan in millimetres."""
+"""What is to be made, in millimetres and radians: from a beam and the workshop's sizes to where the plates sit.
+
+z runs along the bar from its end, y out of the scaled face from the bar's middle, x across. Scale k = 0, 1, .. has its
+base midpoint at O = (0, lambda, ends + (k + 1/2) d) and the axes (theory, section 2)
+    n_X = (-sin a cos th, sin th, cos a cos th)    n_Y = (cos a, 0, sin a)    n_Z = n_X x n_Y.
+It fills -L <= X <= l, |Y| <= b, |Z| <= t_s/2. Its slot is larger by the clearance on every side and open at the face.
+"""
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from math import cos, sin, tan
+from typing import TYPE_CHECKING, NamedTuple
 
-from squama import checks
-from squama.errors import InputError
-from squama.fabrication.place import Plan
-from squama.units import Bounds, Dimension, QuantityError, bounded
+import numpy as np
+
+from squama import arguments
+from squama.errors import Problems
+from squama.fe import plate
+from squama.types import Array
+from squama.units import Bounds, Dimension, bounded
 
 if TYPE_CHECKING:
-    from squama.design import Beam
+    from squama.beam.design import Beam
 
 MOST_SCALES = 500
 
@@ -26,53 +38,166 @@ SIZES: dict[str, tuple[Dimension, Bounds]] = {
     "bed": (Dimension.LENGTH, _THICK._replace(example="220 mm")),
 }
 """Sizes of the workshop: dimension, bounds and example of each."""
+HANDLE = 12.0
+"""Length of a blade's head, mm."""
 
 
-def read(given: dict[str, Any], prefix: str = "", *, bare: bool = True) -> dict[str, float]:
+class Plan(NamedTuple):
+    """What is to be made; lengths in mm, angles in rad.
+
+    ``width`` and ``height`` of the bar, ``pitch``, number of ``scales``; a scale's exposed ``length``, ``embedded``
+    length, full ``breadth``, ``thickness``, ``alpha`` and ``theta0``; ``ends``: plain lengths of the bar before and
+    behind its pitches; ``clearance`` per side; ``feature``: least size that can be printed; ``wall`` of the mould;
+    ``draft`` of its sides; ``bed``: longest part that can be printed, or None.
+    """
+
+    width: float
+    height: float
+    pitch: float
+    scales: int
+    length: float
+    embedded: float
+    breadth: float
+    thickness: float
+    alpha: float
+    theta0: float
+    ends: float = 30.0
+    clearance: float = 0.2
+    feature: float = 0.4
+    wall: float = 3.0
+    draft: float = 0.0
+    bed: float | None = None
+
+    @property
+    def axes(self) -> Array:
+        """Axes n_X, n_Y, n_Z of the scales, as rows."""
+        return plate.axes(self.alpha, self.theta0)
+
+    @property
+    def total(self) -> float:
+        """Length of the bar with its ends."""
+        return self.scales * self.pitch + 2 * self.ends
+
+    def base(self, k: int) -> Array:
+        """Return the base midpoint of scale k."""
+        return np.array([0.0, self.height / 2, self.ends + (k + 0.5) * self.pitch])
+
+    @property
+    def step(self) -> Array:
+        """From a scale to the next one, in the scales' own axes."""
+        return np.asarray(self.axes @ [0.0, 0.0, self.pitch])
+
+    @property
+    def slope(self) -> float:
+        """How far a scale is lifted over the next one per length of the bar, sin(theta0) cos(alpha)."""
+        return sin(self.theta0) * cos(self.alpha)
+
+    @property
+    def slot(self) -> tuple[float, float, float]:
+        """Length L + c, width 2 (b + c) and thickness t_s + 2 c of a slot below the face along the scale's axes."""
+        c = self.clearance
+        return self.embedded + c, self.breadth + 2 * c, self.thickness + 2 * c
+
+    @property
+    def slot_profile(self) -> Array:
+        """Corners (4, 2) of the slot in the plane of X and Z; the face is X sin(theta0) + Z cos(theta0) = 0."""
+        deep, _, t = self.slot
+        out = t / 2 / tan(self.theta0)
+        return np.array([(-deep, -t / 2), (out, -t / 2), (-out, t / 2), (-deep, t / 2)])
+
+    @property
+    def slit(self) -> tuple[float, float]:
+        """Width and thickness of the slits of the lid: those of a blade and the clearance on every side."""
+        _, across, t = self.slot
+        return across + 2 * self.clearance, t + 2 * self.clearance
+
+    @property
+    def slit_profile(self) -> Array:
+        """Corners (4, 2) of a slit of the lid in the plane of X and Z."""
+        half = self.slit[1] / 2
+        out, up = half / tan(self.theta0), self.wall / sin(self.theta0)
+        return np.array([(out, -half), (out + up, -half), (-out + up, half), (-out, half)])
+
+    @property
+    def shank(self) -> float:
+        """From the scale's base to the head of a blade, whose lower edge rests on the lid."""
+        return (self.wall + self.slot[2] / 2 * cos(self.theta0)) / sin(self.theta0)
+
+    @property
+    def blade(self) -> tuple[float, float, float]:
+        """Length, width at the head, and thickness of a blade."""
+        deep, across, t = self.slot
+        return deep + self.shank + HANDLE, across + 2 * self.wall, t
+
+    def corners(self, profile: Array, across: float, k: int = 0) -> Array:
+        """Return the corners of the prism over a profile in X and Z, |Y| <= across/2, of scale k."""
+        local = [(x, y, z) for (x, z), y in itertools.product(profile, (-across / 2, across / 2))]
+        return np.asarray(np.array(local) @ self.axes + self.base(k))
+
+
+def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) -> dict[str, float]:
     """Return sizes in m and rad by name; ``prefix`` is put before the names in messages.
 
-    Raises
-    ------
-    InputError
-        One line per mistake.
+    Raises InputError: one line per mistake.
     """
-    found, lines = {}, []
+    found, problems = {}, Problems()
     for name, value in given.items():
         dimension, bounds = SIZES[name]
-        try:
+        with problems.caught(prefix + name):
             found[name] = bounded(value, dimension, bounds, bare=bare)
-        except QuantityError as error:
-            lines.append(f"{prefix}{name} = {error.shown}: {error.reason}")
-    if lines:
-        raise InputError("\n".join(lines))
+    problems.settle()
     return found
 
 
 def plan(beam: Beam, scales: int | None, sizes: dict[str, float]) -> Plan:
     """Return the plan of a beam with so many scales (its own number if None); sizes in m and rad.
 
-    Raises
-    ------
-    InputError
-        Too many scales.
+    Raises InputError: too many scales.
     """
-    count = checks.whole("scales", beam.scales if scales is None else scales, 1, MOST_SCALES)
+    count = arguments.whole("scales", beam.scales if scales is None else scales, 1, MOST_SCALES)
     lengths = {name: value if SIZES[name][0] is Dimension.ANGLE else mm(value) for name, value in sizes.items()}
-    return Plan(
-        width=mm(beam.substrate.width),
-        height=mm(beam.substrate.thickness),
-        pitch=mm(beam.pitch),
-        scales=count,
-        length=mm(beam.scale.length),
-        embedded=mm(beam.scale.embedded),
-        breadth=mm(beam.scale.width),
-        thickness=mm(beam.scale.thickness),
-        alpha=beam.scale.alpha,
-        theta0=beam.scale.theta0,
-        **lengths,
-    )
+    bar, one = beam.substrate, beam.scale
+    across = mm(bar.width), mm(bar.thickness), mm(beam.pitch)
+    plate_sizes = mm(one.length), mm(one.embedded), mm(one.width), mm(one.thickness)
+    return Plan(*across, count, *plate_sizes, one.alpha, one.theta0, **lengths)
 
 
 def mm(length: float) -> float:
     """Return a length in m as mm, without the last digits that the conversion leaves."""
     return float(f"{length * 1e3:.14g}")
+
+
+def apart(a: Array, b: Array) -> float:
+    """Return the distance of two convex polygons (n, 2) in the plane; 0 if they meet.
+
+    Examples
+    --------
+    >>> square = np.array([(0, 0), (1, 0), (1, 1), (0, 1.0)])
+    >>> apart(square, square + [4, 5])
+    5.0
+    """
+    if not any(_separated(p, q) for p, q in ((a, b), (b, a))):
+        return 0.0
+    return min(_to_edges(a, b), _to_edges(b, a))
+
+
+def _separated(a: Array, b: Array) -> bool:
+    """Say whether one of a's edges has all of b on its outer side."""
+    edges = np.roll(a, -1, axis=0) - a
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
+    own, other = normals @ a.T, normals @ b.T
+    return bool(((other.min(1) >= own.max(1)) | (other.max(1) <= own.min(1))).any())
+
+
+def _to_edges(points: Array, polygon: Array) -> float:
+    start = polygon
+    edge = np.roll(polygon, -1, axis=0) - start
+    away = points[:, None] - start
+    along = np.clip((away * edge).sum(-1) / (edge**2).sum(-1), 0, 1)
+    return float(np.linalg.norm(away - along[..., None] * edge, axis=-1).min())
+
+
+def between(plan: Plan, profile: Array, across: float) -> float:
+    """Return the distance between the prisms over a profile of one scale and of the next one, mm; 0 if they meet."""
+    x, y, z = plan.step
+    return float(np.hypot(apart(profile, profile + np.array([x, z])), max(0.0, abs(y) - across)))

@@ -9,13 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.fabrication import bodies, mesh, mould
+from squama.fabrication import bodies, mesh
 from squama.fabrication import measure as measured
+from squama.fabrication.bodies import Recipe
 from squama.fabrication.formats import Placed
 from squama.fabrication.measure import Check
 from squama.fabrication.mesh import Mesh
-from squama.fabrication.place import Plan, between
-from squama.fabrication.recipe import Array, Recipe
+from squama.fabrication.plan import Plan, between
+from squama.types import Array
 
 PARTS = ("scale", "substrate", "mould", "assembly")
 SPACING = 2.0
@@ -71,8 +72,8 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
     if "substrate" in parts:
         files["substrate"] = [_alone(bar, body)]
     if "mould" in parts:
-        pieces = [(r, built(r)) for r in (*mould.trays(plan), *mould.lids(plan))]
-        knife = mould.blade(plan)
+        pieces = [(r, built(r)) for r in (*bodies.trays(plan), *bodies.lids(plan))]
+        knife = bodies.blade(plan)
         edge = built(knife)
         files |= {recipe.name: [_alone(recipe, made, down=True)] for recipe, made in pieces}
         files["blade"] = [_alone(knife, edge)]

@@ -1,35 +1,22 @@
-"""The substrate with its scales attached: residual, tangent, and its exact condensation onto the scales' motions.
+"""The substrate with its scales attached: residual, tangent, and its exact condensation onto the motions and the twist.
 
-Unknowns are the places of the free nodes, the multipliers that hold the section, and six numbers a scale. The free
-nodes are eliminated by one factorisation (Schur complement), which leaves a small system on which the contact acts.
+Unknowns are the places of the free nodes and, where a section is held on average, four multipliers. They are eliminated
+by one factorisation (Schur complement), in which the motions of the rigid bodies, six each, and the twist per pitch are
+the border (:mod:`squama.fe.solver`). Contact acts on the small system that is left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squama.fe.direct import Symmetric
-from squama.fe.elements import Array, Elements, Index, Result, Turn
-
-
-class Rigid(Protocol):
-    """Points that move with a rigid scale whose motion is six numbers v."""
-
-    def places(self, v: Array) -> Array:
-        """Return places (n, 3)."""
-        ...
-
-    def rates(self, v: Array) -> Array:
-        """Return derivatives (n, 3, 6)."""
-        ...
-
-    def curvature(self, v: Array, forces: Array) -> Array:
-        """Return the second derivatives (6, 6) of ``sum(forces * places)``."""
-        ...
+from squama.errors import InputError
+from squama.fe.elements import Elements, Helical, Index, Result
+from squama.fe.plate import Carried, Turn
+from squama.fe.solver import Solver
+from squama.types import Array
 
 
 class Section:
@@ -56,12 +43,9 @@ class Section:
 
     def twisted(self, phi: float) -> tuple[Array, Array, Array]:
         """Places of the twisted frame and two derivatives, each (k, 3)."""
-        z = self.rest[:, 2]
-        turns = [Turn.at(phi * h) for h in z]
-        x = np.einsum("kij,kj->ki", [t.Q for t in turns], self.rest)
-        dx = np.einsum("kij,kj->ki", [t.dQ for t in turns], self.rest) * z[:, None]
-        ddx = np.einsum("kij,kj->ki", [t.ddQ for t in turns], self.rest) * z[:, None] ** 2
-        return x, dx, ddx
+        z = self.rest[:, 2:]
+        x, dx, ddx = (np.einsum("kij,kj->ki", turns, self.rest) for turns in Turn.at(phi * z[:, 0]))
+        return x, dx * z, ddx * z**2
 
     def entries(self, frame: Array) -> Array:
         """Return the derivatives of the four means by the places, in the order of ``rows`` and ``columns``."""
@@ -75,24 +59,16 @@ class Section:
         return np.append(away, turn)
 
 
-class Held(Protocol):
-    """Nodes whose places are given by the twist."""
-
-    nodes: Index
-
-    def places(self, phi: float) -> tuple[Array, Array, Array]:
-        """Return places (k, 3) and their first and second derivatives with respect to phi."""
-        ...
-
-
 class Reduced(NamedTuple):
-    """The body condensed onto its scales' motions at one state.
+    """A body condensed onto its motions v and the twist phi at one state.
 
-    ``s`` (m,) and ``S`` (m, m) are the force on the scales and its tangent once the free nodes are in balance, m = 6 a
-    scale; ``s_phi`` the rate of s with phi; ``torque`` and ``torque_phi`` the same of dU/dphi. ``energy`` is the strain
-    energy, ``unbalanced`` the largest force on a free node, ``least`` the least det F.
+    ``s`` (m,) and ``S`` (m, m) are the force on the motions and its tangent once the free nodes are in balance, m = 6
+    for each rigid body; ``s_phi`` the rate of s with phi; ``torque`` and ``torque_phi`` the same of dU/dphi. ``energy``
+    is the strain energy, ``unbalanced`` the largest force on a free node, ``least`` the least det F.
     """
 
+    v: Array
+    phi: float
     s: Array
     S: Array
     s_phi: Array
@@ -101,131 +77,145 @@ class Reduced(NamedTuple):
     energy: float
     unbalanced: float
     least: float
-    correction: Array
-    follow: Array
-    follow_phi: Array
+    change: Callable[[Array, float], Array]
+
+    def linear(self, v: Array, phi: float) -> tuple[Array, Array, Array]:
+        """Return the force at motions v (m,) and a twist by the tangent, and its derivatives by both."""
+        return self.s + self.S @ (v - self.v) + self.s_phi * (phi - self.phi), self.S, self.s_phi
+
+    @property
+    def correction(self) -> Array:
+        """Change of the free unknowns at motions that stay."""
+        return self.update(np.zeros(len(self.s)))
 
     def update(self, dv: Array, dphi: float = 0.0) -> Array:
-        """Return the change of the free unknowns that goes with a change of the motions (m,) and the twist."""
-        return self.correction + self.follow @ dv + self.follow_phi * dphi
-
-
-class Condensed(Protocol):
-    """What a walk asks of a body at one state; see :class:`Reduced`, whose arrays it need not hold."""
-
-    @property
-    def s(self) -> Array: ...  # noqa: D102
-    @property
-    def S(self) -> Array: ...  # noqa: D102
-    @property
-    def s_phi(self) -> Array: ...  # noqa: D102
-    @property
-    def torque(self) -> float: ...  # noqa: D102
-    @property
-    def energy(self) -> float: ...  # noqa: D102
-    @property
-    def unbalanced(self) -> float: ...  # noqa: D102
-    @property
-    def correction(self) -> Array: ...  # noqa: D102
-
-    def update(self, dv: Array, dphi: float = 0.0) -> Array:
-        """Return the change of the free unknowns that goes with a change of the motions and the twist."""
-        ...
-
-
-class Solid(Protocol):
-    """What a walk asks of a body: its free nodes, places, and its condensation onto the scales' motions."""
-
-    @property
-    def free(self) -> Index: ...  # noqa: D102
-
-    def start(self, rest: Array) -> Array:
-        """Return the free unknowns at rest."""
-        ...
-
-    def places(self, z: Array, v: Array, phi: float) -> Array:
-        """Return the places (n, 3) of all masters."""
-        ...
-
-    def reduce(self, z: Array, v: Array, phi: float) -> Condensed | None:
-        """Condense; None where an element is inverted."""
-        ...
+        """Return the change that goes with one of the motions and the twist, until the next state is condensed."""
+        return self.change(dv, dphi)
 
 
 class Body:
-    """Elements with rigid scales tied in, a section that is held on average, and nodes with given places.
+    """Elements with rigid bodies tied in, a section that is held on average, and nodes that stay where they are.
 
     Parameters
     ----------
-    elements : Elements
+    elements : Elements or Helical
         The solid.
-    scales : sequence of (nodes, Rigid)
-        Masters tied to each scale, and how they move with it.
+    rest : (n, 3) array
+        Its masters at rest.
+    rigid : sequence of (nodes, Carried)
+        Masters tied to each rigid body, the scales first, and how they move with it.
     section : Section, optional
         Held by multipliers.
-    held : Held, optional
-        Nodes with given places.
+    still : (k,) integer array, optional
+        Nodes that stay.
+    axis : float, optional
+        The free unknowns are places turned back by phi times the height over this place along z, so that predictions
+        follow the twist; places in space if not given.
     """
 
     def __init__(
         self,
-        elements: Elements,
-        scales: Sequence[tuple[Index, Rigid]],
+        elements: Elements | Helical,
+        rest: Array,
+        rigid: Sequence[tuple[Index, Carried]],
+        *,
         section: Section | None = None,
-        held: Held | None = None,
+        still: Index | None = None,
+        axis: float | None = None,
     ) -> None:
-        from scipy import sparse
-
-        self.elements, self.scales, self.section, self.held = elements, list(scales), section, held
-        tied = np.concatenate([np.empty(0, np.int64), *(nodes for nodes, _ in scales)])
-        given = np.empty(0, np.int64) if held is None else held.nodes
-        fixed = np.concatenate([tied, given])
+        self.elements, self.rest, self.rigid, self.section = elements, rest, list(rigid), section
+        self.still = np.empty(0, np.int64) if still is None else still
+        self._tied_nodes = np.concatenate([np.empty(0, np.int64), *(nodes for nodes, _ in self.rigid)])
+        fixed = np.concatenate([self.still, self._tied_nodes])
         if np.unique(fixed).size != fixed.size:
-            message = "a node is tied to two things"
-            raise ValueError(message)
+            message = "a node is tied to two things, such as the last scale and the end section: take smaller elements"
+            raise InputError(message)
         self.free = np.setdiff1d(np.arange(elements.size), fixed)
-        self.fixed = fixed
-        numbers = np.arange(1, elements.blocks * 9 + 1, dtype=np.float64).reshape(-1, 3, 3)
-        ids = elements.matrix(numbers).tocsr()
-        free, rest = _components(self.free), _components(fixed)
-        among = ids[free]
-        self._ft, self._tt = among[:, rest].tocsr(), ids[rest][:, rest].tocsr()
-        inner = sparse.triu(among[:, free])
-        if section is not None:
-            place = np.full(elements.size, -1)
-            place[self.free] = np.arange(self.free.size)
-            columns = 3 * np.repeat(place[section.nodes], 3) + np.tile(np.arange(3), section.nodes.size)
-            last = elements.blocks * 9
-            entries = np.arange(last + 1, last + 1 + section.rows.size)
-            C = sparse.csr_array(
-                (entries.astype(float), (section.rows, columns[section.columns])), shape=(4, 3 * self.free.size)
-            )
-            # explicit zeros stand on the multipliers' diagonal
-            zeros = sparse.csr_array(np.diag(np.full(4, float(entries[-1] + 1))))
-            inner = sparse.block_array([[inner, C.T], [None, zeros]])
-            self._C = C
-        inner = sparse.csr_array(inner)
-        inner.sort_indices()
-        self._entries = inner.data.astype(np.int64) - 1
-        self._solver = Symmetric(inner)
+        self._heights = None if axis is None else rest[self.free, 2] - axis
+        self._number()
+
+    @property
+    def places_free(self) -> int:
+        """Number of the unknowns that are places."""
+        return 3 * self.free.size
 
     @property
     def unknowns(self) -> int:
         """Number of free unknowns."""
-        return 3 * self.free.size + (4 if self.section is not None else 0)
+        return self.places_free + (4 if self.section is not None else 0)
 
-    def start(self, rest: Array) -> Array:
-        """Return the free unknowns at rest, given all masters' places at rest."""
-        return np.append(rest[self.free].ravel(), np.zeros(self.unknowns - 3 * self.free.size))
+    @property
+    def motions(self) -> int:
+        """Number of motions, six for each rigid body."""
+        return 6 * len(self.rigid)
+
+    def _number(self) -> None:
+        """Find where the entries of the bordered matrix come from: tangent, section, zero, border, corner."""
+        from scipy import sparse
+
+        elements, n, m = self.elements, self.unknowns, self.motions + 1
+        last = elements.blocks * 9
+        ids = elements.matrix(np.arange(1.0, last + 1).reshape(-1, 3, 3)).tocsr()
+        free, tied = _components(self.free), _components(self._tied_nodes)
+        among = ids[free]
+        self._tt = ids[tied][:, tied].tocsr()
+        inner = sparse.triu(among[:, free])
+        if self.section is not None:
+            place = np.full(elements.size, -1)
+            place[self.free] = np.arange(self.free.size)
+            columns = 3 * np.repeat(place[self.section.nodes], 3) + np.tile(np.arange(3), self.section.nodes.size)
+            numbers = last + 1.0 + np.arange(self.section.rows.size)
+            where = self.section.rows, columns[self.section.columns]
+            self._C = sparse.csr_array((numbers, where), shape=(4, free.size))
+            last += numbers.size + 1
+            # explicit zeros stand on the multipliers' diagonal
+            zeros = sparse.csr_array(np.diag(np.full(4, float(last))))
+            inner = sparse.block_array([[inner, self._C.T], [None, zeros]])
+        # each body moves the rows beside it: the border's blocks of six columns, and the last column of all
+        self._beside: list[tuple[Index, Any]] = []
+        blocks = []
+        for nodes, _ in self.rigid:
+            part = among[:, _components(nodes)].tocsr()
+            rows = np.flatnonzero(np.diff(part.indptr))
+            self._beside.append((rows, part[rows]))
+            numbers = last + 1.0 + np.arange(6 * rows.size)
+            where = np.repeat(rows, 6), np.tile(np.arange(6), rows.size)
+            blocks.append(sparse.csr_array((numbers, where), shape=(n, 6)))
+            last += numbers.size
+        moved = [rows for rows, _ in self._beside] if isinstance(elements, Elements) else [np.arange(n)]
+        self._by_phi = np.unique(np.concatenate(moved))
+        numbers = last + 1.0 + np.arange(self._by_phi.size)
+        where = self._by_phi, np.zeros(self._by_phi.size, np.int64)
+        blocks.append(sparse.csr_array((numbers, where), shape=(n, 1)))
+        last += numbers.size
+        corner = sparse.csr_array(last + 1.0 + np.arange(m * m).reshape(m, m))
+        del ids, among
+        pattern = sparse.csr_array(
+            sparse.block_array([[inner, sparse.hstack(blocks)], [None, sparse.triu(corner)]], format="csr")
+        )
+        pattern.sort_indices()
+        self._entries = pattern.data.astype(np.int64) - 1
+        self.solver = Solver(pattern, m, multipliers=self.section is not None)
+
+    def start(self) -> Array:
+        """Return the free unknowns at rest."""
+        return np.append(self.rest[self.free].ravel(), np.zeros(self.unknowns - self.places_free))
+
+    def _turned(self, x: Array, phi: float) -> Array:
+        """Turn places or their changes (free, 3), node by node, from the twisted frame into space; back with -phi."""
+        if self._heights is None:
+            return x
+        angles = phi * self._heights
+        c, s = np.cos(angles), np.sin(angles)
+        return np.column_stack([c * x[:, 0] + s * x[:, 1], c * x[:, 1] - s * x[:, 0], x[:, 2]])
 
     def places(self, z: Array, v: Array, phi: float) -> Array:
-        """Places (size, 3) of all masters: free unknowns z, motions v (scales, 6), twist per pitch phi."""
+        """Places (n, 3) of all masters: free unknowns z, motions v (m,), twist per pitch phi."""
         y = np.empty((self.elements.size, 3))
-        y[self.free] = z[: 3 * self.free.size].reshape(-1, 3)
-        for (nodes, rigid), motion in zip(self.scales, v, strict=True):
-            y[nodes] = rigid.places(motion)
-        if self.held is not None:
-            y[self.held.nodes] = self.held.places(phi)[0]
+        y[self.still] = self.rest[self.still]
+        y[self.free] = self._turned(z[: self.places_free].reshape(-1, 3), phi)
+        for (nodes, rigid), motion in zip(self.rigid, v.reshape(-1, 6), strict=True):
+            y[nodes] = rigid.places(motion, phi)
         return y
 
     def forces(self, z: Array, v: Array, phi: float) -> Result:
@@ -233,14 +223,14 @@ class Body:
         return self.elements(self.places(z, v, phi), phi, tangent=False)
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
-        """Condense onto the scales' motions; None where an element is inverted.
+        """Condense onto the motions and the twist; None where an element is inverted.
 
         Parameters
         ----------
         z : (unknowns,) array
             Free unknowns.
-        v : (scales, 6) array
-            Motions of the scales.
+        v : (m,) array
+            Motions.
         phi : float
             Twist per pitch.
         """
@@ -248,81 +238,125 @@ class Body:
         r = self.elements(y, phi)
         if not r.least > 0:
             return None
-        values = r.values.ravel()
-        n, m = 3 * self.free.size, 6 * len(self.scales)
-        J, bend = self._attach(v, r.forces)
-        moved = np.zeros((self.fixed.size, 3))
-        torque, torque_phi = r.torque, r.torque_phi
-        if self.held is not None:
-            _, rate, second = self.held.places(phi)
-            count = len(self.held.nodes)
-            moved[-count:] = rate
-            pushes = r.forces[self.held.nodes]
-            torque, torque_phi = torque + float((pushes * rate).sum()), torque_phi + float((pushes * second).sum())
-        K_ft, K_tt = self._take(self._ft, values), self._take(self._tt, values)
-        out = moved.ravel()
-        f, f_phi = r.forces[self.free].ravel(), r.forces_phi[self.free].ravel() + K_ft @ out
-        t, t_phi = r.forces[self.fixed].ravel(), r.forces_phi[self.fixed].ravel() + K_tt @ out
-        torque_phi += float(out @ (K_tt @ out) + 2 * (out @ r.forces_phi[self.fixed].ravel()))
-        B = np.zeros((self.unknowns, m))
-        B[:n] = (K_ft @ J).toarray() if m else 0.0
+        values, torque, torque_phi = [r.values.ravel()], r.torque, r.torque_phi
+        f, by_phi = r.forces[self.free].ravel(), r.forces_phi[self.free].ravel()
         if self.section is not None:
-            frame, rate, second = self.section.twisted(phi)
-            where = y[self.section.nodes]
-            entries, multipliers = self.section.entries(frame), z[n:]
-            values = np.concatenate([values, entries, [0.0]])
-            C = self._take(self._C, values)
-            f = np.append(f + C.T @ multipliers, self.section.values(where, frame))
-            # the turn is linear in the frame and the shift too, so their rates are values of the rate
-            zero = np.zeros_like(where)
-            turn_phi = self.section.entries(rate)
-            turn_phi[self.section.rows < 3] = 0.0
-            C_phi = self._take(self._C, np.concatenate([np.zeros(r.values.size), turn_phi, [0.0]]))
-            c_phi, c_second = (
-                np.append(self.section.values(zero, d)[:3], self.section.values(where, d)[3]) for d in (rate, second)
-            )
-            f_phi = np.append(f_phi + C_phi.T @ multipliers, c_phi)
+            multipliers = z[self.places_free :]
+            entries, held, held_phi, c_phi, c_second = self._held(y[self.section.nodes], multipliers, phi)
+            values.append(np.append(entries, 0.0))
+            f, by_phi = np.append(f + held[:-4], held[-4:]), np.append(by_phi + held_phi, c_phi)
             torque += float(multipliers @ c_phi)
             torque_phi += float(multipliers @ c_second)
-        self._solver.factorise(values[self._entries])
-        solved = self._solver.solve(np.column_stack([f, f_phi, B]))
-        x, x_phi, X = solved[:, 0], solved[:, 1], solved[:, 2:]
-        return Reduced(
-            s=J.T @ t - B.T @ x,
-            S=(J.T @ (K_tt @ J)).toarray() + bend - B.T @ X if m else np.zeros((0, 0)),
-            s_phi=J.T @ t_phi - B.T @ x_phi,
-            torque=torque - float(f_phi @ x),
-            torque_phi=torque_phi - float(f_phi @ x_phi),
-            energy=r.energy,
-            unbalanced=float(np.abs(f).max()),
-            least=r.least,
-            correction=-x,
-            follow=-X,
-            follow_phi=-x_phi,
-        )
+        J, D = self._corner(v, phi, r)
+        D[-1, -1] += torque_phi
+        B = [_taken(part, values[0]) @ rates for (_, part), rates in zip(self._beside, J, strict=True)]
+        for (rows, _), b in zip(self._beside, B, strict=True):
+            by_phi[rows] += b[:, 6]
+        values += [*(b[:, :6].ravel() for b in B), by_phi[self._by_phi], D.ravel()]
+        S = self.solver.factorise(np.concatenate(values)[self._entries])
+        x = self.solver.solve(f)
+        torque -= float(by_phi @ x)
+        s = np.zeros((len(J), 6))
+        for i, ((nodes, _), rates, b, (rows, _)) in enumerate(zip(self.rigid, J, B, self._beside, strict=True)):
+            pushed = rates.T @ r.forces[nodes].ravel()
+            s[i], torque = pushed[:6] - b[:, :6].T @ x[rows], torque + float(pushed[6])
 
-    def _take(self, ids: Any, values: Array) -> Any:
-        out = ids.copy()
-        out.data = values[ids.data.astype(np.int64) - 1]
-        return out
+        def changed(dv: Array, dphi: float) -> Array:
+            change = -(x + self.solver.spread(np.append(dv, dphi)))
+            if self._heights is not None:
+                moved = self._turned(change.reshape(-1, 3), -phi)
+                moved[:, :2] += dphi * self._heights[:, None] * (z.reshape(-1, 3)[:, [1, 0]] * [-1.0, 1.0])
+                change = moved.ravel()
+            return change
 
-    def _attach(self, v: Array, forces: Array) -> tuple[Any, Array]:
-        """Return the derivatives of the fixed nodes' places by the motions, and the forces' second-order part."""
+        unbalanced, torque_phi = float(np.abs(f).max()), float(S[-1, -1])
+        rest = torque, torque_phi, r.energy, unbalanced, r.least, changed
+        return Reduced(v, phi, s.ravel(), S[:-1, :-1], S[:-1, -1], *rest)
+
+    def _held(self, where: Array, multipliers: Array, phi: float) -> tuple[Array, Array, Array, Array, Array]:
+        """Return the section's part in the matrix and in the forces, their rates by phi, and two rates of the means."""
+        section = self.section
+        assert section is not None
+        frame, rate, second = section.twisted(phi)
+        entries, turn_phi = section.entries(frame), section.entries(rate)
+        # the turn is linear in the frame and the shift too, so their rates are values of the rate
+        turn_phi[section.rows < 3] = 0.0
+        zero = np.zeros_like(where)
+        c_phi, c_second = (np.append(section.values(zero, d)[:3], section.values(where, d)[3]) for d in (rate, second))
+        first = self._C.data.astype(np.int64) - (self.elements.blocks * 9 + 1)
+        C, C_phi = self._C.copy(), self._C.copy()
+        C.data, C_phi.data = entries[first], turn_phi[first]
+        held = np.append(C.T @ multipliers, section.values(where, frame))
+        return entries, held, C_phi.T @ multipliers, c_phi, c_second
+
+    def _corner(self, v: Array, phi: float, r: Result) -> tuple[list[Array], Array]:
+        """Return rates (3 k, 7) of each body's nodes, and the tangent by (v, phi) at free nodes that stay."""
         from scipy import sparse
 
-        m = 6 * len(self.scales)
-        bend, rows = np.zeros((m, m)), []
-        for i, ((nodes, rigid), motion) in enumerate(zip(self.scales, v, strict=True)):
-            part = slice(6 * i, 6 * i + 6)
-            bend[part, part] = rigid.curvature(motion, forces[nodes])
-            rows.append(rigid.rates(motion).reshape(-1, 6))
-        given = sparse.csr_array((3 * len(self.held.nodes) if self.held else 0, 0))
-        return sparse.csr_array(sparse.block_diag([*rows, given])), bend
+        both = list(zip(self.rigid, v.reshape(-1, 6), strict=True))
+        J = [rigid.rates(motion, phi).reshape(-1, 7) for (_, rigid), motion in both]
+        D = np.zeros((self.motions + 1, self.motions + 1))
+        if not J:
+            return J, D
+        parts: list[Any] = [sparse.block_diag([j[:, :6] for j in J]), sparse.coo_array(np.concatenate(J)[:, 6:])]
+        rates = sparse.csr_array(sparse.hstack(parts))
+        D += (rates.T @ (_taken(self._tt, r.values.ravel()) @ rates)).toarray()
+        for i, (((nodes, rigid), motion), j) in enumerate(zip(both, J, strict=True)):
+            part, more = slice(6 * i, 6 * i + 6), rigid.curvature(motion, phi, r.forces[nodes])
+            beside = j.T @ r.forces_phi[nodes].ravel()
+            D[part, part] += more[:6, :6]
+            D[part, -1] += more[:6, 6] + beside[:6]
+            D[-1, part] += more[6, :6] + beside[:6]
+            D[-1, -1] += more[6, 6] + 2 * beside[6]
+        return J, D
 
     def close(self) -> None:
         """Give the solver's memory back."""
-        self._solver.close()
+        self.solver.close()
 
 
-def _components(nodes: Index) -> NDArray[np.int64]:
+class Matrix:
+    """A body that is a stiffness matrix (7, 7) over the motions of one scale and the twist: condensed at any state."""
+
+    places_free = 0
+
+    def __init__(self, K: Array) -> None:
+        self._K, self._S, self._s_phi = K, K[:6, :6], K[:6, 6]
+
+    def start(self) -> Array:
+        """Return the free unknowns: none."""
+        return np.empty(0)
+
+    def places(self, z: Array, v: Array, phi: float) -> Array:  # noqa: ARG002 - as a Body's
+        """Return the places of its nodes: none."""
+        return np.empty((0, 3))
+
+    def reduce(self, z: Array, v: Array, phi: float) -> Reduced:
+        """Return what it opposes to motions v (6,) and a twist; exact at all others, too."""
+        q = np.append(v, phi)
+        pushed = self._K @ q
+        energy, stays = float(q @ pushed) / 2, float(self._K[6, 6])
+        s, torque = pushed[:6], float(pushed[6])
+        return Reduced(v, phi, s, self._S, self._s_phi, torque, stays, energy, 0.0, 1.0, lambda dv, dphi: z)  # noqa: ARG005
+
+
+def mean_turns(rest: Array, places: Array, cuts: Index, weights: Array) -> Array:
+    """Return the mean turn (cuts,) of cuts about z, in the sense of the twist, rad.
+
+    The turn of a cut (its nodes are a row of ``cuts``) is that of the rigid motion in the plane that fits the places of
+    its nodes best (least squares weighted by area), their mean place set aside, so that bowing does not count.
+    """
+    X, x = (at[cuts][..., :2] for at in (rest, places))
+    X, x = (at - np.einsum("k,jki->ji", weights, at)[:, None] for at in (X, x))
+    cross = X[..., 0] * x[..., 1] - X[..., 1] * x[..., 0]
+    return np.unwrap(-np.arctan2(cross @ weights, (X * x).sum(-1) @ weights))
+
+
+def _components(nodes: Index) -> Index:
     return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
+def _taken(ids: Any, values: Array) -> Any:
+    out = ids.copy()
+    out.data = values[ids.data.astype(np.int64) - 1]
+    return out

@@ -13,29 +13,28 @@ import re
 import shutil
 import subprocess
 import tempfile
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squama import files
 from squama.errors import InputError
 from squama.fe.deck import MARK
-from squama.fe.deck_reader import Deck, read
+from squama.io import files
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 LARGEST = 500_000_000
 """Largest deck that is read, bytes."""
 DEEPEST = 0.02
 """Penetration (pitches) from which a contact counts as lost; the penalty itself allows far less."""
-PRINTED = (("CORNERS", "displacements"), ("EDGES", "displacements"), ("FIXED", "forces"))
-"""Sets and quantities that every increment prints."""
-_TITLE = re.compile(r"\s*(displacements|forces) .* for set (\w+) and time\s+(\S+)")
+_PRINTED = ("CORNERS", "EDGES", "FIXED")
+"""Sets of nodes of which every increment prints something."""
+_TITLE = re.compile(r"\s*(?:displacements|forces) .* for set (\w+) and time\s+(\S+)")
 
 
 class CalculixError(InputError):
@@ -44,28 +43,6 @@ class CalculixError(InputError):
     def __init__(self, message: str, done: xr.Dataset | None = None) -> None:
         super().__init__(message)
         self.done = done
-
-
-class _Printed(NamedTuple):
-    """Times of the increments, and by set and quantity the values (increments, nodes, 3) in the set's order."""
-
-    times: Array
-    values: dict[tuple[str, str], Array]
-
-
-def program() -> str:
-    """Return the path of CalculiX.
-
-    Raises
-    ------
-    CalculixError
-        It is not installed.
-    """
-    found = shutil.which("ccx")
-    if found is None:
-        message = "CalculiX (ccx) is not installed; install it with: apt-get install calculix-ccx"
-        raise CalculixError(message)
-    return found
 
 
 def run_calculix(
@@ -100,47 +77,39 @@ def run_calculix(
     InputError
         The file cannot be read, or is no deck of ours.
     """
-    ccx = program()
+    ccx = shutil.which("ccx")
+    if ccx is None:
+        message = "CalculiX (ccx) is not installed; install it with: apt-get install calculix-ccx"
+        raise CalculixError(message)
     text = files.read_text(deck, limit=LARGEST, missing="write it with: squama deck")
-    parsed = read(text)
-    _about(parsed)
+    _read(text)
     with tempfile.TemporaryDirectory() as temporary:
-        place = Path(folder) if folder is not None else Path(temporary)
+        place = Path(temporary if folder is None else folder)
         place.mkdir(parents=True, exist_ok=True)
         (place / "beam.inp").write_text(text, encoding="utf-8")
-        for old in ("beam.dat", "beam.sta"):
-            (place / old).unlink(missing_ok=True)
-        late = False
-        with (place / "ccx.log").open("w", encoding="utf-8") as log:
-            environment = {**os.environ, "OMP_NUM_THREADS": str(threads)}
-            try:
-                status = subprocess.run(
-                    [ccx, "-i", "beam"],
-                    cwd=place,
-                    stdout=log,
-                    stderr=log,
-                    env=environment,
-                    timeout=timeout,
-                    check=False,
-                ).returncode
-            except subprocess.TimeoutExpired:
-                status, late = 1, True
-        said = (place / "ccx.log").read_text(encoding="utf-8", errors="replace")
-        printed = place / "beam.dat"
-        data = printed.read_text(encoding="utf-8") if printed.exists() else ""
-    done = results(parsed, data) if data.strip() else None
-    count = 0 if done is None else done.sizes["point"] - 1
-    if late:
+        log, printed = place / "ccx.log", place / "beam.dat"
+        for old in (printed, place / "beam.sta"):
+            old.unlink(missing_ok=True)
+        env, status = {**os.environ, "OMP_NUM_THREADS": str(threads)}, -1
+        with log.open("w", encoding="utf-8") as out, suppress(subprocess.TimeoutExpired):
+            status = subprocess.run(
+                [ccx, "-i", "beam"], cwd=place, stdout=out, stderr=out, env=env, timeout=timeout, check=False
+            ).returncode
+        said = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
+        data = results(text, printed.read_text(encoding="utf-8") if printed.exists() else "")
+    count = data.sizes["point"] - 1
+    if status == -1:
         message = f"CalculiX was stopped after {timeout:g} s; {count} increments are done: give it more time"
-        raise CalculixError(message, done)
-    if status or "*ERROR" in said or done is None or not np.isclose(float(done["share"][-1]), 1.0):
-        lines = [line.strip() for line in said.splitlines() if "*ERROR" in line or "best solution" in line]
+        raise CalculixError(message, data)
+    errors = [line for line in said if "*ERROR" in line]
+    if status or errors or not np.isclose(float(data["share"][-1]), 1.0):
+        lines = [line for line in said if line in errors or "best solution" in line]
         why = f" ({lines[0][:120]})" if lines else ""
         message = (
             f"CalculiX stopped after {count} increments{why}: take a smaller twist, finer elements or more increments"
         )
-        raise CalculixError(message, done)
-    return audit(done)
+        raise CalculixError(message, data)
+    return audit(data)
 
 
 def audit(data: xr.Dataset) -> xr.Dataset:
@@ -151,54 +120,24 @@ def audit(data: xr.Dataset) -> xr.Dataset:
     CalculixError
         A tip edge went through its neighbour's side edge; ``done`` holds the increments before.
     """
-    gap = np.nan_to_num(data["gap"].values, nan=0.0)
-    bad = np.argwhere(gap < -DEEPEST)
-    if bad.size:
-        j, i = (int(v) for v in bad[0])
-        phi = float(data["phi"][j])
+    gap = data["gap"].values
+    for j, i in np.argwhere(gap < -DEEPEST)[:1].tolist():
         message = (
-            f"the contact of scales {i + 1} and {i + 2} was lost in increment {j} (phi = {phi:.4g} rad): their edges "
-            f"overlap by {-gap[j, i]:.3g} pitches, though CalculiX accepted it; write the deck with more increments"
+            f"the contact of scales {i + 1} and {i + 2} was lost in increment {j} (phi = {float(data['phi'][j]):.4g} "
+            f"rad): their edges overlap by {-gap[j, i]:.3g} pitches, though CalculiX accepted it; write the deck with "
+            "more increments"
         )
         raise CalculixError(message, data.isel(point=slice(0, j)))
     return data
 
 
-def _table(text: str) -> _Printed:
-    """Return the printed tables."""
-    found: dict[tuple[str, str], list[list[list[float]]]] = {}
-    times: list[float] = []
-    rows: list[list[float]] = []
-    for line in text.splitlines():
-        if title := _TITLE.match(line):
-            what, name, time = title.groups()
-            rows = []
-            found.setdefault((name, what), []).append(rows)
-            if not times or float(time) != times[-1]:
-                times.append(float(time))
-        elif line.strip():
-            rows.append([float(v) for v in line.split()[:4]])
-    # a run that was stopped may have broken off in the middle of an increment
-    sizes = {key: len(found[key][0]) if key in found else 0 for key in PRINTED}
-    count = min(len(found.get(key, [])) for key in PRINTED)
-    while count and any(len(found[key][count - 1]) != size for key, size in sizes.items()):
-        count -= 1
-    arrays = {}
-    for key, size in sizes.items():
-        array = np.array(found.get(key, [])[:count], float).reshape(count, size, 4)
-        arrays[key] = array[:, np.argsort(array[0, :, 0])] if count else array
-    return _Printed(np.array(times[:count]), arrays)
-
-
-def results(deck: Deck, text: str) -> xr.Dataset:
+def results(deck: str, printed: str) -> xr.Dataset:
     """Return what a run has printed.
 
     Parameters
     ----------
-    deck : Deck
-        The deck as read.
-    text : str
-        The file of printed results (.dat).
+    deck, printed : str
+        Texts of the deck and of the file of printed results (.dat).
 
     Returns
     -------
@@ -206,43 +145,28 @@ def results(deck: Deck, text: str) -> xr.Dataset:
         Dimensions ``point`` (0 is the beam at rest) and ``scale``: ``phi`` twist per pitch (rad), ``T`` torque at the
         fixed end (N m), ``theta`` inclination against the local section (rad), ``local_twist`` of the bar at the scale
         (rad), ``w_X``, ``w_Z`` turns about its length and normal (rad), ``gap`` between tip edge and next side edge
-        (pitches, NaN where they do not cross).
+        (pitches, NaN where they do not cross), ``share`` of the twist.
     """
     import xarray as xr
 
-    about = _about(deck)
-    printed = _table(text)
-    d, n = about["pitch_mm"], int(about["scales"])
-    share = np.concatenate([[0.0], printed.times])
-
-    def moved(name: str) -> tuple[Array, Array]:
-        """Return numbers of the nodes of a set and their places in every state, the rest first."""
-        numbers = np.array(sorted(deck.nsets[name]))
-        rest = np.array([deck.nodes[i] for i in numbers])
-        u = printed.values[name, "displacements"]
-        return numbers, np.concatenate([rest[None], rest + u[:, :, 1:]]) if len(u) else rest[None]
-
-    numbers, places = moved("CORNERS")
-    order = [int(np.searchsorted(numbers, i)) for i in deck.nsets["CORNERS"]]
-    corners = (places[:, order] / d).reshape(len(share), n, 4, 3)
-    local = _local_twist(moved("EDGES")[1], d, n)
-    theta, roll, yaw = _attitude(corners, local, about)
-    fixed = np.array([deck.nodes[i] for i in sorted(deck.nsets["FIXED"])])
-    force = printed.values["FIXED", "forces"][:, :, 1:]
-    moment = np.array([(fixed[:, 0] * f[:, 1] - fixed[:, 1] * f[:, 0]).sum() for f in force])
-    rad, dims = {"units": "rad"}, ("point", "scale")
+    about, numbers, rest = _read(deck)
+    times, values = _tables(printed, numbers)
+    share, d, n = np.append(0.0, times), about["pitch_mm"], int(about["scales"])
+    moved = {name: np.concatenate([x[None], x + values[name]]) for name, x in rest.items()}
+    corners = (moved["CORNERS"] / d).reshape(-1, n, 4, 3)
+    local = _local_twist(moved["EDGES"], d, n)
+    w = _turns(corners, local)
+    x, force = rest["FIXED"], values["FIXED"]
+    T = 1e-3 * np.append(0.0, (x[:, 0] * force[..., 1] - x[:, 1] * force[..., 0]).sum(-1))
+    each, rad = ("point", "scale"), {"units": "rad"}
     return xr.Dataset(
         {
-            "T": ("point", np.concatenate([[0.0], moment]) * 1e-3, {"long_name": "torque", "units": "N m"}),
-            "theta": (dims, theta, {"long_name": "inclination against the local section", **rad}),
-            "local_twist": (dims, local, {"long_name": "twist of the bar at the scale", **rad}),
-            "w_X": (dims, roll, {"long_name": "turn of the scale about its length", **rad}),
-            "w_Z": (dims, yaw, {"long_name": "turn of the scale about its normal", **rad}),
-            "gap": (
-                dims,
-                _gaps(corners),
-                {"long_name": "gap of tip edge and next side edge, in pitches", "units": "1"},
-            ),
+            "T": ("point", T, {"long_name": "torque", "units": "N m"}),
+            "theta": (each, about["theta0"] - w[..., 1], {"long_name": "inclination against the local section", **rad}),
+            "local_twist": (each, local, {"long_name": "twist of the bar at the scale", **rad}),
+            "w_X": (each, w[..., 0], {"long_name": "turn of the scale about its length", **rad}),
+            "w_Z": (each, w[..., 2], {"long_name": "turn of the scale about its normal", **rad}),
+            "gap": (each, _gaps(corners), {"long_name": "gap of tip edge and next side edge, in pitches"}),
             "share": ("point", share, {"long_name": "share of the twist", "units": "1"}),
         },
         coords={
@@ -254,75 +178,90 @@ def results(deck: Deck, text: str) -> xr.Dataset:
     )
 
 
-def _about(deck: Deck) -> dict[str, Any]:
-    about: dict[str, Any] = {}
-    for line in deck.comments:
-        if line.startswith(MARK):
-            about |= json.loads(line.removeprefix(MARK))
-    if not {"scales", "pitch_mm", "twist_per_pitch", "alpha", "theta0"} <= set(about):
-        message = "this deck was not written by squama deck: its head lacks the beam's data; write it anew"
-        raise InputError(message)
-    return about
+def _read(deck: str) -> tuple[dict[str, float], dict[str, list[int]], dict[str, Array]]:
+    """Return the beam's data at the head; number and place (mm) of the nodes of each printed set, in its order."""
+    about: dict[str, float] = {}
+    sets: dict[str, list[int]] = {}
+    nodes: dict[int, list[float]] = {}
+    keyword = name = ""
+    try:
+        for line in deck.splitlines():
+            if line.startswith(MARK):
+                about |= json.loads(line.removeprefix(MARK))
+            elif line.startswith("*") and not line.startswith("**"):
+                keyword, _, rest = line.partition(",")
+                name = rest.partition("NSET=")[2].strip()
+            elif keyword == "*NODE":
+                number, *place = line.split(",")
+                nodes[int(number)] = [float(v) for v in place]
+            elif keyword == "*NSET" and name in _PRINTED:
+                sets.setdefault(name, []).extend(int(v) for v in line.split(",") if v.strip())
+        return about, sets, {name: np.array([nodes[i] for i in sets[name]]) for name in _PRINTED}
+    except (ValueError, KeyError):
+        message = "this deck was not written by squama deck: its head, nodes or sets lack what is read; write it anew"
+        raise InputError(message) from None
+
+
+def _tables(text: str, numbers: dict[str, list[int]]) -> tuple[Array, dict[str, Array]]:
+    """Return the times of the whole increments, and values (increments, nodes, 3) in the order of each set."""
+    found: dict[str, list[dict[int, list[float]]]] = {name: [] for name in numbers}
+    times: dict[float, None] = {}
+    for line in text.splitlines():
+        if title := _TITLE.match(line):
+            name, time = title.groups()
+            found[name].append({})
+            times[float(time)] = None
+        elif line.strip():
+            # a run that was stopped may have broken off in the middle of a number
+            with suppress(ValueError):
+                number, *values = line.split()[:4]
+                found[name][-1][int(number)] = [float(v) for v in values]
+    done = [
+        dict(zip(numbers, tables, strict=True))
+        for tables in zip(*found.values(), strict=False)
+        if all(len(t.get(i, ())) == 3 for t, members in zip(tables, numbers.values(), strict=True) for i in members)
+    ]
+    shaped = {
+        name: np.reshape([[t[name][i] for i in nodes] for t in done], (-1, len(nodes), 3))
+        for name, nodes in numbers.items()
+    }
+    return np.array(list(times)[: len(done)]), shaped
 
 
 def _local_twist(places: Array, d: float, n: int) -> Array:
     """Return the turn of the bar's back face at every scale, (states, scales), positive in the sense of the twist."""
-    rest = places[0]
-    angle = np.zeros((len(places), n))
-    for j, state in enumerate(places):
-        ends = []
-        for side in (-1, 1):
-            on = np.flatnonzero(np.sign(rest[:, 0]) == side)
-            on = on[np.argsort(rest[on, 2])]
-            z = rest[on, 2] / d
-            ends.append([np.interp(np.arange(n), z, state[on, k]) for k in (0, 1)])
-        (x0, y0), (x1, y1) = ends
-        angle[j] = -np.arctan2(y1 - y0, x1 - x0)
-    return angle
+    across = np.zeros((len(places), 2, n))
+    for side in (1, -1):
+        on = np.flatnonzero(np.sign(places[0, :, 0]) == side)
+        on = on[np.argsort(places[0, on, 2])]
+        z = places[0, on, 2] / d
+        across += side * np.array([[np.interp(np.arange(n), z, state[on, k]) for k in (0, 1)] for state in places])
+    return np.asarray(-np.arctan2(across[:, 1], across[:, 0]))
 
 
-def _attitude(corners: Array, local: Array, about: dict[str, Any]) -> tuple[Array, Array, Array]:
-    """Return inclination, roll and yaw from the corners D, A, B, C (states, scales, 4, 3) and the bar's local twist."""
-    D, A, B, C = (corners[:, :, i] for i in range(4))
-    x = (B + C - A - D) / 2
-    y = (A + B - C - D) / 2
-    x /= np.linalg.norm(x, axis=-1, keepdims=True)
-    y /= np.linalg.norm(y, axis=-1, keepdims=True)
+def _turns(corners: Array, local: Array) -> Array:
+    """Return rotation vectors (states, scales, 3) of plates from rest, along their axes there, less the bar's twist."""
+    from scipy.spatial.transform import Rotation
+
+    D, A, B, C = np.moveaxis(corners, 2, 0)
+    x, y = B + C - A - D, A + B - C - D
+    x, y = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (x, y))
     axes = np.stack([x, y, np.cross(x, y)], axis=-2)
-    c, s = np.cos(local), np.sin(local)
     # back from the section's attitude: the inverse of the clockwise turn
-    turned = np.stack(
-        [
-            c[..., None] * axes[..., 0] - s[..., None] * axes[..., 1],
-            s[..., None] * axes[..., 0] + c[..., None] * axes[..., 1],
-            axes[..., 2],
-        ],
-        axis=-1,
-    )
-    rest = axes[:1]
-    # rotation in the plate's axes at rest: its columns are the turned axes
-    E = np.einsum("tsik,tsjk->tsij", np.broadcast_to(rest, turned.shape), turned)
-    axial = (
-        np.stack([E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]], axis=-1) / 2
-    )
-    sine = np.linalg.norm(axial, axis=-1)
-    angle = np.arctan2(sine, (np.trace(E, axis1=-2, axis2=-1) - 1) / 2)
-    w = axial * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 1.0)[..., None]
-    return about["theta0"] - w[..., 1], w[..., 0], w[..., 2]
+    back = Rotation.from_rotvec(local.reshape(-1, 1) * [0.0, 0.0, 1.0]).as_matrix().reshape(*local.shape, 3, 3)
+    turn = axes[:1] @ back @ axes.swapaxes(-1, -2)
+    return Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_rotvec().reshape(*local.shape, 3)
 
 
 def _gaps(corners: Array) -> Array:
     """Return the gap of each tip edge and the next scale's side edge; NaN where they do not cross or none is next."""
-    states, n = corners.shape[:2]
-    gap = np.full((states, n), np.nan)
-    for i in range(n - 1):
-        _, _, B, C = (corners[:, i, k] for k in range(4))
-        D2, _, _, C2 = (corners[:, i + 1, k] for k in range(4))
-        u, v = B - C, C2 - D2
-        normal = np.cross(v, u)
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        # C + p u - D2 - s v = gap normal
-        left = np.stack([u, -v, -normal], axis=-1)
-        p, s, g = np.moveaxis(np.linalg.solve(left, (D2 - C)[..., None])[..., 0], -1, 0)
-        gap[:, i] = np.where((p >= 0) & (p <= 1) & (s >= 0) & (s <= 1), g, np.nan)
+    gap = np.full(corners.shape[:2], np.nan)
+    B, C = corners[:, :-1, 2], corners[:, :-1, 3]
+    D, end = corners[:, 1:, 0], corners[:, 1:, 3]
+    u, v = B - C, end - D
+    normal = np.cross(v, u)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    # C + p u - D - s v = gap normal
+    p, s, g = np.moveaxis(np.linalg.solve(np.stack([u, -v, -normal], axis=-1), (D - C)[..., None])[..., 0], -1, 0)
+    gap[:, :-1] = np.where((p >= 0) & (p <= 1) & (s >= 0) & (s <= 1), g, np.nan)
     return gap

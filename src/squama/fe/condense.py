@@ -15,9 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.fe.contact import DHAT, SLIP, HelixContact, Touch, stiffness
-from squama.fe.plate import Array, Helix, Shape, inclination
-from squama.fe.small import Trail, advance, fall
+from squama.fe import walk
+from squama.fe.body import Matrix
+from squama.fe.contact import DHAT, SLIP, RowContact
+from squama.fe.plate import Row, Shape, inclination
+from squama.fe.walk import Contacts
+from squama.types import Array
 
 INCREMENT = 2e-3
 """Largest increment of the twist, rad per pitch, unless asked otherwise."""
@@ -29,14 +32,6 @@ RANGE_END, SNAP, STOPPED = "range end", "snap", "stopped"
 """How a curve ends: the range is done; the scales jump away, no equilibrium being near; no way on is found (a lock)."""
 HINGE = np.eye(6)[:, 4:5]
 FREE = np.eye(6)
-
-
-class Contacts(NamedTuple):
-    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" where none do."""
-
-    phi: float
-    k: int
-    pair: str
 
 
 class Condensed(NamedTuple):
@@ -107,25 +102,22 @@ def curve(
     -------
     Condensed
     """
-    walk = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
+    way = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
     wanted = np.asarray(phi, float)
     rows: list[tuple[float, ...]] = []
     end = RANGE_END
     for goal in wanted:
-        if not walk.to(float(goal), increment):
-            end = walk.ending(increment)
+        if not way.to(float(goal), increment):
+            end = way.ending(increment)
             break
-        rows.append(walk.row())
+        rows.append(way.row())
     table = np.full((wanted.size, 16), np.nan)
     table[: len(rows)] = np.array(rows).reshape(-1, 16)
-    theta, v, rest_of = table[:, 0], table[:, 1:7], table[:, 7:].T
-    T, N, f, U, W_fr, W, gap, p, s = rest_of
-    phi_end = float(walk.phi)
-    engaged = bool(walk.contacts)
+    engaged = engagement(rest, K, way.contacts[0].phi, hinge=hinge) if way.contacts else np.inf
+    T, N, f, U, W_fr, W, gap, p, s = table[:, 7:].T
     return Condensed(
-        wanted, theta, v, T, N, f, U, W_fr, W, gap, p, s,
-        engagement(rest, K, walk.contacts[0].phi, hinge=hinge) if engaged else np.inf,
-        phi_end, end, tuple(walk.contacts), walk.rigidity, walk.rounds,
+        wanted, table[:, 0], table[:, 1:7], T, N, f, U, W_fr, W, gap, p, s,
+        engaged, float(way.phi), end, tuple(way.contacts), way.rigidity, way.rounds,
     )  # fmt: skip
 
 
@@ -143,7 +135,7 @@ def rigidity(K: Array, *, hinge: bool = False) -> float:
 def engagement(rest: Shape, K: Array, near: float, *, hinge: bool = False) -> float:
     """Return the twist at which the scales first touch, given a twist at or a little beyond it."""
     rates = free_rates(np.asarray(K, float), HINGE if hinge else FREE)
-    contact = HelixContact(Helix(rest), 0.0)
+    contact = RowContact(Row(rest), 0.0)
 
     def gap(x: float) -> float:
         return contact.contact.gap(contact.corners(rates * x, x))
@@ -166,90 +158,19 @@ def engagement(rest: Shape, K: Array, near: float, *, hinge: bool = False) -> fl
     return x
 
 
-class Walk:
+class Walk(walk.Walk):
     """The state of a curve, led from twist to twist."""
 
     def __init__(self, rest: Shape, K: Array, mu: float, ways: Array, dhat: float, slip: float) -> None:
-        self.rest, self.K, self.ways, self.dhat = rest, K, ways, dhat
-        self.contact = HelixContact(Helix(rest), mu, dhat=dhat, slip=slip)
-        self.rigidity = float(K[6, 6] + K[6, :6] @ free_rates(K, ways))
-        self.v, self.phi, self.rounds = np.zeros(6), 0.0, 0
-        self.kappa = stiffness(_FIRST * K[4, 4], dhat)
-        self.before = self.contact.corners(self.v, self.phi)
-        self.trail = Trail(self.v, self.phi, self.before)
-        self.W_fr = self.W = self._power = self._last = 0.0
-        self.contacts: list[Contacts] = []
-        self.touch: Touch | None = None
-        self._measure()
-
-    def _body(self, v: Array, phi: float) -> tuple[Array, Array, Array]:
-        K = self.K
-        return K[:6, :6] @ v + K[:6, 6] * phi, K[:6, :6], K[:6, 6]
-
-    def _measure(self) -> None:
-        load = self.contact.load(self.v, self.phi, self.before, self.kappa)
-        self.N, self.f = load.resultant.N, load.resultant.f
-        q = np.append(self.v, self.phi)
-        self.U, self.T = float(q @ self.K @ q) / 2, float(self.K[6] @ q + load.total[6])
-        self._slid = load.slid
-
-    def to(self, goal: float, most: float) -> bool:
-        """Go to a twist in increments; False where there is no way on without a jump."""
-        step, least = goal - self.phi, abs(most) / 2**_HALVINGS
-        while goal != self.phi:
-            left = goal - self.phi
-            count = max(1, int(np.ceil(abs(left) / min(abs(step), most) - 1e-9)))
-            there = goal if count == 1 else self.phi + left / count
-            if self._increment(there):
-                step *= 1.5
-                continue
-            step = (there - self.phi) / 2
-            if abs(step) < least:
-                return False
-        return True
+        self.rest, self.rigidity = rest, float(K[6, 6] + K[6, :6] @ free_rates(K, ways))
+        contact = RowContact(Row(rest), mu, dhat=dhat, slip=slip)
+        first = _FIRST * float(K[4, 4])
+        super().__init__(Matrix(K), contact, ways, first=first, dhat=dhat, jump=JUMP, halvings=_HALVINGS)
+        self.begin()
 
     def ending(self, most: float) -> str:
-        """Say why no increment leads on: let go of the scale a little farther on and see whether it leaves."""
-        way = np.sign(self.phi) or 1.0
-        phi = self.phi + way * abs(most) / 16
-        v, before = self.trail.expected(phi), self.trail.before(phi)
-        here = self.contact.corners(self.v, self.phi)
-        if self.contact.free(here, self.contact.corners(v, phi)) < 1:
-            v, phi = self.v, self.phi
-        found = fall(self._body, self.contact, v, phi, before, self.kappa, self.ways)
-        return SNAP if np.abs(found.v - self.v).max() > JUMP else STOPPED
-
-    def _increment(self, phi: float) -> bool:
-        expected, before = self.trail.expected(phi), self.trail.before(phi)
-        start = self.v, self.phi
-        found = advance(self._body, self.contact, start, (expected, phi), before, self.kappa, self.ways)
-        self.rounds += found.rounds
-        if not found.solved or np.abs(found.v - expected).max() > JUMP:
-            return False
-        T, power, step = self.T, self._power, phi - self.phi
-        if step * self._last < 0:
-            # where the twist turns round the contact does not slide yet
-            power = 0.0
-        self._last = step
-        stretch = self.trail.stretch(phi) / step
-        self.v, self.phi, self.before = found.v, phi, before
-        self._measure()
-        self._power = self._slid * stretch
-        self.W += (T + self.T) / 2 * step
-        self.W_fr += (power + self._power) / 2 * step
-        self.trail.add(self.v, phi, self.contact.corners(self.v, phi))
-        self._note()
-        if self.N > 0:
-            # keep the gap near dhat / 2
-            self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
-        return True
-
-    def _note(self) -> None:
-        touches = self.contact.contact.touches(self.contact.corners(self.v, self.phi), self.kappa) if self.N else []
-        self.touch = touches[0] if touches else None
-        now = (self.touch.second, self.touch.pair) if self.touch else (0, "")
-        if now != ((self.contacts[-1].k, self.contacts[-1].pair) if self.contacts else (0, "")):
-            self.contacts.append(Contacts(self.phi, *now))
+        """Say why no increment leads on: the scale leaves when it is let go a little farther on, or it stays."""
+        return STOPPED if self.let_go(np.sign(self.phi) or 1.0, most) is None else SNAP
 
     def row(self) -> tuple[float, ...]:
         """Return what a curve shows of the state."""
@@ -257,5 +178,6 @@ class Walk:
         gap = self.contact.contact.gap(self.contact.corners(self.v, self.phi))
         p, s = (touch.p, touch.s) if touch else (np.nan, np.nan)
         return (
-            inclination(self.rest, self.v), *self.v, self.T, self.N, self.f, self.U, self.W_fr, self.W, gap, p, s,
+            inclination(self.rest, self.v), *self.v, self.T, self.N, self.f, self.reduced.energy, self.W_fr, self.W,
+            gap, p, s,
         )  # fmt: skip

@@ -9,13 +9,15 @@ Lengths in pitches; forces in whatever unit the stiffness brings.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.fe.plate import CORNERS, EDGES, FACES, Array, Helix
+from squama.fe.plate import CORNERS, EDGES, FACES, Placed, Row
 from squama.needs import need
+from squama.types import Array
 
 DHAT = 1e-4
 """Distance within which scales push each other off, pitches."""
@@ -220,80 +222,147 @@ def _along(first: Array, second: Array) -> tuple[float, float]:
 
 
 class Resultant(NamedTuple):
-    """Force between scale 0 and the image that it presses most: number k (0 for none), normal force N, friction f."""
+    """Force of the pair that presses most: its scales are k pitches apart (0: none), normal force N, friction f."""
 
     k: int
     N: float
     f: float
 
 
-class Load(NamedTuple):
-    """Contact of a scale with its images by (v, phi): minus the forces on the seven, in two parts, and their tangent.
+class Pair(NamedTuple):
+    """Contact of two scales: their numbers, and the normal force and friction force (3,) on the first."""
 
-    ``normal`` and ``friction`` (7,) are derivatives of the work; ``tangent`` (7, 7) that of their sum, not symmetric;
-    ``push`` is the same by the corners, None without contact; ``slid`` the work of the present friction forces on the
-    slip since ``before``, 0 or more.
-    """
-
+    first: int
+    second: int
     normal: Array
     friction: Array
-    tangent: Array
-    push: Push | None
-    slid: float
 
     @property
-    def total(self) -> Array:
-        """Sum of normal part and friction, (7,)."""
-        return self.normal + self.friction
+    def N(self) -> float:
+        """Magnitude of the normal force."""
+        return float(np.linalg.norm(self.normal))
 
     @property
-    def resultant(self) -> Resultant:
-        """Resultant forces of the contact with the neighbour that presses most."""
+    def f(self) -> float:
+        """Magnitude of the friction force."""
+        return float(np.linalg.norm(self.friction))
+
+
+class Load:
+    """Contact of a row at one state: minus the forces on (v, phi), in two parts, and their tangent.
+
+    Attributes
+    ----------
+    normal, friction, total : (m + 1,) array
+        Derivatives of the work, and their sum.
+    tangent : (m + 1, m + 1) array
+        Derivative of the total, not symmetric.
+    push : Push or None
+        The same by the corners; None without contact.
+    slid : float
+        Work of the present friction forces on the slip since ``before``, 0 or more.
+    """
+
+    def __init__(self, contact: RowContact, v: Array, phi: float, before: Array | None, kappa: float) -> None:
+        placed = Placed(contact.row, v, phi)
+        push = contact.contact.push(placed.corners, before, kappa)
+        self._contact, self._corners, self._before, self._kappa = contact, placed.corners, before, kappa
+        m, self.slid = v.size + 1, 0.0
+        self.push = None if push.tangent is None else push
+        if push.tangent is None:
+            self.normal = self.friction = self.total = np.zeros(m)
+            self.tangent = np.zeros((m, m))
+            return
+        J = placed.rates
+        self.normal, self.friction = push.gradient.ravel() @ J, push.friction.ravel() @ J
+        self.total = self.normal + self.friction
+        self.tangent = J.T @ push.tangent @ J + placed.curvature(push.gradient + push.friction)
+        if before is not None:
+            self.slid = float((push.friction * (placed.corners - before)).sum())
+
+    @cached_property
+    def pairs(self) -> list[Pair]:
+        """The pairs that touch."""
         if self.push is None:
+            return []
+        if self._contact.row.endless:
+            # each image touches scale 0 only
+            parts = (self.push.gradient, self.push.friction)
+            N, f = (part.reshape(-1, 4, 3).sum(1) for part in parts)
+            return [Pair(0, k, N[k], f[k]) for k in range(1, len(N)) if N[k].any()]
+        V, before, out = self._corners.reshape(-1, 4, 3), self._before, []
+        for i, j in self._contact.row.pairs:
+            then = None if before is None else before.reshape(-1, 4, 3)[[i, j]].reshape(-1, 3)
+            push = self._contact.two.push(V[[i, j]].reshape(-1, 3), then, self._kappa, tangent=False)
+            if push.gradient.any():
+                out.append(Pair(i, j, -push.gradient[:4].sum(0), -push.friction[:4].sum(0)))
+        return out
+
+    @cached_property
+    def resultant(self) -> Resultant:
+        """Resultant forces of the pair that presses most."""
+        if not self.pairs:
             return Resultant(0, 0.0, 0.0)
-        parts = self.push.gradient, self.push.friction
-        N, f = (np.linalg.norm(g.reshape(-1, 4, 3)[1:].sum(1), axis=1) for g in parts)
-        k = int(np.argmax(N))
-        return Resultant(1 + k if N[k] > 0 else 0, float(N[k]), float(f[k]))
+        most = max(self.pairs, key=lambda p: p.N)
+        return Resultant(most.second - most.first, most.N, most.f)
 
 
-_NOTHING = Load(np.zeros(7), np.zeros(7), np.zeros((7, 7)), None, 0.0)
-
-
-class HelixContact:
-    """Contact of a scale with its images along the helix, per pitch.
-
-    Each pair of scales counts once; forces from both neighbours act on the scale (see :class:`squama.fe.plate.Helix`).
+class RowContact:
+    """Frictional contact of the scales of a row with all neighbours within reach.
 
     Parameters
     ----------
-    helix : Helix
-        The scale and its images.
+    row : Row
+        The scales; an endless row counts per pitch.
     mu, dhat, slip : float
         As in :class:`Contact`.
     """
 
-    def __init__(self, helix: Helix, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
-        self.helix = helix
-        pairs = [(0, k) for k in range(1, helix.reach + 1)]
-        self.contact = Contact(helix.corners(np.zeros(6), 0.0), pairs, mu, dhat=dhat, slip=slip)
+    def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
+        self.row = row
+        rest = row.corners(np.zeros(6 * row.moving), 0.0)
+        self.contact = Contact(rest, row.pairs, mu, dhat=dhat, slip=slip)
+        # places at rest do not come in, so any two scales will do for every pair
+        self.two = Contact(rest[:8], [(0, 1)], mu, dhat=dhat, slip=slip)
 
     def corners(self, v: Array, phi: float) -> Array:
-        """Return the corners of the scale and its images, (n, 3)."""
-        return self.helix.corners(v, phi)
+        """Return the corners of all scales, (n, 3)."""
+        return Placed(self.row, v, phi).corners
 
     def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Load:
         """Evaluate contact; ``before`` and ``kappa`` as in :meth:`Contact.push`."""
-        corners = self.corners(v, phi)
-        push = self.contact.push(corners, before, kappa)
-        if push.tangent is None:
-            return _NOTHING
-        J = self.helix.placed(v, phi).rates.reshape(-1, 7)
-        tangent = J.T @ push.tangent @ J
-        tangent += self.helix.curvature(v, phi, push.gradient + push.friction)
-        slid = 0.0 if before is None else float((push.friction * (corners - before)).sum())
-        return Load(push.gradient.ravel() @ J, push.friction.ravel() @ J, tangent, push, slid)
+        return Load(self, v, phi, before, kappa)
 
     def free(self, start: Array, end: Array) -> float:
         """Return the fraction of a straight motion of the corners that no collision stops; see :meth:`Contact.free`."""
         return self.contact.free(start, end)
+
+
+def where(touches: Iterable[Touch], scales: int) -> tuple[Array, Array, str]:
+    """Return where the tip edge of each scale touches the next one, p and s (scales,), and all contacts in words.
+
+    p and s are NaN where the tip edge of a scale does not touch the side edge of the next.
+    """
+    p, s = np.full(scales, np.nan), np.full(scales, np.nan)
+    usual: set[int] = set()
+    others: dict[str, None] = {}
+    for touch in touches:
+        if touch.second == touch.first + 1 and np.isfinite(touch.p):
+            if touch.first not in usual:
+                p[touch.first], s[touch.first] = touch.p, touch.s
+            usual.add(touch.first)
+        else:
+            others[touch.pair] = None
+    words = [f"tip edge on the next scale's side edge DC: {ranges(1 + i for i in usual)}"] if usual else []
+    return p, s, "; ".join([*words, *others])
+
+
+def ranges(numbers: Iterable[int]) -> str:
+    """Return whole numbers in words: "1 to 3, 5"."""
+    parts: list[Sequence[int]] = []
+    for number in sorted(numbers):
+        if parts and number == parts[-1][-1] + 1:
+            parts[-1] = (parts[-1][0], number)
+        else:
+            parts.append((number, number))
+    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in parts)

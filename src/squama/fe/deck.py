@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from squama import arguments
 from squama._version import __version__
-from squama.errors import InputError
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import Tiled, pitch_mesh, tile
+from squama.types import Array
 
 if TYPE_CHECKING:
-    from squama.design import Beam
+    from squama.beam.design import Beam
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SIZE, EDGE_SIZE = 0.3, 0.08
@@ -44,7 +44,7 @@ MATERIALS = ("neo-hookean", "elastic")
 
 
 class Plate(NamedTuple):
-    """The contact bodies of one scale: bricks (m, 8) by 1-based node numbers, the numbers of its own nodes.
+    """A scale: bricks (m, 8) of its contact bodies, their own nodes, those of the slot's walls; numbers begin with 1.
 
     ``corners`` D, A, B, C of the exposed mid-plane (nodes of the coarse plate), ``ref`` and ``rot`` node.
     """
@@ -61,24 +61,19 @@ class Plate(NamedTuple):
 class Model(NamedTuple):
     """All that a deck says, in mm, N and MPa; node and element numbers begin with 1.
 
-    ``nodes`` (n, 3), ``tets`` (m, 10), a ``Plate`` for each scale, nodes of the fixed and of the turned end, of the
-    two edges of the face without scales, reference nodes of the turned end, its angle (rad, clockwise seen against the
-    axis), material and contact.
+    ``nodes`` (n, 3), ``tets`` (m, 10), a ``Plate`` for each scale, ``sets`` of nodes that are printed or held,
+    reference nodes of the turned end, its angle (rad, clockwise seen against the axis), material and contact;
+    ``about``: what the deck's head says.
     """
 
     nodes: Array
     tets: Index
     plates: list[Plate]
-    fixed: Index
-    turned: Index
-    edges: Index
+    sets: dict[str, Index]
     ref: int
     rot: int
     angle: float
-    E: float
-    nu: float
     material: str
-    mu: float
     penalty: float
     increments: int
     about: dict[str, Any]
@@ -98,7 +93,6 @@ def model(
     size: float = SIZE,
     edge_size: float = EDGE_SIZE,
     material: str = "neo-hookean",
-    penalty: float = PENALTY,
     increments: int = INCREMENTS,
 ) -> Model:
     """Mesh a beam of ``scales`` pitches and gather what its deck needs.
@@ -117,8 +111,6 @@ def model(
         Sizes of elements, pitches.
     material : {"neo-hookean", "elastic"}
         The substrate.
-    penalty : float
-        Contact stiffness over E/d.
     increments : int
         Increments if none has to be cut.
 
@@ -131,70 +123,44 @@ def model(
     InputError
         An argument is out of range, the mesher is missing or fails.
     """
-    if not 2 <= scales <= MOST_SCALES:
-        message = f"scales = {scales}: must be 2 to {MOST_SCALES}; a single scale touches nothing"
-        raise InputError(message)
-    for name, value, least in (("mu", mu, 0.0), ("twist", twist, 1e-9), ("penalty", penalty, 1e-9)):
-        if not least <= value < np.inf:
-            message = f"{name} = {value:.6g}: must be {'0 or more' if not least else 'above 0'}"
-            raise InputError(message)
-    if material not in MATERIALS:
-        message = f'material = "{material}": must be {" or ".join(MATERIALS)}'
-        raise InputError(message)
-    if increments < 1:
-        message = f"increments = {increments}: must be 1 or more"
-        raise InputError(message)
+    scales = arguments.whole("scales", scales, 2, MOST_SCALES)
+    increments = arguments.whole("increments", increments, 1, 10_000)
+    arguments.not_negative("mu", mu)
+    arguments.positive("twist", twist)
+    arguments.one_of("material", material, MATERIALS)
     shape = geometry(beam)
     mesh = tile(pitch_mesh(shape, size, edge_size), scales)
-    d = beam.pitch * 1e3
-    E = beam.substrate.youngs_modulus * 1e-6
+    d, E = beam.pitch * 1e3, beam.substrate.youngs_modulus * 1e-6
     points, plates = _plates(shape, mesh, scales)
     count = len(mesh.nodes) + len(points)
     middle = np.array([[0.0, 0.0, shape.cut + scales]])
-    about = {
-        "version": __version__,
-        "scales": scales,
-        "pitch_mm": d,
-        "twist_per_pitch": twist,
-        "E_MPa": E,
-        "mu": mu,
-        **shape._asdict(),
-    }
+    # the two edges of the face without scales tell the local twist
+    x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
+    edges = np.flatnonzero((abs(y + shape.lam) < 1e-6) & (abs(abs(x) - shape.width / 2) < 1e-6)) + 1
+    sets = {"FIXED": np.unique(mesh.front) + 1, "TURNED": np.unique(mesh.back) + 1, "EDGES": edges}
+    about = {"version": __version__, "scales": scales, "pitch_mm": d, "twist_per_pitch": twist, "E_MPa": E, "mu": mu}
     return Model(
         nodes=np.concatenate([mesh.nodes, points, middle, middle]) * d,
         tets=mesh.tets + 1,
         plates=plates,
-        fixed=np.unique(mesh.front) + 1,
-        turned=np.unique(mesh.back) + 1,
-        edges=_edges(shape, mesh),
+        sets={**sets, "CORNERS": np.concatenate([plate.corners for plate in plates])},
         ref=count + 1,
         rot=count + 2,
         angle=twist * scales,
-        E=E,
-        nu=shape.nu,
         material=material,
-        mu=mu,
-        penalty=penalty * E / d,
+        penalty=PENALTY * E / d,
         increments=increments,
-        about=about,
+        about={**about, **shape._asdict()},
     )
-
-
-def _edges(shape: Geometry, mesh: Tiled) -> Index:
-    """Return the nodes on the two edges of the face without scales, which tell the local twist."""
-    x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
-    on = (abs(y + shape.lam) < 1e-6) & (abs(abs(x) - shape.width / 2) < 1e-6)
-    return np.flatnonzero(on) + 1
 
 
 def _grid(X: Array, Y: Array, Z: tuple[float, float]) -> tuple[Array, Index]:
     """Return the nodes (n, 3) of a layer of bricks and the bricks (m, 8), bottom face first, numbers from 0."""
-    x, y = np.meshgrid(X, Y, indexing="ij")
-    flat = np.stack([x.ravel(), y.ravel()], axis=1)
-    nodes = np.concatenate([np.column_stack([flat, np.full(len(flat), z)]) for z in Z])
+    x, y = (v.ravel() for v in np.meshgrid(X, Y, indexing="ij"))
+    nodes = np.concatenate([np.column_stack([x, y, np.full(x.size, z)]) for z in Z])
     i, j = (v.ravel() for v in np.meshgrid(np.arange(X.size - 1), np.arange(Y.size - 1), indexing="ij"))
     low = np.stack([i, i + 1, i + 1, i]) * Y.size + np.stack([j, j, j + 1, j + 1])
-    return nodes, np.concatenate([low, low + len(flat)]).T
+    return nodes, np.concatenate([low, low + x.size]).T
 
 
 def _plates(shape: Geometry, mesh: Tiled, scales: int) -> tuple[Array, list[Plate]]:
@@ -205,26 +171,15 @@ def _plates(shape: Geometry, mesh: Tiled, scales: int) -> tuple[Array, list[Plat
     fine = np.linspace(-beta, beta, 1 + 2 * max(8, round(beta / STRIP)))
     strip_nodes, strip = _grid(eta - np.array([0.12, 0.04, 0.0]) * min(1, eta), fine, (0.0, BODY))
     own = np.concatenate([coarse, strip_nodes, [[0.0, 0, 0]] * 2])
-    top = np.flatnonzero(coarse[:, 2] == 0)
+    top, last = np.flatnonzero(coarse[:, 2] == 0), len(own) - 2
     places = [(0, -beta), (0, beta), (eta, beta), (eta, -beta)]
     corners = np.array([top[np.argmin(np.hypot(*(coarse[top, :2] - at).T))] for at in places])
     points, plates = [], []
-    start = len(mesh.nodes) + 1
     for i in range(scales):
         points.append(shape.base + [0, 0, i] + own @ shape.axes)
-        n = start + i * len(own)
-        body = n + np.arange(len(own) - 2)
-        plates.append(
-            Plate(
-                plate + n,
-                strip + n + len(coarse),
-                body,
-                mesh.tied[i] + 1,
-                corners + n,
-                n + len(own) - 2,
-                n + len(own) - 1,
-            )
-        )
+        n = len(mesh.nodes) + 1 + i * len(own)
+        bricks = plate + n, strip + n + len(coarse)
+        plates.append(Plate(*bricks, n + np.arange(last), mesh.tied[i] + 1, corners + n, n + last, n + last + 1))
     return np.concatenate(points), plates
 
 
@@ -237,61 +192,47 @@ def rows(numbers: Iterable[int], each: int = 16) -> list[str]:
     return [", ".join(flat[i : i + each]) for i in range(0, len(flat), each)]
 
 
-def header(m: Model, words: Sequence[str]) -> list[str]:
-    """Return the comment lines at the head of a deck; the marked one is read back by `squama.fe.ccx`."""
-    lines = [
-        f"scale-covered beam, {m.scales} scales, twisted to {m.about['twist_per_pitch']:.6g} rad per pitch",
-        "mm, N, MPa; z is the torsion axis, y points out of the scaled face",
-        *words,
-    ]
-    known = [MARK + json.dumps({key: value}) for key, value in m.about.items()]
-    return ["*HEADING", f"squama {__version__}: {lines[0]}", *(f"** {line}" for line in lines), *known]
-
-
-def mesh_lines(m: Model) -> list[str]:
-    """Return nodes, elements and sets."""
-    out = ["*NODE, NSET=NALL"]
+def mesh_lines(m: Model, words: Sequence[str]) -> list[str]:
+    """Return the heading, nodes, elements and sets; marked comments are read back by `squama.fe.ccx`."""
+    said = f"scale-covered beam, {m.scales} scales, twisted to {m.about['twist_per_pitch']:.6g} rad per pitch"
+    axes = "mm, N, MPa; z is the torsion axis, y points out of the scaled face"
+    out = ["*HEADING", f"squama {__version__}: {said}", *(f"** {line}" for line in (said, axes, *words))]
+    out += [MARK + json.dumps({key: value}) for key, value in m.about.items()]
+    out.append("*NODE, NSET=NALL")
     out += [f"{i}, {x:.9g}, {y:.9g}, {z:.9g}" for i, (x, y, z) in enumerate(m.nodes.tolist(), start=1)]
-    out.append("*ELEMENT, TYPE=C3D10, ELSET=SUBSTRATE")
+    bodies = {f"{name}{i}": getattr(p, name.lower()) for i, p in enumerate(m.plates, 1) for name in ("PLATE", "STRIP")}
     number = 1
-    for tet in m.tets.tolist():
-        out.append(", ".join(map(str, [number, *tet])))
-        number += 1
-    for i, plate in enumerate(m.plates, start=1):
-        for name, bricks in (("PLATE", plate.plate), ("STRIP", plate.strip)):
-            out.append(f"*ELEMENT, TYPE=C3D8, ELSET={name}{i}")
-            for brick in bricks.tolist():
-                out.append(", ".join(map(str, [number, *brick])))
-                number += 1
-    sets = {"FIXED": m.fixed, "TURNED": m.turned, "EDGES": m.edges}
-    sets["CORNERS"] = np.concatenate([plate.corners for plate in m.plates])
-    for name, numbers in sets.items():
+    for name, cells in {"SUBSTRATE": m.tets, **bodies}.items():
+        out.append(f"*ELEMENT, TYPE={'C3D10' if name == 'SUBSTRATE' else 'C3D8'}, ELSET={name}")
+        out += [", ".join(map(str, [i, *cell])) for i, cell in enumerate(cells.tolist(), start=number)]
+        number += len(cells)
+    for name, numbers in m.sets.items():
         out += [f"*NSET, NSET={name}", *rows(numbers)]
     return out
 
 
 def section_lines(m: Model) -> list[str]:
-    """Return materials and sections."""
-    out = ["*MATERIAL, NAME=SUBSTRATE"]
-    G = m.E / (2 * (1 + m.nu))
+    """Return materials, sections and the surfaces that meet."""
+    E, nu = m.about["E_MPa"], m.about["nu"]
     if m.material == "elastic":
-        out += ["*ELASTIC", f"{m.E:.9g}, {m.nu:.9g}"]
+        law = ["*ELASTIC", f"{E:.9g}, {nu:.9g}"]
     else:
-        bulk = m.E / (3 * (1 - 2 * m.nu))
-        out += ["*HYPERELASTIC, NEO HOOKE", f"{G / 2:.9g}, {2 / bulk:.9g}"]
-    out += ["*MATERIAL, NAME=RIGID", "*ELASTIC", f"{m.E:.9g}, 0.3"]
+        G, bulk = E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))
+        law = ["*HYPERELASTIC, NEO HOOKE", f"{G / 2:.9g}, {2 / bulk:.9g}"]
+    out = ["*MATERIAL, NAME=SUBSTRATE", *law, "*MATERIAL, NAME=RIGID", "*ELASTIC", f"{E:.9g}, 0.3"]
     out.append("*SOLID SECTION, ELSET=SUBSTRATE, MATERIAL=SUBSTRATE")
-    for i in range(1, m.scales + 1):
-        out += [f"*SOLID SECTION, ELSET={name}{i}, MATERIAL=RIGID" for name in ("PLATE", "STRIP")]
-    for i in range(1, m.scales + 1):
+    numbers = range(1, m.scales + 1)
+    out += [f"*SOLID SECTION, ELSET={name}{i}, MATERIAL=RIGID" for i in numbers for name in ("PLATE", "STRIP")]
+    for i in numbers:
         out += [f"*SURFACE, NAME=TIP{i}, TYPE=ELEMENT", f"STRIP{i}, S1"]
         out += [f"*SURFACE, NAME=FACE{i}, TYPE=ELEMENT", f"PLATE{i}, S2"]
     return out
 
 
-def pair_lines(m: Model) -> list[str]:
-    """Return the contact pairs: the tip strip of each scale on the face of the next."""
-    out = []
+def contact_lines(m: Model, friction: str) -> list[str]:
+    """Return the law of contact, with a line of friction if there is any, and the pairs: tip strip on the next face."""
+    out = ["*SURFACE INTERACTION, NAME=DRY", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{m.penalty:.9g}"]
+    out += ["*FRICTION", friction] if m.about["mu"] > 0 else []
     for i in range(1, m.scales):
         out += ["*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE", f"TIP{i}, FACE{i + 1}"]
     return out
@@ -299,12 +240,8 @@ def pair_lines(m: Model) -> list[str]:
 
 def step_lines(m: Model) -> list[str]:
     """Return the beginning of the step."""
-    first = 1 / m.increments
-    return [
-        f"*STEP, NLGEOM, INC={max(500, 20 * m.increments)}",
-        "*STATIC",
-        f"{first:.9g}, 1., 1e-6, {first:.9g}",
-    ]
+    first = f"{1 / m.increments:.9g}"
+    return [f"*STEP, NLGEOM, INC={max(500, 20 * m.increments)}", "*STATIC", f"{first}, 1., 1e-6, {first}", "*BOUNDARY"]
 
 
 def write(m: Model, dialect: str) -> str:
@@ -322,10 +259,57 @@ def write(m: Model, dialect: str) -> str:
     InputError
         Another dialect.
     """
-    from squama.fe import deck_abaqus, deck_calculix
+    arguments.one_of("dialect", dialect, tuple(DIALECTS))
+    return "\n".join(DIALECTS[dialect](m)) + "\n"
 
-    dialects: dict[str, Callable[[Model], list[str]]] = {"calculix": deck_calculix.lines, "abaqus": deck_abaqus.lines}
-    if dialect not in dialects:
-        message = f'"{dialect}": is no program that a deck can be written for; give {" or ".join(dialects)}'
-        raise InputError(message)
-    return "\n".join(dialects[dialect](m)) + "\n"
+
+# ---- the dialects ---------------------------------------------------------------------------------------------------
+
+
+def _calculix(m: Model) -> list[str]:
+    """Rigid bodies have a node for their rotation, friction has a stick slope."""
+    words = (
+        "for CalculiX 2.20 or later: run it with ccx and the name of this file without .inp",
+        "every increment prints what squama.fe.ccx reads: corners of the scales, two edges of the bar, reactions",
+    )
+    out = mesh_lines(m, words)
+    for i, plate in enumerate(m.plates, start=1):
+        out += [f"*NSET, NSET=BODY{i}", *rows([*plate.tied, *plate.nodes])]
+    out += section_lines(m)
+    for i, plate in enumerate(m.plates, start=1):
+        out.append(f"*RIGID BODY, NSET=BODY{i}, REF NODE={plate.ref}, ROT NODE={plate.rot}")
+    out.append(f"*RIGID BODY, NSET=TURNED, REF NODE={m.ref}, ROT NODE={m.rot}")
+    out += contact_lines(m, f"{m.about['mu']:.9g}, {STICK * m.penalty:.9g}")
+    out += ["*BOUNDARY", "FIXED, 1, 3, 0.", f"{m.ref}, 1, 2, 0.", f"{m.rot}, 1, 2, 0."]
+    out += [*step_lines(m), f"{m.rot}, 3, 3, {-m.angle:.9g}"]
+    for name, what in (("CORNERS", "U"), ("EDGES", "U"), ("FIXED", "RF")):
+        out += [f"*NODE PRINT, NSET={name}", what]
+    return [*out, "*NODE FILE", "U", "*EL FILE", "S", "*END STEP"]
+
+
+def _abaqus(m: Model) -> list[str]:
+    """Follow the keyword reference; the deck was never run in Abaqus."""
+    words = (
+        "for Abaqus/Standard: THIS DECK WAS NEVER RUN IN ABAQUS, only its syntax was checked; look at the contact in",
+        "every increment before you trust a curve",
+    )
+    out = mesh_lines(m, words)
+    for i, plate in enumerate(m.plates, start=1):
+        out += [f"*NSET, NSET=TIED{i}", *rows(plate.tied)]
+        out += [f"*NSET, NSET=REF{i}", str(plate.ref), f"*ELSET, ELSET=SCALE{i}", f"PLATE{i}, STRIP{i}"]
+    out += ["*NSET, NSET=HAND", str(m.ref), *section_lines(m)]
+    for i, plate in enumerate(m.plates, start=1):
+        out.append(f"*RIGID BODY, REF NODE={plate.ref}, ELSET=SCALE{i}, PIN NSET=TIED{i}")
+    out.append(f"*RIGID BODY, REF NODE={m.ref}, PIN NSET=TURNED")
+    out += contact_lines(m, f"{m.about['mu']:.9g}")
+    out += ["*BOUNDARY", "FIXED, 1, 3, 0.", "HAND, 1, 2, 0.", "HAND, 4, 5, 0."]
+    out += [*step_lines(m), f"HAND, 6, 6, {-m.angle:.9g}"]
+    out += ["*OUTPUT, FIELD, FREQUENCY=1", "*NODE OUTPUT", "U, RF", "*ELEMENT OUTPUT", "S, LE", "*CONTACT OUTPUT"]
+    out += ["CSTRESS, CDISP", "*OUTPUT, HISTORY, FREQUENCY=1", "*NODE OUTPUT, NSET=HAND", "UR3, RM3"]
+    for i in range(1, m.scales + 1):
+        out += [f"*NODE OUTPUT, NSET=REF{i}", "U1, U2, U3, UR1, UR2, UR3"]
+    return [*out, "*END STEP"]
+
+
+DIALECTS: dict[str, Callable[[Model], list[str]]] = {"calculix": _calculix, "abaqus": _abaqus}
+"""What writes the lines of a deck for each program."""

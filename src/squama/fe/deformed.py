@@ -1,24 +1,32 @@
-"""The deformed pitch at the end of a run, in SI units, with what the elements feel: for pictures and files."""
+"""The deformed pitch at the end of a run, in SI units, with what the elements feel: for pictures and VTK files."""
 
 from __future__ import annotations
 
+import base64
+import os
 from math import sqrt
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.fe.elements import Array, Index, Material, Turn
+from squama.fe import elements
+from squama.fe.elements import Index, Material
 from squama.fe.geometry import geometry
 from squama.fe.mesh import Pitch
-from squama.fe.plate import Attached
+from squama.fe.plate import Attached, Turn
+from squama.io import files
+from squama.types import Array
 
 if TYPE_CHECKING:
-    from squama.design import Beam
+    from squama.beam.design import Beam
     from squama.fe.walk import Walk
 
 IMAGES = (-1, 0, 1)
 """The scale and its neighbours that are shown."""
+QUADRATIC_TETRAHEDRON, QUAD = 24, 9
+_TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
 
 class Deformed(NamedTuple):
@@ -57,61 +65,31 @@ class Deformed(NamedTuple):
 
 
 def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
-    """Return where a run stands.
-
-    Parameters
-    ----------
-    beam : Beam
-        What was twisted.
-    walk : Walk
-        The run, from :func:`squama.fe.cell.make_cell`.
-    pitch : Pitch
-        Its mesh.
-    """
+    """Return where a run of :func:`squama.fe.assembly.make_cell` on a mesh of one pitch stands."""
     shape, d, E = geometry(beam), beam.pitch, beam.substrate.youngs_modulus
     master, turned, _ = pitch.images
-    moved = walk.places()[master]
-    moved[turned] = moved[turned] @ Turn.at(walk.phi).Q.T + [0.0, 0.0, 1.0]
+    moved = elements.images(walk.places(), master, turned, walk.phi)
     F = gradients(pitch.nodes, pitch.tets, moved)
     stretch, density, mises = (values.mean(axis=1) for values in _felt(F, Material(1.0, shape.nu)))
     X, Y = (-shape.zeta, shape.eta), (-shape.beta, shape.beta)
     local = np.array([[X[0], Y[0], 0.0], [X[1], Y[0], 0.0], [X[1], Y[1], 0.0], [X[0], Y[1], 0.0]])
     rest = shape.base + local @ shape.axes
     now = Attached(shape, rest).places(walk.v)
-    lift = [np.array([0.0, 0.0, k]) for k in IMAGES]
-    return Deformed(
-        nodes=pitch.nodes * d,
-        moved=moved * d,
-        tets=pitch.tets,
-        surface=pitch.surface,
-        walls=np.asarray(np.isin(pitch.surface, pitch.tied).all(axis=1)),
-        stretch=stretch,
-        density=density * E,
-        mises=mises * E,
-        scales=np.array([rest + up for up in lift]) * d,
-        scales_moved=np.array([now @ Turn.at(k * walk.phi).Q.T + up for k, up in zip(IMAGES, lift, strict=True)]) * d,
-        phi=walk.phi,
-        pitch=d,
-        exposed=shape.eta * d,
-    )
+
+    def corners(at: Array, phi: float) -> Array:
+        return np.array([(at @ Turn.at(k * phi).Q.T + [0.0, 0.0, k]) * d for k in IMAGES])
+
+    walls = np.asarray(np.isin(pitch.surface, pitch.tied).all(axis=1))
+    felt = stretch, density * E, mises * E
+    mesh = pitch.nodes * d, moved * d, pitch.tets, pitch.surface, walls
+    return Deformed(*mesh, *felt, corners(rest, 0.0), corners(now, walk.phi), walk.phi, d, shape.eta * d)
 
 
 def gradients(nodes: Array, tets: Index, moved: Array) -> Array:
-    """Return the deformation gradients (m, 4, 3, 3) at the Gauss points of quadratic tetrahedra."""
-    x = nodes[tets[:, :4]]
-    inverse = np.linalg.inv(x[:, 1:] - x[:, :1])
-    # derivatives (m, 4, 3) of the four corner coordinates
-    corner = np.concatenate([-inverse.sum(axis=2, keepdims=True), inverse], axis=2).transpose(0, 2, 1)
+    """Return the deformation gradients (m, 4, 3, 3) at four Gauss points of quadratic tetrahedra."""
     a = (5 - sqrt(5)) / 20
     points = np.full((4, 4), a) + (1 - 4 * a) * np.eye(4)
-    edges = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-    # (Gauss point, node, corner coordinate)
-    slopes = np.zeros((4, 10, 4))
-    for g, L in enumerate(points):
-        slopes[g, range(4), range(4)] = 4 * L - 1
-        for n, (i, j) in enumerate(edges):
-            slopes[g, 4 + n, i], slopes[g, 4 + n, j] = 4 * L[j], 4 * L[i]
-    shapes = np.einsum("gnc,mcj->mgnj", slopes, corner)
+    shapes = np.einsum("gnc,mcj->mgnj", elements.shape_rates(points), elements.gradients(nodes, tets)[0])
     return np.asarray(np.einsum("mni,mgnj->mgij", moved[tets], shapes))
 
 
@@ -125,3 +103,61 @@ def _felt(F: Array, material: Material) -> tuple[Array, Array, Array]:
     density = G / 2 * (trace - 3 - 2 * np.log(J)) + L / 2 * np.log(J) ** 2
     deviator = G * (B - trace[..., None, None] / 3 * np.eye(3)) / J[..., None, None]
     return stretch, density, np.sqrt(1.5 * (deviator**2).sum(axis=(-2, -1)))
+
+
+def write_vtu(state: Deformed, path: str | os.PathLike[str]) -> Path:
+    """Write quadratic tetrahedra and the mid-planes of the scale and its neighbours, for ParaView and its like.
+
+    Parameters
+    ----------
+    state : Deformed
+        From :func:`deformed`.
+    path : path
+        Where to write, ending in .vtu. Places are those at rest, in m; ``displacement`` (m) belongs to the points,
+        ``largest_stretch`` (1), ``strain_energy_density`` (J/m3), ``von_mises_stress`` (Pa) and ``part`` (0 the
+        substrate, 1 a scale) to the cells. Scales are rigid: their stretch is 1, the rest 0.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    n, count = len(state.nodes), (len(state.tets), len(state.scales))
+    tets, scales = count
+    points = np.concatenate([state.nodes, state.scales.reshape(-1, 3)])
+    moved = np.concatenate([state.moved, state.scales_moved.reshape(-1, 3)])
+    quads = n + np.arange(4 * scales)
+    cells = {
+        "connectivity": np.concatenate([state.tets.ravel(), quads]),
+        "offsets": np.repeat([10, 4], count).cumsum(),
+        "types": np.repeat([QUADRATIC_TETRAHEDRON, QUAD], count).astype(np.uint8),
+    }
+    felt = {
+        "largest_stretch": np.append(state.stretch, np.ones(scales)),
+        "strain_energy_density": np.append(state.density, np.zeros(scales)),
+        "von_mises_stress": np.append(state.mises, np.zeros(scales)),
+        "part": np.repeat([0, 1], count).astype(np.uint8),
+    }
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+        f'<UnstructuredGrid><Piece NumberOfPoints="{len(points)}" NumberOfCells="{tets + scales}">',
+    ]
+    groups = {"Points": {"points": points}, "Cells": cells, "PointData": {"displacement": moved - points}}
+    for name, arrays in {**groups, "CellData": felt}.items():
+        lines += [f"<{name}>", *(_array(key, values) for key, values in arrays.items()), f"</{name}>"]
+    text = "\n".join([*lines, "</Piece></UnstructuredGrid></VTKFile>\n"])
+    return files.atomic_write(path, lambda place: place.write_text(text, encoding="ascii"))
+
+
+def _array(name: str, values: NDArray[np.generic]) -> str:
+    kind = values.dtype.str[1:]
+    raw = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
+    size = np.array([len(raw)], "<u8").tobytes()
+    shape = ' NumberOfComponents="3"' if values.ndim == 2 else ""
+    text = base64.b64encode(size + raw).decode("ascii")
+    return f'<DataArray type="{_TYPES[kind]}" Name="{name}"{shape} format="binary">\n{text}\n</DataArray>'

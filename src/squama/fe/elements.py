@@ -1,26 +1,28 @@
-"""Quadratic tetrahedra with straight edges: energy, forces and tangent of a neo-Hookean solid under a helical map.
+"""Quadratic tetrahedra with straight edges: energy, forces and tangent of a neo-Hookean solid, also periodic.
 
 The strain energy per volume is W = G/2 (tr C - 3 - 2 ln J) + L/2 (ln J)^2 with Lamé's constants G, L. A node may be the
-image of another one: ``x = Q(phi) y + e_z`` (helical periodicity); such nodes are eliminated element by element, and
-the derivatives with respect to phi come along.
+image of another one: ``x = Q(phi) y + e_z`` (helical periodicity). This is a map around the elements, which know
+nothing of it; such nodes are eliminated, and the derivatives with respect to phi come along.
 
 Fourteen Gauss points integrate polynomials of degree 5. Four would be exact for small strains, but at the corners of an
 embedded scale, where strains are singular, a small element can then be crushed between its points: it snaps through at
 some twist, and no equilibrium leads on. With fourteen it resists; the whole evaluation stays below a seventh of a
-Newton step.
+Newton step. Per Gauss point of the compiled loop: the shape functions' gradients g (10, 3), F = sum x_a g_a, J = det F,
+t_a = F^-T g_a, and with p = L ln J - G
+    f_a += w (G F g_a + p t_a)      K_ab += w (G g_a . g_b 1 - p t_b t_a^T + L t_a t_b^T).
 """
 
 from __future__ import annotations
 
-import functools
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from squama.fe.plate import Turn
 from squama.needs import need
+from squama.types import Array
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
@@ -36,35 +38,42 @@ class Material(NamedTuple):
         return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), self.E / (2 * (1 + self.nu))
 
 
-class Turn(NamedTuple):
-    """Rotation about z by which an image is turned, with its derivatives with respect to the twist per pitch."""
-
-    Q: Array
-    dQ: Array
-    ddQ: Array
-
-    @classmethod
-    def at(cls, phi: float) -> Turn:
-        """Clockwise about +z, as scale 1 + k is turned against scale 1."""
-        c, s = np.cos(phi), np.sin(phi)
-        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        rate = np.array([[-s, c, 0.0], [-c, -s, 0.0], [0.0, 0.0, 0.0]])
-        return cls(turn, rate, np.diag([-c, -c, 0.0]) + np.array([[0, -s, 0], [s, 0, 0], [0, 0, 0.0]]))
-
-
 class Result(NamedTuple):
-    """Energy, forces on the masters (n, 3), their rates with phi, dU/dphi, d2U/dphi2, tangent values, least det F."""
+    """Energy, forces (n, 3), values of the tangent's blocks, least det F; and what depends on the twist per pitch.
+
+    That is the forces' rates with phi, dU/dphi and d2U/dphi2 at places that stay: nothing but under a helical map.
+    """
 
     energy: float
     forces: Array
-    forces_phi: Array
-    torque: float
-    torque_phi: float
     values: Array
     least: float
+    forces_phi: Array
+    torque: float = 0.0
+    torque_phi: float = 0.0
 
 
-class Elements:
+class Blocked:
+    """A tangent in blocks of 3 x 3, those of ``size`` nodes whose rows and columns are ``indptr`` and ``indices``."""
+
+    size: int
+    indptr: NDArray[np.int32]
+    indices: NDArray[np.int32]
+
+    @property
+    def blocks(self) -> int:
+        """Number of 3 x 3 blocks of the tangent."""
+        return int(self.indices.size)
+
+    def matrix(self, values: Array) -> Any:
+        """Return tangent values as a scipy.sparse BSR matrix of shape (3 n, 3 n)."""
+        from scipy import sparse
+
+        shape = (3 * self.size, 3 * self.size)
+        return sparse.bsr_array((values, self.indices, self.indptr), shape=shape)
+
+
+class Elements(Blocked):
     """Elements of a mesh, ready to be evaluated.
 
     Parameters
@@ -75,69 +84,82 @@ class Elements:
         Corners, then the middles of the edges 01 12 02 03 13 23.
     material : Material
         Of all elements.
-    master, turned : (n,) arrays, optional
-        The node whose image each node is, and whether it is turned and moved by one pitch. All free if not given.
-
-    Notes
-    -----
-    Masters are numbered 0 .. ``size`` - 1 by ``master``; the tangent is stored in blocks of 3 x 3 whose rows and
-    columns are ``indptr`` and ``indices`` (all blocks, both triangles).
     """
 
-    def __init__(
-        self,
-        nodes: Array,
-        tets: Index,
-        material: Material,
-        master: Index | None = None,
-        turned: NDArray[np.bool_] | None = None,
-    ) -> None:
-        n = len(nodes)
+    def __init__(self, nodes: Array, tets: Index, material: Material) -> None:
         self.tets = np.ascontiguousarray(tets, dtype=np.int64)
-        self.master = np.arange(n) if master is None else np.asarray(master, np.int64)
-        self.turned = np.zeros(n, bool) if turned is None else np.asarray(turned, bool)
-        self.size = int(self.master.max()) + 1
-        self.lame = material.lame
-        self.gradients, self.volumes = _gradients(nodes, self.tets)
-        self.indptr, self.indices, self._places = _pattern(self.master[self.tets], self.size)
+        self.size, self.lame = len(nodes), material.lame
+        self.gradients, self.volumes = gradients(nodes, self.tets)
+        keys = self.tets[:, :, None] * self.size + self.tets[:, None, :]
+        self.indptr, self.indices, places = _pattern(keys.ravel(), self.size)
+        self._places = places.reshape(keys.shape)
 
-    @property
-    def blocks(self) -> int:
-        """Number of 3 x 3 blocks of the tangent."""
-        return int(self.indices.size)
+    def __call__(self, y: Array, phi: float = 0.0, *, tangent: bool = True) -> Result:  # noqa: ARG002 - as Helical's
+        """Evaluate at the places ``y`` (n, 3) of the nodes; the twist makes no difference."""
+        energy, forces, values, least = evaluate(
+            np.ascontiguousarray(y), self.tets, self.gradients, self.volumes, *self.lame, _RATES, _WEIGHTS,
+            self._places, self.blocks if tangent else 0,
+        )  # fmt: skip
+        return Result(float(energy), forces, values, float(least), np.zeros(forces.shape))
+
+
+class Helical(Blocked):
+    """Elements some of whose nodes are images of others, x = Q(phi) y + e_z, by the places of the masters alone.
+
+    Parameters
+    ----------
+    elements : Elements
+        By the places of all nodes.
+    master, turned : (n,) arrays
+        The master of each node, and whether the node is its image a pitch further (it is the master itself if not).
+        Masters are numbered 0 .. ``size`` - 1.
+    """
+
+    def __init__(self, elements: Elements, master: Index, turned: NDArray[np.bool_]) -> None:
+        self.elements, self.master, self.turned = elements, np.asarray(master, np.int64), np.asarray(turned, bool)
+        self.size = int(self.master.max()) + 1
+        rows, columns = np.repeat(np.arange(elements.size), np.diff(elements.indptr)), elements.indices
+        self._by_row, self._by_column = np.flatnonzero(self.turned[rows]), np.flatnonzero(self.turned[columns])
+        self.indptr, self.indices, place = _pattern(self.master[rows] * self.size + self.master[columns], self.size)
+        # where blocks of the nodes meet in one of the masters, all but the first are added to it
+        _, self._first = np.unique(place, return_index=True)
+        self._more = np.setdiff1d(np.arange(place.size), self._first)
+        self._there = place[self._more]
 
     def __call__(self, y: Array, phi: float = 0.0, *, tangent: bool = True) -> Result:
         """Evaluate at the places ``y`` (size, 3) of the masters and a twist per pitch."""
-        turn = Turn.at(phi)
-        out = _compiled()(
-            np.ascontiguousarray(y),
-            self.tets,
-            self.master,
-            self.turned,
-            self.gradients,
-            self.volumes,
-            *self.lame,
-            turn.Q,
-            turn.dQ,
-            turn.ddQ,
-            self._places if tangent else self._places[:0],
-            self.blocks if tangent else 0,
-        )
-        energy, forces, forces_phi, torque, torque_phi, values, least = out
-        return Result(float(energy), forces, forces_phi, float(torque), float(torque_phi), values, float(least))
+        turn, turned = Turn.at(phi), self.turned
+        r = self.elements(images(y, self.master, self.turned, phi), tangent=tangent)
+        pushed, origin = r.forces[turned], y[self.master[turned]]
+        moved = np.zeros_like(r.forces)
+        moved[turned] = origin @ turn.dQ.T
+        torque, torque_phi = (pushed * moved[turned]).sum(), (pushed * (origin @ turn.ddQ.T)).sum()
+        by_phi, values = np.zeros_like(r.forces), r.values
+        if tangent and r.least > 0:
+            by_phi = (self.elements.matrix(values) @ moved.ravel()).reshape(-1, 3)
+            torque_phi += (by_phi * moved).sum()
+            values[self._by_row] = turn.Q.T @ values[self._by_row]
+            values[self._by_column] = values[self._by_column] @ turn.Q
+            more, values = values[self._more], values[self._first]
+            np.add.at(values, self._there, more)
+        forces_phi = self._gathered(by_phi, turn.Q)
+        np.add.at(forces_phi, self.master[turned], pushed @ turn.dQ)
+        forces = self._gathered(r.forces, turn.Q)
+        return Result(r.energy, forces, values, r.least, forces_phi, float(torque), float(torque_phi))
 
-    def matrix(self, values: Array) -> Any:
-        """Return tangent values as a scipy.sparse BSR matrix of shape (3 size, 3 size)."""
-        from scipy import sparse
+    def _gathered(self, forces: Array, Q: Array) -> Array:
+        """Return forces on all nodes as forces on the masters."""
+        out, own = np.zeros((self.size, 3)), ~self.turned
+        out[self.master[own]] = forces[own]
+        np.add.at(out, self.master[self.turned], forces[self.turned] @ Q)
+        return out
 
-        shape = (3 * self.size, 3 * self.size)
-        return sparse.bsr_array((values, self.indices, self.indptr), shape=shape)
 
-
-def stiffness(nodes: Array, tets: Index, material: Material) -> Any:
-    """Return the small-strain stiffness (3 n, 3 n) of a mesh, in scipy's CSR format; degrees of freedom 3 i + axis."""
-    elements = Elements(nodes, tets, material)
-    return elements.matrix(elements(nodes).values).tocsr()
+def images(y: Array, master: Index, turned: NDArray[np.bool_], phi: float) -> Array:
+    """Return the places (n, 3) of all nodes by those of their masters, see :class:`Helical`."""
+    x = y[master]
+    x[turned] = x[turned] @ Turn.at(phi).Q.T + [0.0, 0.0, 1.0]
+    return x
 
 
 _EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
@@ -156,7 +178,7 @@ _WEIGHTS = np.repeat(_EACH, [4, 4, 6])
 """Their shares of an element's volume."""
 
 
-def _gradients(nodes: Array, tets: Index) -> tuple[Array, Array]:
+def gradients(nodes: Array, tets: Index) -> tuple[Array, Array]:
     """Gradients of the corner coordinates (m, 4, 3), and volumes; positive, or the mesh is not usable."""
     corners = nodes[tets[:, :4]]
     edges = corners[:, 1:] - corners[:, :1]
@@ -168,166 +190,124 @@ def _gradients(nodes: Array, tets: Index) -> tuple[Array, Array]:
     return np.ascontiguousarray(np.concatenate([-inner.sum(1, keepdims=True), inner], axis=1)), volumes
 
 
-def _pattern(cells: Index, size: int) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """Rows and columns of the blocks, and the place of every element's 100 blocks among them."""
-    m = len(cells)
-    keys = (cells[:, :, None] * size + cells[:, None, :]).reshape(-1)
+def _pattern(keys: Index, size: int) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Rows' ends and columns of the blocks with these keys, row times size plus column, and every key's place."""
     unique, places = np.unique(keys, return_inverse=True)
-    rows = unique // size
-    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=size))])
-    shape = (m, 10, 10)
-    return indptr.astype(np.int32), (unique % size).astype(np.int32), places.reshape(shape).astype(np.int32)
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(unique // size, minlength=size))])
+    return indptr.astype(np.int32), (unique % size).astype(np.int32), places.reshape(-1).astype(np.int32)
 
 
-@functools.cache
-def _shape() -> Array:
-    """Return the derivatives of the ten shape functions with respect to the corner coordinates, (points, 10, 4)."""
-    out = np.zeros((len(_POINTS), 10, 4))
-    for q, at in enumerate(_POINTS):
-        for a in range(4):
-            out[q, a, a] = 4 * at[a] - 1
+def shape_rates(points: Array) -> Array:
+    """Return the derivatives (points, 10, 4) of the ten shape functions by the corner coordinates at points (.., 4)."""
+    out = np.zeros((len(points), 10, 4))
+    for q, at in enumerate(points):
+        out[q, range(4), range(4)] = 4 * at - 1
         for e, (i, j) in enumerate(_EDGES):
             out[q, 4 + e, i], out[q, 4 + e, j] = 4 * at[j], 4 * at[i]
     return out
 
 
-@functools.cache
-def _compiled() -> Any:
-    njit = need("numba").njit
-    shape, shares = _shape(), _WEIGHTS
+_RATES = shape_rates(_POINTS)
 
-    @njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
-    def evaluate(  # type: ignore[no-untyped-def]
-        y, tets, master, turned, gradients, volumes, L, G, Q, dQ, ddQ, places, blocks
-    ):
-        energy, torque, torque_phi, least = 0.0, 0.0, 0.0, np.inf
-        forces, forces_phi = np.zeros(y.shape), np.zeros(y.shape)
-        values = np.zeros((blocks, 3, 3))
-        x, dx, ddx = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))
-        g, t, f, K = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 10, 3, 3))
-        F, inv, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-        for e in range(tets.shape[0]):
-            any_turned = False
-            for a in range(10):
-                node = tets[e, a]
-                at = master[node]
-                if turned[node]:
-                    any_turned = True
-                    for i in range(3):
-                        x[a, i], dx[a, i], ddx[a, i] = 1.0 if i == 2 else 0.0, 0.0, 0.0
-                        for j in range(3):
-                            x[a, i] += Q[i, j] * y[at, j]
-                            dx[a, i] += dQ[i, j] * y[at, j]
-                            ddx[a, i] += ddQ[i, j] * y[at, j]
-                else:
-                    for i in range(3):
-                        x[a, i], dx[a, i], ddx[a, i] = y[at, i], 0.0, 0.0
-            f[:] = 0.0
-            K[:] = 0.0
-            for q in range(shares.size):
-                weight = volumes[e] * shares[q]
-                F[:] = 0.0
-                for a in range(10):
-                    for i in range(3):
-                        g[a, i] = 0.0
-                        for c in range(4):
-                            g[a, i] += shape[q, a, c] * gradients[e, c, i]
-                    for i in range(3):
-                        for j in range(3):
-                            F[i, j] += x[a, i] * g[a, j]
-                J = (
-                    F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
-                    - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
-                    + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
-                )
-                least = min(least, J)
-                if not J > 0.0:
-                    return np.inf, forces, forces_phi, 0.0, 0.0, values, J
-                for i in range(3):
-                    for j in range(3):
-                        i1, i2, j1, j2 = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
-                        inv[j, i] = (F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]) / J
-                log = np.log(J)
-                square = 0.0
-                for i in range(3):
-                    for j in range(3):
-                        square += F[i, j] * F[i, j]
-                energy += weight * (G / 2 * (square - 3.0 - 2.0 * log) + L / 2 * log * log)
-                pressure = L * log - G
-                for a in range(10):
-                    for i in range(3):
-                        t[a, i] = inv[0, i] * g[a, 0] + inv[1, i] * g[a, 1] + inv[2, i] * g[a, 2]
-                for a in range(10):
-                    for i in range(3):
-                        f[a, i] += weight * (
-                            G * (F[i, 0] * g[a, 0] + F[i, 1] * g[a, 1] + F[i, 2] * g[a, 2]) + pressure * t[a, i]
-                        )
-                if blocks == 0:
-                    continue
-                w1, w2, w3 = weight * G, -weight * pressure, weight * L
-                for a in range(10):
-                    for b in range(a + 1):
-                        gg = w1 * (g[a, 0] * g[b, 0] + g[a, 1] * g[b, 1] + g[a, 2] * g[b, 2])
-                        for i in range(3):
-                            for k in range(3):
-                                K[a, b, i, k] += w2 * t[a, k] * t[b, i] + w3 * t[a, i] * t[b, k]
-                            K[a, b, i, i] += gg
-            for a in range(10):
-                at = master[tets[e, a]]
-                if turned[tets[e, a]]:
-                    for i in range(3):
-                        torque += f[a, i] * dx[a, i]
-                        torque_phi += f[a, i] * ddx[a, i]
-                        for j in range(3):
-                            forces[at, j] += Q[i, j] * f[a, i]
-                            forces_phi[at, j] += dQ[i, j] * f[a, i]
-                else:
-                    for i in range(3):
-                        forces[at, i] += f[a, i]
-            if blocks == 0:
-                continue
-            for a in range(10):
-                for b in range(a):
-                    for i in range(3):
-                        for k in range(3):
-                            K[b, a, k, i] = K[a, b, i, k]
-            if any_turned:
-                for a in range(10):
-                    node = tets[e, a]
-                    at = master[node]
-                    for i in range(3):
-                        push = 0.0
-                        for b in range(10):
-                            for k in range(3):
-                                push += K[a, b, i, k] * dx[b, k]
-                        torque_phi += dx[a, i] * push
-                        if turned[node]:
-                            for j in range(3):
-                                forces_phi[at, j] += Q[i, j] * push
-                        else:
-                            forces_phi[at, i] += push
-                for a in range(10):
-                    for b in range(10):
-                        if turned[tets[e, a]]:
-                            B[:] = 0.0
-                            for i in range(3):
-                                for j in range(3):
-                                    for k in range(3):
-                                        B[j, k] += Q[i, j] * K[a, b, i, k]
-                            K[a, b] = B
-                        if turned[tets[e, b]]:
-                            B[:] = 0.0
-                            for i in range(3):
-                                for j in range(3):
-                                    for k in range(3):
-                                        B[i, j] += K[a, b, i, k] * Q[k, j]
-                            K[a, b] = B
-            for a in range(10):
-                for b in range(10):
-                    at = places[e, a, b]
-                    for i in range(3):
-                        for k in range(3):
-                            values[at, i, k] += K[a, b, i, k]
-        return energy, forces, forces_phi, torque, torque_phi, values, least
 
-    return evaluate
+# ---- the compiled loop over the elements -------------------------------------------------------------------
+
+_njit = need("numba").njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
+
+
+def _slopes(shape: Array, corners: Array, g: Array) -> None:
+    for a in range(10):
+        for i in range(3):
+            g[a, i] = 0.0
+            for c in range(4):
+                g[a, i] += shape[a, c] * corners[c, i]
+
+
+def _deform(x: Array, g: Array, F: Array, inv: Array) -> float:
+    F[:] = 0.0
+    for a in range(10):
+        for i in range(3):
+            for j in range(3):
+                F[i, j] += x[a, i] * g[a, j]
+    J: float = (
+        F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
+        - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
+        + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
+    )
+    for i in range(3):
+        for j in range(3):
+            i1, i2, j1, j2 = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            inv[j, i] = (F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]) / J
+    return J
+
+
+def _push(F: Array, inv: Array, g: Array, t: Array, f: Array, w: float, G: float, p: float) -> None:
+    for a in range(10):
+        for i in range(3):
+            t[a, i] = inv[0, i] * g[a, 0] + inv[1, i] * g[a, 1] + inv[2, i] * g[a, 2]
+    for a in range(10):
+        for i in range(3):
+            f[a, i] += w * (G * (F[i, 0] * g[a, 0] + F[i, 1] * g[a, 1] + F[i, 2] * g[a, 2]) + p * t[a, i])
+
+
+def _stiffen(g: Array, t: Array, K: Array, w1: float, w2: float, w3: float) -> None:
+    for a in range(10):
+        for b in range(a + 1):
+            gg = w1 * (g[a, 0] * g[b, 0] + g[a, 1] * g[b, 1] + g[a, 2] * g[b, 2])
+            for i in range(3):
+                for k in range(3):
+                    K[a, b, i, k] += w2 * t[a, k] * t[b, i] + w3 * t[a, i] * t[b, k]
+                K[a, b, i, i] += gg
+
+
+def _add(K: Array, places: Array, values: Array) -> None:
+    for a in range(10):
+        for b in range(10):
+            at = places[a, b]
+            for i in range(3):
+                for k in range(3):
+                    values[at, i, k] += K[a, b, i, k] if b <= a else K[b, a, k, i]
+
+
+slopes, deform, push, stiffen, add = map(_njit, (_slopes, _deform, _push, _stiffen, _add))
+
+
+def _evaluate(
+    y: Array, tets: Array, gradients: Array, volumes: Array, L: float, G: float, shape: Array, shares: Array,
+    places: Array, blocks: int,
+) -> tuple[float, Array, Array, float]:  # fmt: skip
+    energy, least = 0.0, np.inf
+    forces, values = np.zeros(y.shape), np.zeros((blocks, 3, 3))
+    x, g, t, f = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))
+    F, inv, K = np.empty((3, 3)), np.empty((3, 3)), np.empty((10, 10, 3, 3))
+    for e in range(tets.shape[0]):
+        for a in range(10):
+            x[a] = y[tets[e, a]]
+        f[:] = 0.0
+        K[:] = 0.0
+        for q in range(shares.size):
+            slopes(shape[q], gradients[e], g)
+            J = deform(x, g, F, inv)
+            least = min(least, J)
+            if not J > 0.0:
+                return np.inf, forces, values, J
+            log, w = np.log(J), volumes[e] * shares[q]
+            energy += w * (G / 2 * ((F * F).sum() - 3.0 - 2.0 * log) + L / 2 * log * log)
+            p = L * log - G
+            push(F, inv, g, t, f, w, G, p)
+            if blocks:
+                stiffen(g, t, K, w * G, -w * p, w * L)
+        for a in range(10):
+            for i in range(3):
+                forces[tets[e, a], i] += f[a, i]
+        if blocks:
+            add(K, places[e], values)
+    return energy, forces, values, least
+
+
+evaluate = _njit(_evaluate)
+"""Energy, forces (n, 3), values of the tangent's blocks (none are asked for by ``blocks`` = 0), and least det F.
+
+``y`` (n, 3) places; ``gradients`` (m, 4, 3) of the corner coordinates; ``shape`` (points, 10, 4), ``shares`` (points,);
+``places`` (m, 10, 10) of each element's blocks. Ends at the first inverted element with an energy of inf.
+"""

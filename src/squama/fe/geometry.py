@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.errors import InputError
+from squama.errors import Problems
+from squama.fe import plate
 
 if TYPE_CHECKING:
-    from squama.design import Beam
+    from squama.beam.design import Beam
 
 ROOM = 0.02
 """Least room between two embedded scales, in pitches along the bar."""
@@ -43,10 +44,7 @@ class Geometry(NamedTuple):
     @property
     def axes(self) -> NDArray[np.float64]:
         """Axes n_X, n_Y, n_Z of scale 0 at rest, as rows."""
-        a, th = self.alpha, self.theta0
-        x = np.array([-sin(a) * cos(th), sin(th), cos(a) * cos(th)])
-        y = np.array([cos(a), 0.0, sin(a)])
-        return np.array([x, y, np.cross(x, y)])
+        return plate.axes(self.alpha, self.theta0)
 
     @property
     def base(self) -> NDArray[np.float64]:
@@ -89,54 +87,27 @@ class Geometry(NamedTuple):
             One line per mistake, each with the dimension that is to be changed.
         """
         half, th, a = self.thickness / 2, self.theta0, self.alpha
-        lines = []
+        problems, embedded = Problems(), f"{self.zeta:.4g} pitches"
         if self.zeta * sin(th) <= half * cos(th):
-            least = half / tan(th)
-            lines.append(
-                f"scale.embedded = {self.zeta:.4g} pitches: the substrate does not close over the scale, whose "
-                f"thickness is {self.thickness:.4g}; write more than {least:.4g}"
-            )
+            reason = f"the substrate does not close over the scale, whose thickness is {self.thickness:.4g}"
+            problems.add("scale.embedded", embedded, reason, f"write more than {half / tan(th):.4g}")
         low, high = self.footprint
         if high - low > 1 - ROOM:
             most = ((1 - ROOM - high) * cos(a) - half * sin(th)) / cos(th)
-            change = (
-                f"write at most {most:.4g}, or a smaller scale.alpha" if most > 0 else "write a smaller scale.alpha"
-            )
-            lines.append(
-                f"scale.embedded = {self.zeta:.4g} pitches: the embedded parts of neighbours meet, each takes "
-                f"{high - low:.3g} pitches along the bar at alpha = {np.degrees(a):.4g} deg; {change}"
-            )
+            remedy = "write " + f"at most {most:.4g}, or " * (most > 0) + "a smaller scale.alpha"
+            taken = f"each takes {high - low:.3g} pitches along the bar at alpha = {np.degrees(a):.4g} deg"
+            problems.add("scale.embedded", embedded, f"the embedded parts of neighbours meet, {taken}", remedy)
         if self.depth > 2 * self.lam * (1 - ROOM):
             most = (2 * self.lam * (1 - ROOM) - half * cos(th)) / sin(th)
-            lines.append(
-                f"scale.embedded = {self.zeta:.4g} pitches: the scale comes out of the substrate's other face, its "
-                f"depth is {self.depth:.4g} of {2 * self.lam:.4g}; write at most {most:.4g}"
-            )
-        if lines:
-            raise InputError("\n".join(lines))
+            deep = f"its depth is {self.depth:.4g} of {2 * self.lam:.4g}"
+            reason = f"the scale comes out of the substrate's other face, {deep}"
+            problems.add("scale.embedded", embedded, reason, f"write at most {most:.4g}")
+        problems.settle()
 
 
 def geometry(beam: Beam) -> Geometry:
-    """Return a beam's geometry in pitches.
-
-    Parameters
-    ----------
-    beam : Beam
-        The beam.
-
-    Returns
-    -------
-    Geometry
-    """
+    """Return a beam's geometry in pitches."""
     d = beam.pitch
-    return Geometry(
-        width=beam.substrate.width / d,
-        lam=beam.lam,
-        zeta=beam.zeta,
-        eta=beam.eta,
-        beta=beam.beta,
-        thickness=beam.scale.thickness / d,
-        alpha=beam.scale.alpha,
-        theta0=beam.scale.theta0,
-        nu=beam.substrate.poisson_ratio,
-    )
+    width, scale, nu = beam.substrate.width / d, beam.scale, beam.substrate.poisson_ratio
+    ratios = width, beam.lam, beam.zeta, beam.eta, beam.beta, scale.thickness / d
+    return Geometry(*ratios, scale.alpha, scale.theta0, nu)

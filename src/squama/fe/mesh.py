@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.errors import InputError
+from squama.errors import InputError, refuse
 from squama.fe.geometry import Geometry
 from squama.needs import need
+from squama.types import Array
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SIZE, EDGE_SIZE = 0.15, 0.02
@@ -81,9 +81,7 @@ class Tiled(NamedTuple):
     surface: Index
 
 
-def pitch_mesh(
-    geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, grading: float = GRADING
-) -> Pitch:
+def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE) -> Pitch:
     """Mesh one pitch of the substrate with the slot of scale 0 in its true thickness.
 
     Parameters
@@ -92,8 +90,6 @@ def pitch_mesh(
         The pitch; what of the scale leaves the bar's sides is cut off.
     size, edge_size : float
         Sizes of elements in the bulk and along the edges of the embedded scale, pitches.
-    grading : float
-        How fast sizes may change, 0.1 to 1: smaller is finer.
 
     Returns
     -------
@@ -105,52 +101,22 @@ def pitch_mesh(
         The scale does not fit into a pitch, a size is not usable, or the mesher fails.
     """
     geometry.check()
-    _check_sizes(geometry, size, edge_size, grading)
-    return _mesh(geometry, size, edge_size, grading)
+    _check_sizes(geometry, size, edge_size)
+    return _mesh(geometry, size, edge_size)
 
 
 def bar_mesh(geometry: Geometry, size: float = SIZE) -> Pitch:
-    """Mesh one pitch of the bare bar, cut along the same planes; nothing is tied.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        The pitch.
-    size : float
-        Size of the elements, pitches.
-
-    Returns
-    -------
-    Pitch
-
-    Raises
-    ------
-    InputError
-        The size is not usable, or the mesher fails.
-    """
-    _check_sizes(geometry, size, size, GRADING)
-    return _mesh(geometry, size, None, GRADING)
+    """Mesh one pitch of the bare bar as :func:`pitch_mesh` does, cut along the same planes; nothing is tied."""
+    _check_sizes(geometry, size, size)
+    return _mesh(geometry, size, None)
 
 
 def tile(pitch: Pitch, n: int) -> Tiled:
-    """Join n pitches one behind the other.
-
-    Parameters
-    ----------
-    pitch : Pitch
-        One of them.
-    n : int
-        How many, at least 1.
-
-    Returns
-    -------
-    Tiled
-    """
+    """Join n pitches, at least one, one behind the other."""
     master, turned, masters = pitch.images
     count, k = len(masters), np.arange(n)
     # the last pitch keeps its own back
-    number = np.empty((n, len(pitch.nodes)), np.int64)
-    number[:] = master + count * (k[:, None] + turned)
+    number = master + count * (k[:, None] + turned)
     last = np.unique(number[-1][pitch.back])
     back = number[-1][pitch.back]
     number[-1][pitch.back] = n * count + np.searchsorted(last, back)
@@ -169,29 +135,24 @@ def tile(pitch: Pitch, n: int) -> Tiled:
     )
 
 
-def _check_sizes(geometry: Geometry, size: float, edge_size: float, grading: float) -> None:
+def _check_sizes(geometry: Geometry, size: float, edge_size: float) -> None:
     most = max(geometry.width, 2 * geometry.lam, 1.0)
     for name, value in (("size", size), ("edge size", edge_size)):
         if not 1e-4 <= value <= most:
-            message = f"element {name} = {value:.4g} pitches: must be 0.0001 to {most:.4g}"
-            raise InputError(message)
-    if not 0.1 <= grading <= 1:
-        message = f"grading = {grading:.4g}: must be 0.1 to 1"
-        raise InputError(message)
+            refuse(f"element {name}", f"{value:.4g} pitches", f"must be 0.0001 to {most:.4g}")
     volume, length = 2 * geometry.width * geometry.lam, 2 * geometry.beta + 2 * geometry.zeta
     count = 8 * volume / size**3 + 60 * length / edge_size
     if count > _TOO_MANY:
-        message = f"element size = {size:.4g} pitches: about {count:.2g} elements; take larger ones"
-        raise InputError(message)
+        refuse("element size", f"{size:.4g} pitches", f"about {count:.2g} elements", "take larger ones")
 
 
-def _mesh(geometry: Geometry, size: float, edge_size: float | None, grading: float) -> Pitch:
+def _mesh(geometry: Geometry, size: float, edge_size: float | None) -> Pitch:
     occ, meshing = need("netgen.occ"), need("netgen.meshing")
     meshing.SetMessageImportance(0)
     try:
         cell = _cell(occ, geometry, edge_size)
         volume = cell.mass
-        mesh = occ.OCCGeometry(cell).GenerateMesh(maxh=size, grading=grading)
+        mesh = occ.OCCGeometry(cell).GenerateMesh(maxh=size, grading=GRADING)
         points = np.array(mesh.Coordinates(), float)
         cells = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
     except Exception as error:

@@ -1,9 +1,9 @@
-"""The rigid scale: its motion, points that move with it, and its exposed part beside its images along the helix.
+"""The rigid scale: its motion, points that move with it, and the exposed parts of scales in a row.
 
 Lengths in pitches. The six motions are v = (u_X, u_Y, u_Z, w_X, w_Y, w_Z): translation of the base midpoint O and
 rotation vector (finite), both along the scale's axes at rest. A point whose rest position in these axes, from O, is
 xi comes to  O + A^T (u + E(w) xi)  with the axes as the rows of A and E the rotation by the vector w.
-Image k is turned by R(k phi) and moved by k along z.
+Scale k along the helix is turned by R(k phi) and moved by k along z.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from squama.types import Array
 
 MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
 """Names of the six motions, in their order."""
@@ -34,6 +33,13 @@ _G = _G.astype(float)
 _GG = np.einsum("iab,jbc->ijac", _G, _G)
 _GG = _GG + _GG.transpose(1, 0, 2, 3)
 _ONE, _FLAT = np.eye(3), _G.reshape(3, 9)
+
+
+def axes(alpha: float, theta: float) -> Array:
+    """Return the axes n_X, n_Y, n_Z of a scale at the inclination theta, as rows (theory, section 2; angles in rad)."""
+    sa, ca, st, ct = math.sin(alpha), math.cos(alpha), math.sin(theta), math.cos(theta)
+    x, y = np.array([-sa * ct, st, ca * ct]), np.array([ca, 0.0, sa])
+    return np.array([x, y, np.cross(x, y)])
 
 
 class Shape(Protocol):
@@ -60,9 +66,7 @@ class Rest(NamedTuple):
     @classmethod
     def at(cls, eta: float, beta: float, lam: float, alpha: float, theta: float) -> Rest:
         """Place a scale at the inclination theta (theory, section 2; angles in rad)."""
-        sa, ca, st, ct = np.sin(alpha), np.cos(alpha), np.sin(theta), np.cos(theta)
-        x, y = np.array([-sa * ct, st, ca * ct]), np.array([ca, 0.0, sa])
-        return cls(eta, beta, np.array([x, y, np.cross(x, y)]), np.array([0.0, lam, 0.0]))
+        return cls(eta, beta, axes(alpha, theta), np.array([0.0, lam, 0.0]))
 
 
 class Pose(NamedTuple):
@@ -159,90 +163,173 @@ class Attached:
         """Return the places (n, 3) for motions v (6,)."""
         return np.asarray(self.base + (v[:3] + self.local @ turned(v[3:]).T) @ self.axes)
 
-    def rates(self, v: Array) -> Array:
-        """Return the derivatives (n, 3, 6) of the places by v."""
-        return self._rates(rotation(v[3:]))
-
-    def _rates(self, turn: Rotation) -> Array:
+    def rates(self, turn: Rotation) -> Array:
+        """Return the derivatives (n, 3, 6) of the places by v, whose rotation is given."""
         rates = np.empty((len(self.local), 3, 6))
         rates[:, :, :3] = self.axes.T
         # (point, axis of space, motion)
         rates[:, :, 3:] = ((self.local @ turn.dE.transpose(0, 2, 1)) @ self.axes).transpose(1, 2, 0)
         return rates
 
-    def curvature(self, v: Array, forces: Array) -> Array:
+    def curvature(self, turn: Rotation, forces: Array) -> Array:
         """Return the second derivatives (6, 6) of ``sum(forces * places)`` for forces (n, 3) that stay."""
-        return self._curvature(rotation(v[3:]), forces)
-
-    def _curvature(self, turn: Rotation, forces: Array) -> Array:
         out = np.zeros((6, 6))
         out[3:, 3:] = (turn.ddE.reshape(9, 9) @ ((forces @ self.axes.T).T @ self.local).ravel()).reshape(3, 3)
         return out
 
 
-class Placed(NamedTuple):
-    """Corners of scale 0 and its images, shape (4 (1 + reach), 3), and their derivatives (.., 3, 7) by (v, phi)."""
+class Turn(NamedTuple):
+    """Rotations about z and two derivatives by the angle, (.., 3, 3) each; scale 1 + k is turned against scale 1 so."""
 
-    corners: Array
-    rates: Array
+    Q: Array
+    dQ: Array
+    ddQ: Array
+
+    @classmethod
+    def at(cls, angle: float | Array) -> Turn:
+        """Clockwise about +z."""
+        angle = np.asarray(angle)[..., None, None]
+        c, s = np.cos(angle), np.sin(angle)
+        across, along = c * _ACROSS, s * _TURN
+        return cls(across + along + _UP, c * _TURN - s * _ACROSS, -across - along)
 
 
-class Helix:
-    """The exposed part of scale 0 (a rectangle without thickness) and of its images 1, 2, .. reach.
+_ACROSS, _UP = np.diag([1.0, 1.0, 0.0]), np.diag([0.0, 0.0, 1.0])
+_TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
-    By periodicity every pair of scales is one of the pairs (0, k), k > 0, turned and moved; so counting these once is
-    counting each pair once per pitch, and the derivatives by v hold the forces from the neighbours on both sides.
+
+class Carried:
+    """Points that move with a rigid scale whose six motions are counted in a frame that turns with the twist.
+
+    Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, where c is the place of the section
+    that does not turn. In an endless beam all scales have the same motions in their frames.
 
     Parameters
     ----------
     rest : Shape
-        The scale.
-    reach : int, optional
-        Farthest image; the farthest a scale can touch if not given.
+        Scale 0 at rest.
+    points : (n, 3) array
+        Places of the points at rest, on scale k.
+    k : int
+        How many pitches the scale stands further along z.
+    still : float
+        Place c along z of the section that does not turn.
     """
 
-    def __init__(self, rest: Shape, reach: int | None = None) -> None:
-        self.rest = rest
-        self.reach = int(np.ceil(np.hypot(rest.eta, 2 * rest.beta))) if reach is None else reach
+    def __init__(self, rest: Shape, points: Array, k: int = 0, still: float = 0.0) -> None:
+        self._lift = np.array([0.0, 0.0, k])
+        self._attached, self._k = Attached(rest, points - self._lift), k - still
+
+    def places(self, v: Array, phi: float) -> Array:
+        """Return the places (n, 3) for motions v (6,) and the twist per pitch."""
+        return np.asarray(self._attached.places(v) @ Turn.at(self._k * phi).Q.T + self._lift)
+
+    def rates(self, v: Array, phi: float) -> Array:
+        """Return the derivatives (n, 3, 7) of the places by (v, phi)."""
+        turn = Turn.at(self._k * phi)
+        by_phi = self._k * self._attached.places(v) @ turn.dQ.T
+        return np.concatenate([turn.Q @ self._attached.rates(rotation(v[3:])), by_phi[..., None]], axis=-1)
+
+    def curvature(self, v: Array, phi: float, forces: Array) -> Array:
+        """Return the second derivatives (7, 7) by (v, phi) of ``sum(forces * places)`` for forces (n, 3) that stay."""
+        turn, k, own = Turn.at(self._k * phi), self._k, rotation(v[3:])
+        out = np.zeros((7, 7))
+        out[:6, :6] = self._attached.curvature(own, forces @ turn.Q)
+        out[:6, 6] = out[6, :6] = k * (forces @ turn.dQ).ravel() @ self._attached.rates(own).reshape(-1, 6)
+        out[6, 6] = k * k * float(((forces @ turn.ddQ) * self._attached.places(v)).sum())
+        return out
+
+
+class Row:
+    """The exposed parts of scales (rectangles without thickness), one pitch apart along z at rest.
+
+    An endless row is kept as scale 0 and its images 1, 2, .. as far as they can touch, which have its motions in their
+    turning frames (see :class:`Carried`). By periodicity every pair of its scales is one of the pairs (0, k), k > 0,
+    turned and moved; so counting these once is counting each pair once per pitch, and the derivatives by v hold the
+    forces from the neighbours on both sides.
+
+    Parameters
+    ----------
+    rest : Shape
+        Scale 0 at rest.
+    scales : int, optional
+        How many there are, each with its own motions; an endless row if not given.
+    still : float
+        Place along z of the section that does not turn.
+
+    Attributes
+    ----------
+    pairs : list of (int, int)
+        Scales that may touch, each pair once.
+    """
+
+    def __init__(self, rest: Shape, scales: int | None = None, still: float = 0.0) -> None:
+        self.rest, self.endless, self.moving = rest, scales is None, scales or 1
+        reach = int(np.ceil(np.hypot(rest.eta, 2 * rest.beta)))
+        count = 1 + reach if scales is None else scales
+        self.reach = min(reach, count - 1)
+        last = [1] * self.reach if scales is None else [count - k for k in range(1, self.reach + 1)]
+        self.pairs = [(i, i + k) for k, n in enumerate(last, start=1) for i in range(n)]
         eta, beta = rest.eta, rest.beta
         local = np.array([[0.0, -beta, 0.0], [0.0, beta, 0.0], [eta, beta, 0.0], [eta, -beta, 0.0]])
         self.plate = Attached(rest, rest.base + local @ rest.axes)
-        self._k = np.arange(1.0 + self.reach)
-        self._lift = np.zeros((1 + self.reach, 1, 3))
-        self._lift[:, 0, 2] = self._k
-
-    def _turns(self, phi: float) -> tuple[Array, Array, Array]:
-        """Matrices (1 + reach, 3, 3) that turn row vectors, and their derivatives by phi."""
-        c, s = np.cos(self._k * phi), np.sin(self._k * phi)
-        Q, dQ, ddQ = np.zeros((3, self._k.size, 3, 3))
-        Q[:, 0, 0], Q[:, 1, 1], Q[:, 1, 0], Q[:, 0, 1], Q[:, 2, 2] = c, c, s, -s, 1.0
-        c, s = self._k * c, self._k * s
-        dQ[:, 0, 0], dQ[:, 1, 1], dQ[:, 1, 0], dQ[:, 0, 1] = -s, -s, c, -c
-        c, s = self._k * c, self._k * s
-        ddQ[:, 0, 0], ddQ[:, 1, 1], ddQ[:, 1, 0], ddQ[:, 0, 1] = -c, -c, -s, s
-        return Q, dQ, ddQ
+        self.k = np.arange(float(count)) - still
+        self.lift = np.zeros((count, 1, 3))
+        self.lift[:, 0, 2] = np.arange(count)
 
     def corners(self, v: Array, phi: float) -> Array:
-        """Return the corners (4 (1 + reach), 3), scale by scale in the order D, A, B, C."""
-        return np.asarray((self.plate.places(v) @ self._turns(phi)[0] + self._lift).reshape(-1, 3))
+        """Return the corners (4 scales, 3), scale by scale in the order D, A, B, C.
 
-    def placed(self, v: Array, phi: float) -> Placed:
-        """Return the corners and their derivatives by (v, phi)."""
-        x, (Q, dQ, _) = self.plate.places(v), self._turns(phi)
-        rates = np.empty((self._k.size, 4, 3, 7))
-        ours = self.plate.rates(v)
-        # (image, 1, axes, axes) times (point, axis, motion)
-        rates[..., :6] = Q.transpose(0, 2, 1)[:, None] @ ours
-        rates[..., 6] = x @ dQ
-        return Placed((x @ Q + self._lift).reshape(-1, 3), rates.reshape(-1, 3, 7))
+        ``v`` (m,) begins with six motions for each scale that has its own; corners do not depend on the rest.
+        """
+        return Placed(self, v, phi).corners
 
-    def curvature(self, v: Array, phi: float, forces: Array) -> Array:
-        """Return the second derivatives (7, 7) by (v, phi) of ``sum(forces * corners)`` for forces that stay."""
-        x, turn, (Q, dQ, ddQ) = self.plate.places(v), rotation(v[3:]), self._turns(phi)
-        f = forces.reshape(-1, 4, 3)
-        back, back1, back2 = ((f @ q.transpose(0, 2, 1)).sum(0) for q in (Q, dQ, ddQ))
-        out = np.zeros((7, 7))
-        out[:6, :6] = self.plate._curvature(turn, back)
-        out[:6, 6] = out[6, :6] = back1.ravel() @ self.plate._rates(turn).reshape(-1, 6)
-        out[6, 6] = (back2 * x).sum()
+
+class Placed:
+    """The scales of a row at one state; ``corners`` (4 scales, 3)."""
+
+    def __init__(self, row: Row, v: Array, phi: float) -> None:
+        self._row, self._size = row, v.size + 1
+        self._v = v[: 6 * row.moving].reshape(-1, 6)
+        self._turn = Turn.at(row.k * phi)
+        # one for all images, or one for each scale
+        self._x = np.array([row.plate.places(motion) for motion in self._v])
+        self.corners = (self._x @ self._turn.Q.transpose(0, 2, 1) + row.lift).reshape(-1, 3)
+
+    @functools.cached_property
+    def _rotations(self) -> list[Rotation]:
+        return [rotation(motion[3:]) for motion in self._v]
+
+    @functools.cached_property
+    def _own(self) -> Array:
+        """Derivatives (1 or scales, 4, 3, 6) of the corners by the motions in the scales' own frames."""
+        return np.array([self._row.plate.rates(turn) for turn in self._rotations])
+
+    @functools.cached_property
+    def rates(self) -> Array:
+        """Derivatives (12 scales, m + 1) of the corners by (v, phi)."""
+        row, count = self._row, self._row.k.size
+        out = np.zeros((count, 4, 3, self._size))
+        # (scale, 1, axes, axes) times (scale, point, axis, motion)
+        each = self._turn.Q[:, None] @ self._own
+        if row.endless:
+            out[..., :6] = each
+        else:
+            for i in range(count):
+                out[i, ..., 6 * i : 6 * i + 6] = each[i]
+        out[..., -1] = row.k[:, None, None] * (self._x @ self._turn.dQ.transpose(0, 2, 1))
+        return out.reshape(-1, self._size)
+
+    def curvature(self, forces: Array) -> Array:
+        """Return the second derivatives (m + 1, m + 1) by (v, phi) of ``sum(forces * corners)`` for constant forces."""
+        f, k = forces.reshape(-1, 4, 3), self._row.k[:, None, None]
+        back, back1, back2 = f @ self._turn.Q, k * (f @ self._turn.dQ), k * k * (f @ self._turn.ddQ)
+        if self._row.endless:
+            back, back1, back2 = (b.sum(0, keepdims=True) for b in (back, back1, back2))
+        out = np.zeros((self._size, self._size))
+        for i, turn in enumerate(self._rotations):
+            part = slice(6 * i, 6 * i + 6)
+            out[part, part] = self._row.plate.curvature(turn, back[i])
+            out[part, -1] = out[-1, part] = back1[i].ravel() @ self._own[i].reshape(-1, 6)
+        out[-1, -1] = (back2 * self._x).sum()
         return out

@@ -1,7 +1,7 @@
-"""Elements and rigid scales in frictional contact, led from twist to twist.
+"""Scales in frictional contact, led from twist to twist: on a matrix, or on the elements that they are tied to.
 
-Every increment is a Newton iteration in two levels: the elements are factorised once an iteration and condensed exactly
-onto the scales' motions, on which the contact problem is solved to convergence. The first iteration goes from the last
+Every increment is a Newton iteration in two levels: the body is condensed onto the motions (elements are factorised
+once an iteration), and on these the contact problem is solved to convergence. The first iteration goes from the last
 equilibrium to the predicted one without passing through a contact. Predictions and steps that would invert an element
 are shortened.
 """
@@ -12,16 +12,16 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
 
-from squama.errors import InputError
-from squama.fe.body import Condensed, Solid
-from squama.fe.contact import DHAT, stiffness
-from squama.fe.plate import Array
-from squama.fe.small import Neighbours, Trail, advance, balance
+from squama.errors import InputError, refuse
+from squama.fe.balance import Balance, Found, Trail
+from squama.fe.body import Body, Matrix, Reduced
+from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
+from squama.types import Array
 
 ITERATIONS = 12
 TOLERANCE = 1e-7
@@ -30,25 +30,21 @@ JUMP = 0.02
 """Largest distance of an equilibrium from where the last ones point; beyond, the increment is halved."""
 _FIRST = 1e-3
 _HALVINGS = 7
-_SHRINK = 8
-_STARTS = 1.0, 0.5, 0.25, 0.0
+_STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))
+"""Shares of a prediction and of a Newton step that are tried, lest elements invert."""
+_FARTHER = 1 / 16
+"""Share of an increment by which the twist goes on when the scales are let go."""
 _INVERTED = "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
-
-
-_KEPT = frozenset(
-    ("v", "rate", "v_rate", "before", "numbers", "rows", "words", "past_v", "past_phi", "past_corners", "past_z")
-)
+_KEPT = ("numbers", "rows", "words", "past_states", "past_phi", "past_corners")
 """Arrays of a restart file."""
 
 
-class Increment(NamedTuple):
-    """What a listener is told: the twist reached and wanted, Newton steps, largest force left, increments halved."""
+class Contacts(NamedTuple):
+    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" where none do."""
 
     phi: float
-    goal: float
-    iterations: int
-    unbalanced: float
-    halvings: int
+    k: int
+    pair: str
 
 
 class Ended(NamedTuple):
@@ -58,32 +54,8 @@ class Ended(NamedTuple):
     sentence: str
 
 
-class State(NamedTuple):
-    """An equilibrium: free unknowns z, motions v, twist, torque, condensed body, contact, iterations of its step."""
-
-    z: Array
-    v: Array
-    phi: float
-    T: float
-    reduced: Condensed
-    load: Any
-    iterations: int
-
-
-class Scales(Neighbours, Protocol):
-    """Contact whose loads also tell the work of friction and the resultant forces (as those of HelixContact)."""
-
-    def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Any:
-        """Return a :class:`squama.fe.contact.Load` or the like."""
-        ...
-
-
-class Recorder(Protocol):
-    """Makes a row of numbers of every equilibrium, and says what touches."""
-
-    def __call__(self, walk: Walk, state: State) -> tuple[Sequence[float], str]:
-        """Return the row and the words."""
-        ...
+Recorder = Callable[["Walk"], tuple[Sequence[float], str]]
+"""Makes a row of numbers of an equilibrium, and says what touches."""
 
 
 class Walk:
@@ -91,64 +63,92 @@ class Walk:
 
     Parameters
     ----------
-    body : Solid
-        Elements with the scales tied in.
-    rest : (n, 3) array
-        Its masters' places at rest.
-    contact : Scales
+    body : Body or Matrix
+        What carries the scales.
+    contact : RowContact
         Contact between the scales by (v, phi).
-    ways : (6 scales, m) array
-        Directions in which the scales can move.
-    record : Recorder
-        Makes the rows.
+    ways : (m, k) array
+        Directions in which the motions can go.
+    record : callable, optional
+        Makes ``rows`` and ``words`` of every equilibrium, the one at rest first.
+    first : float
+        Force that is expected at the first contact.
     dhat : float
         See :mod:`squama.fe.contact`.
-    jump : float
-        See :data:`JUMP`.
+    jump, slack : float
+        See :data:`JUMP`; an increment may go ``slack`` times as far.
+    halvings : int
+        How often an increment is halved.
 
     Attributes
     ----------
-    rows, words : list
-        A row for every equilibrium, the one at rest first, and what touches there ("" for nothing).
+    z, v, phi, T : arrays and floats
+        The last equilibrium: free unknowns, motions, twist per pitch, torque.
+    reduced, load, touches : Reduced, Load, list of Touch
+        The body and the contact there, once a run has begun.
     W, W_fr : float
         Work of the torque and of friction, E d^3.
+    contacts : list of Contacts
+        What touched, from where on.
     """
 
     def __init__(
         self,
-        body: Solid,
-        rest: Array,
-        contact: Scales,
+        body: Body | Matrix,
+        contact: RowContact,
         ways: Array,
-        record: Recorder,
+        record: Recorder | None = None,
         *,
+        first: float = _FIRST,
         dhat: float = DHAT,
         jump: float = JUMP,
+        slack: float = 1.0,
+        halvings: int = _HALVINGS,
     ) -> None:
-        self.body, self.contact, self.ways, self.dhat, self._jump = body, contact, ways, dhat, jump
-        self._record = record
-        self.z, self.v, self.phi = body.start(rest), np.zeros(len(ways)), 0.0
-        self.kappa = stiffness(_FIRST, dhat)
-        self.before = contact.corners(self.v, self.phi)
-        self.trail = Trail(self.v, self.phi, self.before)
-        self._z_trail = Trail(self.z, self.phi, np.empty(0))
+        self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
+        self._record, self._jump, self._slack, self._most_halvings = record, jump, slack, halvings
+        self.z, self.v, self.phi = body.start(), np.zeros(len(ways)), 0.0
+        self.kappa = stiffness(first, dhat)
+        self.trail = Trail([(np.append(self.z, self.v), self.phi, contact.corners(self.v, self.phi))])
         self.T = self.W = self.W_fr = self._power = 0.0
+        self.reduced: Reduced
+        self.load: Load
+        self.touches: list[Touch] = []
+        self.contacts: list[Contacts] = []
         self.rows: list[tuple[float, ...]] = []
         self.words: list[str] = []
-        self.iterations, self.unbalanced = 0, 0.0
-        self.halvings = 0
-        self._rate, self._v_rate = np.zeros_like(self.z), np.zeros_like(self.v)
+        self.iterations, self.rounds, self.halvings = 0, 0, 0
+        self._begun = False
+
+    @property
+    def N(self) -> float:
+        """Normal force of the pair that presses most."""
+        return self.load.resultant.N
+
+    @property
+    def f(self) -> float:
+        """Its friction force."""
+        return self.load.resultant.f
+
+    @property
+    def touch(self) -> Touch | None:
+        """The strongest contact."""
+        return self.touches[0] if self.touches else None
 
     def places(self) -> Array:
         """Return the places (n, 3) of the masters."""
-        return self.body.places(self.z, self.v.reshape(-1, 6), self.phi)
+        return self.body.places(self.z, self.v, self.phi)
+
+    def to(self, goal: float, increment: float) -> bool:
+        """Go to a twist in increments; False where there is no way on without a jump."""
+        return self.run(goal, increment).reached
 
     def run(
         self,
         goal: float,
         increment: float,
         *,
-        told: Callable[[Increment], None] | None = None,
+        told: Callable[[], None] | None = None,
         stop: Callable[[], bool] | None = None,
     ) -> Ended:
         """Go on to a twist in increments, halved where one does not converge.
@@ -164,9 +164,9 @@ class Walk:
         stop : callable, optional
             Asked after each increment whether to stop.
         """
-        if not self.rows:
-            self._begin()
-        step, least = float(np.sign(goal - self.phi)) * abs(increment), abs(increment) / 2**_HALVINGS
+        if not self._begun:
+            self.begin()
+        step, least = float(np.sign(goal - self.phi)) * abs(increment), abs(increment) / 2**self._most_halvings
         while self.phi != goal:
             left = goal - self.phi
             count = max(1, int(np.ceil(abs(left) / abs(step) - 1e-9)))
@@ -179,128 +179,149 @@ class Walk:
                     return Ended(False, f"stopped at phi = {self.phi:.4f} rad per pitch: {why}")
                 continue
             if told is not None:
-                told(Increment(self.phi, goal, self.iterations, self.unbalanced, self.halvings))
+                told()
             step = float(np.sign(left)) * min(abs(step) * 1.5, abs(increment))
             if stop is not None and stop() and self.phi != goal:
                 return Ended(False, f"interrupted at phi = {self.phi:.4f} rad per pitch; the same command goes on")
         return Ended(True, "the asked twist was reached")
 
-    def _reduce(self, z: Array, v: Array, phi: float) -> Condensed | None:
-        return self.body.reduce(z, v.reshape(-1, 6), phi)
+    def begin(self) -> None:
+        """Take up the state at rest, and how it goes on from there without contact.
 
-    def _begin(self) -> None:
-        reduced = self._reduce(self.z, self.v, 0.0)
+        Raises
+        ------
+        InputError
+            The mesh has an element without volume.
+        """
+        reduced = self.body.reduce(self.z, self.v, 0.0)
         if reduced is None:
             message = "an element has no volume at rest: take another element size"
             raise InputError(message)
         W = self.ways
-        self._v_rate = -W @ np.linalg.solve(W.T @ reduced.S @ W, W.T @ reduced.s_phi)
-        self._rate = reduced.update(self._v_rate, 1.0) - reduced.correction
-        load = self.contact.load(self.v, 0.0, None, self.kappa)
-        self._keep(State(self.z, self.v, 0.0, reduced.torque + float(load.total[-1]), reduced, load, 0))
+        rate = -W @ np.linalg.solve(W.T @ reduced.S @ W, W.T @ reduced.s_phi)
+        z_rate = reduced.update(rate, 1.0) - reduced.update(np.zeros_like(rate))
+        self._begun, self.trail = True, Trail(self.trail.past, np.append(z_rate, rate))
+        self._keep(self.z, self.v, 0.0, reduced, self.contact.load(self.v, 0.0, None, self.kappa))
 
     def _increment(self, phi: float) -> str:
         """Go to a twist; the reason if that fails, and nothing has changed then."""
-        step = phi - self.phi
-        if len(self.rows) == 1:
-            z, expected = self.z + self._rate * step, self.v + self._v_rate * step
-        else:
-            # both in the same way, or the elements beside the scales are torn
-            z, expected = self._z_trail.expected(phi), self.trail.expected(phi)
+        body = self.body
+        # free unknowns and motions in the same way, or the elements beside the scales are torn
+        predicted = self.trail.expected(phi)
+        z, expected = predicted[: self.z.size], predicted[self.z.size :]
         before = self.trail.before(phi)
-        places = 3 * self.body.free.size
-        start = self._start(z, expected, phi)
+        start = self._as_far(_STARTS, (self.z, self.v), (z - self.z, expected - self.v), phi)
         if start is None:
             return _INVERTED
-        z, v, reduced = start
+        z, v, reduced, _ = start
         # a step that is not a whole one may end within a contact: the way is sought from the last equilibrium again
         short = False
         for iteration in range(1, ITERATIONS + 1):
-
-            def linear(u: Array, x: float, at: Array = v, r: Condensed = reduced) -> tuple[Array, Array, Array]:
-                return r.s + r.S @ (u - at) + r.s_phi * (x - phi), r.S, r.s_phi
-
-            if iteration == 1 or short:
-                found = advance(linear, self.contact, (self.v, self.phi), (v, phi), before, self.kappa, self.ways)
-            else:
-                found = balance(linear, self.contact, v, phi, before, self.kappa, self.ways)
+            balance = Balance(reduced.linear, self.contact, before, self.kappa, self.ways)
+            again = iteration == 1 or short
+            found = balance.advance((self.v, self.phi), (v, phi)) if again else balance.find(v, phi)
+            self.rounds += found.rounds
             if not found.solved:
                 return "no balance of the contact was found"
+            if isinstance(body, Matrix):
+                v, reduced = found.v, body.reduce(z, found.v, phi)
+                break
             dv = found.v - v
             change = reduced.update(dv)
-            moved = max(float(np.abs(change[:places]).max()), float(np.abs(dv).max()))
-            if moved < TOLERANCE:
+            if max(float(np.abs(change[: body.places_free]).max()), float(np.abs(dv).max())) < TOLERANCE:
                 z, v = z + change, found.v
                 break
-            taken = self._step(z, v, change, dv, phi)
+            taken = self._as_far(_STEPS, (z, v), (change, dv), phi)
             if taken is None:
                 return _INVERTED
             z, v, reduced, short = taken
         else:
             return f"no balance within {ITERATIONS} iterations"
-        if np.abs(v - expected).max() > self._jump:
+        if np.abs(v - expected).max() > self._jump * self._slack:
             return "the next equilibrium is a jump away"
-        load = self.contact.load(v, phi, before, self.kappa)
-        state = State(z, v, phi, reduced.torque + float(load.total[-1]), reduced, load, iteration)
-        power = load.slid * self.trail.stretch(phi) / step
-        self.W += (self.T + state.T) / 2 * step
-        self.W_fr += (self._power + power) / 2 * step
-        self._power, self.before = power, before
-        self.trail.add(v, phi, self.contact.corners(v, phi))
-        self._z_trail.add(z, phi, np.empty(0))
-        self._keep(state)
+        self.iterations = iteration
+        self._keep(z, v, phi, reduced, self.contact.load(v, phi, before, self.kappa))
         return ""
 
-    def _start(self, z: Array, v: Array, phi: float) -> tuple[Array, Array, Condensed] | None:
-        """Return where an increment begins: as predicted, or as much of the way there as inverts no element."""
-        for share in _STARTS:
-            at = self.z + share * (z - self.z), self.v + share * (v - self.v)
-            reduced = self._reduce(*at, phi)
+    def _as_far(
+        self, shares: Sequence[float], at: tuple[Array, Array], by: tuple[Array, Array], phi: float
+    ) -> tuple[Array, Array, Reduced, bool] | None:
+        """Go the largest share of a step of the unknowns and motions that inverts no element, and say if it is cut."""
+        for share in shares:
+            z, v = (here + share * step for here, step in zip(at, by, strict=True))
+            reduced = self.body.reduce(z, v, phi)
             if reduced is not None:
-                return *at, reduced
+                return z, v, reduced, share < 1
         return None
 
-    def _step(
-        self, z: Array, v: Array, change: Array, dv: Array, phi: float
-    ) -> tuple[Array, Array, Condensed, bool] | None:
-        """Go as much of a Newton step as inverts no element; the last value says whether it was shortened."""
-        share = 1.0
-        for _ in range(_SHRINK):
-            at = z + share * change, v + share * dv
-            reduced = self._reduce(*at, phi)
-            if reduced is not None:
-                return *at, reduced, share < 1
-            share /= 2
-        return None
-
-    def _keep(self, state: State) -> None:
-        self.z, self.v, self.phi, self.T = state.z, state.v, state.phi, state.T
-        self.iterations, self.unbalanced = state.iterations, state.reduced.unbalanced
-        row, words = self._record(self, state)
-        self.rows.append(tuple(float(x) for x in row))
-        self.words.append(words)
-        N = state.load.resultant.N
-        if N > 0:
+    def _keep(self, z: Array, v: Array, phi: float, reduced: Reduced, load: Load) -> None:
+        """Take up an equilibrium: the works on the way there, what touches, and its row."""
+        T, step = reduced.torque + float(load.total[-1]), phi - self.phi
+        corners = self.contact.corners(v, phi)
+        if step:
+            power = load.slid * self.trail.stretch(phi) / step
+            # where the twist turns round the contact does not slide yet
+            past = 0.0 if self.trail.turns(phi) else self._power
+            self.W += (self.T + T) / 2 * step
+            self.W_fr += (past + power) / 2 * step
+            self._power = power
+            self.trail.add(np.append(z, v), phi, corners)
+        self.z, self.v, self.phi, self.T, self.reduced, self.load = z, v, phi, T, reduced, load
+        self.touches = self.contact.contact.touches(corners, self.kappa) if self.N > 0 else []
+        now = (self.touches[0].second, self.touches[0].pair) if self.touches else (0, "")
+        if now != ((self.contacts[-1].k, self.contacts[-1].pair) if self.contacts else (0, "")):
+            self.contacts.append(Contacts(phi, *now))
+        if self._record is not None:
+            row, words = self._record(self)
+            self.rows.append(tuple(float(x) for x in row))
+            self.words.append(words)
+        if self.N > 0:
             # keep the gap near dhat / 2
-            self.kappa = float(np.clip(stiffness(N, self.dhat), self.kappa / 2, self.kappa * 2))
+            self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
 
-    def save(self, path: Path, key: dict[str, Any]) -> None:
-        """Write all that is needed to go on; the file is complete or the old one stays.
+    def let_go(self, way: float, increment: float) -> Found | None:
+        """Let go of the scales a little farther on and find where they come to rest; None if that is where they are.
+
+        The body's tangent at the last equilibrium carries them. Where they leave, the next equilibrium is a jump away
+        (a limit point): energy is lost on the way, and a curve of equilibria ends there.
 
         Parameters
         ----------
-        path : Path
-            The restart file.
-        key : dict
-            What the run was asked for; :meth:`load` refuses another.
+        way : float
+            Sign of the sense in which the twist goes on.
+        increment : float
+            Largest increment, rad per pitch.
         """
-        past = self.trail.past
+        reduced = self.body.reduce(self.z, self.v, self.phi)
+        if reduced is None:
+            return None
+        phi = self.phi + float(np.sign(way)) * abs(increment) * _FARTHER
+        v = self.trail.expected(phi)[self.z.size :]
+        if self.contact.free(self.contact.corners(self.v, self.phi), self.contact.corners(v, phi)) < 1:
+            v, phi = self.v, self.phi
+        found = Balance(reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways).fall(v, phi)
+        return found if np.abs(found.v - self.v).max() > self._jump else None
+
+    def explained(self, ended: Ended, goal: float, increment: float) -> Ended:
+        """Return how a run to a twist ended, saying so where the scales snap."""
+        if ended.reached or "invert" in ended.sentence or (found := self.let_go(goal - self.phi, increment)) is None:
+            return ended
+        moved = self.contact.corners(found.v, found.phi) - self.contact.corners(self.v, self.phi)
+        away = float(np.linalg.norm(moved, axis=1).max())
+        words = f"come to rest {away:.2g} pitches away" if found.solved else f"move {away:.2g} pitches or farther"
+        return Ended(
+            False,
+            f"stopped at phi = {self.phi:.4f} rad per pitch: the scales snap there; let go, they {words}, energy is "
+            "lost on the way, and the curve ends",
+        )
+
+    def save(self, path: Path, key: dict[str, Any]) -> None:
+        """Write all that is needed to go on, whole or not at all; :meth:`resume` refuses a run with another key."""
+        states, twists, corners = zip(*self.trail.past, strict=True)
         arrays: dict[str, Any] = {
-            "v": self.v, "rate": self._rate, "v_rate": self._v_rate, "before": self.before,
             "numbers": np.array([self.phi, self.kappa, self.T, self.W, self.W_fr, self._power, self.halvings]),
-            "rows": np.array(self.rows), "words": np.array(self.words),
-            "past_z": np.array([p[0] for p in self._z_trail.past]), "past_v": np.array([p[0] for p in past]),
-            "past_phi": np.array([p[1] for p in past]), "past_corners": np.array([p[2] for p in past]),
+            "rows": np.array(self.rows), "words": np.array(self.words), "past_states": np.array(states),
+            "past_phi": np.array(twists), "past_corners": np.array(corners),
         }  # fmt: skip
         beside = path.with_name(f".{path.name}.new")
         with beside.open("wb") as out:
@@ -309,7 +330,7 @@ class Walk:
             os.fsync(out.fileno())
         beside.replace(path)
 
-    def load(self, path: Path, key: dict[str, Any]) -> None:
+    def resume(self, path: Path, key: dict[str, Any]) -> None:
         """Go on from a restart file.
 
         Raises
@@ -319,29 +340,18 @@ class Walk:
         """
         try:
             with np.load(path, allow_pickle=False) as stored:
-                kept = {name: stored[name] for name in stored.files}
-                old = json.loads(str(kept["key"]))
-            missing = _KEPT - kept.keys()
+                old = json.loads(str(stored["key"]))
+                numbers, rows, words, states, twists, corners = (stored[name] for name in _KEPT)
         except (OSError, ValueError, KeyError, EOFError, BadZipFile):
-            missing = _KEPT
-        if missing:
-            message = f"{path}: is no restart file of this version of squama; remove it or name another output"
-            raise InputError(message)
+            reason = "is no restart file of this version of squama"
+            refuse("", "", reason, "remove it or name another output", str(path))
         for name in sorted({*old, *key}):
             if old.get(name) != key.get(name):
-                message = (
-                    f"{path}: belongs to a run with {name} = {old.get(name)}, not {key.get(name)}; "
-                    "remove it or name another output"
-                )
-                raise InputError(message)
-        self.v, self._rate, self._v_rate = (kept[name] for name in ("v", "rate", "v_rate"))
-        self.z = kept["past_z"][-1]
-        self.before = kept["before"]
-        numbers = [float(x) for x in kept["numbers"]]
-        self.phi, self.kappa, self.T, self.W, self.W_fr, self._power = numbers[:6]
+                reason = f"belongs to a run with {name} = {old.get(name)}, not {key.get(name)}"
+                refuse("", "", reason, "remove it or name another output", str(path))
+        self.phi, self.kappa, self.T, self.W, self.W_fr, self._power = map(float, numbers[:6])
         self.halvings = int(numbers[6])
-        self.rows = [tuple(row) for row in kept["rows"].tolist()]
-        self.words = [str(words) for words in kept["words"]]
-        past = zip(kept["past_v"], kept["past_phi"].tolist(), kept["past_corners"], strict=True)
-        self.trail = Trail.of(list(past))
-        self._z_trail = Trail.of([(z, p[1], np.empty(0)) for z, p in zip(kept["past_z"], self.trail.past, strict=True)])
+        self.rows, self.words = [tuple(row) for row in rows.tolist()], [str(text) for text in words]
+        self.trail = Trail(list(zip(states, twists.tolist(), corners, strict=True)))
+        self.z, self.v = np.split(states[-1], [self.z.size])
+        self._begun = True

@@ -1,21 +1,32 @@
-"""Least squares from several starts, and the covariance of what is found.
+"""Least squares from several starts, the errors of what is found, and which further measurement would make them less.
 
-Residuals are measured over the largest torque, parameters over their start values. The model is linear in
-the joint stiffness, the rigidity and the zero of the load cell: at every start these are
-solved for first.
+Residuals are measured over the largest torque, parameters over their start values. The model is linear in the joint
+stiffness, the rigidity and the zero of the load cell: at every start these are solved for first. What the data tell
+apart the linearised model at the estimates says: the covariance of the parameters, and what it becomes with points
+added that have not been measured.
+
+Samples of the parameters come from their posterior distribution, by the affine-invariant ensemble of emcee. The prior
+is uniform within the bounds. Where the noise of a point is not known it has the prior 1/noise and is integrated out,
+which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squama import checks
-from squama.identify.forward import Forward
-from squama.identify.parameters import Asked
-from squama.model.solve import Array
+from squama.curves import hinge_cycles
+from squama.curves.hinge_cycles import Senses
+from squama.errors import refuse
+from squama.identify.forward import Forward, Walked, build
+from squama.identify.parameters import Asked, ask
+from squama.loads import LOADS
+from squama.model.outcome import End
+from squama.model.paths import ARRAY
+from squama.types import Array
 
 _NEAR_LOCK = 0.98
 _SPREAD = (0.3, 0.6, 0.1, 0.8, 0.45, 0.93, 0.02)
@@ -23,6 +34,15 @@ _AGREE = 1e-6
 _AT_BOUND = 1e-6
 SINGULAR = 1e-9
 """Smallest singular value of the scaled derivatives, over the largest, below which parameters are one."""
+HARDLY = 0.95
+"""Correlation from which two parameters are called hardly separable."""
+UNSEEN = 0.5
+"""Standard error over the estimate from which a parameter is called not determined."""
+FEW = 0.2
+"""Part of the points below which more of a kind are proposed."""
+FAR = 0.5
+"""How far towards the end of the path further points are proposed."""
+WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50
 
 
 class Estimate(NamedTuple):
@@ -37,19 +57,10 @@ class Estimate(NamedTuple):
     at_bound: NDArray[np.bool_]
 
 
-def solve(forward: Forward, torque: Array, asked: Asked, starts: int) -> Estimate:
-    """Find the parameters with the least sum of squares within their bounds.
+def solve(forward: Forward | Walked, torque: Array, asked: Asked, starts: int) -> Estimate:
+    """Find the parameters with the least sum of squares within their bounds, from the beam's values and more starts.
 
-    Parameters
-    ----------
-    forward
-        Points that are used, on their paths.
-    torque
-        Measured torque or moment there, N m.
-    asked
-        Parameters, start values, bounds.
-    starts
-        Number of starts, the beam's own values first.
+    ``torque`` (N m) is what was measured at the points.
     """
     from scipy.optimize import least_squares
 
@@ -64,12 +75,13 @@ def solve(forward: Forward, torque: Array, asked: Asked, starts: int) -> Estimat
     def slope(u: Array) -> Array:
         return derivatives(forward, asked, u * scale) * scale / size
 
+    still = 1e-13 if isinstance(forward, Forward) else 1e-6
     found = []
     for start in _starts(forward, torque, asked, starts):
         inside = np.clip(start / scale, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         inside = np.where((start / scale > low) & (start / scale < high), start / scale, inside)
         fit = least_squares(
-            residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=1e-13, xtol=1e-13, gtol=1e-13, max_nfev=300
+            residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=still, xtol=still, gtol=still, max_nfev=300
         )
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
     found.sort(key=lambda pair: pair[0])
@@ -81,12 +93,18 @@ def solve(forward: Forward, torque: Array, asked: Asked, starts: int) -> Estimat
     return Estimate(p, r, float(r @ r), derivatives(forward, asked, p), len(found), agreed, near)
 
 
-def derivatives(forward: Forward, asked: Asked, p: Array) -> Array:
+def derivatives(forward: Forward | Walked, asked: Asked, p: Array) -> Array:
     """Return the derivatives of the torque to the parameters, shape (points, parameters)."""
     return np.asarray(forward.jacobian(asked.physical(p)) @ asked.chain(p))
 
 
-def _starts(forward: Forward, torque: Array, asked: Asked, number: int) -> list[Array]:
+def standard_error(forward: Forward | Walked, asked: Asked, p: Array, covariance: Array) -> Array:
+    """Return the standard error of the torque that follows from a covariance of the estimates p."""
+    J = derivatives(forward, asked, p)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", J, covariance, J), 0.0)))
+
+
+def _starts(forward: Forward | Walked, torque: Array, asked: Asked, number: int) -> list[Array]:
     """Return the starts of a search: the beam's own values, then others within the bounds and before every lock."""
     mu, theta0 = asked.place("mu"), asked.place("theta0")
     lock = forward.locks_at(asked.bound("theta0", 0))
@@ -106,7 +124,7 @@ def _starts(forward: Forward, torque: Array, asked: Asked, number: int) -> list[
     return found
 
 
-def _solved_for_linear(forward: Forward, torque: Array, asked: Asked, start: Array) -> Array:
+def _solved_for_linear(forward: Forward | Walked, torque: Array, asked: Asked, start: Array) -> Array:
     """Return a start with those parameters solved for to which the torque is proportional, within their bounds."""
     linear = np.flatnonzero([row.linear for row in asked.rows])
     if {"C_f", "E_B"} <= set(asked.names):
@@ -127,19 +145,192 @@ def _solved_for_linear(forward: Forward, torque: Array, asked: Asked, start: Arr
 def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
     """Covariance of the estimates, from the derivatives and the standard deviation of a point.
 
-    Raises
-    ------
-    InputError
-        The derivatives leave parameters undetermined; one line that names them.
+    Derivatives that leave parameters undetermined are refused, in one line that names them.
     """
     norm = np.linalg.norm(jacobian, axis=0)
     unseen = [n for n, size in zip(names, norm, strict=True) if not size > 0]
     if unseen:
-        checks.fail(f"{' and '.join(unseen)}: the points do not depend on it; leave it out or measure where they do")
+        where = " and ".join(unseen)
+        refuse(where, "", "the points do not depend on it", "leave it out or measure where they do")
     _, s, vt = np.linalg.svd(jacobian / norm, full_matrices=False)
     if s[-1] < SINGULAR * s[0]:
         one = [n for n, v in zip(names, vt[-1], strict=True) if abs(v) > 0.1]
-        checks.fail(f"{' and '.join(one)}: these points do not tell them apart; find fewer of them")
+        refuse(" and ".join(one), "", "these points do not tell them apart", "find fewer of them")
     half = vt.T / s
     inner = half @ half.T / np.outer(norm, norm)
     return np.asarray(noise**2 * inner)
+
+
+class Remedy(NamedTuple):
+    """A further measurement: what, and the standard errors expected with it, in the order of the parameters."""
+
+    what: str
+    errors: Array
+
+
+def condition(jacobian: Array) -> float:
+    """Condition number of the derivatives with columns of one length: 1 if no parameter resembles another."""
+    s = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0), compute_uv=False)
+    return float(s[0] / s[-1])
+
+
+def correlations(covariance: Array) -> Array:
+    """Correlation matrix of a covariance."""
+    error = np.sqrt(np.diag(covariance))
+    return np.asarray(covariance / np.outer(error, error))
+
+
+def pairs(names: tuple[str, ...], correlation: Array) -> list[tuple[str, str, float]]:
+    """Pairs of parameters that are hardly separable, with their correlations."""
+    found = [(a, b, float(correlation[i, j])) for i, a in enumerate(names) for j, b in enumerate(names) if i < j]
+    return [pair for pair in found if abs(pair[2]) > HARDLY]
+
+
+def remedies(
+    asked: Asked, values: Array, senses: Senses, forward: Forward, jacobian: Array, noise: float
+) -> list[Remedy]:
+    """Further measurements with as much noise, and the standard errors that they would bring.
+
+    ``senses`` are both senses at the estimates; ``forward`` the points that are used, with the derivatives there.
+    """
+    theta0 = asked.physical(values).theta0
+    touching = forward.theta > theta0
+    pitch = senses.case.pitch
+    added: list[tuple[str, Forward]] = []
+    loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
+    for one, other, seen, missing in ((loaded, back, "loading", "unloading"), (back, loaded, "unloading", "loading")):
+        if one.any() and np.count_nonzero(other) < FEW * np.count_nonzero(one):
+            turned = forward.take(np.flatnonzero(one))
+            added.append((f"{missing} measured too, at the twists of the {seen}", turned._replace(way=-turned.way)))
+    n = max(int(np.count_nonzero(loaded)), 10)
+    sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
+    path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
+    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < FEW * forward.rate.size:
+        load = s * np.linspace(0, path.load_e, n)
+        added.append((f"{n} points before engagement", build(senses, load, np.ones(n))))
+    far = float(np.abs(forward.rate).max()) * pitch
+    end = max(far, path.load_e)
+    end += FAR * (senses.most[sign] - end)
+    if path.end is not End.NONE and np.isfinite(path.load_e) and end > 1.02 * far:
+        load = s * np.linspace(max(far, path.load_e), end, n + 1)[1:]
+        added.append((f"{n} points more of loading, up to {end:.3g} rad/pitch", build(senses, load, np.ones(n))))
+    further = [(what, derivatives(more, asked, values)) for what, more in added]
+    if LOADS[asked.load].sided and touching.any():
+        further += _bending(asked, values, float(forward.theta.max()), forward, n)
+    found = []
+    with np.errstate(all="ignore"):
+        for what, more in further:
+            J = np.concatenate([jacobian, more])
+            norm = np.linalg.norm(J, axis=0)
+            half = np.linalg.pinv(J / norm)
+            found.append(Remedy(what, noise * np.linalg.norm(half, axis=1) / norm))
+    return found
+
+
+def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int) -> list[tuple[str, Array]]:
+    """Return a bending test up to the largest inclination of these points, with as much noise for its largest moment.
+
+    Friction, joint and inclination at rest are those of the twisting test; its own rigidity is known.
+    """
+    if asked.beam.eta < 1:
+        return []
+    at = asked.physical(values)
+    bent = ask(asked.fitted(values), "bending", asked.names)
+    senses = hinge_cycles.senses(bent.beam, "bending", at.mu, "edge", 0.1)
+    path = senses.paths["+"]
+    if not path.engaged:
+        return []
+    last = min(float(path.row.point(np.array([theta]), path.law, ARRAY).load[0]), senses.most["+"])
+    if last <= path.load_e:
+        return []
+    points = build(senses, np.linspace(path.load_e, last, n), np.ones(n))
+    J = derivatives(points, bent, values)
+    for name in ("C_f", "E_B", "zero"):
+        i = asked.place(name)
+        if i is not None:
+            J[:, i] = 0.0
+    largest = np.abs(forward.torque(at)).max() / np.abs(points.torque(bent.physical(values))).max()
+    return [(f"a bending test too, {n} points of loading up to {last:.3g} rad/pitch", J * largest)]
+
+
+class Posterior(NamedTuple):
+    """Samples, shape (samples, parameters), and how independent they are.
+
+    ``acceptance`` is the part of the proposals that was taken; ``steps`` steps of the chains; ``autocorrelation`` the
+    largest of the integrated autocorrelation times, in steps.
+    """
+
+    samples: Array
+    acceptance: float
+    steps: int
+    autocorrelation: float
+
+    @property
+    def effective(self) -> float:
+        """Number of independent samples that those are worth."""
+        return min(self.steps * WALKERS / max(self.autocorrelation, 1.0), float(len(self.samples)))
+
+    def note(self) -> str | None:
+        """Say that the chains are short, if they are."""
+        if self.steps >= _LEAST * self.autocorrelation:
+            return None
+        return (
+            f"the chains of the samples are short ({self.steps} steps, {self.steps / self.autocorrelation:.0f} times "
+            f"their autocorrelation time; {_LEAST} are wanted): ask for more samples"
+        )
+
+
+def sample(
+    forward: Forward,
+    torque: Array,
+    asked: Asked,
+    estimates: Array,
+    covariance: Array,
+    number: int,
+    *,
+    noise: float | None,
+    seed: int,
+) -> Posterior:
+    """Draw samples from the measured torque at the points that are used; the chains start from the estimates.
+
+    ``noise`` is the standard deviation of a measured torque, N m, None where it is not known. The same seed gives the
+    same samples.
+    """
+    try:
+        import emcee
+    except ImportError:
+        reason = "posterior samples need emcee, which is not installed"
+        refuse("", "", reason, "install it with: pip install 'squama[fit]'")
+    low, high = asked.low, asked.high
+    size = float(np.abs(torque).max())
+
+    def log_probability(p: Array) -> Array:
+        inside = np.asarray(np.all((p >= low) & (p <= high), axis=1))
+        trial = np.where(inside[:, None], p, estimates)
+        r = (forward.torque(asked.physical(trial[:, None, :])) - torque) / size
+        square = np.einsum("ij,ij->i", r, r)
+        if noise is None:
+            value = -0.5 * torque.size * np.log(np.maximum(square, 1e-300))
+        else:
+            value = -0.5 * square * (size / noise) ** 2
+        return np.where(inside, value, -np.inf)
+
+    random = np.random.RandomState(seed)
+    p = len(asked.rows)
+    walkers = max(WALKERS, 4 * p)
+    error = np.sqrt(np.diag(covariance))
+    start = random.multivariate_normal(np.zeros(p), covariance / np.outer(error, error), walkers) * error
+    start = estimates + start
+    # walkers that start outside are put as far inside
+    start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
+    start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)
+    steps = THIN * math.ceil(number / walkers)
+    sampler = emcee.EnsembleSampler(walkers, p, log_probability, vectorize=True)
+    state = emcee.State(start, random_state=random.get_state())
+    state = sampler.run_mcmc(state, BURN, skip_initial_state_check=True)
+    sampler.reset()
+    sampler.run_mcmc(state, steps, skip_initial_state_check=True)
+    time = float(np.max(sampler.get_autocorr_time(tol=0))) if steps >= 100 else math.nan
+    time = time if math.isfinite(time) else float(steps)
+    chain = sampler.get_chain(thin=THIN, flat=True)[:number]
+    return Posterior(np.asarray(chain), float(np.mean(sampler.acceptance_fraction)), steps, time)

@@ -14,18 +14,28 @@ with m = mu while the scales are loaded, -mu while they are unloaded, and < > ze
 Towards a lock D vanishes and the torque grows without bound. So that a trial beyond a lock has a value and a slope too,
 1/D is continued by its tangent where D is below a thousandth of what it is without friction: the torque of such a
 trial is finite, a thousand times too large, and falls towards the lock.
+
+On the compliant joint (:class:`Walked`) the way decides, so the record is walked for each friction that is tried. The
+plates' contact is geometry and friction grows with the pressure, so that the motions do not change where the matrix of
+the joint is multiplied by a factor, the rigidity R without contact being kept: T = R Phi + T_0 + K_theta g(mu) again.
 """
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from squama.curve import invert
-from squama.histories import Senses
+from squama.beam.design import Beam
+from squama.curves import follow
+from squama.curves.hinge import invert
+from squama.curves.hinge_cycles import Senses
+from squama.curves.path import Asked, LoadPath
+from squama.errors import InputError
 from squama.model.paths import ARRAY
-from squama.model.solve import Array
+from squama.types import Array
 
 FLOOR = 1e-3
 """Part of the D without friction below which 1/D is continued by its tangent."""
@@ -103,14 +113,8 @@ class Forward(NamedTuple):
 def build(senses: Senses, load: Array, way: Array) -> Forward:
     """Put points on the paths of their contacts.
 
-    Parameters
-    ----------
-    senses
-        Both senses of loading, solved for the smallest friction and inclination at rest of all trials.
-    load
-        Load angles per pitch, signed; none beyond what the senses allow.
-    way
-        +1 for points reached by growing magnitude of the load, -1 by falling.
+    ``senses`` are solved for the smallest friction and inclination at rest of all trials; ``load`` are load angles per
+    pitch, signed, none beyond what the senses allow; ``way`` is +1 where their magnitude grew, -1 where it fell.
     """
     sign = np.where(load < 0, -1.0, 1.0)
     zero = np.zeros(load.size)
@@ -127,3 +131,126 @@ def build(senses: Senses, load: Array, way: Array) -> Forward:
         for target, values in zip(out[3:], columns, strict=True):
             target[index] = values
     return out
+
+
+class Walked:
+    """Points of records, one behind the other, on the joint whose matrix the beam has; asked as :class:`Forward` is.
+
+    ``way`` and ``specimen`` are those of a record; ``ways`` has the load angles of each specimen, one array for each
+    way between two turning points. The points are placed with the friction ``mu``; where the scales jump or lock on the
+    way then, they are refused.
+    """
+
+    points = 100
+    """Points of each way that are walked to; between them the torque is interpolated."""
+    step = 2e-3
+    """Step of the differences by friction."""
+
+    def __init__(self, beam: Beam, load: Array, way: Array, specimen: Array, mu: float) -> None:
+        ends = np.flatnonzero((np.diff(way * np.where(load < 0, -1, 1)) != 0) | (np.diff(specimen) != 0)) + 1
+        pieces = np.split(np.arange(load.size), ends)
+        self.ways = [[load[i] for i in pieces if specimen[i[0]] == n] for n in dict.fromkeys(specimen.tolist())]
+        self.beam, self.load, self.rate, self.mu = beam, load, load / beam.pitch, mu
+        self.index = np.arange(self.load.size)
+        self.known: dict[float, Array] = {}
+        self.walks: dict[tuple[float, ...], dict[str, Array]] = {}
+        self._share(mu)
+
+    def take(self, index: Array) -> Walked:
+        """Return some of the points; what is walked is shared."""
+        other = object.__new__(Walked)
+        other.__dict__ |= self.__dict__ | {"rate": self.rate[index], "index": self.index[index]}
+        return other
+
+    @property
+    def theta(self) -> Array:
+        """Inclination where plates touch, 0 elsewhere."""
+        return self._column("touching", self.mu)[self.index]
+
+    @property
+    def sign(self) -> Array:
+        """Sense of each point."""
+        return np.where(self.rate < 0, -1.0, 1.0)
+
+    def torque(self, v: Physical) -> Array:
+        """Torque (N m); a thousand times too large where the scales do not follow the record."""
+        try:
+            share = self._share(float(v.mu))
+        except InputError:
+            share = 1e3 * self._share(self.mu)
+        return np.asarray(v.rigidity * self.rate + v.zero + v.stiffness * share[self.index])
+
+    def jacobian(self, v: Physical) -> Array:
+        """Return the derivatives of the torque, shape (n, 5), in the order of :class:`Physical`."""
+        here, h = self._share(float(v.mu)), self.step
+        try:
+            slope = (self._share(v.mu + h) - here) / h
+        except InputError:
+            slope = (here - self._share(v.mu - h)) / h
+        none = np.zeros(self.rate.size)
+        columns = [v.stiffness * slope[self.index], here[self.index], self.rate, none, none + 1]
+        return np.stack(columns, axis=1)
+
+    def locks_at(self, _: float) -> float:
+        """Smallest friction beyond a lock: not known before it is walked."""
+        return float("inf")
+
+    def drawn(self, points: int) -> tuple[Walked, Array]:
+        """Return evenly spaced points of each way, and the number of their way, counted from 1."""
+        ways = []
+        for record in self.ways:
+            stops = _stops(record)
+            pairs = list(itertools.pairwise(stops))[-len(record) :]
+            ways.append([np.linspace(a, b, points) for a, b in pairs])
+        found = object.__new__(Walked)
+        found.__dict__ |= {**self.__dict__, "ways": ways, "known": {}}
+        found.load = np.concatenate([load for record in ways for load in record])
+        found.rate, found.index = found.load / self.beam.pitch, np.arange(found.load.size)
+        legs = [load for record in ways for load in record]
+        return found, np.repeat(np.arange(len(legs)) + 1, [load.size for load in legs])
+
+    def _share(self, mu: float) -> Array:
+        """Torque of the scales over K_theta at all points."""
+        if mu not in self.known:
+            self.known[mu] = self._column("scales", mu)
+        return self.known[mu]
+
+    def _column(self, name: str, mu: float) -> Array:
+        from scipy.interpolate import PchipInterpolator
+
+        found = []
+        for record in self.ways:
+            stops = _stops(record)
+            states = self._walk(stops, mu)
+            for i, load in enumerate(record, start=len(stops) - len(record)):
+                part = np.flatnonzero((states["leg"] == i) | (np.append(states["leg"][1:], 0) == i))
+                x, order = np.unique(states["load"][part], return_index=True)
+                y = states[name][part][order]
+                at = np.clip(load, x[0], x[-1])
+                found.append(PchipInterpolator(x, y)(at) if name == "scales" else np.interp(at, x, y))
+        return np.concatenate(found)
+
+    def _walk(self, stops: list[float], mu: float) -> dict[str, Array]:
+        key = (*stops, mu)
+        if key not in self.walks:
+            asked = Asked(self.beam, LoadPath.of("twisting", stops), np.asarray(mu), "edge", 0.01, self.points)
+            states = follow.model("compliant", asked).walk(asked)
+            along = states.by_dim["point",]
+            scales = along["scales"] / states.attrs["K_theta"]
+            theta = np.where(along["N"] > 0, np.maximum(along["theta"], 1.001 * self.beam.scale.theta0), 0.0)
+            self.walks[key] = {"load": along["load"], "leg": along["leg"], "scales": scales, "touching": theta}
+        return self.walks[key]
+
+
+def _stops(record: Sequence[Array]) -> list[float]:
+    """Return the twists to go to, from rest at 0, of the ways of a record."""
+    stops, here = [0.0], 0.0
+    first = record[0]
+    if abs(first[-1]) < abs(first[0]):
+        # it begins with unloading
+        stops.append(float(first[0]))
+    for load in record:
+        grows = load[-1] >= load[0] if load.size > 1 else load[0] >= here
+        here = float(load.max() if grows else load.min())
+        stops.append(here)
+    return stops

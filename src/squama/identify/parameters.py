@@ -1,4 +1,4 @@
-"""What can be identified: the parameters, their bounds, and where they stand in a beam.
+"""What can be identified: the parameters, their bounds, where they stand in a beam, and how they are written.
 
 One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unless others are asked for.
 """
@@ -11,144 +11,105 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama import checks, tabular, units
-from squama.design import Beam
-from squama.errors import InputError
+from squama import arguments, units
+from squama.beam.beamfile import FACTOR, MODULUS, STIFFNESS
+from squama.beam.design import Beam
+from squama.errors import Problem, Problems, naming, refuse
 from squama.identify.forward import Physical
-from squama.model.solve import Array
-from squama.parts import FACTOR, MODULUS, STIFFNESS
-from squama.units import Dimension
+from squama.io import tabular
+from squama.loads import LOADS, Load
+from squama.types import Array
+from squama.units import Dimension, for_people, prefix, torque_unit
 
 DEFAULT = ("mu", "K_theta")
 """Parameters that are found if none are named."""
 _WIDE = 1e4
 _ANGLES = 3.0
-_STEEPEST = math.radians(85)
+_STEEP = (1e-4, math.radians(85))
+_UNITS = {Dimension.ANGLE: "rad", Dimension.PRESSURE: "Pa", Dimension.TORQUE: "N m", Dimension.RATIO: "1"}
 
 
 class Parameter(NamedTuple):
-    """One row: ``unit`` (SI), what it measures, words, its value in a beam under a load, limits that always hold.
+    """One row: what it measures, words, limits that always hold, and where it stands in a beam file.
 
-    ``table``, ``key``: where it stands in a beam file ("" for what belongs to the test, not to the beam);
-    ``linear``: whether the torque is proportional to it.
+    ``place`` is "" for what belongs to the test, not to the beam.
     """
 
     name: str
-    unit: str
     dimension: Dimension
     words: str
-    tex: str
-    value: Callable[[Beam, str], float]
     limits: tuple[float, float]
-    table: str
-    key: str
-    linear: bool
+    place: str
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return _UNITS[self.dimension]
+
+    @property
+    def linear(self) -> bool:
+        """Whether the torque is proportional to it."""
+        return self.name not in ("mu", "theta0")
+
+    def value(self, beam: Beam, load: str) -> float:
+        """Return its value in a beam under a load."""
+        return _VALUES[self.name](beam, LOADS[load])
+
+    def written(self, value: float, error: float) -> str:
+        """Write a value and its error: "0.251 +- 0.013 N m"."""
+        return with_error(float(value), float(error), self.unit)
 
 
-def stiffness(beam: Beam, load: str) -> float:
-    """Joint stiffness under a load, N m."""
-    return beam.joint_stiffness if load == "twisting" else beam.bending_joint_stiffness
+def with_error(value: float, error: float, unit: str) -> str:
+    """Write a value and its error with as many digits as the error has two.
 
-
-def rigidity(beam: Beam, load: str) -> float:
-    """Rigidity without contact under a load, N m2."""
-    return beam.torsional_rigidity if load == "twisting" else beam.bending_rigidity
-
-
-def _inclusion(beam: Beam, load: str) -> float:
-    if load == "twisting":
-        return beam.C_f
-    return 1.0 if beam.joint.inclusion_factor is None else beam.joint.inclusion_factor
+    Examples
+    --------
+    >>> with_error(0.2512, 0.0134, "1"), with_error(1.5123e6, 2.2e4, "Pa")
+    ('0.251 +- 0.013', '1.512 +- 0.022 MPa')
+    """
+    factor, name = for_people(unit)
+    largest = max(abs(value), error if math.isfinite(error) else 0.0)
+    if unit == "N m" and largest < 1:
+        factor, name = torque_unit(largest)
+    elif unit in ("Pa", "N m"):
+        factor, sign = prefix(largest)
+        name = sign + unit
+    value, error = value * factor, error * factor
+    if not math.isfinite(error) or error < 1e-6 * abs(value):
+        return f"{value:.7g} +- {error:.1e} {name}".strip()
+    digits = max(0, 1 - math.floor(math.log10(error or 1.0)))
+    return f"{value:.{digits}f} +- {error:.{digits}f} {name}".strip()
 
 
 PARAMETERS = {
     p.name: p
     for p in (
-        Parameter(
-            "mu",
-            "1",
-            Dimension.RATIO,
-            "coefficient of friction",
-            r"\mu",
-            lambda b, _: 0.25 if b.friction.mu is None else b.friction.mu,
-            (0.0, 10.0),
-            "friction",
-            "mu",
-            False,
-        ),
-        Parameter(
-            "K_theta",
-            "N m",
-            Dimension.TORQUE,
-            "joint stiffness of a scale",
-            r"K_\theta",
-            stiffness,
-            (STIFFNESS.low, STIFFNESS.high),
-            "joint",
-            "stiffness",
-            True,
-        ),
-        Parameter(
-            "C_f",
-            "1",
-            Dimension.RATIO,
-            "inclusion factor of the bar",
-            "C_f",
-            _inclusion,
-            (FACTOR.low, FACTOR.high),
-            "joint",
-            "inclusion_factor",
-            True,
-        ),
-        Parameter(
-            "E_B",
-            "Pa",
-            Dimension.PRESSURE,
-            "Young's modulus of the bar",
-            "E_B",
-            lambda b, _: b.substrate.youngs_modulus,
-            (MODULUS.low, MODULUS.high),
-            "substrate",
-            "youngs_modulus",
-            True,
-        ),
-        Parameter(
-            "theta0",
-            "rad",
-            Dimension.ANGLE,
-            "inclination of the scales at rest",
-            r"\theta_0",
-            lambda b, _: b.scale.theta0,
-            (1e-4, _STEEPEST),
-            "scale",
-            "theta0",
-            False,
-        ),
-        Parameter(
-            "zero",
-            "N m",
-            Dimension.TORQUE,
-            "reading of the load cell at no load",
-            "T_0",
-            lambda _, __: 0.0,
-            (-1e15, 1e15),
-            "",
-            "",
-            True,
-        ),
+        Parameter("mu", Dimension.RATIO, "coefficient of friction", (0.0, 10.0), "friction.mu"),
+        Parameter("K_theta", Dimension.TORQUE, "joint stiffness of a scale", STIFFNESS[:2], "joint.stiffness"),
+        Parameter("C_f", Dimension.RATIO, "inclusion factor of the bar", FACTOR[:2], "joint.inclusion_factor"),
+        Parameter("E_B", Dimension.PRESSURE, "Young's modulus of the bar", MODULUS[:2], "substrate.youngs_modulus"),
+        Parameter("theta0", Dimension.ANGLE, "inclination of the scales at rest", _STEEP, "scale.theta0"),
+        Parameter("zero", Dimension.TORQUE, "reading of the load cell at no load", (-1e15, 1e15), ""),
     )
 }
 """Everything that can be identified, by name."""
+_VALUES: dict[str, Callable[[Beam, Load], float]] = {
+    "mu": lambda beam, _: 0.25 if beam.friction.mu is None else beam.friction.mu,
+    "K_theta": lambda beam, load: load.stiffness(beam),
+    "C_f": lambda beam, load: load.inclusion(beam),
+    "E_B": lambda beam, _: beam.substrate.youngs_modulus,
+    "theta0": lambda beam, _: beam.scale.theta0,
+    "zero": lambda *_: 0.0,
+}
 _OTHER_NAMES = {
-    "G_B": "E_B",
-    "E": "E_B",
-    "G": "E_B",
-    "youngs_modulus": "E_B",
-    "stiffness": "K_theta",
-    "K": "K_theta",
+    **dict.fromkeys(("G_B", "E", "G", "youngs_modulus"), "E_B"),
+    **dict.fromkeys(("stiffness", "K"), "K_theta"),
     "inclusion_factor": "C_f",
     "friction": "mu",
 }
+_PLACES = {"mu": 0, "K_theta": 1, "theta0": 3, "zero": 4}
+"""Places of parameters in :class:`Physical`; the others are factors of the rigidity."""
 
 
 class Asked(NamedTuple):
@@ -178,15 +139,12 @@ class Asked(NamedTuple):
     def bound(self, name: str, end: int) -> float:
         """Return the lower (0) or upper (1) bound of a parameter, its value in the beam if it is not to be found."""
         i = self.place(name)
-        return PARAMETERS[name].value(self.beam, self.load) if i is None else float((self.low, self.high)[end][i])
+        return self._of(name) if i is None else float((self.low, self.high)[end][i])
 
     def physical(self, p: Array) -> Physical:
         """Return what the torque depends on, for values of the parameters, shape (..., parameters)."""
         v = dict(zip(self.names, np.moveaxis(np.asarray(p, float), -1, 0), strict=True))
-        scale, modulus = (
-            v.get("C_f", self._of("C_f")) / self._of("C_f"),
-            v.get("E_B", self._of("E_B")) / self._of("E_B"),
-        )
+        scale, modulus = (v.get(name, self._of(name)) / self._of(name) for name in ("C_f", "E_B"))
         K = self.base.stiffness * (modulus if self.follows else 1.0)
         return Physical(
             v.get("mu", self.base.mu),
@@ -201,10 +159,7 @@ class Asked(NamedTuple):
         at = self.physical(p)
         out = np.zeros((5, len(self.rows)))
         for i, name in enumerate(self.names):
-            if name in _PLACES:
-                out[_PLACES[name], i] = 1.0
-            else:
-                out[2, i] = at.rigidity / p[i]
+            out[_PLACES.get(name, 2), i] = 1.0 if name in _PLACES else at.rigidity / p[i]
             if name == "E_B" and self.follows and "K_theta" not in self.names:
                 out[1, i] = at.stiffness / p[i]
         return out
@@ -214,117 +169,79 @@ class Asked(NamedTuple):
 
     def fitted(self, p: Array) -> Beam:
         """Return the beam with values of the parameters put in."""
-        changes: dict[str, dict[str, float]] = {}
-        for row, value in zip(self.rows, p, strict=True):
-            if row.table:
-                changes.setdefault(row.table, {})[row.key] = float(value)
-        return self.beam.replace(**changes)
-
-
-_PLACES = {"mu": 0, "K_theta": 1, "theta0": 3, "zero": 4}
+        return self.beam._with({row.place: float(value) for row, value in zip(self.rows, p, strict=True) if row.place})
 
 
 def ask(
     beam: Beam, load: str, names: Sequence[str] | str, bounds: Mapping[str, tuple[Any, Any]] | None = None
 ) -> Asked:
-    """Check which parameters are to be found, and between which bounds.
+    """Check which parameters are to be found, and between which bounds, from the values of the beam.
 
-    Parameters
-    ----------
-    beam, load
-        The beam whose values they start from, and the kind of load.
-    names
-        Parameters to find; one text may hold several, set apart by commas.
-    bounds
-        Lower and upper bound by name: SI numbers or texts with units.
-
-    Raises
-    ------
-    InputError
-        One line per mistake: an unknown name, one given twice, bounds that are reversed or out of range.
+    One text of names may hold several, set apart by commas; bounds are SI numbers or texts with units. Names that are
+    unknown or given twice, and bounds that are reversed or out of range, are refused together.
     """
     given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
-    problems = [f"parameters: {n} is given twice; give it once" for n in dict.fromkeys(given) if given.count(n) > 1]
-    problems += [f"parameters: {_unknown(n)}" for n in dict.fromkeys(given) if n not in PARAMETERS]
+    problems, once = Problems(), dict.fromkeys(given)
+    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
+    problems += [_unknown("parameters", n) for n in once if n not in PARAMETERS]
     if not given:
-        problems.append('parameters: none is named; give e.g. ("mu", "K_theta")')
-    if problems:
-        raise InputError("\n".join(problems))
+        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
+    problems.settle()
     rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if {"C_f", "E_B"} <= set(given) and not follows:
-        checks.fail("parameters: C_f and E_B: only their product enters the torque, no test tells them apart; find one")
-    if beam.friction.mu is None and "mu" not in given:
-        checks.fail("mu is not given: find it too, or write mu under [friction] in the beam's file")
-    low, high = [], []
-    for row in rows:
-        limits = _limits(row, beam, load)
-        try:
-            limits = _read(row, limits, (bounds or {}).get(row.name))
-        except InputError as error:
-            problems += str(error).splitlines()
-        low.append(limits[0])
-        high.append(limits[1])
-    problems += [
-        f"bounds: {n} is not to be found (found are: {', '.join(given)}); leave it out, or find it too"
-        if n in PARAMETERS
-        else f"bounds: {_unknown(n)}"
-        for n in bounds or {}
-        if n not in given
-    ]
-    if problems:
-        raise InputError("\n".join(problems))
-    start = np.clip([row.value(beam, load) for row in rows], low, high)
-    base = Physical(beam.friction.mu or 0.0, stiffness(beam, load), rigidity(beam, load), beam.scale.theta0)
-    return Asked(beam, load, rows, start, np.array(low), np.array(high), base, follows)
-
-
-def _unknown(name: str) -> str:
-    known = ", ".join(PARAMETERS)
-    if name in _OTHER_NAMES:
-        hint = f"write {_OTHER_NAMES[name]} ({PARAMETERS[_OTHER_NAMES[name]].words}) "
-        return f'"{name}" is not the name of a parameter; {hint}or another of {known}'
-    return f'"{name}" is not the name of a parameter; {tabular.guess(name, PARAMETERS)}known are {known}'
-
-
-def _limits(row: Parameter, beam: Beam, load: str) -> tuple[float, float]:
-    """Bounds where none are given."""
-    low, high = row.limits
-    value = row.value(beam, load)
-    if row.name == "theta0":
-        return max(low, value / _ANGLES), min(high, value * _ANGLES)
-    if row.table and row.name != "mu":
-        return max(low, value / _WIDE), min(high, value * _WIDE)
-    return low, high
-
-
-def _read(row: Parameter, default: tuple[float, float], given: tuple[Any, Any] | None) -> tuple[float, float]:
-    """Return the bounds of a parameter as given; an open end (None or "") keeps the default's."""
-    if given is None:
-        return default
-    try:
-        pair = list(given)
-    except TypeError:
-        pair = []
-    if len(pair) != 2 or isinstance(given, str):
-        checks.fail(f"bounds: {row.name}: give two values, the lower and the upper one")
+        reason = "C_f and E_B: only their product enters the torque, no test tells them apart"
+        refuse("parameters", "", reason, "find one")
+    if "mu" not in given:
+        arguments.friction(beam.friction.mu, None, "find it too")
     found = []
-    for value, other in zip(pair, default, strict=True):
-        if value is None or (isinstance(value, str) and not value.strip()):
-            found.append(other)
-            continue
-        try:
-            found.append(units.quantity(value, row.dimension))
-        except units.QuantityError as error:
-            checks.fail(f"bounds: {row.name} = {error.shown}: {error.reason}")
-    low, high = found
+    for row in rows:
+        with problems.caught():
+            found.append(_bounds(row, row.value(beam, load), (bounds or {}).get(row.name)))
+    for n in bounds or {}:
+        if n not in PARAMETERS:
+            problems.append(_unknown("bounds", n))
+        elif n not in given:
+            reason = f"{n} is not to be found (found are: {', '.join(given)})"
+            problems.add("bounds", "", reason, "leave it out, or find it too")
+    problems.settle()
+    low, high = np.array(found, float).T
+    start = np.clip([row.value(beam, load) for row in rows], low, high)
+    stiffness, rigidity = LOADS[load].stiffness(beam), LOADS[load].rigidity(beam)
+    base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
+    return Asked(beam, load, rows, start, low, high, base, follows)
+
+
+def _unknown(where: str, name: str) -> Problem:
+    known, meant = ", ".join(PARAMETERS), _OTHER_NAMES.get(name)
+    remedy = f"{tabular.guess(name, PARAMETERS)}known are {known}"
+    if meant:
+        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {known}"
+    return Problem(where, "", f'"{name}" is not the name of a parameter', remedy)
+
+
+def _bounds(row: Parameter, value: float, given: object) -> tuple[float, float]:
+    """Return the bounds of a parameter; where none is given, or an end is open (None or ""), wide ones."""
+    least, most = row.limits
+    low, high = least, most
+    if row.place and row.name != "mu":
+        wide = _ANGLES if row.dimension is Dimension.ANGLE else _WIDE
+        low, high = max(least, value / wide), min(most, value * wide)
+    if given is None:
+        return low, high
+    where = f"bounds: {row.name}"
+    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str) or len(given) != 2:
+        refuse(where, "", "give two values, the lower and the upper one")
+    with naming(where):
+        low, high = (
+            other if end is None or (isinstance(end, str) and not end.strip()) else units.quantity(end, row.dimension)
+            for end, other in zip(given, (low, high), strict=True)
+        )
     if low >= high:
         turned = " (they are reversed)" if low > high else ""
-        checks.fail(
-            f"bounds: {row.name}: the lower bound {low:.6g} is not below the upper {high:.6g}{turned}; "
-            f"give the smaller one first"
-        )
-    for value in (low, high):
-        if not row.limits[0] <= value <= row.limits[1]:
-            checks.fail(f"bounds: {row.name} = {value:.6g}: must lie within {row.limits[0]:g} and {row.limits[1]:.4g}")
+        reason = f"the lower bound {low:.6g} is not below the upper {high:.6g}{turned}"
+        refuse(where, "", reason, "give the smaller one first")
+    for end in (low, high):
+        if not least <= end <= most:
+            refuse(where, f"{end:.6g}", f"must lie within {least:g} and {most:.4g}")
     return low, high

@@ -2,25 +2,49 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squama._version import __version__
-from squama.design import Beam
-from squama.identify import separable, wording
-from squama.identify.curve import curve
-from squama.identify.data import Record
-from squama.identify.forward import Forward
+from squama.beam.design import Beam
+from squama.curves import hinge_cycles
+from squama.identify import estimate
+from squama.identify.estimate import Posterior, Remedy
+from squama.identify.forward import Forward, Walked, build
 from squama.identify.parameters import Asked
-from squama.identify.separable import Remedy
-from squama.model.solve import Array
+from squama.identify.records import Record, turning_points
+from squama.loads import LOADS
+from squama.types import Array
+from squama.units import torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+
+BRANCHES = {
+    "straight": "before engagement",
+    "loading": "loading",
+    "stick": "at a reversal (not used)",
+    "unloading": "unloading",
+    "beyond": "beyond the range asked (not used)",
+}
+POINTS = 80
+"""Points of each way of the fitted curve."""
+_SAME = 0.02
+_NEAR = 1e-6
+
+
+class SpecimenFit(NamedTuple):
+    """Estimates and errors from one specimen alone; None where that is not possible, ``problem`` says why."""
+
+    label: str
+    values: Array | None
+    errors: Array | None
+    problem: str = ""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -67,7 +91,7 @@ class Fit:
     law: str
     asked: Asked
     record: Record
-    forward: Forward
+    forward: Forward | Walked
     estimates: Array
     covariance: Array
     noise: float
@@ -81,10 +105,10 @@ class Fit:
     jacobian: Array
     starts: tuple[int, int]
     at_bound: NDArray[np.bool_]
-    specimens: tuple[Any, ...]
+    specimens: tuple[SpecimenFit, ...]
     remedies: tuple[Remedy, ...]
     notes: tuple[str, ...]
-    posterior: Any = None
+    posterior: Posterior | None = None
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -104,75 +128,162 @@ class Fit:
     @property
     def correlation(self) -> Array:
         """Correlation matrix of the estimates."""
-        return separable.correlations(self.covariance)
+        return estimate.correlations(self.covariance)
 
     @property
     def condition(self) -> float:
         """Condition number of the scaled derivatives."""
-        return separable.condition(self.jacobian)
+        return estimate.condition(self.jacobian)
+
+    @property
+    def joint(self) -> str:
+        """How the scales were held: "hinge" or "compliant"."""
+        return "compliant" if isinstance(self.forward, Walked) else "hinge"
+
+    @property
+    def lines(self) -> list[str]:
+        """Estimates with their errors: "mu = 0.251 +- 0.013"."""
+        return self._written(self.estimates, np.sqrt(np.diag(self.covariance)))
+
+    def _written(self, values: Array, errors: Array) -> list[str]:
+        rows = zip(self.asked.rows, values, errors, strict=True)
+        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
 
     def __repr__(self) -> str:
-        shown = ", ".join(wording.estimate(self, name) for name in self.parameters)
-        return f"Fit({shown}; {np.count_nonzero(self.used)} of {self.used.size} points, rms {self.rms:.3g} N m)"
+        used = f"{np.count_nonzero(self.used)} of {self.used.size} points"
+        return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} N m)"
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""
-        return wording.summary(self)
+        lines = []
+        for i, row in enumerate(self.asked.rows):
+            other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
+            also = f"; correlation {', '.join(other)}" if other else ""
+            text = row.written(self.values[row.name], self.errors[row.name])
+            lines.append(f"{row.name:8} {text:24} {row.words}{also}")
+        share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
+        source = "given" if self.given_noise else "from the residuals"
+        counts = {words: np.count_nonzero(self.branch == b) for b, words in BRANCHES.items()}
+        states = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
+        lines += [
+            f"residual rms {torque(self.rms)}, {share:.2g} % of the largest; noise {torque(self.noise)} ({source})",
+            f"{np.count_nonzero(self.used)} of {self.used.size} points used: {states}",
+        ]
+        for s in self.specimens:
+            text = s.problem if s.values is None or s.errors is None else ", ".join(self._written(s.values, s.errors))
+            lines.append(f"specimen {s.label} alone: {text}")
+        if self.posterior is not None:
+            x, note = self.posterior.samples, self.posterior.note()
+            found = ", ".join(self._written(x.mean(axis=0), x.std(axis=0, ddof=1)))
+            worth = f"worth {self.posterior.effective:.0f} independent ones"
+            lines.append(f"posterior, {len(x)} samples ({worth}): {found}")
+            lines += [f"note: {note}"] if note else []
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def dataset(self) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset``: dimensions ``point``, ``parameter``, ``curve``, ``sample``."""
         import xarray as xr
 
-        twisting = self.load == "twisting"
-        angle, rate, torque = ("phi", "Phi", "T") if twisting else ("psi", "kappa", "M")
-        rec = self.record
+        load, rec, names = LOADS[self.load], self.record, list(self.parameters)
         labels = np.array([s.label for s in rec.specimens])
+        error = f"standard error of the fitted {load.torque_words}"
         points = {
             "specimen": (labels[rec.specimen], "specimen", ""),
             "branch": (self.branch, "state in which the point was reached", ""),
             "used": (self.used, "whether the fit is made from the point", ""),
-            angle: (rec.load, f"{wording.WORDS[self.load][0]} per pitch", "rad"),
-            rate: (rec.load / self.beam.pitch, wording.WORDS[self.load][1], "rad/m"),
-            torque: (rec.torque, f"measured {wording.WORDS[self.load][2]}", "N m"),
-            f"{torque}_fit": (self.fitted, f"fitted {wording.WORDS[self.load][2]}", "N m"),
-            f"{torque}_error": (self.band, f"standard error of the fitted {wording.WORDS[self.load][2]}", "N m"),
+            load.angle: (rec.load, load.angle_words, "rad"),
+            load.rate: (rec.load / self.beam.pitch, load.rate_words, "rad/m"),
+            load.torque: (rec.torque, f"measured {load.torque_words}", "N m"),
+            f"{load.torque}_fit": (self.fitted, f"fitted {load.torque_words}", "N m"),
+            f"{load.torque}_error": (self.band, error, "N m"),
             "residual": (self.residuals, "measured less fitted", "N m"),
         }
-        units = np.array([row.unit for row in self.asked.rows])
         every = {
             "estimate": (self.estimates, "estimate"),
             "error": (np.sqrt(np.diag(self.covariance)), "standard error"),
             "low": (self.asked.low, "lower bound"),
             "high": (self.asked.high, "upper bound"),
             "initial": (self.asked.start, "value in the beam as given"),
-            "unit": (units, "unit of estimate, error and bounds"),
+            "unit": (np.array([row.unit for row in self.asked.rows]), "unit of estimate, error and bounds"),
         }
-        data: dict[str, Any] = {
-            name: ("point", values, {"long_name": words, "units": unit})
-            for name, (values, words, unit) in points.items()
+        drawn = self.curve()
+        curve = {
+            f"{load.angle}_curve": (drawn.load, f"{load.angle} of the fitted curve", "rad"),
+            f"{load.torque}_curve": (drawn.torque, "fitted curve", "N m"),
+            f"{load.torque}_curve_error": (drawn.error, "standard error of the fitted curve", "N m"),
         }
+
+        def laid(dimension: str, table: dict[str, tuple[Array, str, str]]) -> dict[str, Any]:
+            return {n: (dimension, v, {"long_name": words, "units": unit}) for n, (v, words, unit) in table.items()}
+
+        data = laid("point", points)
         data |= {name: ("parameter", values, {"long_name": words}) for name, (values, words) in every.items()}
         data["correlation"] = (("parameter", "other"), self.correlation, {"long_name": "correlation of the estimates"})
         data["rms"] = ((), self.rms, {"long_name": "root mean square of the residuals", "units": "N m"})
         data["noise"] = ((), self.noise, {"long_name": "standard deviation of a point", "units": "N m"})
-        drawn = curve(self)
-        data[f"{angle}_curve"] = ("curve", drawn.load, {"long_name": f"{angle} of the fitted curve", "units": "rad"})
-        data[f"{torque}_curve"] = ("curve", drawn.torque, {"long_name": "fitted curve", "units": "N m"})
-        words = {"long_name": "standard error of the fitted curve", "units": "N m"}
-        data[f"{torque}_curve_error"] = ("curve", drawn.error, words)
+        data |= laid("curve", curve)
         data["leg"] = ("curve", drawn.leg, {"long_name": "way between two reversals, counted from 1"})
-        names = list(self.parameters)
         if self.posterior is not None:
             data["sample_value"] = (("sample", "parameter"), self.posterior.samples, {"long_name": "posterior sample"})
         attrs = {
             "title": f"parameters of a scale-covered beam from a test in {self.load}",
             "load": self.load,
             "law": self.law,
+            "joint": self.joint,
             "beam": self.beam.to_toml(),
             "initial_beam": self.initial.to_toml(),
-            "estimates": ", ".join(wording.estimate(self, name) for name in names),
+            "estimates": ", ".join(self.lines),
             "notes": "\n".join(self.notes),
             "remedies": json.dumps([{"what": r.what, "errors": r.errors.tolist()} for r in self.remedies]),
             "squama_version": __version__,
         }
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
+
+    def curve(self) -> Curve:
+        """Return the fitted curve along the ways of the records; ways that are gone again stand once.
+
+        A way that begins at a reversal begins with the drop there.
+        """
+        at, rec = self.asked.physical(self.estimates), self.record
+        if isinstance(self.forward, Walked):
+            drawn, leg = self.forward.drawn(POINTS)
+            error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)
+            return Curve(drawn.load, drawn.torque(at), error, leg)
+        senses = hinge_cycles.senses(self.beam, self.load, at.mu, self.law, _NEAR)
+        size = float(np.abs(rec.load).max())
+        seen: list[tuple[float, float]] = []
+        for number in range(len(rec.specimens)):
+            mine = rec.load[(rec.specimen == number) & (self.branch != "beyond")]
+            if mine.size < 2:
+                continue
+            ends = np.clip(
+                mine[[0, *turning_points(mine, _SAME * size), mine.size - 1]], -senses.most["-"], senses.most["+"]
+            )
+            for a, b in itertools.pairwise(ends.tolist()):
+                if a != b and all(max(abs(a - p), abs(b - q)) > _SAME * size for p, q in seen):
+                    seen.append((a, b))
+        parts = []
+        for number, (a, b) in enumerate(seen, start=1):
+            load = np.concatenate([[a], np.linspace(a, b, POINTS)])
+            way = np.sign(b - a) * np.where(load < 0, -1.0, 1.0)
+            if number > 1:
+                way[0] *= -1
+            forward = build(senses, load, way)
+            error = estimate.standard_error(forward, self.asked, self.estimates, self.covariance)
+            parts.append((load, forward.torque(at), error, np.full(load.size, number)))
+        return Curve(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+class Curve(NamedTuple):
+    """Load angles (signed), torques, standard errors, and the way that each point belongs to, counted from 1."""
+
+    load: Array
+    torque: Array
+    error: Array
+    leg: Array
+
+
+def torque(value: float) -> str:
+    """Write a torque in N m or N mm."""
+    factor, unit = torque_unit(value)
+    return f"{factor * value:.3g} {unit}"

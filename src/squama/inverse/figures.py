@@ -1,83 +1,140 @@
-"""Figures of many designs that a target may name, with their derivatives by whatever was moved."""
+r"""Figures of many designs that a target may name, with their derivatives by whatever was moved.
+
+No differences are taken but for the tangent. Along a path the torque at a given twist phi follows from the path
+parameter x with phi(x, p) = phi, so that by the implicit function theorem
+
+.. math::  \frac{\mathrm d T}{\mathrm d p} = \frac{\partial T}{\partial p}
+           - \frac{\partial T/\partial x}{\partial \phi/\partial x} \frac{\partial \phi}{\partial p},
+
+each partial derivative by a complex step; ends and cut-offs are those of :mod:`squama.model.sensitivity`. Derivatives
+of the tangent stiffness are central differences of these along the twist.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.inverse.along import Part, at_twist, take
-from squama.inverse.wants import COLUMNS, PATH, Found, Options, Partials, Want
+from squama.batch.solution import SEARCH, Solution, with_touches
+from squama.loads import LOADS
+from squama.model import energy, mechanics
 from squama.model.outcome import CODES, End
-from squama.model.plates import Plates
-from squama.model.sensitivity import STEP
-from squama.model.solution import SEARCH, Solution, solve_bending, solve_twisting, touch, with_touches
-from squama.model.solve import Array
-from squama.study.cells import Cells
+from squama.model.paths import ARRAY
+from squama.model.sensitivity import COMPLEX, STEP, Moved, Seed, Tracked, move, seed, tracked, vanishing
+from squama.model.tracks import Track, at_loads
+from squama.study.columns import Cells
+from squama.types import Array
 
-_NONE = CODES.index(End.NONE)
-_AT_END = {"RED", "W_fr"}
+COLUMNS = ("eta", "beta", "lam", "alpha", "theta0", "mu", "ratio", "K", "d", "rigidity")
+LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
+FIGURES = {
+    "tangent": ("N m2", "tangent stiffness in contact at the stated twist"),
+    "torque": ("N m", "torque at the stated twist"),
+    "stiffness": ("N m2", "stiffness before engagement"),
+    "range": ("rad", "twist per pitch from engagement to the lock"),
+    "lock": ("rad", "twist per pitch at the lock"),
+    "engagement": ("rad", "twist per pitch at engagement"),
+    "W_fr": ("J/m", "frictional work at the cut-off before the lock"),
+    "RED": ("1", "relative energy dissipation at the cut-off before the lock"),
+    "critical_mu": ("1", "smallest friction that locks at engagement"),
+}
+"""Figures by name: unit, words."""
+GRID = 33
+"""Samples of a path between which a twist is looked for."""
+NEAR = 1e-5
+"""Step of the central differences along the twist, relative."""
+_NONE, _OTHER = CODES.index(End.NONE), CODES.index(End.OTHER)
+_OFF = (CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE))
+
+Partials = dict[str, Array]
+
+
+class At(NamedTuple):
+    """A twist, ``rate * d + angle`` in rad per pitch: a rate (rad/m) or an angle per pitch whatever the pitch is."""
+
+    rate: float
+    angle: float
+
+    def per_pitch(self, d: Any) -> Any:
+        """Twist in rad per pitch of beams with the pitch d (m)."""
+        return self.rate * d + self.angle
+
+
+class Want(NamedTuple):
+    """A figure by name, and the twist at which it is wanted.
+
+    Beside :data:`FIGURES` the search asks for the borders of their domain: ``reach`` is how far the curve goes; ``tip``
+    and ``side`` are the room of the contact to the end of that edge at the lock, over the scale's half width or length;
+    ``hold`` the moment of friction that lacks for a lock where the contact runs off an edge, over the scale's length.
+    """
+
+    figure: str
+    at: At | None = None
+
+
+class Options(NamedTuple):
+    """What is common to all designs; ``locks`` are the codes of the ends that count as locks."""
+
+    law: str = "edge"
+    sense: str = "+"
+    margin: float = 0.01
+    load: str = "twisting"
+    locks: tuple[int, ...] = LOCKS
+
+
+class Found(NamedTuple):
+    """Values of the wanted figures (wants, designs), NaN where a design has none, and how the designs end.
+
+    ``slopes`` (wants, variables, designs) are derivatives by what was moved. ``load_e`` is where a design engages and
+    ``load_end`` how far its curve goes, rad per pitch.
+    """
+
+    values: Array
+    slopes: Array
+    code: Array
+    load_e: Array
+    load_end: Array
 
 
 def flat(c: Cells) -> Cells:
     """Return columns of one length."""
-    shape = np.broadcast_shapes(
-        *(np.shape(v) for v in c[:-1]), *(np.shape(v) for t in c.sizes.values() for v in t.values())
-    )
+    shape = np.broadcast_shapes(*map(np.shape, c[:-1]), *(np.shape(v) for t in c.sizes.values() for v in t.values()))
     n = math.prod(shape)
 
-    def column(v: Any) -> Array:
+    def column(v: Array) -> Array:
         return np.ascontiguousarray(np.broadcast_to(v, shape)).reshape(n)
 
     sizes = {table: {key: column(v) for key, v in content.items()} for table, content in c.sizes.items()}
-    return Cells._make([*(column(v) for v in c[:-1]), sizes])
+    return Cells._make([*map(column, c[:-1]), sizes])
+
+
+def take(c: Cells, index: Array) -> Cells:
+    """Return some designs, without their sizes."""
+    return Cells._make([*(v[index] for v in c[:-1]), {}])
 
 
 def harmless(c: Cells, good: Array) -> Cells:
     """Return columns in which rows that are no beam stand for something that can be computed."""
-    if np.count_nonzero(good) == good.size:
+    if good.all():
         return c
     fill = {"eta": 2.0, "lam": 0.5, "alpha": 0.5, "theta0": 0.2, "mu": 0.2}
     safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}
     return Cells(**safe, sizes=c.sizes)
 
 
-def evaluate(
-    c: Cells,
-    moved: Sequence[Cells],
-    wants: Sequence[Want],
-    options: Options,
-    *,
-    plates: bool,
-    followed: tuple[Solution, Array] | None = None,
-) -> Found:
-    """Evaluate figures of many designs.
+def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
+    """Evaluate figures of many designs, flat columns.
 
-    Parameters
-    ----------
-    c : Cells
-        Designs, flat columns.
-    moved : sequence of Cells
-        The same designs, each time with one variable moved by i STEP.
-    wants : sequence of Want
-        Figures.
-    options : Options
-        Force law, sense, margin, load, which ends count as locks.
-    plates : bool
-        Whether all plates are tested against each other, as :func:`squama.twist` does; else a contact of another kind
-        goes unnoticed.
-    followed : tuple, optional
-        What :func:`follow` has given for the designs.
-
-    Returns
-    -------
-    Found
+    ``moved`` are the same designs, each time with one variable moved by i STEP. With ``plates`` all plates are tested
+    against each other, as :func:`squama.twist` does; else a contact of another kind goes unnoticed.
     """
     n = c.eta.size
     by_column = {name: np.stack([np.imag(getattr(m, name)) for m in moved]) / STEP for name in COLUMNS if moved}
-    sol, limit = follow(c, options, plates=plates) if followed is None else followed
+    with_work = any(w.figure in ("RED", "W_fr") for w in wants)
+    sol, limit = _follow(c, options, plates=plates, with_work=with_work)
     values, slopes = np.full((len(wants), n), np.nan), np.zeros((len(wants), len(moved), n))
 
     def put(i: int, index: Array, value: Array, partials: Partials) -> None:
@@ -87,7 +144,7 @@ def evaluate(
                 slopes[i][:, index] += np.where(np.isfinite(partial), partial, 0.0) * by_column[name][:, index]
 
     with np.errstate(all="ignore"):
-        used = [p for p in PATH[options.load] if moved and by_column[p].any()]
+        used = [p for p in LOADS[options.load].contact if moved and by_column[p].any()]
         for i, want in enumerate(wants):
             if want.figure == "stiffness":
                 put(i, np.arange(n), c.rigidity, {"rigidity": np.ones(n)})
@@ -96,47 +153,184 @@ def evaluate(
                 phi = want.at.per_pitch(c.d)
                 index = np.flatnonzero(phi <= np.minimum(sol.load_e, limit))
                 none = np.zeros(index.size)
-                put(i, index, *at_twist(want, take(c, index), phi[index], none, none, {}, {}))
+                put(i, index, *_at_twist(want, take(c, index), phi[index], none, none, {}, {}))
         for index, t in sol.tracks:
-            part = Part(take(c, index), t, options, any(w.figure in _AT_END for w in wants), used)
-            reached, code = limit[index], sol.code[index]
+            part = _Part(take(c, index), t, options, used, sol.work[index], with_work=with_work)
             for i, want in enumerate(wants):
                 if want.figure != "stiffness":
-                    lanes, value, partials = part.figure(want, reached, code)
+                    lanes, value, partials = part.figure(want, limit[index], sol.code[index])
                     put(i, index[lanes], value, partials)
-    return Found(values, slopes, sol.code, limit)
+    return Found(values, slopes, sol.code, sol.load_e, limit)
 
 
-def follow(c: Cells, options: Options, *, plates: bool) -> tuple[Solution, Array]:
+def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tuple[Solution, Array]:
     """Return the ends of the designs, and how far their curves go."""
-    if options.load == "bending":
-        sol = solve_bending(c.eta, c.theta0, c.mu)
-        return sol, np.where(sol.code == _NONE, SEARCH, sol.load_end)
-    sol = solve_twisting(c.eta, c.beta, c.lam, c.alpha, c.theta0, c.mu, law=options.law, sense=options.sense)
+    load = LOADS[options.load]
+    margin = options.margin if with_work else None
+    sol = load.solve(lambda name: np.asarray(getattr(c, name)), law=options.law, sense=options.sense, margin=margin)
     limit = np.where(sol.code == _NONE, SEARCH, sol.load_end)
-    if plates:
-        sol, touches = with_touches(sol, _plates(c, options), c.theta0, mirrored=options.sense == "-")
+    if plates and load.sided:
+        sol, touches = with_touches(sol, (c.eta, c.beta, c.lam, c.alpha, c.theta0), sense=options.sense)
         met = np.array([np.inf if hit is None else hit.phi for hit in touches])
         limit = np.where(sol.code == _NONE, np.minimum(SEARCH, met), sol.load_end)
     return sol, limit
 
 
-def _plates(c: Cells, options: Options) -> list[Plates]:
-    sign = 1 if options.sense == "+" else -1
-    shapes = (c.eta, c.beta, c.lam, sign * np.sin(c.alpha), np.cos(c.alpha))
-    return [Plates(*map(float, row)) for row in zip(*shapes, strict=True)]
+def _at_twist(
+    want: Want,
+    c: Cells,
+    phi: Array,
+    tau: Array,
+    slope: Array,
+    by_path: Partials,
+    slope_by_path: Partials,
+    bend: Array | float = 0.0,
+) -> tuple[Array, Partials]:
+    """Torque or tangent stiffness from the scales' torque tau (in K), its slope and its curvature ``bend`` by phi."""
+    assert want.at is not None
+    a = want.at.rate
+    if want.figure == "torque":
+        by_d = c.K * slope * a + c.rigidity * (a - phi / c.d) / c.d
+        known = {"K": tau, "rigidity": phi / c.d, "d": by_d}
+        return c.K * tau + c.rigidity * phi / c.d, known | {p: c.K * v for p, v in by_path.items()}
+    known = {"K": c.d * slope, "rigidity": np.ones_like(phi), "d": c.K * (slope + c.d * bend * a)}
+    return c.rigidity + c.K * c.d * slope, known | {p: c.K * c.d * v for p, v in slope_by_path.items()}
 
 
-def touched(c: Cells, sol: Solution, index: Array, options: Options) -> Array:
-    """Tell for some of the engaged designs whether other plates meet before their paths end."""
-    if options.load == "bending":
-        return np.zeros(index.size, bool)
-    places = {int(i): (t, n) for lanes, t in sol.tracks for n, i in enumerate(lanes)}
-    every = _plates(take(c, index), options)
-    found = np.zeros(index.size, bool)
-    for k, i in enumerate(index.tolist()):
-        t, n = places[i]
-        before = float(sol.load_e[i])
-        mirrored = options.sense == "-"
-        found[k] = touch(every[k], float(c.theta0[i]), before, t, n, mirrored=mirrored) is not None
-    return found
+class _Part:
+    """One track of paths: figures of its designs, with partial derivatives by column."""
+
+    def __init__(
+        self, c: Cells, t: Track, options: Options, used: Sequence[str], work: Array, *, with_work: bool
+    ) -> None:
+        self.c, self.t, self.options = c, t, options
+        sign = 1 if options.sense == "+" else -1
+        self.base: Tracked = tracked(t, c.mu, options.margin, options.law, work)
+        self.seeds: dict[str, Seed] = {p: seed(self.base, p, sign) for p in used}
+        self.moved: dict[str, Moved] = {p: move(self.base, s, with_work=with_work) for p, s in self.seeds.items()}
+        self.grid: tuple[Array, Array] | None = None
+        start = getattr(t.row, "open", t.row)
+        self.engaged = np.asarray(start.point(t.row.theta0, "edge", ARRAY).load)
+
+    def figure(self, want: Want, limit: Array, code: Array) -> tuple[Array, Array, Partials]:
+        """Return the designs that have the figure, its values and partial derivatives."""
+        if want.at is not None:
+            phi = want.at.per_pitch(self.c.d)
+            lanes = np.flatnonzero((phi > self.engaged) & (phi <= limit))
+            return lanes, *self._contact(want, phi[lanes], lanes)
+        locks = np.isin(code, _OFF if want.figure == "hold" else self.options.locks)
+        if want.figure == "critical_mu":
+            there, (value, partials) = np.ones(code.size, bool), self._critical()
+        elif want.figure == "engagement":
+            there, value, partials = limit >= self.engaged, self.engaged, self._slopes("load_e")
+        elif want.figure == "reach":
+            # where other plates meet first the derivative is not known
+            there, value, partials = code != _OTHER, limit, self._slopes("load_end")
+        elif want.figure in ("tip", "side", "hold"):
+            there, (value, partials) = locks, self._room(want.figure)
+        elif want.figure == "lock":
+            there, value, partials = locks, limit, self._slopes("load_end")
+        elif want.figure == "range":
+            there, value, partials = locks, limit - self.engaged, self._slopes("load_end", "load_e")
+        else:
+            there, (value, partials) = locks, self._dissipated(want.figure)
+        lanes = np.flatnonzero(there)
+        return lanes, value[lanes], {p: v[lanes] for p, v in partials.items()}
+
+    def _slopes(self, name: str, less: str | None = None) -> Partials:
+        """Return derivatives of one of the results of :class:`Moved`, or of the difference of two."""
+        return {
+            p: np.imag(getattr(m, name) - (getattr(m, less) if less else 0.0)) / STEP for p, m in self.moved.items()
+        }
+
+    def _critical(self) -> tuple[Array, Partials]:
+        pt = self.t.row.point(self.t.x0, self.options.law, ARRAY)
+        partials = {}
+        for p, s in self.seeds.items():
+            x0 = s.row.parameter(s.row.theta0, COMPLEX) + 0j
+            partials[p] = np.imag(mechanics.mu_lock(s.row.point(x0, self.options.law, COMPLEX))) / STEP
+        return np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.nan), partials
+
+    def _room(self, figure: str) -> tuple[Array, Partials]:
+        """Room of the contact to the end of an edge, or what it lacks to a frictional lock, at the end of the path."""
+        law, t, b = self.options.law, self.t, self.base
+        pt = t.row.point(t.x_end, law, ARRAY)
+        side = np.sign(pt.p) if figure == "tip" else np.where(2 * pt.s < t.row.eta, 1.0, -1.0)
+
+        def room(row: Any, mu: Array, at: Any) -> Array:
+            if figure == "hold":
+                return np.asarray((at.M_N + mu * at.M_f) / row.eta)
+            return np.asarray(
+                1 - side * at.p / row.beta if figure == "tip" else np.where(side > 0, at.s, row.eta - at.s) / row.eta
+            )
+
+        partials = {}
+        for p, s in self.seeds.items():
+            rate = -np.imag(vanishing(s.row, s.row.point(t.x_end, law, COMPLEX), t, s.mu, law)) / b.E_x
+            x0 = s.row.parameter(s.row.theta0, COMPLEX) + 0j
+            x = np.where(t.x_end == t.x0, x0, t.x_end + 1j * rate)
+            partials[p] = np.imag(room(s.row, s.mu, s.row.point(x, law, COMPLEX))) / STEP
+        return room(t.row, self.c.mu, pt), partials
+
+    def _dissipated(self, figure: str) -> tuple[Array, Partials]:
+        """RED or frictional work at the cut-off before a lock."""
+        c, t, work = self.c, self.t, self.base.work
+        if figure == "W_fr":
+            partials = {p: v * c.K / c.d for p, v in self._slopes("W_fr").items()}
+            return work * c.K / c.d, partials | {"K": work / c.d, "d": -work * c.K / c.d**2}
+        x_c = energy.cutoff(t.row, t.x0, t.x_end, np.ones(c.eta.size, bool), self.options.margin)
+        pt = t.row.point(x_c, self.options.law, ARRAY)
+        went = x_c > t.x0
+        load, lift = np.where(went, pt.load, self.engaged), np.where(went, pt.theta - c.theta0, 0.0)
+        total = (c.ratio * load**2 + lift**2) / 2 + work
+        partials = {"ratio": -work * load**2 / 2 / total**2}
+        for p, m in self.moved.items():
+            theta0 = c.theta0 + (STEP * 1j if p == "theta0" else 0)
+            moved = (c.ratio * m.load_c**2 + (m.theta_c - theta0) ** 2) / 2 + m.W_fr
+            partials[p] = np.imag(m.W_fr / moved) / STEP
+        return np.where(total > 0, work / total, 0.0), partials
+
+    def _contact(self, want: Want, phi: Array, lanes: Array) -> tuple[Array, Partials]:
+        """Torque or tangent stiffness at twists in contact."""
+        c = take(self.c, lanes)
+        tau, slope, by_path = self._torque(phi, lanes)
+        if want.figure == "torque" or not by_path:
+            return _at_twist(want, c, phi, tau, slope, by_path, {})
+        h = NEAR * phi
+        (_, s1, p1), (_, s0, p0) = (self._torque(phi + e, lanes) for e in (h, -h))
+        slopes = {p: (p1[p] - p0[p]) / (2 * h) for p in by_path}
+        return _at_twist(want, c, phi, tau, slope, by_path, slopes, (s1 - s0) / (2 * h))
+
+    def _torque(self, phi: Array, lanes: Array) -> tuple[Array, Array, Partials]:
+        """Scales' torque in K_theta at a twist, and its derivatives by the twist and by the path's columns."""
+        law, mu = self.options.law, self.c.mu
+        x = self._place(phi, lanes)
+        row = _lanes(self.t.row, lanes)
+        pt = row.point(x + STEP * 1j, law, COMPLEX)
+        torque = mechanics.forces(pt, row.theta0, mu[lanes]).torque
+        by_x, load_x = np.imag(torque) / STEP, np.imag(pt.load) / STEP
+        partials = {}
+        for p, s in self.seeds.items():
+            r = _lanes(s.row, lanes)
+            at = r.point(x, law, COMPLEX)
+            moved = mechanics.forces(at, r.theta0, np.broadcast_to(s.mu, mu.shape)[lanes]).torque
+            partials[p] = (np.imag(moved) - by_x / load_x * np.imag(at.load)) / STEP
+        return np.real(torque), by_x / load_x, partials
+
+    def _place(self, phi: Array, lanes: Array) -> Array:
+        """Path parameters at which the paths reach their twists: bracketed on a grid, then Newton's method."""
+        law, t = self.options.law, self.t
+        if self.grid is None:
+            x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]
+            seen = t.row.point(x, law, ARRAY).load
+            self.grid = x, np.maximum.accumulate(np.where(np.isfinite(seen), seen, -np.inf), axis=0)
+        x, seen = self.grid[0][:, lanes], self.grid[1][:, lanes]
+        j = np.clip((seen < phi).sum(axis=0) - 1, 0, GRID - 2)
+        k = np.arange(lanes.size)
+        a, b, fa, fb = x[j, k], x[j + 1, k], seen[j, k], seen[j + 1, k]
+        return at_loads(_lanes(t.row, lanes), phi, (a, b), (fa, fb))
+
+
+def _lanes(row: Any, index: Array) -> Any:
+    """Return designs of a row some of whose entries may be single numbers."""
+    return type(row)(*(v if np.ndim(v) == 0 else np.asarray(v)[index] for v in row))

@@ -1,33 +1,41 @@
-"""Trade-offs: the Pareto front of two or more figures, by NSGA-II (pymoo) over the batch engine."""
+"""Trade-offs: the Pareto front of two or more figures, each as large or small as possible, by NSGA-II (pymoo)."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from squama import checks
 from squama._version import __version__
-from squama.design import Beam
-from squama.errors import InputError
-from squama.inverse import read
-from squama.inverse.objectives import NAMES, Settings, Trade, dominated, settings
-from squama.inverse.schema import fail
+from squama.beam.design import Beam
+from squama.errors import Problems, refuse
+from squama.inverse.figures import FIGURES, At, Found, Want, evaluate, harmless
+from squama.inverse.limits import Sizes, farthest, rooms
 from squama.inverse.target import Target, read_target
-from squama.model.outcome import CODES
-from squama.model.solve import Array
+from squama.inverse.targetfile import Context, FrontTable, twist
+from squama.io.tabular import guess
+from squama.model.outcome import named
+from squama.study.columns import Cells, valid
 from squama.study.parameters import PARAMETERS
+from squama.types import Array
+from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
 BATCH = 4
-"""Populations of offspring that are made and evaluated at once: the batch engine is quicker with more at a time."""
+"""Populations of offspring that are made and evaluated at once, which is quicker with more at a time."""
 NEAR = 0.002
 """A design counts as new on the front where it is better than what is there by this share of the front's range."""
+DECADES = ("tangent", "torque", "stiffness", "W_fr")
+"""Objectives that span decades: spread over a front by their logarithm."""
+AT_TWIST = ("tangent", "torque")
+MOST = 5
+WAYS = {1: "max", -1: "min"}
+"""Which way is better, by the sense of an objective."""
 
 
 def pareto(
@@ -82,22 +90,132 @@ def trade(
 ) -> xr.Dataset:
     """Return what :func:`pareto` returns, for a target that was read."""
     if find_spec("pymoo") is None:
-        checks.fail("pareto: pymoo is not installed; pip install squama[fit]")
+        refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
     given = {"population": population, "generations": generations, "seed": seed}
     table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
-    context = read.Context(target.space.beam.scales, target.space.load, bare=not target.source)
-    try:
-        chosen = settings(table, context)
-    except InputError as error:
-        fail(str(error).splitlines(), target.source)
-        raise
+    context = Context(target.space.beam.scales, target.space.load, bare=not target.source)
+    chosen = read_settings(table, context, target.source)
     y, values = search(Trade(target, chosen), chosen)
     if not len(y):
         tried = chosen.population * chosen.generations
-        line = f"front: none of {tried} beams within the bounds has all these figures and keeps all limits"
-        fail([f"{line}; widen the bounds, ease the limits, or raise population"], target.source)
+        reason = f"none of {tried} beams within the bounds has all these figures and keeps all limits"
+        remedy = "widen the bounds, ease the limits, or raise population"
+        refuse("front", "", reason, remedy, target.source)
     return _dataset(target, chosen, y, values)
+
+
+class Objective(NamedTuple):
+    """A figure that is to be large (``sense`` 1) or small (-1)."""
+
+    name: str
+    sense: int
+    want: Want
+
+
+class Settings(NamedTuple):
+    """What is traded off and how long it is searched; ``given`` is the stated twist in words."""
+
+    objectives: tuple[Objective, ...]
+    population: int
+    generations: int
+    seed: int
+    at: At | None
+    given: str
+
+
+def read_settings(table: FrontTable, context: Context, source: str = "") -> Settings:
+    """Read the table [front]; all mistakes are named at once."""
+    problems = Problems()
+    at: At | None = None
+    if table.at is not None:
+        with problems.caught():
+            at, _ = twist("front.at", table.at, context)
+    found: dict[str, Objective] = {}
+    for key, sense in (("maximise", 1), ("minimise", -1)):
+        names, where = getattr(table, key), f"front.{key}"
+        if not isinstance(names, list | tuple):
+            problems.add(where, shown(names), "is no list", f'write e.g. {key} = ["tangent", "range"]')
+            continue
+        for name in names:
+            if name not in FIGURES:
+                allowed = f"{guess(str(name), FIGURES)}allowed: {', '.join(FIGURES)}"
+                problems.add(where, "", f"{shown(name)} is not known", allowed)
+            elif name in found:
+                problems.add(where, "", f"{name} is given twice", "keep one")
+            else:
+                found[name] = Objective(name, sense, Want(name, at if name in AT_TWIST else None))
+                if name in AT_TWIST and table.at is None:
+                    remedy = f'{name} needs a twist, write e.g. at = "60 deg total"'
+                    problems.add("front.at", "", "is missing", remedy)
+    if not problems and not 2 <= len(found) <= MOST:
+        remedy = f"give 2 to {MOST} in maximise and minimise"
+        problems.add("[front]", "", f"names {len(found)} objectives", remedy)
+    numbers: dict[str, int] = {}
+    for key, low, high in (("population", 8, 10_000), ("generations", 1, 100_000), ("seed", 0, 2**31 - 1)):
+        value = getattr(table, key)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            problems.add(f"front.{key}", shown(value), f"is not a whole number from {low} to {high}")
+        else:
+            numbers[key] = value
+    problems.settle(source)
+    return Settings(tuple(found.values()), **numbers, at=at, given="" if at is None else str(table.at))
+
+
+class Seen(NamedTuple):
+    """Designs as the search sees them: objectives (n, k), violations (n,), figures and columns.
+
+    A violation is 0 where the design is a beam, has all figures and keeps all limits.
+    """
+
+    values: Array
+    violation: Array
+    found: Found
+    cells: Cells
+
+
+class Trade:
+    """Objectives and limits of many designs."""
+
+    def __init__(self, target: Target, chosen: Settings) -> None:
+        self.target, self.chosen = target, chosen
+        self.space = target.space
+        self.lock = "strain" in target.limits
+        self.wants = [o.want for o in chosen.objectives] + [Want("lock")] * self.lock
+
+    def evaluate(self, y: Array, *, plates: bool) -> Seen:
+        """Evaluate points (n, m) of the unit cube."""
+        c = self.space.cells(y)
+        good = valid(c)
+        safe = harmless(c, good)
+        found = evaluate(safe, [], self.wants, self.target.options, plates=plates)
+        k = len(self.chosen.objectives)
+        values = found.values[:k].T
+        if self.chosen.at is not None:
+            # stiffness is traded off in contact: before engagement it is "stiffness"
+            apart = found.load_e >= self.chosen.at.per_pitch(safe.d)
+            for i, o in enumerate(self.chosen.objectives):
+                if o.name == "tangent":
+                    values[apart, i] = np.nan
+        at = [] if self.chosen.at is None else [self.chosen.at]
+        rate = farthest(c.d, at, found.values[-1] if self.lock else None)
+        s = Sizes.of(c, self.space.beam.scales, self.space.load, rate)
+        room = rooms(s, self.target.limits, self.target.laws).values()
+        broken = sum(np.maximum(-np.broadcast_to(v, len(y)), 0.0) for v in room)
+        missing = ~np.isfinite(values).all(axis=1)
+        violation = np.where(good, np.nan_to_num(broken, nan=1.0), 2.0) + missing
+        return Seen(values, violation, found, c)
+
+    def costs(self, values: Array) -> Array:
+        """Return objectives (n, k) as costs: less is better, and those that span decades by their logarithm."""
+        columns = []
+        for o, column in zip(self.chosen.objectives, values.T, strict=True):
+            good = np.isfinite(column)
+            if o.name in DECADES:
+                good &= column > 0
+                column = np.log(np.where(good, column, 1.0))  # noqa: PLW2901
+            columns.append(-o.sense * np.where(good, column, 0.0))
+        return np.stack(columns, axis=1)
 
 
 class Archive:
@@ -119,11 +237,8 @@ class Archive:
         new = new[~dominated(costs[new], self.costs - near)]
         new = new[~dominated(costs[new], costs[new])]
         if new.size:
-            same = self.trade.alone(seen, new)
-            if not same.all():
-                # another contact comes first: what is left of the design is what counts
-                short = new[~same]
-                violation[short] = self.trade.evaluate(y[short], plates=True).violation
+            # where another contact comes first, what is left of the design is what counts
+            violation[new] = self.trade.evaluate(y[new], plates=True).violation
             new = new[violation[new] <= 0]
         if new.size:
             stay = ~dominated(self.costs, costs[new])
@@ -182,26 +297,21 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
     c, found = seen.cells, seen.found
     variables: dict[str, Any] = {}
     for o, column in zip(chosen.objectives, values.T, strict=True):
-        unit, words, _ = NAMES[o.name]
-        about = {"units": unit, "long_name": words, "objective": o.word}
+        unit, words = FIGURES[o.name]
+        about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
         symbol = PARAMETERS[v.key].symbol
-        variables[v.name] = (
-            "design",
-            space.values(y)[v.key],
-            {"units": symbol.unit, "long_name": symbol.long_name, "low": v.low, "high": v.high},
-        )
-    ends = np.array([str(e) for e in CODES])[found.code]
+        about = {"units": symbol.unit, "long_name": symbol.long_name, "low": v.low, "high": v.high}
+        variables[v.name] = ("design", space.values(y)[v.key], about)
+    ends = named(found.code)
     variables["end"] = ("design", ends, {"long_name": "how the curve ends"})
     variables["rate_end"] = ("design", found.load_end / c.d, {"units": "rad/m", "long_name": "twist rate at the end"})
     attrs = {
         "title": "Pareto front of scale-covered beams",
         **{name: getattr(target.options, name) for name in ("load", "law", "sense", "margin")},
-        "objectives": [f"{o.word} {o.name}" for o in chosen.objectives],
-        "population": chosen.population,
-        "generations": chosen.generations,
-        "seed": chosen.seed,
+        "objectives": [f"{WAYS[o.sense]} {o.name}" for o in chosen.objectives],
+        **{name: getattr(chosen, name) for name in ("population", "generations", "seed")},
         "start": space.beam.to_toml(),
         "squama_version": __version__,
     }
@@ -221,15 +331,15 @@ def beams(front: xr.Dataset) -> list[Beam]:
     """
     start = Beam.from_toml_text(front.attrs["start"])
     names = [str(name) for name in front.data_vars if "." in str(name)]
-    found = []
-    for i in range(front.sizes["design"]):
-        changes: dict[str, Any] = {}
-        for name in names:
-            table, _, key = name.partition(".")
-            value = float(front[name].values[i])
-            if table == "beam":
-                changes[key] = value
-            else:
-                changes.setdefault(table, {})[key] = value
-        found.append(start.replace(**changes))
-    return found
+    columns = zip(*(front[name].values.tolist() for name in names), strict=True)
+    return [start._with(dict(zip(names, row, strict=True))) for row in columns]
+
+
+def dominated(values: Array, by: Array) -> Array:
+    """Tell which points (n, k) are dominated by one of the points ``by`` (m, k), all to be as small as possible."""
+    out = np.zeros(len(values), bool)
+    for low in range(0, len(values), 256):
+        part = values[low : low + 256, None]
+        worse = np.all(by <= part, axis=2) & np.any(by < part, axis=2)
+        out[low : low + 256] = np.any(worse, axis=1)
+    return out

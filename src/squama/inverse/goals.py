@@ -1,18 +1,29 @@
-"""What is asked of a beam: goals, each one figure, and how far a design is from them."""
+"""What is asked of a beam: goals, each one figure, read from the table [target]; how far a design is from them."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from squama.inverse.wants import At, Want
-from squama.model.solve import Array
+from squama.errors import Problems
+from squama.errors import refuse as fail
+from squama.inverse import targetfile
+from squama.inverse.figures import At, Want
+from squama.inverse.space import Space
+from squama.inverse.targetfile import Context, PointTable, TargetTable, refuse
+from squama.io import files, measured
+from squama.loads import LOADS
+from squama.types import Array
+from squama.units import Dimension, shown
 
 MISSING = 100.0
 """Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
+MOST_POINTS = 24
+"""Points of a measured curve that are used; more are thinned out evenly."""
 
 
 class Goal(NamedTuple):
@@ -38,58 +49,174 @@ class Goal(NamedTuple):
         """Asked value in SI units (twists in rad per pitch) for designs with the pitch d."""
         return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d)
 
-    def shown(self, reached: Any, d: Any) -> Any:
+    def shown(self, reached: float, d: float) -> float:
         """Return a reached figure in the unit of the goal."""
-        return self.number * reached / self.value(d)
+        return float(self.number * reached / self.value(d))
 
+    def met(self, reached: float, d: float, accept: float) -> bool:
+        """Whether a reached figure counts as what was asked."""
+        asked = float(self.value(d))
+        difference = (reached - asked) / (self.scale or asked)
+        return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
-class Residual(NamedTuple):
-    """Weighted relative differences (goals, designs), and derivatives (goals, variables, designs)."""
-
-    r: Array
-    slopes: Array
+    def by_pitch(self, reached: Array, d: Array) -> Array | float:
+        """Return d/dd of a reached figure over the asked one; not 0 where a twist is asked as a rate."""
+        if self.twist is None or not self.twist.rate:
+            return 0.0
+        return np.asarray(-reached * self.twist.rate / self.value(d) ** 2)
 
 
 def residual(
     goals: tuple[Goal, ...], values: Array, slopes: Array, d: Array, d_slopes: Array, short: Array
-) -> Residual:
-    """Return how far designs are from the goals.
+) -> tuple[Array, Array]:
+    """Weighted relative differences from the goals (goals, designs), and derivatives (goals, variables, designs).
 
-    Parameters
-    ----------
-    goals : tuple of Goal
-        What is asked.
-    values, slopes : array
-        Figures (goals, designs) and their derivatives (goals, variables, designs).
-    d, d_slopes : array
-        Pitches, and their derivatives (variables, designs).
-    short : array
-        How much of the asked twist a design lacks (goals, designs), for those that have no figure.
+    ``values`` and ``slopes`` of the figures have the same shapes; ``d`` are pitches, ``d_slopes`` (variables, designs)
+    their derivatives. ``short`` (goals, designs) is how much of the asked twist a design without the figure lacks.
     """
     r, J = np.empty_like(values), np.zeros_like(slopes)
     for i, goal in enumerate(goals):
         asked = goal.value(d)
         scale = goal.scale or asked
         difference = (values[i] - asked) / scale
-        by_pitch = 0.0
-        if goal.twist is not None and goal.twist.rate:
-            by_pitch = -values[i] * goal.twist.rate / asked**2 * d_slopes
-        slope = slopes[i] / scale + by_pitch
+        slope = slopes[i] / scale + goal.by_pitch(values[i], d) * d_slopes
         if goal.sense != "=":
             slack = difference >= 0 if goal.sense == ">=" else difference <= 0
             difference, slope = np.where(slack, 0.0, difference), np.where(slack, 0.0, slope)
         missing = ~np.isfinite(difference)
         r[i] = goal.weight * np.where(missing, MISSING + short[i], difference)
         J[i] = goal.weight * np.where(missing, 0.0, slope)
-    return Residual(r, J)
+    return r, J
 
 
-def within(goal: Goal, reached: float, d: float, accept: float) -> bool:
-    """Whether a reached figure counts as what was asked."""
-    asked = float(goal.value(d))
-    difference = (reached - asked) / (goal.scale or asked)
-    if goal.sense == ">=":
-        return difference >= -accept
-    if goal.sense == "<=":
-        return difference <= accept
-    return abs(difference) <= accept
+def read_goals(table: TargetTable, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
+    """Read all goals; add the mistakes to the problems."""
+    found: list[Goal] = []
+    for name in ("lock", "engagement", "stiffness", "RED", "critical_mu"):
+        if (value := getattr(table, name)) is not None:
+            with problems.caught():
+                found.append(_single(name, value, context))
+    for key, figure in (("points", "torque"), ("tangent", "tangent")):
+        for i, point in enumerate(getattr(table, key)):
+            with problems.caught():
+                found.append(_point(f"target.{key}[{i}]", point, figure, context))
+    if table.curve is not None:
+        with problems.caught():
+            found += _curve(table.curve, context, folder)
+    return tuple(found)
+
+
+def _single(name: str, value: object, context: Context) -> Goal:
+    """Read a goal of one figure: its value, or a table of value and weight."""
+    where, weight = f"target.{name}", 1.0
+    if isinstance(value, dict):
+        if unknown := [key for key in value if key not in ("value", "weight")]:
+            fail(f"{where}.{unknown[0]}", "", "unknown key", "allowed: value, weight")
+        if "value" not in value:
+            fail(where, "", "has no value", "write { value = ..., weight = 2 }")
+        weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
+    if name in ("lock", "engagement"):
+        at, got = targetfile.twist(where, value, context)
+        return Goal(name, Want(name), got.number, got.unit, twist=at, sense=got.sense, weight=weight)
+    if name == "stiffness":
+        got = targetfile.rigidity(where, value, context)
+    else:
+        got = targetfile.quantity(where, value, Dimension.RATIO, context)
+    if name == "RED" and got.si >= 1:
+        refuse(where, value, "a part of the work cannot be 1 or more", "write e.g. 0.4")
+    if name == "critical_mu" and got.si > 10:
+        refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
+    return Goal(name, Want(name), got.number, got.unit, asked=got.si, sense=got.sense, weight=weight)
+
+
+def _point(where: str, table: PointTable, figure: str, context: Context) -> Goal:
+    """Read a torque (moment) or a tangent stiffness at a twist."""
+    at, _ = targetfile.twist(f"{where}.twist", table.twist, context)
+    words = LOADS[context.load].torque_words
+    key = "stiffness" if figure == "tangent" else words if getattr(table, words) is not None else "torque"
+    value = getattr(table, key)
+    for other in ("torque", "moment", "stiffness"):
+        if other != key and getattr(table, other) is not None:
+            fail(f"{where}.{other}", "", "does not belong here", f"allowed: twist, {key}, weight")
+    if value is None:
+        example = targetfile.EXAMPLES["points" if figure == "torque" else figure]
+        fail(f"{where}.{key}", "", "is missing", f"write e.g. {example}")
+    if figure == "tangent":
+        got = targetfile.rigidity(f"{where}.{key}", value, context)
+    else:
+        got = targetfile.quantity(f"{where}.{key}", value, Dimension.TORQUE, context, "N m")
+    twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
+    label, weight = f"{key if figure == 'torque' else 'tangent'} at {twist}", _weight(where, table.weight)
+    return Goal(label, Want(figure, at), got.number, got.unit, asked=got.si, sense=got.sense, weight=weight)
+
+
+def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
+    """Read a measured curve; points before any twist are left out."""
+    if not isinstance(value, str):
+        refuse("target.curve", value, "is no file name", 'write e.g. curve = "test.csv"')
+    path = folder / value
+    one, two = (measured.read(path, pitch=p, scales=context.scales, load=context.load) for p in (1.0, 2.0))
+
+    def bad(reason: str, remedy: str = "") -> NoReturn:
+        fail("", "", reason, remedy, files.label(path))
+
+    seen: dict[float, int] = {}
+    for i, (rate, load) in enumerate(zip(one.rate, one.load, strict=True)):
+        if rate < 0 or load < 0:
+            bad("a twist or torque is below 0", "give the loading curve as magnitudes")
+        if one.load[j := seen.setdefault(float(rate), i)] != load:
+            bad(f"points {j + 1} and {i + 1} have one twist and two torques", "give the loading curve alone")
+    keep = np.flatnonzero((one.rate > 0) & (one.load > 0))
+    if keep.size == 0:
+        bad("has no point with a twist and a torque above 0")
+    if keep.size > MOST_POINTS:
+        keep = keep[np.linspace(0, keep.size - 1, MOST_POINTS).round().astype(int)]
+    scale, weight = float(one.load.max()), 1 / np.sqrt(keep.size)
+    made = []
+    for i in keep.tolist():
+        rate, load = float(one.rate[i]), float(one.load[i])
+        # a column over a length is the same for every pitch, one per pitch or of the whole beam is not
+        at = At(rate, 0.0) if one.rate[i] == two.rate[i] else At(0.0, rate)
+        want = Want("torque", at)
+        made.append(Goal(f"curve[{i}]", want, load, "N m", asked=load, weight=weight, scale=scale, group="curve"))
+    return made
+
+
+def _weight(where: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
+        refuse(f"{where}.weight", value, "must be a number above 0", "write e.g. 2")
+    return float(value)
+
+
+def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None:
+    """Add every pair of goals that no beam can meet, and goals that friction alone excludes."""
+    if not found and not problems:
+        known = "lock, engagement, stiffness, RED, critical_mu, points, tangent, curve"
+        problems.add("[target]", "", "asks for nothing", f"allowed: {known}")
+    single = {goal.name: goal for goal in found}
+    pitch = next((v for v in space.variables if v.name == "beam.pitch"), None)
+    pitches = np.array([space.beam.pitch] if pitch is None else [pitch.low, pitch.high])
+    lock, engagement, red = (single.get(name) for name in ("lock", "engagement", "RED"))
+    if lock and lock.sense != ">=":
+        if engagement and engagement.sense != "<=" and np.all(engagement.value(pitches) >= lock.value(pitches)):
+            problems.add("target.lock", "", "is not beyond target.engagement, but scales engage before they lock")
+        for goal in found:
+            if goal.want.at is not None and np.all(goal.want.at.per_pitch(pitches) >= lock.value(pitches)):
+                reason = f"is at or beyond the lock at {lock.number:g} {lock.unit}"
+                problems.add(f"target: {goal.name}", "", reason)
+                break
+    seen: dict[Want, Goal] = {}
+    for goal in found:
+        other = seen.setdefault(goal.want, goal)
+        if other is goal:
+            continue
+        same = (other.asked, other.sense) == (goal.asked, goal.sense)
+        if not same and "=" in (other.sense, goal.sense):
+            a, b = (f"{g.number:g} {g.unit}".strip() for g in (other, goal))
+            problems.add(f"target: {goal.name}", "", f"is asked twice, {a} and {b}", "keep one")
+        elif other.sense == goal.sense == "=":
+            problems.add(f"target: {goal.name}", "", "is given twice", "keep one")
+    most = max((v.high for v in space.variables if v.key == "mu"), default=space.beam.friction.mu or 0.0)
+    if red and red.sense != "<=" and most == 0:
+        remedy = "give friction.mu or vary it"
+        problems.add("target.RED", "", "no work is dissipated without friction", remedy)

@@ -1,17 +1,16 @@
 """Many starts at once: a screen of points all over the bounds, then Gauss-Newton steps under linearised limits.
 
-All starts are evaluated together by the batch engine. A step is the least-squares step inside a box around the point,
-inside the bounds, and inside the limits as they are linearised there; it is taken if the merit falls, else the box
-shrinks. So a step that loses the lock, or meets another contact of the plates first, is not taken.
+All starts are evaluated together (:mod:`squama.batch`). A step is the least-squares step inside a box around the
+point, inside the bounds, and inside the limits as they are linearised there; it is taken if the merit falls, else the
+box shrinks. So a step that loses the lock, or meets another contact of the plates first, is not taken.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from squama.inverse.lsi import lsi
-from squama.inverse.problem import PRICE, Look, Problem
-from squama.model.solve import Array
+from squama.inverse.residuals import PRICE, Look, Residuals
+from squama.types import Array
 
 BEST = 400
 """Points of the screen whose plates are tested against each other."""
@@ -38,12 +37,12 @@ def sobol(n: int, m: int, seed: int) -> Array:
     return np.asarray(qmc.Sobol(m, scramble=True, rng=np.random.default_rng(seed)).random_base2(power))[:n]
 
 
-def screen(problem: Problem, first: Array, n: int, keep: int, seed: int) -> Array:
+def screen(target: Residuals, first: Array, n: int, keep: int, seed: int) -> Array:
     """Return the best points of a screen, spread out; ``first`` (m,) is the starting beam."""
     y = np.vstack([first, sobol(n, len(first), seed)])
-    merit = problem.look(y, slopes=False, plates=False).merit
+    merit = target.look(y, slopes=False, plates=False).merit
     y = y[np.argsort(merit, kind="stable")[:BEST]]
-    look = problem.look(y, slopes=False, plates=True)
+    look = target.look(y, slopes=False, plates=True)
     order = np.argsort(look.merit, kind="stable")
     order = order[np.isfinite(look.merit[order])]
     chosen: list[int] = []
@@ -58,9 +57,9 @@ def _apart(a: Array, b: Array) -> float:
     return float(np.linalg.norm(a - b) / np.sqrt(a.size))
 
 
-def refine(problem: Problem, y: Array) -> Look:
+def refine(target: Residuals, y: Array) -> Look:
     """Return the points that are reached from the starts (n, m)."""
-    best = _own(problem.look(y, slopes=True, plates=True))
+    best = _own(target.look(y, slopes=True, plates=True))
     n = len(y)
     radius = np.full(n, FIRST)
     live = np.isfinite(best.merit)
@@ -70,7 +69,7 @@ def refine(problem: Problem, y: Array) -> Look:
             break
         steps = np.array([_step(best, int(i), radius[i]) for i in lanes])
         trial = np.clip(best.y[lanes] + steps, 0.0, 1.0)
-        look = problem.look(trial, slopes=True, plates=True)
+        look = target.look(trial, slopes=True, plates=True)
         gain = best.merit[lanes] - look.merit
         promised = np.array([best.merit[i] - _model(best, int(i), trial[k] - best.y[i]) for k, i in enumerate(lanes)])
         better = gain > 0
@@ -130,3 +129,49 @@ def _model(look: Look, i: int, step: Array) -> float:
     r = look.r[:, i] + look.J[:, :, i] @ step
     g = look.g[:, i] + look.G[:, :, i] @ step
     return float(0.5 * r @ r + PRICE * np.maximum(-g, 0).sum())
+
+
+def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
+    """Return x that minimises |E x - f| under G x >= h; None where the inequalities contradict each other.
+
+    Parameters
+    ----------
+    E, f : array
+        Matrix (k, m) of full column rank, and vector (k,).
+    G, h : array
+        Matrix (c, m) and vector (c,).
+
+    Notes
+    -----
+    Source: Lawson and Hanson, Solving Least Squares Problems, chapter 23. With E = Q R and z = R x - Q^T f this is the
+    vector of least length in a polyhedron, whose dual is one non-negative least squares problem.
+
+    Examples
+    --------
+    >>> print(lsi(np.eye(2), np.array([2.0, 1.0]), np.array([[-1.0, 0.0]]), np.array([-0.5])))
+    [0.5 1. ]
+    """
+    from scipy.optimize import nnls
+
+    Q, R = np.linalg.qr(E)
+    start: Array = np.linalg.solve(R, Q.T @ f)
+    if np.all(G @ start >= h):
+        return start
+    A = np.linalg.solve(R.T, G.T).T
+    b = h - G @ start
+    # rows of one size keep the small problem well scaled; one of nothing but zeros holds anyway, or never
+    size = np.linalg.norm(A, axis=1)
+    empty = size == 0
+    if np.any(h[empty] > 0):
+        return None
+    A, b = A[~empty] / size[~empty, None], b[~empty] / size[~empty]
+    top = max(float(np.abs(b).max()), 1e-300)
+    M, unit = np.vstack([A.T, b / top]), np.append(np.zeros(A.shape[1]), 1.0)
+    try:
+        u, _ = nnls(M, unit, maxiter=50 * b.size)
+    except RuntimeError:
+        return None
+    rest = M @ u - unit
+    if abs(rest[-1]) < 1e-13:
+        return None
+    return np.asarray(start + np.linalg.solve(R, -rest[:-1] / rest[-1] * top))

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.design import Beam
+from squama.beam.design import Beam
 from squama.inverse.figures import flat
+from squama.loads import LOADS
 from squama.model.sensitivity import STEP
-from squama.model.solve import Array
-from squama.study.cells import Cells
-from squama.study.columns import columns
+from squama.study.columns import Cells, columns
 from squama.study.parameters import ALIASES, PARAMETERS
+from squama.types import Array
 
 FULL = {short: full for full, short in ALIASES.items() if "." in full}
 """Names as in the beam file of the parameters that sweeps call by a shorter one."""
@@ -81,16 +80,8 @@ class Space(NamedTuple):
 
     def beam_of(self, y: Array) -> Beam:
         """Return the beam of one point (m,)."""
-        values = self.values(y[None])
-        changes: dict[str, Any] = {}
-        for v in self.variables:
-            table, _, key = v.name.partition(".")
-            value = float(values[v.key][0])
-            if table == "beam":
-                changes[key] = value
-            else:
-                changes.setdefault(table, {})[key] = value
-        return self.beam.replace(**changes)
+        at = self.values(y[None])
+        return self.beam._with({v.name: float(at[v.key][0]) for v in self.variables})
 
 
 def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Array | float, n: int) -> Cells:
@@ -100,26 +91,23 @@ def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Arr
 
 
 def of_beam(beam: Beam, load: str, key: str) -> float:
-    """Return a dimension of a beam by its key, SI; of a joint also where it follows from a law."""
-    table, _, name = FULL.get(key, key).partition(".")
-    if table == "beam":
-        return beam.pitch
-    value = getattr(getattr(beam, table), name)
-    if value is None and name == "stiffness":
-        value = beam.joint_stiffness if load == "twisting" else beam.bending_joint_stiffness
-    if value is None and name == "inclusion_factor":
-        value = beam.C_f
-    return 0.0 if value is None else float(value)
+    """Return a dimension of a beam by its key, SI; of a joint also where it follows from a law or a matrix."""
+    if key == "joint.stiffness":
+        return LOADS[load].stiffness(beam)
+    if key == "joint.inclusion_factor":
+        return LOADS[load].inclusion(beam)
+    return _own(beam, FULL.get(key, key)) or 0.0
 
 
-def given(beam: Beam) -> Sequence[str]:
+def given(beam: Beam) -> list[str]:
     """Return the keys of all dimensions that a beam has of its own, in the order of the parameters."""
-    found = []
-    for name in DIMENSIONS:
-        table, _, key = name.partition(".")
-        if table == "beam" or getattr(getattr(beam, table), key) is not None:
-            found.append(ALIASES.get(name, name))
-    return found
+    return [ALIASES.get(name, name) for name in DIMENSIONS if _own(beam, name) is not None]
+
+
+def _own(beam: Beam, name: str) -> float | None:
+    table, _, key = name.partition(".")
+    value = getattr(beam if table == "beam" else getattr(beam, table), key)
+    return None if value is None else float(value)
 
 
 def _sized(c: Cells, n: int) -> Cells:

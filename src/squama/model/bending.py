@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.model.outcome import End
 from squama.model.paths import Ops, Point
 from squama.model.twisting import Number
 
@@ -42,11 +41,6 @@ class Bend(NamedTuple):
 
     eta: Number
     theta0: Number
-
-    @property
-    def ENDS(self) -> tuple[End, ...]:
-        """Names of the margins."""
-        return (End.KINEMATIC, End.FRICTIONAL)
 
     def point(self, x: Number, law: str, ops: Ops) -> Point:  # noqa: ARG002
         """Return the contact at the inclination ``x``."""

@@ -23,8 +23,8 @@ import numpy as np
 from squama.model import energy, mechanics
 from squama.model.bracket import bracketed
 from squama.model.paths import ARRAY, FLOAT, Ops, Point
-from squama.model.solve import Array
 from squama.model.twisting import Number
+from squama.types import Array
 
 SAMPLES = 1025
 """Samples of a path at which an unloading contact is looked at for jamming."""
@@ -85,12 +85,7 @@ def loops(values: Sequence[float]) -> list[Loop]:
     """Return the closed loops of a history that starts at 0, in the order in which they close.
 
     A loop is closed when the load comes back to where it turned before (or to the start). Since a branch depends on
-    the direction of motion only, the way goes on as if the loop had not been.
-
-    Parameters
-    ----------
-    values
-        Load angles, the first 0, no two in a row equal.
+    the direction of motion only, the way goes on as if the loop had not been. Of ``values`` no two in a row are equal.
     """
     found: list[Loop] = []
     stack = [float(values[0])]
@@ -163,12 +158,8 @@ def _free(side: Side, bar: float) -> Callable[[Number], Number]:
 def jam(side: Side, bar: float) -> float | None:
     """Smallest path parameter at which a beam that is let go does not unload; None if there is none on the path.
 
-    There the torque of the whole beam on the unloading branch is zero or less, or it does not slide back at all.
-
-    Parameters
-    ----------
-    bar
-        Rigidity of the bar without contact over K_theta d.
+    There the torque of the whole beam on the unloading branch is zero or less, or it does not slide back at all;
+    ``bar`` is the rigidity of the bar without contact over K_theta d.
     """
     free = _free(side, bar)
     found = last_below(lambda x: free(-x), -side.x_end, -side.x0)
@@ -181,15 +172,7 @@ def residual(side: Side, bar: float, x: float) -> float | None:
 
 
 def last_below(f: Callable[[Number], Number], low: float, high: float) -> float | None:
-    """Largest x in [low, high] with f(x) <= 0; None if f is positive all along.
-
-    Parameters
-    ----------
-    f
-        Continuous; takes a float or an array.
-    low, high
-        Ends of the search.
-    """
+    """Largest x in [low, high] with f(x) <= 0, f continuous, of floats or arrays; None if f is positive all along."""
     x = np.linspace(low, high, SAMPLES)
     with np.errstate(all="ignore"):
         y = np.asarray(f(x))

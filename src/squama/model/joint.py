@@ -41,75 +41,29 @@ class Law(NamedTuple):
 
 
 def stiffness_twisting(youngs_modulus: float, scale_thickness: float, half_width: float, embedded: float) -> float:
-    """Stiffness of a scale's joint in a twisted beam, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55.
+    """Stiffness of a scale's joint in a twisted beam, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m (per rad).
 
-    Parameters
-    ----------
-    youngs_modulus : float
-        E_B of the substrate, Pa.
-    scale_thickness : float
-        t_s, m.
-    half_width : float
-        b, m: half the scale's width.
-    embedded : float
-        L, m.
-
-    Returns
-    -------
-    float
-        K_theta, N m (per rad).
-
-    Notes
-    -----
-    Source: paper, text after Eq. 7. Range: 0 < L << 2t and t_s << l + L; see `LAWS`.
+    From E_B of the substrate (Pa), t_s, b (half the scale's width) and L (m). Source: paper, text after Eq. 7. Range:
+    0 < L << 2t and t_s << l + L; see `LAWS`.
     """
     power: float = (embedded / scale_thickness) ** 1.55
     return 3.62 * youngs_modulus * scale_thickness**2 * half_width * power
 
 
 def stiffness_bending(youngs_modulus: float, scale_thickness: float, width: float, embedded: float) -> float:
-    """Stiffness of a scale's joint in a bent beam, K = 0.66 E_B w t_s^2 (L/t_s)^1.75.
+    """Stiffness of a scale's joint in a bent beam, K = 0.66 E_B w t_s^2 (L/t_s)^1.75, N m (per rad).
 
-    Parameters
-    ----------
-    youngs_modulus : float
-        E_B of the substrate, Pa.
-    scale_thickness : float
-        t_s, m.
-    width : float
-        w = 2b, m: the scale's full width.
-    embedded : float
-        L, m.
-
-    Returns
-    -------
-    float
-        K, N m (per rad).
-
-    Notes
-    -----
-    Source: the bending papers (docs, theory: bending). Range: 0 < L << 2t and t_s << l + L; see `LAWS`.
+    From E_B of the substrate (Pa), t_s, w = 2b (the scale's full width) and L (m). Source: the bending papers (docs,
+    theory: bending). Range: as for twisting.
     """
     power: float = (embedded / scale_thickness) ** 1.75
     return 0.66 * youngs_modulus * width * scale_thickness**2 * power
 
 
 def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
-    """Stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda.
+    """Stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda, at least 1.
 
-    Parameters
-    ----------
-    zeta, beta, lam : float
-        L/d, b/d and t/d.
-
-    Returns
-    -------
-    float
-        C_f, a plain number, at least 1.
-
-    Notes
-    -----
-    Source: paper, text before Eq. 13. Range: see `LAWS`.
+    From L/d, b/d and t/d. Source: paper, text before Eq. 13. Range: see `LAWS`.
     """
     return 1 + 1.33 * zeta * beta / lam
 
@@ -159,20 +113,7 @@ LAWS: Mapping[str, Law] = {
 
 
 def outside(law: Law, ratios: Mapping[str, float]) -> list[str]:
-    """Name every limit of a law that a design breaks.
-
-    Parameters
-    ----------
-    law : Law
-        A row of `LAWS`.
-    ratios : mapping
-        The value of each ratio by its name in the limits, e.g. ``{"L/d": 0.18, ...}``.
-
-    Returns
-    -------
-    list of str
-        One line per broken limit, ending with the remedy; empty inside the range.
-    """
+    """Name every limit of a law that a design breaks, a line each; ``ratios`` by their names in the limits."""
     # the limits themselves belong to the range, also where a ratio was rounded on its way here
     slack = 1e-9
     return [

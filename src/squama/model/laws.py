@@ -36,3 +36,8 @@ def edge(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
 
 
 LAWS: dict[str, Callable[[Contact, Number, Sqrt], Moments]] = {"edge": edge, "plate": plate}
+
+
+def moments(law: str, c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
+    """Moments by the law of a name."""
+    return LAWS[law](c, eta, sqrt)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from squama.model.outcome import End
 from squama.model.paths import Ops, Point
 from squama.model.twisting import Number
 
@@ -22,10 +21,6 @@ class Row(Protocol):
     @property
     def theta0(self) -> Number:
         """Initial inclination, rad."""
-
-    @property
-    def ENDS(self) -> tuple[End, ...]:
-        """Names of the margins, in their order."""
 
     def point(self, x: Number, law: str, ops: Ops) -> Point:
         """Contact at the path parameter."""
@@ -65,13 +60,3 @@ def pressed(pt: Point, theta0: Number, mu: Number) -> tuple[Number, Number, Numb
 def mu_lock(pt: Point) -> Number:
     """Coefficient of friction that locks the contact at this point."""
     return -pt.M_N / pt.M_f
-
-
-def margins(row: Row, x: Number, mu: Number, law: str, ops: Ops) -> tuple[Number, ...]:
-    """Quantities that are positive until the end they are named after in ``row.ENDS``."""
-    return named_margins(row, row.point(x, law, ops), mu)
-
-
-def named_margins(row: Row, pt: Point, mu: Number) -> tuple[Number, ...]:
-    """Return the margins of a contact that is already evaluated."""
-    return (pt.load_rate, -pt.M_N - mu * pt.M_f, *row.places(pt), pt.turn)[: len(row.ENDS)]

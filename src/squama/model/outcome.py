@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from squama.types import Array
 
 
 class End(StrEnum):
@@ -42,3 +46,10 @@ SENTENCES: dict[End, str] = {
     End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock",
     End.NONE: "the tip edge of a scale never rests on a side edge of a neighbour in this sense of loading",
 }
+
+
+def named(code: Array | int) -> Array:
+    """Return ends in words, by their codes."""
+    import numpy as np
+
+    return np.array([str(end) for end in CODES])[code]

@@ -4,22 +4,18 @@ A row is a named tuple of ratios (floats or arrays; lengths in units of the pitc
 the contact at the path parameter x: inclination, load angle per pitch (twist phi or bend psi), their rates, the
 slip rate and the moments per unit force. Balance, locks, torque, work and RED are the same for every row and live
 in :mod:`squama.model.mechanics`.
-
-``margins`` are the quantities that stay positive along the path; the first to vanish ends it, and ``ENDS`` names
-them in the same order.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from squama.model import twisting
-from squama.model.laws import LAWS
-from squama.model.outcome import End
+from squama.model.laws import moments
 from squama.model.twisting import Number
 
 
@@ -33,6 +29,7 @@ class Ops(NamedTuple):
     atan: Callable[[Number], Number]
     sincos: Callable[[Number], tuple[Number, Number]]
     larger: Callable[[Number, Number], Number] = max
+    smaller: Callable[[Number, Number], Number] = min
 
 
 def by_tangent(tan: Callable[[Number], Number]) -> Callable[[Number], tuple[Number, Number]]:
@@ -46,11 +43,15 @@ def by_tangent(tan: Callable[[Number], Number]) -> Callable[[Number], tuple[Numb
     return sincos
 
 
+def root_of(x: float) -> float:
+    """Square root, of a negative number not a number."""
+    return math.sqrt(x) if x >= 0 else math.nan
+
+
 NEXT = 1
 """Neighbour of a row whose lengths are in units of k pitches."""
-TWIST_ENDS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE)
-ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan, by_tangent(np.tan), np.maximum)
-FLOAT = Ops(math.sqrt, math.sin, math.cos, math.tan, math.atan, lambda x: (math.sin(x), math.cos(x)))
+ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan, by_tangent(np.tan), np.maximum, np.minimum)
+FLOAT = Ops(root_of, math.sin, math.cos, math.tan, math.atan, lambda x: (math.sin(x), math.cos(x)))
 
 
 class Point(NamedTuple):
@@ -87,11 +88,6 @@ class Twist(NamedTuple):
     k: Number = NEXT
 
     @property
-    def ENDS(self) -> tuple[End, ...]:
-        """Names of the margins."""
-        return TWIST_ENDS
-
-    @property
     def ratios(self) -> tuple[Number, ...]:
         """``sa, ca, eta, beta, lam`` in units of k pitches, as the kernel takes them."""
         return self.sa, self.ca, self.eta / self.k, self.beta / self.k, self.lam / self.k
@@ -102,7 +98,11 @@ class Twist(NamedTuple):
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
         """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
-        r = self.root(x, ops)
+        return self.solve_at(x, *ops.sincos(x), ops)
+
+    def solve_at(self, x: Number, sn: Number, cs: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
+        """Return the same, with sine and cosine of the inclination already known."""
+        r = twisting.root(sn, cs, *self.ratios)
         q = ops.sqrt(r.q2)
         return x, r, q, 1 / q
 
@@ -114,7 +114,7 @@ class Twist(NamedTuple):
         """Return the contact at the root ``q``; ``per_x`` turns the kernel's rates into rates per unit of x."""
         ratios = self.ratios
         c = twisting.contact(r, q, *ratios)
-        m = LAWS[law](c, ratios[2], ops.sqrt)
+        m = moments(law, c, ratios[2], ops.sqrt)
         k = self.k
         return Point(
             theta,
@@ -160,28 +160,26 @@ class FoldedTwist(NamedTuple):
     k: Number = NEXT
 
     @property
-    def ENDS(self) -> tuple[End, ...]:
-        """Names of the margins."""
-        return TWIST_ENDS
-
-    @property
     def open(self) -> Twist:
         """The row of the same contact without its fold."""
         return Twist(self.eta, self.beta, self.lam, self.sa, self.ca, self.theta0, self.k)
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
         """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
-        return self.solve_from(self.open.root(self.theta_f, ops), x, ops)
+        return self.solve_from(self.open.root(self.theta_f, ops), x, *ops.sincos(self.half(x)), ops)
 
-    def solve_from(self, f: twisting.Root, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
-        """Return the same, with the terms ``f`` of the contact condition at the fold already known."""
+    def half(self, x: Number) -> Number:
+        """Half the way back from the fold."""
+        return 1e-300 - x * x / 2
+
+    def solve_from(
+        self, f: twisting.Root, x: Number, up: Number, over: Number, ops: Ops
+    ) -> tuple[Number, twisting.Root, Number, Number]:
+        """Return the same, with the terms ``f`` at the fold, and sine and cosine of half the way back, known."""
         row = self.open
         theta = self.theta_f - x * x
         sa, ca, eta, beta, lam = row.ratios
-        # sine over angle and cosine of half the way back from the fold
-        half = 1e-300 - x * x / 2
-        up, over = ops.sincos(half)
-        sinc = up / half
+        sinc = up / self.half(x)
         # divided differences between theta and theta_f of sin, cos and the terms built from them
         d_sn, d_cs = (f.cs * over - f.sn * up) * sinc, -(f.sn * over + f.cs * up) * sinc
         r = twisting.root(f.sn - x * x * d_sn, f.cs - x * x * d_cs, sa, ca, eta, beta, lam)
@@ -207,10 +205,3 @@ class FoldedTwist(NamedTuple):
     def parameter(self, theta: Number, ops: Ops) -> Number:
         """Path parameter of an inclination on the branch that starts at engagement."""
         return -ops.sqrt(self.theta_f - theta)
-
-
-def as_next(row: Any) -> Any:
-    """Return a row of arrays in units of k pitches, as if its contact were one with the next neighbour."""
-    if not isinstance(row, Twist | FoldedTwist):
-        return row
-    return row._replace(eta=row.eta / row.k, beta=row.beta / row.k, lam=row.lam / row.k, k=np.ones_like(row.eta))

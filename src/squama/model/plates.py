@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.model.solve import Array
+from squama.types import Array
 
 CORNERS = ("D", "A", "C", "B")
 EDGES = ("DA", "CB", "DC", "AB")
@@ -53,18 +53,8 @@ class Plates(NamedTuple):
 def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
     """Signed gaps of the 24 feature pairs and whether the meeting place lies within both features.
 
-    Parameters
-    ----------
-    theta, phi
-        Inclination and twist per pitch, shape (m,).
-    k
-        Neighbours, shape (n,).
-
-    Returns
-    -------
-    gap, inside
-        Shape (24, n, m): 4 corners of the other scale on the face of scale 1, 4 corners of scale 1 on the other
-        face, 16 edges on edges (of scale 1 first).
+    At inclinations and twists per pitch (m,), of neighbours k (n,). Both have the shape (24, n, m): 4 corners of the
+    other scale on the face of scale 1, 4 corners of scale 1 on the other face, 16 edges on edges (of scale 1 first).
     """
     eta, beta, lam, sa, ca = plates
     k = k[:, None]
@@ -119,23 +109,12 @@ def name(pair: int, k: int, mirrored: bool) -> str:
 
 
 def first_touch(
-    plates: Plates,
-    at: Callable[[Array], tuple[Array, Array]],
-    x: Array,
-    *,
-    follows: int,
-    mirrored: bool = False,
+    plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, *, follows: int, mirrored: bool = False
 ) -> Touch | None:
     """Find the first contact that comes in along a path, other than the one that is followed.
 
-    Parameters
-    ----------
-    at
-        Inclination and twist at the path parameters.
-    x
-        Samples of the path parameter, ascending; the first has a small positive twist.
-    follows
-        Neighbour whose tip-side contact is followed, 0 for none.
+    ``at`` gives inclination and twist at path parameters, ``x`` samples of it, ascending from a small positive twist;
+    ``follows`` is the neighbour whose tip-side contact is followed, 0 for none.
     """
     k = np.arange(1, plates.reach + 1)
     best: tuple[float, int, int] | None = None

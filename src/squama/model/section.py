@@ -15,140 +15,55 @@ from typing import Any
 _ODD_FIFTH_POWERS = 31 / 32 * 1.0369277551433699263
 
 
-def torsion_constant(width: float, thickness: float) -> float:
-    """Saint-Venant torsion constant J of a solid rectangle.
+def torsion_constant(width: Any, thickness: Any) -> Any:
+    """Saint-Venant torsion constant J of a solid rectangle, of floats or arrays; a complex step goes through it.
 
     With a >= b the two sides, J = a b^3 / 3 - (64 / pi^5) b^4 sum over odd n of tanh(n pi a / (2 b)) / n^5.
     The sum is split by tanh(x / 2) = 1 - 2 / (exp(x) + 1) into 31/32 zeta(5) and a rest that converges like
-    exp(-n pi a / b), so that a few terms give full double precision.
-
-    Parameters
-    ----------
-    width, thickness : float
-        The two sides, in any order; positive.
-
-    Returns
-    -------
-    float
-        J, the length unit to the fourth power. Exact within linear elasticity for free warping.
+    exp(-n pi a / b): six terms give full double precision, the next is below 1e-19 of the sum even for a square.
 
     Notes
     -----
-    Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109, Eq. 161. Range: any rectangle;
-    small twist rate (the sides' helices stay flat).
-
-    Examples
-    --------
-    >>> round(torsion_constant(32, 16))
-    29974
-    """
-    a, b = max(width, thickness), min(width, thickness)
-    total = _ODD_FIFTH_POWERS
-    n = 1
-    while True:
-        small = math.exp(-n * math.pi * a / b)
-        term = 2 * small / (1 + small) / n**5
-        total -= term
-        if term < 1e-18:
-            return a * b**3 / 3 - 64 / math.pi**5 * b**4 * total
-        n += 2
-
-
-def torsion_constants(width: Any, thickness: Any) -> Any:
-    """Return :func:`torsion_constant` of arrays; a complex step goes through it.
-
-    Parameters
-    ----------
-    width, thickness : array
-        The two sides, in any order; positive (their real parts).
-
-    Returns
-    -------
-    array
-        J. Six terms: the next is below 1e-19 of the sum even for a square.
-
-    Notes
-    -----
-    Source and range: as `torsion_constant`.
+    Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109, Eq. 161. Range: any rectangle, its
+    sides (positive) in any order, within linear elasticity for free warping; small twist rate (the sides' helices stay
+    flat).
 
     Examples
     --------
     >>> import numpy as np
-    >>> torsion_constants(np.array([32.0, 16.0]), 16.0).round()
-    array([29974.,  9213.])
+    >>> round(torsion_constant(32, 16)), torsion_constant(np.array([32.0, 16.0]), 16.0).round()
+    (29974, array([29974.,  9213.]))
     """
-    import numpy as np  # a single beam does without it
+    if isinstance(width, int | float) and isinstance(thickness, int | float):
+        exp: Any = math.exp
+        a, b = max(width, thickness), min(width, thickness)
+    else:
+        import numpy as np  # a single beam does without it
 
-    first = np.real(width) >= np.real(thickness)
-    a, b = np.where(first, width, thickness), np.where(first, thickness, width)
+        exp, first = np.exp, np.real(width) >= np.real(thickness)
+        a, b = np.where(first, width, thickness), np.where(first, thickness, width)
     total = _ODD_FIFTH_POWERS
     for n in range(1, 13, 2):
-        small = np.exp(-n * math.pi * a / b)
+        small = exp(-n * math.pi * a / b)
         total = total - 2 * small / (1 + small) / n**5
     return a * b**3 / 3 - 64 / math.pi**5 * b**4 * total
 
 
 def polar_moment(width: float, thickness: float) -> float:
-    """Polar second moment of area of a rectangle, I = a b (a^2 + b^2) / 12; this is the I of Eqs. 13-16.
-
-    Parameters
-    ----------
-    width, thickness : float
-        The two sides; positive.
-
-    Returns
-    -------
-    float
-        I, the length unit to the fourth power. Geometry: no range.
-    """
+    """Polar second moment of area of a rectangle, I = a b (a^2 + b^2) / 12; this is the I of Eqs. 13-16."""
     return width * thickness * (width**2 + thickness**2) / 12
 
 
 def warping_coefficient(width: float, thickness: float) -> float:
-    """Warping coefficient C_w = J / I of a rectangle (Eqs. 13-16), between 0 and 0.85.
-
-    Parameters
-    ----------
-    width, thickness : float
-        The two sides; positive.
-
-    Returns
-    -------
-    float
-        C_w, a plain number. Range: as `torsion_constant`.
-    """
-    return torsion_constant(width, thickness) / polar_moment(width, thickness)
+    """Warping coefficient C_w = J / I of a rectangle (Eqs. 13-16), a plain number between 0 and 0.85."""
+    return float(torsion_constant(width, thickness) / polar_moment(width, thickness))
 
 
 def bending_moment_of_area(width: float, thickness: float) -> float:
-    """Second moment of area of a rectangle bent about its width, width * thickness^3 / 12.
-
-    Parameters
-    ----------
-    width, thickness : float
-        Sides along and across the bending axis; positive. The thickness is 2t.
-
-    Returns
-    -------
-    float
-        I of docs, theory: bending, the length unit to the fourth power. Geometry: no range.
-    """
+    """Second moment of area I of a rectangle bent about its width (docs, theory: bending), width * (2t)^3 / 12."""
     return width * thickness**3 / 12
 
 
 def shear_modulus(youngs_modulus: float, poisson_ratio: float) -> float:
-    """Shear modulus of an isotropic solid, G_B = E_B / (2 (1 + nu)) (docs, theory: energy).
-
-    Parameters
-    ----------
-    youngs_modulus : float
-        E_B, Pa; positive.
-    poisson_ratio : float
-        nu; between -1 and 0.5, exclusive.
-
-    Returns
-    -------
-    float
-        G_B, Pa. Range: linear elastic and isotropic.
-    """
+    """Shear modulus of a linear elastic, isotropic solid, G_B = E_B / (2 (1 + nu)), Pa (docs, theory: energy)."""
     return youngs_modulus / (2 * (1 + poisson_ratio))

@@ -18,11 +18,12 @@ import numpy as np
 
 from squama.model import energy, mechanics
 from squama.model.bending import Bend
-from squama.model.ends import COINCIDE, Track
+from squama.model.follow import COINCIDE
 from squama.model.neighbours import gap
 from squama.model.outcome import CODES, End
 from squama.model.paths import FoldedTwist, Ops, Point, by_tangent
-from squama.model.solve import Array, take
+from squama.model.tracks import Track, take
+from squama.types import Array
 
 STEP = 1e-30
 TOLERANCE = 1e-10
@@ -117,15 +118,13 @@ def seed(t: Tracked, name: str, sign: int) -> Seed:
     return Seed(row, mu, margin, on_path=True)
 
 
-def tracked(t: Track, mu: Array, margin: float, law: str, *, with_work: bool) -> Tracked:
-    """Prepare what is common to the derivatives with respect to every parameter."""
+def tracked(t: Track, mu: Array, margin: float, law: str, work: Array) -> Tracked:
+    """Prepare what is common to the derivatives by every parameter; ``work`` is the frictional one at the cut-off."""
     pt = t.row.point(t.x_end + STEP * 1j, law, COMPLEX)
     slope = np.imag(vanishing(t.row, pt, t, mu, law)) / STEP
     D = -(pt.M_N + mu * pt.M_f)
     fixed = (t.code == CODES.index(End.RANGE)) & (np.real(pt.turn) > COINCIDE)
     pole = energy.pole(t.row, t.x_end, mu, law, t.x0)
-    x_c = energy.cutoff(t.row, t.x0, t.x_end, np.isin(t.code, _LOCKS), margin)
-    work = energy.works(t.row, t.x0, x_c, pole, mu, law) if with_work else np.zeros(mu.size)
     return Tracked(t, mu, margin, law, slope, D.imag / STEP, np.real(pt.load_rate), fixed, pole, work)
 
 
@@ -202,7 +201,7 @@ def engagement(row: Any) -> Array:
 
 
 def works(s: Seed, x0: Array, x_stop: Array, x_pole: Array, law: str, moved: Array) -> Array:
-    """Frictional work with its derivative, by the rule of :func:`squama.model.energy.works`."""
+    """Frictional work with its derivative, by the series of :func:`squama.model.energy.work`."""
     out = np.zeros(x0.size, complex)
     left = np.flatnonzero(moved & ((np.real(s.mu) > 0) | (np.imag(s.mu) > 0)))
     n = energy.FEW_NODES

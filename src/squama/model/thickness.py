@@ -22,37 +22,15 @@ from squama.model.bracket import bracketed
 
 
 def gap(alpha: float, theta0: float) -> float:
-    """Distance between the mid-planes of two neighbours at rest, cos(alpha) sin(theta0).
-
-    Parameters
-    ----------
-    alpha, theta0 : float
-        Angles of the scales, rad; alpha = 0 in bending.
-
-    Returns
-    -------
-    float
-        The gap in pitches d: -F at phi = 0 (docs, theory: geometry).
-    """
+    """Distance between the mid-planes of two neighbours at rest, in pitches: -F at phi = 0; alpha = 0 in bending."""
     return math.cos(alpha) * math.sin(theta0)
 
 
 def engagement_twisting(eta: float, beta: float, lam: float, alpha: float, theta0: float, *, tau: float = 0.0) -> float:
-    """Twist per pitch at which plates of thickness tau engage, tip edge on side edge.
+    """Twist per pitch (rad) at which plates of thickness tau = t_s/d engage, tip edge on side edge.
 
-    Parameters
-    ----------
-    eta, beta, lam : float
-        l/d, b/d and t/d.
-    alpha, theta0 : float
-        Angles of the scales, rad; both between 0 and pi/2.
-    tau : float
-        Plate thickness t_s/d; 0 gives the engagement of the thin model.
-
-    Returns
-    -------
-    float
-        phi_e, rad: 0 if the plates touch at rest, inf if this pair of edge lines never meets.
+    0 if the plates touch at rest, inf if this pair of edge lines never meets; for tau = 0 that of the thin model.
+    Lengths in pitches, alpha and theta0 in rad, both between 0 and pi/2.
     """
     sin_a, cos_a = math.sin(alpha), math.cos(alpha)
     sin_t, cos_t = math.sin(theta0), math.cos(theta0)
@@ -73,21 +51,10 @@ def engagement_twisting(eta: float, beta: float, lam: float, alpha: float, theta
 
 
 def engagement_bending(eta: float, theta0: float, tau: float = 0.0) -> float:
-    """Curvature per pitch at which plates of thickness tau engage, tip on face.
+    """Bend per pitch (rad) at which plates of thickness tau = t_s/d engage, tip on face.
 
-    Parameters
-    ----------
-    eta : float
-        l/d.
-    theta0 : float
-        Inclination of the scales at rest, rad; between 0 and pi/2.
-    tau : float
-        Plate thickness t_s/d; 0 gives eta psi cos(psi/2) = sin(theta0 + psi/2) of docs, theory: bending.
-
-    Returns
-    -------
-    float
-        psi_e, rad: 0 if the plates touch at rest, inf if they do not meet below psi = pi/2.
+    0 if the plates touch at rest, inf if they do not meet below psi = pi/2. tau = 0 gives
+    eta psi cos(psi/2) = sin(theta0 + psi/2) of docs, theory: bending; theta0 in rad, between 0 and pi/2.
     """
 
     def distance(psi: float) -> float:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from squama import api
+from squama.arrays import edge_contacts
 from squama.model.outcome import CODES, End
-from squama.model.solve import Array
 from squama.paper import maps
 from squama.paper import parameters as par
-from squama.paper.tables import Claim
+from squama.paper.parameters import Claim
+from squama.types import Array
 
 FRICTIONAL, STATIC = CODES.index(End.FRICTIONAL), CODES.index(End.STATIC)
 LOW_ALPHAS = (1.0, 5.0, 10.0, 15.0, 20.0)
 """Below about 23 deg there is no kinematic lock, deg."""
 MU_GRID = np.round(np.arange(0.0, 6.0, 0.01), 2)
+FLAT = 0.25
+"""RED counts as nearly flat in eta if it varies over eta by less than this part of its variation over mu."""
 
 
 def numbers(values: Sequence[float] | Array, form: str = ".3g") -> str:
@@ -33,9 +35,13 @@ def yes(flag: bool) -> str:
     return "yes" if flag else "no"
 
 
-def fig4(data: xr.Dataset) -> list[Claim]:
+def falls(values: Array) -> str:
+    """Return "yes" or "no": whether numbers fall from one to the next."""
+    return yes(bool(np.all(np.diff(values) < 0)))
+
+
+def fig4(data: xr.Dataset) -> Iterator[Claim]:
     """f0 rises without bound towards one asymptote for each mu, which moves to smaller twist as mu grows."""
-    out = []
     mus = [float(mu) for mu in data["mu"].values]
     r: dict[str, Any] = par.main().ratios
     for law in par.LAWS:
@@ -44,82 +50,40 @@ def fig4(data: xr.Dataset) -> list[Claim]:
         growth = []
         for mu, end in zip(mus, part["theta_end"].values, strict=True):
             at = end - (end - r["theta0"]) * np.array([1e-3, 1e-6])
-            f0 = api.forces(at, **r, mu=mu, law=law).friction
+            f0 = edge_contacts.forces(at, **r, mu=mu, law=law).friction
             growth.append(float(f0[1] / f0[0]))
         pole = bool(np.all(np.abs(np.array(growth) / 1000 - 1) < 0.05))
-        out.append(
-            Claim(
-                "fig4",
-                "the friction force rises without bound towards a lock",
-                law,
-                "f0 at 1e-6 over f0 at 1e-3 of the path before the lock, least over mu (1000 for a simple pole)",
-                f"{min(growth):.1f}",
-                "",
-                yes(pole),
-            )
-        )
-        out.append(
-            Claim(
-                "fig4",
-                "the asymptote moves to smaller twist as mu grows",
-                law,
-                f"Phi_lock/Phi_e at mu = {numbers(mus)}",
-                numbers(ends, ".4f"),
-                "",
-                yes(bool(np.all(np.diff(ends) < 0))),
-            )
-        )
-    return out
+        text = "the friction force rises without bound towards a lock"
+        what = "f0 at 1e-6 over f0 at 1e-3 of the path before the lock, least over mu (1000 for a simple pole)"
+        yield Claim("fig4", text, law, what, f"{min(growth):.1f}", "", yes(pole))
+        text = "the asymptote moves to smaller twist as mu grows"
+        what = f"Phi_lock/Phi_e at mu = {numbers(mus)}"
+        yield Claim("fig4", text, law, what, numbers(ends, ".4f"), "", falls(ends))
 
 
-def fig5a(drops: dict[str, xr.Dataset]) -> list[Claim]:
+def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
     """Frictional envelopes lie below the kinematic one, are no translates of it and meet the axis at high mu."""
-    out = []
     etas = np.array(par.FIG5_ETAS)
     for law in par.LAWS:
         twisting = drops[law].sel(loading="twisting")
         mus = twisting["mu"].values[1:]
         drop = np.degrees(twisting["drop"].values[1:])
         least, spread = np.nanmin(drop, axis=1), np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)
-        out.append(
-            Claim(
-                "fig5a",
-                "each frictional envelope lies below the kinematic one",
-                law,
-                f"least drop of theta below it at the same phi, mu = {numbers(mus)}",
-                numbers(least),
-                "deg",
-                yes(bool(np.all(least > 0))),
-            )
-        )
-        out.append(
-            Claim(
-                "fig5a",
-                "it is not a translate of the kinematic envelope",
-                law,
-                f"largest less least drop along the envelope, eta {par.BENDING_ETAS[0]:g} to "
-                f"{par.BENDING_ETAS[-1]:g}, mu = {numbers(mus)}",
-                numbers(spread),
-                "deg",
-                yes(bool(np.all(spread > 1.0))),
-                "0 for a translate; in bending it is 0 (figure bending)",
-            )
-        )
+        text = "each frictional envelope lies below the kinematic one"
+        what = f"least drop of theta below it at the same phi, mu = {numbers(mus)}"
+        yield Claim("fig5a", text, law, what, numbers(least), "deg", yes(bool(np.all(least > 0))))
+        text = "it is not a translate of the kinematic envelope"
+        low, high = par.BENDING_ETAS[0], par.BENDING_ETAS[-1]
+        what = f"largest less least drop along the envelope, eta {low:g} to {high:g}, mu = {numbers(mus)}"
+        note = "0 for a translate; in bending it is 0 (figure bending)"
+        yield Claim("fig5a", text, law, what, numbers(spread), "deg", yes(bool(np.all(spread > 1.0))), note)
         static = maps.mu_static(maps.sweep(par.main(), "eta", etas), law)
-        out.append(
-            Claim(
-                "fig5a",
-                "for large mu the envelope meets the axis (static lock)",
-                law,
-                f"mu_static at eta = {numbers(etas)}",
-                numbers(static),
-                "",
-                yes(bool(np.all(np.isfinite(static)))),
-                f"{static.min() / par.PLA_ON_PLA[1]:.0f} times the largest friction measured of printed PLA on PLA "
-                f"({par.PLA_ON_PLA[0]:g} to {par.PLA_ON_PLA[1]:g})",
-            )
-        )
-    return out
+        text = "for large mu the envelope meets the axis (static lock)"
+        what, holds = f"mu_static at eta = {numbers(etas)}", yes(bool(np.all(np.isfinite(static))))
+        low, high = par.PLA_ON_PLA
+        measured = f"the largest friction measured of printed PLA on PLA ({low:g} to {high:g})"
+        note = f"{static.min() / high:.0f} times {measured}"
+        yield Claim("fig5a", text, law, what, numbers(static), "", holds, note)
 
 
 def least_lock(alpha: float, law: str, *, plates: bool) -> float:
@@ -140,116 +104,59 @@ def least_lock(alpha: float, law: str, *, plates: bool) -> float:
 def fold_alpha() -> float:
     """Return the alpha (rad, to .01 deg) below which the path of the main case without friction passes a fold."""
     r = maps.sweep(par.main(), "alpha", np.radians(np.arange(5.0, 25.0, 0.01)))._asdict()
-    e = api.ends(**r, mu=0.0)
+    e = edge_contacts.ends(**r, mu=0.0)
     theta0 = r.pop("theta0")
-    before = api.contact(np.maximum(e.theta_end, theta0), **r).phi
+    before = edge_contacts.contact(np.maximum(e.theta_end, theta0), **r).phi
     # past a fold the end does not lie on the branch that starts at engagement
     return float(r["alpha"][~np.isclose(before, e.phi_end, rtol=1e-6)].max())
 
 
-def fig5b() -> list[Claim]:
+def fig5b() -> Iterator[Claim]:
     """Higher alpha engages, steepens and locks earlier; locks at low alpha; static locks."""
     alphas = np.radians([30.0, 40.0, 50.0, 60.0, 70.0])
     r = maps.sweep(par.main(), "alpha", alphas)
     phi_e = maps.ends(r, 0.0, "edge").load_e
-    steep = 1 / api.contact(r.theta0, eta=r.eta, beta=r.beta, lam=r.lam, alpha=r.alpha).dphi_dtheta
+    steep = 1 / edge_contacts.contact(r.theta0, eta=r.eta, beta=r.beta, lam=r.lam, alpha=r.alpha).dphi_dtheta
     phi_lock, _ = maps.kinematic_lock(r)
     words = "alpha = 30, 40, 50, 60, 70 deg"
-    out = [
-        Claim(
-            "fig5b", "higher alpha engages earlier", "both", f"phi_e at {words}", numbers(phi_e), "rad", _falls(phi_e)
-        ),
-        Claim(
-            "fig5b",
-            "higher alpha is steeper",
-            "both",
-            f"dtheta/dphi at engagement, {words}",
-            numbers(steep),
-            "",
-            _falls(-steep),
-        ),
-        Claim(
-            "fig5b",
-            "higher alpha locks earlier",
-            "both",
-            f"phi at the kinematic lock, {words}",
-            numbers(phi_lock),
-            "rad",
-            _falls(phi_lock),
-        ),
-    ]
+    for text, what, values, unit, holds in (
+        ("higher alpha engages earlier", f"phi_e at {words}", phi_e, "rad", falls(phi_e)),
+        ("higher alpha is steeper", f"dtheta/dphi at engagement, {words}", steep, "", falls(-steep)),
+        ("higher alpha locks earlier", f"phi at the kinematic lock, {words}", phi_lock, "rad", falls(phi_lock)),
+    ):
+        yield Claim("fig5b", text, "both", what, numbers(values), unit, holds)
     scan = np.radians(np.arange(1.0, 40.0, 0.1))
     none = np.isnan(maps.kinematic_lock(maps.sweep(par.main(), "alpha", scan))[0])
-    out.append(
-        Claim(
-            "fig5b",
-            "at low alpha there is no kinematic lock",
-            "both",
-            "largest alpha without one",
-            f"{np.degrees(scan[none].max()):.1f}",
-            "deg",
-            yes(bool(none[0])),
-            f"the contact leaves the tip edge, below {math.degrees(fold_alpha()):.1f} deg past a fold",
-        )
-    )
+    text, what = "at low alpha there is no kinematic lock", "largest alpha without one"
+    note = f"the contact leaves the tip edge, below {math.degrees(fold_alpha()):.1f} deg past a fold"
+    last = f"{np.degrees(scan[none].max()):.1f}"
+    yield Claim("fig5b", text, "both", what, last, "deg", yes(bool(none[0])), note)
+    text = "friction locks the beam also where there is no kinematic lock"
+    names = f"at alpha = {numbers(LOW_ALPHAS)} deg"
     for law in par.LAWS:
-        alone = [least_lock(math.radians(a), law, plates=False) for a in LOW_ALPHAS]
-        real = [least_lock(math.radians(a), law, plates=True) for a in LOW_ALPHAS]
-        names = f"at alpha = {numbers(LOW_ALPHAS)} deg"
-        free = all(mu <= 0.01 for mu in alone)
-        low = "it locks without friction where mu = 0 is listed: the law does not satisfy virtual work"
-        high = "at less friction the contact leaves the tip edge, or the scales come back to rest past the fold"
-        out.append(
-            Claim(
-                "fig5b",
-                "friction locks the beam also where there is no kinematic lock",
-                law,
-                f"least mu that locks, tip-side contact alone, {names}",
-                numbers(alone),
-                "",
-                yes(free) if free else "in part",
-                low if 0 in alone else high,
-            )
+        alone, real = (
+            [least_lock(math.radians(a), law, plates=plates) for a in LOW_ALPHAS] for plates in (False, True)
         )
-        out.append(
-            Claim(
-                "fig5b",
-                "friction locks the beam also where there is no kinematic lock",
-                law,
-                f"least mu that locks before another pair of plates touches, {names}",
-                numbers(real),
-                "",
-                "in part",
-                "at less friction the model of one contact ends before any lock",
-            )
-        )
+        note = "at less friction the contact leaves the tip edge, or the scales come back to rest past the fold"
+        if 0 in alone:
+            note = "it locks without friction where mu = 0 is listed: the law does not satisfy virtual work"
+        what, free = f"least mu that locks, tip-side contact alone, {names}", all(mu <= 0.01 for mu in alone)
+        yield Claim("fig5b", text, law, what, numbers(alone), "", "yes" if free else "in part", note)
+        what = f"least mu that locks before another pair of plates touches, {names}"
+        note = "at less friction the model of one contact ends before any lock"
+        yield Claim("fig5b", text, law, what, numbers(real), "", "in part", note)
+    text = "static lock needs a larger mu as alpha grows"
+    what = "mu_static at alpha = 0.01, 10, 20, 30, 45, 60, 70 deg"
     for law in par.LAWS:
         scan = np.radians(np.array([0.01, 10, 20, 30, 45, 60, 70]))
         static = maps.mu_static(maps.sweep(par.main(), "alpha", scan), law)
         rises = bool(np.all(np.diff(static) > 0))
-        top = np.degrees(scan[static.argmax()])
-        out.append(
-            Claim(
-                "fig5b",
-                "static lock needs a larger mu as alpha grows",
-                law,
-                "mu_static at alpha = 0.01, 10, 20, 30, 45, 60, 70 deg",
-                numbers(static),
-                "",
-                "yes" if rises else "in part",
-                "" if rises else f"it falls again beyond {top:.0f} deg",
-            )
-        )
-    return out
+        note = "" if rises else f"it falls again beyond {np.degrees(scan[static.argmax()]):.0f} deg"
+        yield Claim("fig5b", text, law, what, numbers(static), "", "yes" if rises else "in part", note)
 
 
-def _falls(values: Array) -> str:
-    return yes(bool(np.all(np.diff(values) < 0)))
-
-
-def fig6a(data: xr.Dataset) -> list[Claim]:
+def fig6a(data: xr.Dataset) -> Iterator[Claim]:
     """Torque and stiffness of the scales rise with mu."""
-    out = []
     mus = [float(mu) for mu in data["mu"].values]
     for law in par.LAWS:
         part = data.sel(law=law)
@@ -257,43 +164,91 @@ def fig6a(data: xr.Dataset) -> list[Claim]:
         phi = np.linspace(float(part["phi_e"][0]) * 1.01, 0.98 * last, 60)
         for name, word in (("T_K", "torque"), ("K_K", "stiffness")):
             lines = [np.interp(phi, part["phi"][i].values, part[name][i].values) for i in range(len(mus))]
-            ratio = np.min([b / a for a, b in pairwise(lines)])
-            middle = [float(line[phi.size // 2]) for line in lines]
-            out.append(
-                Claim(
-                    "fig6a",
-                    f"the {word} rises with mu",
-                    law,
-                    f"{word} over K_theta at phi = {phi[phi.size // 2]:.4f} rad, mu = {numbers(mus)}",
-                    numbers(middle),
-                    "",
-                    yes(bool(ratio > 1)),
-                    f"least ratio of neighbouring curves up to the first lock: {ratio:.3f}",
-                )
-            )
-    return out
+            ratio = float(np.min([b / a for a, b in pairwise(lines)]))
+            middle = numbers([float(line[phi.size // 2]) for line in lines])
+            what = f"{word} over K_theta at phi = {phi[phi.size // 2]:.4f} rad, mu = {numbers(mus)}"
+            note = f"least ratio of neighbouring curves up to the first lock: {ratio:.3f}"
+            yield Claim("fig6a", f"the {word} rises with mu", law, what, middle, "", yes(ratio > 1), note)
 
 
-def bending(data: xr.Dataset) -> list[Claim]:
+def bending(data: xr.Dataset) -> Iterator[Claim]:
     """In bending the lock line is a translate by arctan(mu); in twisting it is not."""
-    out = []
     mus = data["mu"].values[1:]
-    for loading in ("bending", "twisting"):
+    what = f"largest less least drop; largest distance from arctan(mu), mu = {numbers(mus)}"
+    for loading, law, text in (
+        ("bending", "both", "the lock line is a translate by arctan(mu) in theta + psi/2"),
+        ("twisting", "edge", "in twisting the lock line is no translate"),
+    ):
         drop = np.degrees(data.sel(loading=loading)["drop"].values[1:])
         off = np.nanmax(abs(drop - np.degrees(np.arctan(mus))[:, None]), axis=1)
         spread = np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)
         translate = bool(np.all(spread < 1e-3))
-        out.append(
-            Claim(
-                "bending",
-                "the lock line is a translate by arctan(mu) in theta + psi/2"
-                if loading == "bending"
-                else "in twisting the lock line is no translate",
-                "edge" if loading == "twisting" else "both",
-                f"largest less least drop; largest distance from arctan(mu), mu = {numbers(mus)}",
-                f"{numbers(spread, '.2g')}; {numbers(off, '.2g')}",
-                "deg",
-                yes(translate if loading == "bending" else not translate),
-            )
+        value = f"{numbers(spread, '.2g')}; {numbers(off, '.2g')}"
+        yield Claim("bending", text, law, what, value, "deg", yes(translate == (law == "both")))
+
+
+def fig7a(data: xr.Dataset) -> Iterator[Claim]:
+    """RED rises with mu and saturates, nearly flat in eta; without a margin it is no number."""
+    mu, etas = data["mu"].values, data["value"].values
+    for law in par.LAWS:
+        part = data.sel(law=law)
+        sliding = float(part["mu_static"].min())
+        rise = float(np.diff(part["RED"].values[:, mu <= 2.0], axis=1).min())
+        seen = [0.5, 1.0, 2.0, 3.0, 4.0]
+        near = part["RED"].sel(value=3.0, method="nearest")
+        middle, wide = near.interp(mu=seen).values, part["RED"].interp(mu=seen)
+        spread = (wide.max("value") - wide.min("value")).values
+        slope = part["RED"].interp(mu=0.5, value=[1.5, 3.0, 8.0]).values
+        at = f"mu = {numbers(seen)}, margin {data.attrs['margin']:g}"
+        what = "least rise of RED per step of mu (0.05), all eta, mu up to 2"
+        note = (
+            f"at eta = 3 it is largest at mu = {mu[near.values.argmax()]:.2f} and falls to 0 at the static lock "
+            f"(the first, over eta, at mu = {sliding:.2f})"
         )
-    return out
+        yield Claim("fig7a", "RED rises with mu", law, what, f"{rise:.2g}", "", yes(rise > 0), note)
+        what, still = f"RED at eta = 3, {at}", yes(bool(middle[3] - middle[2] < 0.05))
+        yield Claim("fig7a", "RED saturates", law, what, numbers(middle), "", still)
+        what = f"largest less least RED over eta {etas[0]:g} to {etas[-1]:g}, {at}"
+        note = f"RED at mu = 0.5, eta = 1.5, 3, 8: {numbers(slope)}; over mu it goes from 0 to {middle.max():.2f}"
+        text, flat = "RED depends on eta far less than on mu", yes(bool(spread.max() < FLAT * middle.max()))
+        yield Claim("fig7a", text, law, what, numbers(spread), "", flat, note)
+    text = "RED up to the lock is a number (Eq. 15b)"
+    what = "RED at eta = 3, mu = 0.5, margin 0.1, 0.01, 0.001, 0.0001"
+    note = "the work diverges like a logarithm, RED goes to 1: a map needs its margin"
+    r = maps.sweep(par.main(), "eta", [3.0])
+    for law in par.LAWS:
+        steps = (1e-1, 1e-2, 1e-3, 1e-4)
+        values = [float(maps.dissipation(par.main(), r, np.array([0.5]), law, m)[0][0]) for m in steps]
+        yield Claim("fig7a", text, law, what, numbers(values), "", "no", note)
+
+
+def fig7b(data: xr.Dataset) -> Iterator[Claim]:
+    """Lock statically at low alpha and high mu; RED not monotonic in mu there; alpha of the largest RED."""
+    alpha, mu = np.degrees(data["value"].values), data["mu"].values
+    low = int(np.argmin(abs(alpha - 10)))
+    for law in par.LAWS:
+        part = data.sel(law=law)
+        static = part["end"].values == "static lock"
+        first = [float(mu[row.argmax()]) if row.any() else math.nan for row in static]
+        picks = [first[int(np.argmin(abs(alpha - a)))] for a in (1, 20, 45, 70)]
+        text = "static lock (blank region) at low alpha and high mu"
+        what, holds = (
+            "first mu of the region at alpha = 1, 20, 45, 70 deg",
+            static[0].any() and first[0] < np.nanmax(first),
+        )
+        yield Claim("fig7b", text, law, what, numbers(picks), "", yes(bool(holds)))
+        line = part["RED"].values[low]
+        top = int(line.argmax())
+        fall = float(line[top] - line[np.flatnonzero(~static[low])[-1]])
+        text = "at low alpha RED is not monotonic in mu"
+        what = f"alpha = {alpha[low]:.0f} deg: largest RED, at mu; fall of RED to the last mu before static lock"
+        value = f"{line[top]:.3f}, {mu[top]:.2f}; {fall:.3f}"
+        yield Claim("fig7b", text, law, what, value, "", yes(fall > 0.05))
+        seen = [0.5, 1.0, 2.0, 3.0]
+        best = [alpha[part["RED"].sel(mu=m, method="nearest").values.argmax()] for m in seen]
+        inside = [40 <= a <= 60 for a in best]
+        text = "friction dissipates most at alpha of 40 to 60 deg"
+        what = f"alpha of the largest RED at mu = {numbers(seen)}, margin {data.attrs['margin']:g}"
+        note = f"{alpha[-1]:.0f} deg is the border of the map: RED still rises there"
+        holds = "yes" if all(inside) else "in part" if any(inside) else "no"
+        yield Claim("fig7b", text, law, what, numbers(best), "deg", holds, note)

@@ -11,23 +11,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama import response
-from squama.design import Beam
-from squama.paper.fe_points import FePoints
-from squama.plot.style import (
-    COLUMN,
-    DASHES,
-    GREY,
-    INK,
-    PAGE,
-    finite_max,
-    key,
-    law_keys,
-    letter,
-    new_figure,
-    shades,
-    styled,
-)
+from squama.beam.design import Beam
+from squama.curves import doors
+from squama.paper.elements import FePoints
+from squama.plot.palette import GREY, INK
+from squama.plot.style import COLUMN, DASHES, PAGE, finite_max, key, law_keys, letter, new_figure, shades, styled
 
 POINTS = 300
 NEAR = 1e-3
@@ -40,7 +28,7 @@ COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
 
 def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str], points: int = POINTS) -> xr.Dataset:
     """Twist a beam with each coefficient of friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
-    runs = [response.twist(beam, mu=mus, law=law, margin=NEAR, points=points) for law in laws]
+    runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=points) for law in laws]
     data = xr.concat(runs, dim=xr.Variable("law", list(laws)), combine_attrs="drop_conflicts")
     return data.assign(
         ratio=data["phi"] / data["phi_e"],
@@ -77,8 +65,7 @@ def fig4(data: xr.Dataset) -> Figure:
     figure = new_figure(1.45 * COLUMN, 3.1)
     ax = figure.subplots()
     _lines(ax, data, "ratio", "f0", asymptotes=True)
-    ax.set_xlim(1, 1.04 * float((data["phi_end"] / data["phi_e"]).max()))
-    ax.set_ylim(0, 12)
+    ax.set(xlim=(1, 1.04 * float((data["phi_end"] / data["phi_e"]).max())), ylim=(0, 12))
     ax.set_xlabel(r"Twist rate over that at engagement $\Phi/\Phi_e$ (1)")
     ax.set_ylabel(r"Friction force $\bar{f}_0 = f\,l/K_\theta$ (1)")
     handles = [*_keys(data), key("lock, plate law", linestyle=":", linewidth=0.8)]
@@ -93,8 +80,7 @@ def fig6a(data: xr.Dataset) -> Figure:
     axes = figure.subplots(1, 2)
     for ax, name, top in zip(axes, ("T_K", "K_K"), (30, 600), strict=True):
         _lines(ax, data.where(data["ratio"] >= 1), "ratio", name)
-        ax.set_xlim(1, 1.04 * float((data["phi_end"] / data["phi_e"]).max()))
-        ax.set_ylim(0, top)
+        ax.set(xlim=(1, 1.04 * float((data["phi_end"] / data["phi_e"]).max())), ylim=(0, top))
         ax.set_xlabel(r"Twist rate over that at engagement $\Phi/\Phi_e$ (1)")
     axes[0].set_ylabel(r"Torque of the scales $T_s/K_\theta$ (1)")
     axes[1].set_ylabel(r"Stiffness of the scales $\mathrm{d}T_s/\mathrm{d}\varphi\,/K_\theta$ (1)")

@@ -1,123 +1,133 @@
-"""The finite element points of Fig. 6b that come with the package, and how they are computed anew.
-
-``python -m squama.paper.elements out/fig6b`` runs the periodic cells (the extra fe; about ten minutes on two cores) and
-writes the file. The folder gets a restart file and a netCDF file of each cell; a second call goes on there.
-"""
+"""The finite element points of Fig. 6b (``make fig6b`` makes them): read from a file, and set beside the model."""
 
 from __future__ import annotations
 
-import sys
-from importlib.metadata import version
+import math
+import os
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-from squama import files, store
-from squama.errors import InputError
-from squama.paper import fe_points
+from squama.curves import doors
+from squama.errors import Problems, refuse
+from squama.io import tabular
 from squama.paper import parameters as par
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from squama.fe.compare import Array
+from squama.paper.parameters import Claim
+from squama.types import Array
 
 STORED = Path(__file__).with_name("fig6b_elements.csv")
-MESHES: tuple[str | tuple[float, float], ...] = ((0.2, 0.02), (0.2, 0.03))
-"""Where elements invert early in the first, the next is taken; sizes in the bulk and at the scale's edges, pitches."""
-REACH = {2.0: 0.38, 3.0: 0.3}
-"""Twist to go to for each overlap ratio, rad per pitch: about where the contact of the model leaves the tip edge."""
-PACKAGES = ("squama", "netgen-mesher", "ipctk", "numpy", "scipy")
+COLUMNS = ("eta", "mu", "Phi (rad/m)", "T/(G_B I) (rad/m)")
+"""Header of the file: overlap ratio, coefficient of friction, twist rate, torque over G_B times the polar moment."""
+COMPLIANT = "compliant joint T/(G_B I) (rad/m)"
+"""Column that may be there too: torque of the compliant joint with the stiffness of the same mesh; may be empty."""
+K_THETA, C_F = "K_theta/(E_B d^3)", "C_f"
+"""Comments that may stand at the head, each with a number after a colon: the hinge that the elements make."""
+LEAST = {COLUMNS[0]: 1.0, COLUMNS[1]: 0.0, COLUMNS[2]: 0.0}
+CLOSE = 0.1
+"""Relative difference of torques that counts as agreement."""
+MOST = 4
+"""Panels (overlap ratios) that the figure has room for."""
 
 
-def stored() -> fe_points.FePoints | None:
-    """Return the points that come with the package."""
-    return fe_points.read_points(STORED) if STORED.exists() else None
+class FePoints(NamedTuple):
+    """Points in the order of the file; ``source`` is its name.
+
+    ``compliant`` is the compliant joint's load, and ``joint`` K_theta (E_B d^3) and C_f of the elements, if given.
+    """
+
+    eta: Array
+    mu: Array
+    rate: Array
+    load: Array
+    source: str
+    compliant: Array | None = None
+    joint: tuple[float, float] | None = None
 
 
-def run(eta: float, mu: float, folder: Path) -> tuple[xr.Dataset, str | tuple[float, float]]:
-    """Run one periodic cell, or the rest of it; return the curve that goes farthest and its mesh."""
-    from squama.fe import facade
+def read_points(path: str | os.PathLike[str]) -> FePoints:
+    """Read finite element points from a CSV file with the columns :data:`COLUMNS` in any order, one point a row.
 
-    found: list[tuple[xr.Dataset, str | tuple[float, float]]] = []
-    for i, mesh in enumerate(MESHES):
-        name = f"eta{eta:g}_mu{mu:g}" + (f"_{i + 1}" if i else "")
-        print(f"eta = {eta:g}, mu = {mu:g}, mesh {mesh}", file=sys.stderr, flush=True)
-        data = facade.cell(
-            par.fig6b(eta),
-            mu=mu,
-            to=f"{REACH[eta]:g} rad/pitch",
-            mesh=mesh,
-            restart=folder / f"{name}.npz",
-            progress=facade.print_progress,
-        )
-        store.save(data, folder / f"{name}.nc")
-        found.append((data, mesh))
-        if data.attrs["reached"]:
-            break
-    return max(found, key=lambda one: float(one[0]["phi"][-1]))
+    I is the polar moment of the section. Leading lines that start with # are comments. A column :data:`COMPLIANT` and
+    the comments :data:`K_THETA` and :data:`C_F` are read too.
 
-
-def write(folder: Path, place: Path = STORED) -> Path:
-    """Run all cells and write their points, with the compliant joint's torque of the same mesh beside them."""
-    from squama.study.verify import compliant_curve, hinge_of, own_matrix
-
-    rows: list[Array] = []
-    notes: list[str] = []
-    for eta in par.FIG6B_ETAS:
-        beam = par.fig6b(eta)
-        # what is embedded, and so the mesh, is the same for all
-        K = {mesh: own_matrix(beam, mesh) for mesh in MESHES}
-        joint = hinge_of(K[MESHES[0]], beam)
-        unit = beam.substrate.youngs_modulus * beam.pitch**3
-        K_theta, C_f = joint["stiffness"] / unit, joint["inclusion_factor"]
-        for mu in par.FIG6B_MUS:
-            data, mesh = run(eta, mu, folder)
-            rate, T = data["Phi"].values[1:], data["T"].values[1:]
-            other = compliant_curve(beam, K[mesh], mu, rate)["T"].values
-            scale = beam.G_B * beam.I
-            columns = [np.full(rate.size, eta), np.full(rate.size, mu), rate, T / scale, other / scale]
-            rows.append(np.column_stack(columns))
-            notes.append(
-                f"eta = {eta:g}, mu = {mu:g}: {data.attrs['sentence']}; {data.attrs['mesh']}; "
-                f"energy balance {data.attrs['energy_error']:.1e}"
-            )
-    head = [
-        "Periodic cells of finite elements at the geometry of Fig. 6b, and the compliant joint with their stiffness",
-        "by: make fig6b; versions: " + ", ".join(f"{name} {_version(name)}" for name in PACKAGES),
-        f"{fe_points.K_THETA}: {K_theta:.6g}",
-        f"{fe_points.C_F}: {C_f:.6g}",
-        *notes,
-    ]
-    lines = [f"# {line}" for line in head] + [",".join((*fe_points.COLUMNS, fe_points.COMPLIANT))]
-    lines += [",".join("" if np.isnan(v) else f"{v:.7g}" for v in row) for row in np.concatenate(rows)]
-    return files.atomic_write(place, lambda at: at.write_text("\n".join(lines) + "\n", encoding="utf-8"))
+    Raises InputError: the file cannot be read or has no such columns, a value is no number or out of range (one line a
+    mistake, with its line number), no row is left, or there are more overlap ratios than panels.
+    """
+    wanted = ", ".join(COLUMNS)
+    table = tabular.read(path, missing=f"give a CSV file with the columns {wanted}")
+    header, problems = table.header.cells, Problems()
+    for c in COLUMNS:
+        if c not in header:
+            problems.add("", "", f'no column "{c}"', f"the header must be {wanted}", table.line())
+    for c in COLUMNS:
+        if header.count(c) > 1:
+            problems.add("", "", f'the column "{c}" is given twice', "keep one", table.line())
+    problems.settle()
+    columns = {c: (header.index(c), partial(_value, c)) for c in (*COLUMNS, COMPLIANT) if c in header}
+    _, values, problems = tabular.numbers(table, columns, "point")
+    problems.settle()
+    eta, mu, rate, load, *rest = np.array(values).T
+    if (count := np.unique(eta).size) > MOST:
+        reason = f"has {count} values of eta, the figure has room for {MOST}"
+        refuse("", "", reason, "write more files", table.name)
+    return FePoints(eta, mu, rate, load, table.name, rest[0] if rest else None, _joint(table))
 
 
-def _version(name: str) -> str:
-    from squama._version import __version__
-
-    return __version__ if name == "squama" else version(name)
-
-
-def main() -> int:
-    """Write the stored points anew; the argument is the folder of the runs."""
-    if len(sys.argv) != 2:
-        print("usage: python -m squama.paper.elements FOLDER", file=sys.stderr)
-        return 2
-    folder = Path(sys.argv[1])
+def _joint(table: tabular.Table) -> tuple[float, float] | None:
+    found = dict(line.lstrip("# ").rsplit(": ", 1) for line in table.comments if ": " in line)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        print(f"wrote {write(folder)}")
-    except InputError as error:
-        print(f"squama: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt as stop:
-        print(f"squama: {stop}; {files.label(folder)} holds what is done", file=sys.stderr)
-        return 130
-    return 0
+        return float(found[K_THETA]), float(found[C_F])
+    except (KeyError, ValueError):
+        return None
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _value(column: str, cell: str) -> float:
+    """Return the number in a cell, or refuse it; one of the compliant joint may be empty."""
+    if column == COMPLIANT and not cell.strip():
+        return math.nan
+    value = tabular.number(cell)
+    if value < (low := LEAST.get(column, -math.inf)):
+        refuse("", tabular.shown_cell(cell), f"must be {low:g} or more")
+    return value
+
+
+def compare(points: FePoints | None) -> Iterator[Claim]:
+    """Set the points beside both force laws and, if they hold it, the compliant joint.
+
+    The largest difference, and up to which twist the two agree.
+    """
+    text = "the model agrees with finite elements"
+    if points is None:
+        yield Claim(
+            "fig6b", text, "both", "give a file of finite element points to compare", "no points given", "", "open"
+        )
+        return
+    for eta in np.unique(points.eta):
+        beam = par.fig6b(float(eta))
+        for mu in np.unique(points.mu[points.eta == eta]):
+            mine = (points.eta == eta) & (points.mu == mu)
+            rate, load = points.rate[mine], points.load[mine]
+            runs = {law: doors.twist(beam, mu=float(mu), law=law, at=rate) for law in par.LAWS}
+            models = {law: run["T"].values / (beam.G_B * beam.I) for law, run in runs.items()}
+            if points.compliant is not None:
+                models["compliant"] = points.compliant[mine]
+            what = f"eta = {eta:g}, mu = {mu:g}: largest difference of T; twist rate up to which it is below"
+            for law, model in models.items():
+                with np.errstate(all="ignore"):
+                    apart = abs(load / model - 1)
+                good = np.isfinite(apart)
+                if not good.any():
+                    continue
+                first = rate[good & (apart > CLOSE)].min(initial=np.inf)
+                reach = rate[good & (apart <= CLOSE) & (rate < first)].max(initial=0.0)
+                value = f"{100 * apart[good].max():.1f} %, {reach:.3g} of {rate[good].max():.3g} rad/m"
+                holds = "yes" if first == np.inf else "in part" if reach > 0 else "no"
+                yield Claim("fig6b", text, law, f"{what} {100 * CLOSE:g} %", value, "", holds)
+
+
+def stored() -> FePoints | None:
+    """Return the points that come with the package."""
+    return read_points(STORED) if STORED.exists() else None

@@ -1,4 +1,4 @@
-"""Sweeps over eta, alpha and mu: regime maps and lock lines."""
+"""Sweeps over eta, alpha and mu: regime maps, lock lines, and maps of the relative energy dissipation."""
 
 from __future__ import annotations
 
@@ -7,13 +7,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import elementwise
 
-from squama.design import Beam
-from squama.model import mechanics, solution
-from squama.model.outcome import CODES, End
+from squama.batch import Solved, solution, solved
+from squama.beam.design import Beam
+from squama.model import mechanics
+from squama.model.outcome import CODES, End, named
 from squama.model.paths import ARRAY, Twist
-from squama.model.solve import Array, first_zero
 from squama.symbols import SYMBOLS
+from squama.types import Array
+
+LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
 class Ratios(NamedTuple):
@@ -24,6 +28,16 @@ class Ratios(NamedTuple):
     lam: Array
     alpha: Array
     theta0: Array
+
+    @property
+    def row(self) -> Twist:
+        """The contact of the nearest neighbour."""
+        return Twist(self.eta, self.beta, self.lam, np.sin(self.alpha), np.cos(self.alpha), self.theta0)
+
+
+def known(axes: str | tuple[str, ...], **arrays: Array) -> dict[str, Any]:
+    """Return variables of a dataset by their symbols."""
+    return {name: (axes, array, SYMBOLS[name].attrs) for name, array in arrays.items()}
 
 
 def sweep(beam: Beam, over: str, values: Sequence[float] | Array) -> Ratios:
@@ -45,24 +59,23 @@ def touch(r: Ratios) -> tuple[Array, Array]:
 
     Looked for along the whole geometric path, which friction and force law do not change. inf and NaN for none.
     """
-    from squama import api
+    from squama.arrays import edge_contacts
 
-    e = api.ends(**r._asdict(), mu=0.0, law="edge", contacts="all")
+    e = edge_contacts.ends(**r._asdict(), mu=0.0, law="edge", contacts="all")
     hit = np.isin(e.end, (str(End.OTHER), str(End.NONE)))
     return np.where(hit, e.phi_end, np.inf), np.where(hit, e.theta_end, np.nan)
 
 
 def mu_static(r: Ratios, law: str) -> Array:
     """Coefficient of friction that locks at engagement, for the nearest neighbour; inf for none."""
-    row = Twist(*r[:3], np.sin(r.alpha), np.cos(r.alpha), r.theta0)
     with np.errstate(all="ignore"):
-        pt = row.point(r.theta0, law, ARRAY)
+        pt = r.row.point(r.theta0, law, ARRAY)
         return np.asarray(np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.inf))
 
 
 def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
     """Twist per pitch and inclination at which dphi/dtheta = 0 for the nearest neighbour; NaN if it is not reached."""
-    row = Twist(*r[:3], np.sin(r.alpha), np.cos(r.alpha), r.theta0)
+    row = r.row
     x = r.theta0 + (np.pi * (1 - 1e-9) - r.theta0) * np.linspace(0, 1, 401)[:, None]
     with np.errstate(all="ignore"):
         pt = row.point(x, "edge", ARRAY)
@@ -76,12 +89,13 @@ def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
         def rate(v: Any, *c: Any) -> Any:
             return Twist(*c).point(np.asarray(v, float), "edge", ARRAY).load_rate
 
-        theta[lane] = first_zero(rate, x[stop[lane] - 1, lane], x[stop[lane], lane], cols)
+        bounds = x[stop[lane] - 1, lane], x[stop[lane], lane]
+        theta[lane] = elementwise.find_root(rate, bounds, args=cols).x
         phi[lane] = Twist(*cols).point(theta[lane], "edge", ARRAY).load
     return phi, theta
 
 
-def _paths(r: Ratios, points: int) -> tuple[Array, Array, list[str]]:
+def _paths(r: Ratios, points: int) -> tuple[Array, Array, Array]:
     """Twist and inclination along each geometric path, to its kinematic lock or to where the contact goes."""
     sol = ends(r, 0.0, "edge")
     phi, theta = np.full((r.eta.size, points), np.nan), np.full((r.eta.size, points), np.nan)
@@ -91,7 +105,7 @@ def _paths(r: Ratios, points: int) -> tuple[Array, Array, list[str]]:
         with np.errstate(all="ignore"):
             pt = t.row.point(x, "edge", ARRAY)
         phi[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
-    return phi, theta, [str(CODES[c]) for c in sol.code]
+    return phi, theta, named(sol.code)
 
 
 def regimes(
@@ -103,27 +117,10 @@ def regimes(
     laws: Sequence[str] = ("plate", "edge"),
     points: int = 200,
 ) -> xr.Dataset:
-    """Compute a regime map: paths of a few designs, lock lines as one ratio is varied.
+    """Compute a regime map, see :func:`squama.plot.regime_figure`: paths of a few designs, lock lines over one ratio.
 
-    Parameters
-    ----------
-    beam : Beam
-        The design.
-    over : {"eta", "alpha"}
-        The ratio that is varied.
-    values : sequence of float
-        Its values for the paths.
-    scan : array
-        Its values along the lock lines, increasing.
-    mus, laws : sequence
-        Coefficients of friction (above 0) and force laws of the frictional lock lines.
-    points : int
-        Points of a path.
-
-    Returns
-    -------
-    xarray.Dataset
-        See :func:`squama.plot.regime_figure`.
+    ``over`` names the ratio that is varied ("eta" or "alpha"), ``values`` are its values for the paths of ``points``
+    points, ``scan`` those along the lock lines, increasing; ``mus`` (above 0) and ``laws`` of the frictional lines.
     """
     r, c = sweep(beam, over, scan), sweep(beam, over, values)
     phi, theta, how = _paths(c, points)
@@ -132,37 +129,27 @@ def regimes(
     for i, law in enumerate(laws):
         for j, mu in enumerate(mus):
             sol = ends(r, mu, law)
-            phi_end[i, j], theta_end[i, j] = sol.load_end, sol.theta_end
-            end[i, j] = [str(CODES[k]) for k in sol.code]
+            phi_end[i, j], theta_end[i, j], end[i, j] = sol.load_end, sol.theta_end, named(sol.code)
     phi_lock, theta_lock = kinematic_lock(r)
     plain = ends(r, 0.0, "edge")
     off = np.isin(plain.code, (CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE)))
     phi_touch, theta_touch = touch(r)
     lines = {
-        "phi_lock": phi_lock,
-        "theta_lock": theta_lock,
-        "phi_off": np.where(off, plain.load_end, np.nan),
-        "theta_off": np.where(off, plain.theta_end, np.nan),
-        "phi_touch": np.where(np.isfinite(phi_touch), phi_touch, np.nan),
-        "theta_touch": theta_touch,
+        "lock": (phi_lock, theta_lock, "at the kinematic lock"),
+        "off": (
+            np.where(off, plain.load_end, np.nan),
+            np.where(off, plain.theta_end, np.nan),
+            "where the contact leaves the tip edge",
+        ),
+        "touch": (np.where(np.isfinite(phi_touch), phi_touch, np.nan), theta_touch, "where other plates touch"),
     }
-    words = {
-        "lock": "at the kinematic lock",
-        "off": "where the contact leaves the tip edge",
-        "touch": "where other plates touch",
-    }
-    data: dict[str, Any] = {
-        "phi": (("value", "point"), phi, SYMBOLS["phi"].attrs),
-        "theta": (("value", "point"), theta, SYMBOLS["theta"].attrs),
-        "path_end": ("value", np.array(how), SYMBOLS["end"].attrs),
-        "phi_end": (("law", "mu", "scan"), phi_end, SYMBOLS["phi_end"].attrs),
-        "theta_end": (("law", "mu", "scan"), theta_end, SYMBOLS["theta_end"].attrs),
-        "end": (("law", "mu", "scan"), end, SYMBOLS["end"].attrs),
-    }
-    for name, line in lines.items():
-        base, place = name.split("_")
-        text = f"{SYMBOLS[base].long_name} {words[place]}"
-        data[name] = ("scan", line, {"long_name": text, "units": "rad"})
+    data = known(("value", "point"), phi=phi, theta=theta)
+    data["path_end"] = "value", how, SYMBOLS["end"].attrs
+    data |= known(("law", "mu", "scan"), phi_end=phi_end, theta_end=theta_end, end=end)
+    for name, (phi, theta, where) in lines.items():
+        for base, line in (("phi", phi), ("theta", theta)):
+            about = {"long_name": f"{SYMBOLS[base].long_name} {where}", "units": "rad"}
+            data[f"{base}_{name}"] = "scan", line, about
     coords = {
         "value": ("value", np.asarray(values, float), SYMBOLS[over].attrs),
         "scan": ("scan", scan, SYMBOLS[over].attrs),
@@ -175,24 +162,9 @@ def regimes(
 def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: int = 120) -> xr.Dataset:
     """Compute the lock lines of bending and twisting as eta varies, and their distance from the kinematic line.
 
-    Parameters
-    ----------
-    beam : Beam
-        The design.
-    mus : sequence of float
-        Coefficients of friction above 0.
-    etas : array
-        Overlap ratios, increasing.
-    law : str
-        Force law in twisting.
-    points : int
-        Points of a line, evenly spaced in the load angle.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``load``, ``theta`` and ``drop`` over ``loading``, ``mu`` (0 for the kinematic line) and ``point``; ``drop`` is
-        NaN where a line has no kinematic point at the same load angle or locks statically.
+    ``mus`` are above 0, ``etas`` increase, ``law`` holds in twisting; ``points`` of a line are even in the load angle.
+    Returns ``load``, ``theta`` and ``drop`` over ``loading``, ``mu`` (0 for the kinematic line) and ``point``;
+    ``drop`` is NaN where a line has no kinematic point at the same load angle or locks statically.
     """
     all_mus = [0.0, *mus]
     shape = (2, len(all_mus), points)
@@ -204,7 +176,7 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
             m = np.full(etas.size, mu)
             sol = ends(r, m, law) if i else solution.solve_bending(etas, r.theta0, m)
             x, y = sol.load_end, sol.theta_end
-            keep = np.isin(sol.code, (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC)))
+            keep = np.isin(sol.code, LOCKS)
             if i == 1 and j == 0:
                 x, y = kinematic_lock(r)
                 keep = np.isfinite(x)
@@ -236,3 +208,39 @@ def _line(x: Array, y: Array, at: Array) -> Array:
         CubicSpline(x, y, extrapolate=False)(np.clip(at, x[0], x[-1]))
         + np.where((at < x[0] - 1e-12) | (at > x[-1] + 1e-12), np.nan, 0.0)
     )
+
+
+def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tuple[Array, Solved]:
+    """RED at the cut-off of many designs on one substrate (paper Eqs. 15, 16), and all that was solved."""
+    softness = np.full(r.eta.size, beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch))
+    found = solved((*r, mu, softness), law=law, sense="+", margin=margin, load="twisting")
+    return found.RED, found
+
+
+def red_map(
+    beam: Beam, over: str, values: Array, mus: Array, laws: Sequence[str] = ("plate", "edge"), margin: float = 0.01
+) -> xr.Dataset:
+    """Compute RED over one ratio and the coefficient of friction; the substrate and the joint stay as they are.
+
+    Returns ``RED``, ``end``, ``phi_end`` over ``law``, ``value`` (of the ratio ``over``) and ``mu``; ``mu_static`` over
+    ``law`` and ``value``; ``phi_touch`` over ``value``.
+    """
+    v, m = (a.ravel() for a in np.meshgrid(values, mus, indexing="ij"))
+    shape = (len(laws), values.size, mus.size)
+    red, phi, end = np.empty(shape), np.empty(shape), np.empty(shape, "U24")
+    r = sweep(beam, over, v)
+    for i, law in enumerate(laws):
+        flat, sol = dissipation(beam, r, m, law, margin)
+        red[i], phi[i] = flat.reshape(shape[1:]), sol.load_end.reshape(shape[1:])
+        end[i] = named(sol.code).reshape(shape[1:])
+    data = known(("law", "value", "mu"), RED=red, phi_end=phi, end=end)
+    one = sweep(beam, over, values)
+    about = {"long_name": "twist per pitch where other plates touch", "units": "rad"}
+    data["phi_touch"] = "value", touch(one)[0], about
+    data |= known(("law", "value"), mu_static=np.stack([mu_static(one, law) for law in laws]))
+    coords = {
+        "value": ("value", values, SYMBOLS[over].attrs),
+        "mu": ("mu", mus, SYMBOLS["mu"].attrs),
+        "law": list(laws),
+    }
+    return xr.Dataset(data, coords, {"over": over, "margin": margin, "beam": beam.to_toml()})

@@ -1,12 +1,13 @@
-"""The designs of the paper's figures, and what its text leaves open, as chosen here."""
+"""The designs of the paper's figures, what its text leaves open, as chosen here, and what a claim is."""
 
 from __future__ import annotations
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.design import Beam
+from squama.beam.design import Beam
 
 LAWS = ("plate", "edge")
 """The paper's law first; the energy-consistent one beside it."""
@@ -23,6 +24,9 @@ FIG5B_MUS = (0.2, 0.5, 1.0, 2.0, 4.5)
 FIG6A_MUS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 FIG6B_ETAS = (2.0, 3.0)
 FIG6B_MUS = (0.0, 0.2, 0.5)
+FIG6B_REACH = {2.0: 0.38, 3.0: 0.3}
+"""Twist of the elements' points for each overlap ratio, rad per pitch: about where the model's contact leaves the tip
+edge."""
 FIG7_MUS = np.linspace(0.0, 6.0, 121)
 FIG7_ETAS = np.linspace(1.5, 8.0, 91)
 FIG7_ALPHAS = np.radians(np.linspace(1.0, 75.0, 112))
@@ -32,15 +36,27 @@ PLA_ON_PLA = (0.12, 0.38)
 """Measured static friction of printed PLA on PLA."""
 
 
-@functools.cache
-def main() -> Beam:
-    """Return the beam of Figs. 4, 5, 6a and 7."""
+class Claim(NamedTuple):
+    """One statement of the paper and the number computed for it; ``holds`` is yes, no, in part or open."""
+
+    figure: str
+    claim: str
+    law: str
+    quantity: str
+    value: str
+    unit: str
+    holds: str
+    note: str = ""
+
+
+def _beam(eta: float, beta: float, lam: float, zeta: float, slenderness: float) -> Beam:
+    """Return a beam of these ratios with the angles and the bar of all figures."""
     return Beam.from_ratios(
-        eta=3,
-        beta=1.25,
-        lam=0.45,
-        zeta=0.35,
-        slenderness=35,
+        eta=eta,
+        beta=beta,
+        lam=lam,
+        zeta=zeta,
+        slenderness=slenderness,
         alpha="45 deg",
         theta0="10 deg",
         width="32 mm",
@@ -48,21 +64,15 @@ def main() -> Beam:
         youngs_modulus="25 GPa",
         poisson_ratio=0.25,
     )
+
+
+@functools.cache
+def main() -> Beam:
+    """Return the beam of Figs. 4, 5, 6a and 7."""
+    return _beam(eta=3, beta=1.25, lam=0.45, zeta=0.35, slenderness=35)
 
 
 @functools.cache
 def fig6b(eta: float) -> Beam:
     """Return a beam of Fig. 6b, whose overlap ratios the paper does not name."""
-    return Beam.from_ratios(
-        eta=eta,
-        beta=0.6,
-        lam=0.32,
-        zeta=0.18,
-        slenderness=45,
-        alpha="45 deg",
-        theta0="10 deg",
-        width="32 mm",
-        thickness="16 mm",
-        youngs_modulus="25 GPa",
-        poisson_ratio=0.25,
-    )
+    return _beam(eta=eta, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)

@@ -7,24 +7,35 @@ Values that the paper's text leaves open are chosen in :mod:`squama.paper.parame
 
 from __future__ import annotations
 
+import csv
+import io
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from squama import files
-from squama.errors import InputError
+from squama.errors import refuse
+from squama.io import files
+from squama.paper import claims, curves, elements, maps
+from squama.paper import parameters as par
+from squama.paper.elements import FePoints
+from squama.paper.parameters import Claim
+from squama.plot.maps import red_figure
+from squama.plot.regimes import lock_lines_figure, regime_figure
+from squama.plot.style import save_figure
 from squama.units import shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from squama.paper.fe_points import FePoints
-    from squama.paper.tables import Claim
-
-DEGREES = 180 / np.pi
+Table = Mapping[str, Any]
+"""Columns by their headers (name and unit), all of one length."""
+_OVER = {"eta": "eta (1)", "alpha": "alpha (deg)"}
+"""Headers of what is varied."""
+_CURVE = {"law": "law", "mu (1)": "mu", "Phi/Phi_e (1)": "ratio", "Phi (rad/m)": "Phi"}
 
 
 class Made(NamedTuple):
@@ -32,101 +43,63 @@ class Made(NamedTuple):
 
     figure: Figure
     table: dict[str, Any]
-    claims: list[Claim]
+    claims: Iterable[Claim]
 
 
-def fig4(points: FePoints | None = None) -> Made:  # noqa: ARG001
-    """Friction force against twist rate."""
-    from squama.paper import claims, curves, tables
-    from squama.paper import parameters as par
-
-    data = curves.both_laws(par.main(), par.FIG4_MUS, par.LAWS)
-    columns = {
-        "law": ("law", 1.0),
-        "mu (1)": ("mu", 1.0),
-        "Phi/Phi_e (1)": ("ratio", 1.0),
-        "Phi (rad/m)": ("Phi", 1.0),
-        "theta (deg)": ("theta", DEGREES),
-        "f0 (1)": ("f0", 1.0),
+def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
+    """Return tables of the same columns, one below the other; a value that is no column holds in every row."""
+    sizes = [max(np.size(column) for column in p.values()) for p in pieces]
+    return {
+        header: np.concatenate([np.broadcast_to(np.asarray(p[header]), n) for p, n in zip(pieces, sizes, strict=True)])
+        for header in pieces[0]
     }
-    return Made(curves.fig4(data), tables.flat(data, columns), claims.fig4(data))
+
+
+def fig4(_points: FePoints | None = None) -> Made:
+    """Friction force against twist rate."""
+    data = curves.both_laws(par.main(), par.FIG4_MUS, par.LAWS)
+    table = flat(data, {**_CURVE, "theta (deg)": "theta", "f0 (1)": "f0"})
+    return Made(curves.fig4(data), table, claims.fig4(data))
 
 
 def _regimes(over: str, values: Any, scan: Any, mus: Any) -> tuple[Figure, dict[str, Any]]:
-    from squama.paper import maps, tables
-    from squama.paper import parameters as par
-    from squama.plot.regimes import regime_figure
-
     data = maps.regimes(par.main(), over, values, scan, mus, par.LAWS)
-    factor, unit = (DEGREES, "deg") if over == "alpha" else (1.0, "1")
-    first = {f"{over} ({unit})": ("value", factor)}
-    angles = ("phi (rad)", "theta (deg)")
-    pieces = [tables.flat(data, {**first, angles[0]: ("phi", 1.0), angles[1]: ("theta", DEGREES)})]
-    extras: list[tuple[str, str, float, Any]] = [("path of the scales", "", np.nan, "")]
-    scanned = {f"{over} ({unit})": ("scan", factor)}
+
+    def piece(part: xr.Dataset, words: str, law: str, mu: float, at: str, name: str, end: Any = "") -> Table:
+        columns = {_OVER[over]: at, "phi (rad)": f"phi{name}", "theta (deg)": f"theta{name}"}
+        return {"line": words, "law": law, "mu (1)": mu, **flat(part, columns), "end": end}
+
+    pieces = [piece(data, "path of the scales", "", np.nan, "value", "")]
     words = {"lock": "kinematic lock", "off": "contact leaves the tip edge", "touch": "other plates touch"}
-    for name, text in words.items():
-        columns = {**scanned, angles[0]: (f"phi_{name}", 1.0), angles[1]: (f"theta_{name}", DEGREES)}
-        pieces.append(tables.flat(data, columns))
-        extras.append((text, "", np.nan, ""))
+    pieces += [piece(data, text, "", np.nan, "scan", f"_{name}") for name, text in words.items()]
     for law in par.LAWS:
         for mu in mus:
             line = data.sel(law=law, mu=mu)
-            columns = {**scanned, angles[0]: ("phi_end", 1.0), angles[1]: ("theta_end", DEGREES)}
-            pieces.append(tables.flat(line, columns))
-            extras.append(("end of the path", law, mu, line["end"].values))
-    table: dict[str, Any] = {}
-    for header, i in (("line", 0), ("law", 1), ("mu (1)", 2)):
-        table[header] = np.concatenate([np.full(len(p[angles[0]]), e[i]) for p, e in zip(pieces, extras, strict=True)])
-    for header in pieces[0]:
-        table[header] = np.concatenate([p[header] for p in pieces])
-    table["end"] = np.concatenate(
-        [np.broadcast_to(np.asarray(e[3]), len(p[angles[0]])) for p, e in zip(pieces, extras, strict=True)]
-    )
-    return regime_figure(data), tables.without(table, np.isfinite(table[angles[0]]))
+            pieces.append(piece(line, "end of the path", law, mu, "scan", "_end", line["end"].values))
+    table = _stacked(pieces)
+    return regime_figure(data), without(table, np.isfinite(table["phi (rad)"]))
 
 
-def fig5a(points: FePoints | None = None) -> Made:  # noqa: ARG001
+def fig5a(_points: FePoints | None = None) -> Made:
     """Regimes for several overlap ratios."""
-    from squama.paper import claims, maps
-    from squama.paper import parameters as par
-
-    figure, table = _regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS)
     drops = {law: maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, law) for law in par.LAWS}
-    return Made(figure, table, claims.fig5a(drops))
+    return Made(*_regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS), claims.fig5a(drops))
 
 
-def fig5b(points: FePoints | None = None) -> Made:  # noqa: ARG001
+def fig5b(_points: FePoints | None = None) -> Made:
     """Regimes for several angles alpha."""
-    from squama.paper import claims
-    from squama.paper import parameters as par
-
-    figure, table = _regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS)
-    return Made(figure, table, claims.fig5b())
+    return Made(*_regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS), claims.fig5b())
 
 
-def fig6a(points: FePoints | None = None) -> Made:  # noqa: ARG001
+def fig6a(_points: FePoints | None = None) -> Made:
     """Torque and stiffness of the scales against twist rate."""
-    from squama.paper import claims, curves, tables
-    from squama.paper import parameters as par
-
     data = curves.both_laws(par.main(), par.FIG6A_MUS, par.LAWS)
-    columns = {
-        "law": ("law", 1.0),
-        "mu (1)": ("mu", 1.0),
-        "Phi/Phi_e (1)": ("ratio", 1.0),
-        "Phi (rad/m)": ("Phi", 1.0),
-        "T_scales/K_theta (1)": ("T_K", 1.0),
-        "dT_scales/dphi/K_theta (1)": ("K_K", 1.0),
-    }
-    return Made(curves.fig6a(data), tables.flat(data, columns), claims.fig6a(data))
+    table = flat(data, {**_CURVE, "T_scales/K_theta (1)": "T_K", "dT_scales/dphi/K_theta (1)": "K_K"})
+    return Made(curves.fig6a(data), table, claims.fig6a(data))
 
 
 def fig6b(points: FePoints | None = None) -> Made:
     """Torque over G_B I against twist rate, with finite element points: those of the package if none are given."""
-    from squama.paper import curves, elements, fe_points, tables
-    from squama.paper import parameters as par
-
     points = elements.stored() if points is None else points
     etas = par.FIG6B_ETAS if points is None else tuple(np.unique(points.eta))
     mus = par.FIG6B_MUS if points is None else tuple(np.unique(points.mu))
@@ -138,101 +111,56 @@ def fig6b(points: FePoints | None = None) -> Made:
             K_theta = points.joint[0] * beam.substrate.youngs_modulus * beam.pitch**3
             alike = beam.replace(joint={"stiffness": K_theta, "inclusion_factor": points.joint[1]})
             own[eta] = curves.both_laws(alike, mus, ("edge",))
-    columns = {
-        "mu (1)": ("mu", 1.0),
-        "Phi (rad/m)": ("Phi", 1.0),
-        "T/(G_B I) (rad/m)": ("T_GI", 1.0),
-    }
-    pieces = []
-    for source, curves_of in (("model", parts), ("model, joint of the elements", own)):
-        for eta, data in curves_of.items():
-            rows = tables.flat(data, {"law": ("law", 1.0), **columns})
-            n = rows["law"].size
-            pieces.append({"source": np.full(n, source), "eta (1)": np.full(n, eta), **rows})
+    columns = {"law": "law", "mu (1)": "mu", "Phi (rad/m)": "Phi", "T/(G_B I) (rad/m)": "T_GI"}
+    pieces: list[Table] = [
+        {"source": source, "eta (1)": eta, **flat(data, columns)}
+        for source, curves_of in (("model", parts), ("model, joint of the elements", own))
+        for eta, data in curves_of.items()
+    ]
     if points is not None:
-        loads = {"finite elements": points.load}
-        if points.compliant is not None:
-            loads["compliant joint"] = points.compliant
-        for source, load in loads.items():
-            n = points.eta.size
-            names = {"source": np.full(n, source), "eta (1)": points.eta, "law": np.full(n, "")}
-            pieces.append({**names, **dict(zip(columns, (points.mu, points.rate, load), strict=True))})
-    table = {header: np.concatenate([p[header] for p in pieces]) for header in pieces[0]}
-    return Made(curves.fig6b(parts, points, own), table, fe_points.compare(points))
+        for source, load in (("finite elements", points.load), ("compliant joint", points.compliant)):
+            if load is not None:
+                rows = zip(columns, ("", points.mu, points.rate, load), strict=True)
+                pieces.append({"source": source, "eta (1)": points.eta, **dict(rows)})
+    return Made(curves.fig6b(parts, points, own), _stacked(pieces), elements.compare(points))
 
 
-def _red(over: str, values: Any) -> tuple[Any, Figure, dict[str, Any]]:
-    from squama.paper import parameters as par
-    from squama.paper import red, tables
-    from squama.plot.maps import red_figure
-
-    data = red.red_map(par.main(), over, values, par.FIG7_MUS, par.LAWS, par.MARGIN)
+def _red(over: str, values: Any) -> tuple[xr.Dataset, Figure, dict[str, Any]]:
+    data = maps.red_map(par.main(), over, values, par.FIG7_MUS, par.LAWS, par.MARGIN)
     data["touched"] = data["phi_end"] > data["phi_touch"]
-    factor, unit = (DEGREES, "deg") if over == "alpha" else (1.0, "1")
-    columns = {
-        "law": ("law", 1.0),
-        f"{over} ({unit})": ("value", factor),
-        "mu (1)": ("mu", 1.0),
-        f"RED at margin {par.MARGIN:g} (1)": ("RED", 1.0),
-        "end": ("end", 1.0),
-        "phi_end (rad)": ("phi_end", 1.0),
-        "other plates touch first": ("touched", 1.0),
-    }
-    return data, red_figure(data), tables.flat(data, columns)
+    columns = {"law": "law", _OVER[over]: "value", "mu (1)": "mu", f"RED at margin {par.MARGIN:g} (1)": "RED"}
+    columns |= {"end": "end", "phi_end (rad)": "phi_end", "other plates touch first": "touched"}
+    return data, red_figure(data), flat(data, columns)
 
 
-def fig7a(points: FePoints | None = None) -> Made:  # noqa: ARG001
+def fig7a(_points: FePoints | None = None) -> Made:
     """RED over mu and eta."""
-    from squama.paper import claims_red
-    from squama.paper import parameters as par
-
     data, figure, table = _red("eta", par.FIG7_ETAS)
-    return Made(figure, table, claims_red.fig7a(data))
+    return Made(figure, table, claims.fig7a(data))
 
 
-def fig7b(points: FePoints | None = None) -> Made:  # noqa: ARG001
+def fig7b(_points: FePoints | None = None) -> Made:
     """RED over mu and alpha."""
-    from squama.paper import claims_red
-    from squama.paper import parameters as par
-
     data, figure, table = _red("alpha", par.FIG7_ALPHAS)
-    return Made(figure, table, claims_red.fig7b(data))
+    return Made(figure, table, claims.fig7b(data))
 
 
-def bending(points: FePoints | None = None) -> Made:  # noqa: ARG001
+def bending(_points: FePoints | None = None) -> Made:
     """Lock lines of twisting beside those of bending (edge law in twisting)."""
-    from squama.paper import claims, maps, tables
-    from squama.paper import parameters as par
-    from squama.plot.regimes import lock_lines_figure
-
     data = maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, "edge")
-    columns = {
-        "loading": ("loading", 1.0),
-        "mu (1)": ("mu", 1.0),
-        "psi or phi (rad)": ("load", 1.0),
-        "theta (deg)": ("theta", DEGREES),
-        "below the kinematic line (deg)": ("drop", DEGREES),
-    }
-    return Made(lock_lines_figure(data), tables.flat(data, columns), claims.bending(data))
+    columns = {"loading": "loading", "mu (1)": "mu", "psi or phi (rad)": "load", "theta (deg)": "theta"}
+    table = flat(data, {**columns, "below the kinematic line (deg)": "drop"})
+    return Made(lock_lines_figure(data), table, claims.bending(data))
 
 
 FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
-    "fig4": fig4,
-    "fig5a": fig5a,
-    "fig5b": fig5b,
-    "fig6a": fig6a,
-    "fig6b": fig6b,
-    "fig7a": fig7a,
-    "fig7b": fig7b,
-    "bending": bending,
+    make.__name__: make for make in (fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending)
 }
 """Figures by their names."""
 
 
 def write(
-    figures: Sequence[str],
-    directory: str | os.PathLike[str],
-    fe_points: str | os.PathLike[str] | None = None,
+    figures: Sequence[str], directory: str | os.PathLike[str], fe_points: str | os.PathLike[str] | None = None
 ) -> list[Path]:
     """Write figures (PNG), their data (CSV) and the table of the claims they bear on.
 
@@ -244,33 +172,88 @@ def write(
         Where to write; made if it is not there, its own folder must be.
     fe_points : path, optional
         CSV file of finite element points for fig6b in place of those in the package; see
-        :func:`squama.paper.fe_points.read_points`.
+        :func:`squama.paper.elements.read_points`.
 
     Returns
     -------
     list of Path
         The files written: ``fig4.png``, ``fig4.csv``, ..., ``claims.csv``, ``claims.md``.
 
-    Raises
-    ------
-    InputError
-        An unknown name, a file that cannot be read or written.
+    Raises InputError: an unknown name, a file that cannot be read or written.
     """
-    from squama.paper.fe_points import read_points
-    from squama.paper.tables import write_claims, write_table
-    from squama.plot.style import save_figure
-
     for name in figures:
         if name not in FIGURES:
-            message = f"figure {shown(name)}: is not known; write one or more of {' '.join(FIGURES)}"
-            raise InputError(message)
-    points = None if fe_points is None else read_points(fe_points)
+            refuse(f"figure {shown(name)}", "", "is not known", f"write one or more of {' '.join(FIGURES)}")
+    points = None if fe_points is None else elements.read_points(fe_points)
     place = files.make_folder(directory)
     done: list[Path] = []
-    claims: list[Claim] = []
+    found: list[Claim] = []
     for name in dict.fromkeys(figures or FIGURES):
         made = FIGURES[name](points)
         done.append(save_figure(made.figure, place / f"{name}.png"))
         done.append(write_table(made.table, place / f"{name}.csv"))
-        claims += made.claims
-    return done + write_claims(claims, place)
+        found += made.claims
+    return done + write_claims(found, place)
+
+
+def write_table(table: Table, path: str | os.PathLike[str]) -> Path:
+    """Write columns to a CSV file; numbers have 12 digits, NaN is an empty cell."""
+    columns = [np.asarray(c).ravel() for c in table.values()]
+    rows = zip(*columns, strict=True)
+    return files.atomic_write(path, lambda place: place.write_text(_csv(list(table), rows), encoding="utf-8"))
+
+
+def _csv(header: Sequence[str], rows: Any) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_cell(v) for v in row] for row in rows)
+    return out.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool | np.bool):
+        return "yes" if value else "no"
+    if isinstance(value, float | np.floating):
+        return "" if np.isnan(value) else f"{value:.12g}"
+    return str(value)
+
+
+def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Any]:
+    """Lay variables of a dataset side by side, one row for each cell of their common dimensions.
+
+    ``columns`` maps headers to the variables' names; under a header with "(deg)" angles are in degrees.
+    """
+    arrays = xr.broadcast(*(data[name] for name in columns.values()))
+    return {
+        header: array.values.ravel() * (180 / np.pi if "(deg)" in header else 1)
+        if array.dtype.kind == "f"
+        else array.values.ravel()
+        for header, array in zip(columns, arrays, strict=True)
+    }
+
+
+def without(table: Table, keep: Any) -> dict[str, Any]:
+    """Return the rows of a table that a mask keeps."""
+    return {header: np.asarray(column)[keep] for header, column in table.items()}
+
+
+def write_claims(claims: Sequence[Claim], directory: Path) -> list[Path]:
+    """Write ``claims.csv`` and ``claims.md``."""
+    rows = [[*c] for c in claims]
+    text = _csv(Claim._fields, rows)
+    done = [files.atomic_write(directory / "claims.csv", lambda place: place.write_text(text, encoding="utf-8"))]
+    head = (
+        "# Claims of the paper and what is computed\n\n"
+        "H. Ebrahimi, H. Ali, R. Ghosh, Coulomb friction in twisting of biomimetic scale-covered substrate, "
+        "Bioinspir. Biomim. 15 (2020). The plate law is the paper's; the edge law satisfies virtual work.\n\n"
+        "| figure | claim | law | what is computed | value | holds | note |\n|---|---|---|---|---|---|---|\n"
+    )
+    body = "".join(
+        f"| {c.figure} | {c.claim} | {c.law} | {c.quantity} | {c.value}{' ' + c.unit if c.unit else ''} | "
+        f"{c.holds} | {c.note} |\n"
+        for c in claims
+    )
+    markdown = head + body
+    done.append(files.atomic_write(directory / "claims.md", lambda place: place.write_text(markdown, encoding="utf-8")))
+    return done

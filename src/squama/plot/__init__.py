@@ -10,60 +10,41 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from squama.plot.cycle import cycle_figure
-    from squama.plot.deformed import deformed_figure
-    from squama.plot.elements import compare_figure, elements_figure
-    from squama.plot.fit import corner_figure, fit_figure
-    from squama.plot.front import front_figure
-    from squama.plot.inverse import inverse_figure
-    from squama.plot.maps import red_figure
-    from squama.plot.regimes import lock_lines_figure, regime_figure
-    from squama.plot.response import response_figure
-    from squama.plot.row import row_figure
-    from squama.plot.solids import solids_figure
-    from squama.plot.style import save_figure
-    from squama.plot.sweep import map_figure
-    from squama.plot.uncertainty import uncertainty_figure
+    from squama.plot.cycle import cycle_figure as cycle_figure
+    from squama.plot.elements import compare_figure as compare_figure
+    from squama.plot.elements import deformed_figure as deformed_figure
+    from squama.plot.elements import elements_figure as elements_figure
+    from squama.plot.fit import corner_figure as corner_figure
+    from squama.plot.fit import fit_figure as fit_figure
+    from squama.plot.inverse import front_figure as front_figure
+    from squama.plot.inverse import inverse_figure as inverse_figure
+    from squama.plot.maps import red_figure as red_figure
+    from squama.plot.regimes import lock_lines_figure as lock_lines_figure
+    from squama.plot.regimes import regime_figure as regime_figure
+    from squama.plot.response import response_figure as response_figure
+    from squama.plot.row import finite_figure as finite_figure
+    from squama.plot.row import row_figure as row_figure
+    from squama.plot.solids import solids_figure as solids_figure
+    from squama.plot.style import save_figure as save_figure
+    from squama.plot.sweep import map_figure as map_figure
+    from squama.plot.uncertainty import uncertainty_figure as uncertainty_figure
 
-_HOME = {
-    "response_figure": "response",
-    "row_figure": "row",
-    "cycle_figure": "cycle",
-    "fit_figure": "fit",
-    "corner_figure": "fit",
-    "front_figure": "front",
-    "inverse_figure": "inverse",
-    "regime_figure": "regimes",
-    "lock_lines_figure": "regimes",
-    "red_figure": "maps",
-    "map_figure": "sweep",
-    "elements_figure": "elements",
-    "compare_figure": "elements",
-    "deformed_figure": "deformed",
-    "solids_figure": "solids",
-    "uncertainty_figure": "uncertainty",
-    "save_figure": "style",
+_NAMES = {
+    "elements": "compare_figure deformed_figure elements_figure",
+    "fit": "corner_figure fit_figure",
+    "cycle": "cycle_figure",
+    "row": "finite_figure row_figure",
+    "inverse": "front_figure inverse_figure",
+    "regimes": "lock_lines_figure regime_figure",
+    "sweep": "map_figure",
+    "maps": "red_figure",
+    "response": "response_figure",
+    "style": "save_figure",
+    "solids": "solids_figure",
+    "uncertainty": "uncertainty_figure",
 }
-
-__all__ = [
-    "compare_figure",
-    "corner_figure",
-    "cycle_figure",
-    "deformed_figure",
-    "elements_figure",
-    "fit_figure",
-    "front_figure",
-    "inverse_figure",
-    "lock_lines_figure",
-    "map_figure",
-    "red_figure",
-    "regime_figure",
-    "response_figure",
-    "row_figure",
-    "save_figure",
-    "solids_figure",
-    "uncertainty_figure",
-]
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:

@@ -8,15 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama.design import Beam
-from squama.model.solve import Array
-from squama.plot.style import ACCENT, GREY, INK, PAGE, key, label, letter, new_figure, prefixed, styled
+from squama.beam.design import Beam
+from squama.loads import LOADS, Load
+from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
+from squama.plot.style import PAGE, angle_label, headline, key, label, law_words, letters, new_figure, prefixed, styled
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
-
-LOADED, UNLOADED = INK, "#2166ac"
-"""Lines of growing and of falling twist."""
 
 
 @styled
@@ -43,36 +42,30 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     >>> len(cycle_figure(c).axes)
     2
     """
-    twisting = dataset.attrs["load"] == "twisting"
-    angle, torque = ("phi", "T") if twisting else ("psi", "M")
+    names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 3.1)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
-    _loops(left, dataset, angle, torque)
-    _energies(right, dataset, angle)
-    law = f", {dataset.attrs['law']} law" if twisting else ""
-    law = ", compliant joint" if dataset.attrs.get("joint") == "compliant" else law
-    figure.suptitle(
-        f"Cycles of {dataset.attrs['load']}{law}, $\\mu$ = {float(dataset['mu']):g}", fontsize=8, x=0.01, ha="left"
-    )
-    for ax, name in ((left, "(a)"), (right, "(b)")):
-        letter(ax, name)
+    _loops(left, dataset, names)
+    _energies(right, dataset, names)
+    headline(figure, f"Cycles of {dataset.attrs['load']}{law_words(dataset)}, $\\mu$ = {float(dataset['mu']):g}")
+    letters((left, right))
     return figure
 
 
-def _loops(ax: Axes, dataset: xr.Dataset, angle: str, torque: str) -> None:
-    load, values = dataset[angle].values, dataset[torque].values
-    factor, text = prefixed(torque, float(np.abs(values).max()))
+def _loops(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+    angle = names.angle
+    load, values = dataset[angle].values, dataset[names.torque].values
+    factor, text = prefixed(names.torque, float(np.abs(values).max()))
     values = factor * values
     branch = dataset["branch"].values
     handles = []
     beam = Beam.from_toml_text(dataset.attrs["beam"])
-    rigidity = beam.torsional_rigidity if torque == "T" else beam.bending_rigidity
-    rigidity = dataset.attrs.get("rigidity", rigidity)
+    rigidity = dataset.attrs.get("rigidity", names.rigidity(beam))
     ends = np.array([load.min(), load.max()])
     ax.plot(ends, factor * rigidity * ends / beam.pitch, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, zorder=1)
     for name, words, style in (
         ("straight", "scales apart", {"color": GREY}),
-        ("loading", "loading", {"color": LOADED}),
+        ("loading", "loading", {"color": INK}),
         ("unloading", "unloading", {"color": UNLOADED}),
         ("stick", "reversal: the scales stick", {"color": ACCENT, "linestyle": (0, (2, 1))}),
     ):
@@ -94,10 +87,7 @@ def _loops(ax: Axes, dataset: xr.Dataset, angle: str, torque: str) -> None:
         handles.append(key("left when let go", linestyle="", marker="s", color=ACCENT, markersize=4))
     handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=0.8))
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
-    what = "Twist" if torque == "T" else "Bend"
-    symbol = r"\varphi" if torque == "T" else r"\psi"
-    ax.set_xlabel(f"{what} per pitch ${symbol}$ (rad)")
-    ax.set_ylabel(text)
+    ax.set(xlabel=angle_label(names.name), ylabel=text)
     ax.legend(handles=handles, loc="upper left")
 
 
@@ -109,38 +99,30 @@ def _parted(x: Array, y: Array, mask: Array) -> tuple[Array, Array]:
 
 
 def _arrows(ax: Axes, load: Array, values: Array, branch: Array) -> None:
-    """Draw the direction of the first two ways in contact of either kind."""
-    for name, colour in (("loading", LOADED), ("unloading", UNLOADED)):
+    """Draw the direction of the longest way in contact of either kind."""
+    for name, colour in (("loading", INK), ("unloading", UNLOADED)):
         places = np.flatnonzero(branch == name)
         if not places.size:
             continue
         runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-        for run in sorted(runs, key=len, reverse=True)[:1]:
-            middle = 0.5 * (load[run[0]] + load[run[-1]])
-            i = int(run[np.argmin(np.abs(load[run] - middle))])
-            j = max(i - 4, int(run[0]))
-            if i > j:
-                arrow = {
-                    "arrowstyle": "-|>",
-                    "color": colour,
-                    "linewidth": 0,
-                    "mutation_scale": 13,
-                    "shrinkA": 0,
-                    "shrinkB": 0,
-                }
-                ax.annotate("", (load[i], values[i]), (load[j], values[j]), arrowprops=arrow)
+        run = max(runs, key=len)
+        middle = 0.5 * (load[run[0]] + load[run[-1]])
+        i = int(run[np.argmin(np.abs(load[run] - middle))])
+        j = max(i - 4, int(run[0]))
+        if i > j:
+            arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 0, "mutation_scale": 13}
+            arrow |= {"shrinkA": 0, "shrinkB": 0}
+            ax.annotate("", (load[i], values[i]), (load[j], values[j]), arrowprops=arrow)
 
 
-def _energies(ax: Axes, dataset: xr.Dataset, angle: str) -> None:
-    load = dataset[angle].values
+def _energies(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+    load = dataset[names.angle].values
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(load)))])
     elastic, work = dataset["U_el"].values, dataset["W_fr"].values
     factor, text = prefixed("U_el", float(max(elastic.max(), work.max())))
     ax.plot(way, factor * elastic, color=GREY)
     ax.plot(way, factor * work, color=ACCENT)
-    ax.set_xlim(0, way[-1])
-    ax.set_ylim(0, 1.3 * factor * float(max(elastic.max(), work.max())))
-    ax.set_xlabel(f"Way gone {'twisting' if angle == 'phi' else 'bending'} (rad per pitch)")
-    ax.set_ylabel(f"Energy per length {text[text.rindex('(') :]}")
-    names = (("U_el", GREY), ("W_fr", ACCENT))
-    ax.legend(handles=[key(label(n).rpartition(" (")[0], color=c) for n, c in names], loc="upper left")
+    ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * float(max(elastic.max(), work.max()))))
+    ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {text[text.rindex('(') :]}")
+    lines = (("U_el", GREY), ("W_fr", ACCENT))
+    ax.legend(handles=[key(label(n).rpartition(" (")[0], color=c) for n, c in lines], loc="upper left")

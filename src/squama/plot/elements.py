@@ -1,43 +1,56 @@
-"""Curves by finite elements: torque, inclination, contact forces and energies; and models beside them."""
+"""Curves by finite elements, models beside them, and the deformed pitch with its strain, drawn from behind forward."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from squama.fe.compare import FINITE
-from squama.model.solve import Array
+from squama.fe.agreement import FINITE
+from squama.fe.deformed import IMAGES, Deformed
+from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import (
-    ACCENT,
-    GREY,
-    INK,
     PAGE,
+    Dash,
+    Look,
+    angle_label,
     finite_max,
+    headline,
     key,
     label,
-    letter,
+    letters,
     new_figure,
     prefixed,
+    scaled_above,
     shades,
     styled,
 )
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TWIST = r"Twist per pitch $\varphi$ (rad)"
 BARE = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 1}
-LINES: tuple[Any, ...] = ((0, (4, 1.6)), "-", (0, (1, 1.1)), (0, (5, 1.5, 1, 1.5)), (0, (7, 2)))
+LINES: tuple[Dash, ...] = ((0, (4, 1.6)), "-", (0, (1, 1.1)), (0, (5, 1.5, 1, 1.5)), (0, (7, 2)))
 """Lines of the models, in their order."""
-MARKS: tuple[Any, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
+MARKS: tuple[Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
 """Vertical lines where the contact changes."""
 FAR = 40.0
 """Differences of the torque are drawn up to this, percent."""
+AZIMUTH, ELEVATION = np.radians(-38.0), np.radians(32.0)
+"""From where one looks, in rad: turned about y from the x axis towards z, and raised."""
+SCALE = (0.62, 0.60, 0.56, 0.45)
+MOST = 97.0
+"""Colours end at this percentile of the strain over the surface: the scale's embedded edges are strained far more."""
+_LIGHT = np.array([0.35, 0.85, 0.4])
 
 
 @styled
@@ -47,7 +60,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        From :func:`squama.fe.facade.cell`.
+        From :func:`squama.fe.runs.cell`.
 
     Returns
     -------
@@ -81,10 +94,12 @@ def elements_figure(data: xr.Dataset) -> Figure:
     energies.plot(rate, factor * (data["U_el"] + data["W_fr"]).values, color=INK, linestyle=(0, (1, 1.5)), label="sum")
     energies.set_ylabel(text.replace("Work of the torque per length $W$", "Energy per length"))
     energies.legend(loc="center left")
-    inclination.plot(rate, np.zeros_like(rate), "|", color=GREY, markersize=4, transform=_foot(inclination))
+    inclination.plot(
+        rate, np.zeros_like(rate), "|", color=GREY, markersize=4, transform=inclination.get_xaxis_transform()
+    )
     changes = [(at, words, mark) for (at, words), mark in zip(_changes(data), MARKS * 8, strict=False)]
-    for ax, name in zip(axes.flat, "abcd", strict=True):
-        letter(ax, f"({name})")
+    letters(axes.flat)
+    for ax in axes.flat:
         ax.set_xlim(0, right)
         if ax is not inclination:
             ax.set_ylim(0, None)
@@ -94,9 +109,8 @@ def elements_figure(data: xr.Dataset) -> Figure:
         ax.set_xlabel(label("Phi"))
     pitch = float(data["phi"][-1] / data["Phi"][-1]) if data["Phi"][-1] else 1.0
     for ax in axes[0]:
-        top = ax.secondary_xaxis("top", functions=(lambda x: x * pitch, lambda x: x / pitch))
-        top.set_xlabel(TWIST, fontsize=7)
-        top.tick_params(labelsize=7)
+        top = scaled_above(ax, pitch, angle_label("twisting"))
+        top.xaxis.label.set_fontsize(7)
         top.xaxis.set_major_locator(MaxNLocator(6))
     handles = [key("slope at the start", **BARE), key("increment", color=GREY, linestyle="", marker="|", markersize=4)]
     handles += [
@@ -104,13 +118,8 @@ def elements_figure(data: xr.Dataset) -> Figure:
         for at, words, mark in changes
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2 if changes else 3)
-    figure.suptitle(_title(data), fontsize=8, x=0.01, ha="left")
+    headline(figure, _title(data))
     return figure
-
-
-def _foot(ax: Axes) -> Any:
-    """Return a transformation in which y = 0 is the foot of a panel."""
-    return ax.get_xaxis_transform()
 
 
 def _slope(data: xr.Dataset) -> float:
@@ -145,7 +154,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     Parameters
     ----------
     table : xarray.Dataset
-        From :func:`squama.fe.compare.compare`.
+        From :func:`squama.fe.agreement.compare`.
 
     Returns
     -------
@@ -157,7 +166,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     axes = figure.subplots(2, 2, sharex=True)
     phi = np.asarray(table["phi"].values, float)
     factor, text = prefixed("T", finite_max(table["T_elements"].values))
-    own: dict[str, Any] = {"color": INK, "marker": "o", "markersize": 2.6, "linewidth": 0.8}
+    own: Look = {"color": INK, "marker": "o", "markersize": 2.6, "linewidth": 0.8}
     axes[0, 0].plot(phi, factor * table["T_elements"].values, **own)
     axes[1, 0].plot(phi, np.degrees(table["theta_elements"].values), **own)
     names = [str(name) for name in table["model"].values]
@@ -172,7 +181,8 @@ def compare_figure(table: xr.Dataset) -> Figure:
     share = 100 * float(table.attrs["share"])
     axes[0, 1].axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0)
     axes[1, 1].axhline(0, color=GREY, linewidth=0.7)
-    _limits(axes[0, 0], factor * np.asarray(table["T_elements"].values, float))
+    # the whole of the elements' curve is shown; a model that runs away leaves the panel
+    axes[0, 0].set_ylim(0, min(1.6 * factor * finite_max(table["T_elements"].values), axes[0, 0].get_ylim()[1]))
     off = 100 * np.asarray(table["dT"].sel(model=[name for name in names if name not in FINITE]).values, float)
     top, low = (min(FAR, 1.1 * finite_max(np.maximum(s * off, 0), share)) for s in (1, -1))
     axes[0, 1].set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
@@ -180,17 +190,17 @@ def compare_figure(table: xr.Dataset) -> Figure:
     axes[0, 1].set_ylabel("Difference of the torque (%)")
     axes[1, 0].set_ylabel(label("theta", "deg"))
     axes[1, 1].set_ylabel(r"Difference of $\theta$ (deg)")
-    for ax, name in zip(axes.flat, "abcd", strict=True):
-        letter(ax, f"({name})")
+    letters(axes.flat)
+    for ax in axes.flat:
         ax.set_xlim(0, 1.03 * finite_max(phi))
     for ax in axes[1]:
-        ax.set_xlabel(TWIST)
+        ax.set_xlabel(angle_label("twisting"))
     figure.legend(handles=_handles(table, looks, own), loc="outside lower center", ncols=2)
-    figure.suptitle(str(table.attrs["title"]), fontsize=8, x=0.01, ha="left")
+    headline(figure, str(table.attrs["title"]))
     return figure
 
 
-def _looks(names: list[str]) -> dict[str, dict[str, Any]]:
+def _looks(names: list[str]) -> dict[str, Look]:
     """Return how each model is drawn; finite beams are grey."""
     endless = [name for name in names if name not in FINITE]
     colours = [*shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
@@ -205,12 +215,109 @@ def _looks(names: list[str]) -> dict[str, dict[str, Any]]:
     }
 
 
-def _handles(table: xr.Dataset, looks: dict[str, dict[str, Any]], own: dict[str, Any]) -> list[Line2D]:
+def _handles(table: xr.Dataset, looks: dict[str, Look], own: Look) -> list[Line2D]:
     handles = [key(f"finite elements: {table.attrs['elements']}", **own)]
     return handles + [key(str(table["words"].sel(model=name).item()), **style) for name, style in looks.items()]
 
 
-def _limits(ax: Axes, reference: Array) -> None:
-    """Show the whole of the reference; a model that runs away leaves the panel."""
-    top = 1.6 * finite_max(reference)
-    ax.set_ylim(0, min(top, ax.get_ylim()[1]))
+@styled
+def deformed_figure(state: Deformed) -> Figure:
+    """Draw a deformed pitch with its images before and behind, and the scales on them.
+
+    Parameters
+    ----------
+    state : Deformed
+        From a run's ``last``, see :func:`squama.fe.runs.cell`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Coloured by the largest principal stretch less 1, in percent, averaged at nodes.
+    """
+    figure = new_figure(0.78 * PAGE, 4.4)
+    ax = figure.subplots()
+    view = _view()
+    strain = 100 * (state.at_nodes(state.stretch) - 1)[state.surface[:, :3]].mean(axis=1)
+    outer = ~state.walls
+    norm = Normalize(0.0, max(_percentile(strain[outer], state.moved[state.surface[outer, :3]]), 1e-6))
+    colours = mpl.colormaps["viridis"](norm(strain))
+    # the scale fills its slot
+    colours[state.walls] = (*SCALE[:3], 1.0)
+    polygons: list[Array] = []
+    fills: list[Array] = []
+    depths: list[Array] = []
+    for k in IMAGES:
+        corners = _image(state, k)[state.surface[:, :3]]
+        seen = corners @ view.T
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        towards = normal @ view[2] > 0
+        polygons += list(seen[towards, :, :2])
+        depths.append(seen[towards, :, 2].mean(axis=1))
+        fills.append(_lit(colours[towards], normal[towards], 1.0 if k == 0 else 0.45))
+    order = np.argsort(np.concatenate(depths), kind="stable")
+    faces = np.concatenate(fills)[order]
+    behind = [polygons[i] for i in order]
+    ax.add_collection(PolyCollection(behind, facecolors=faces, edgecolors=faces, linewidths=0.15))
+    # what stands out of the substrate is in front of it, seen from above
+    plates = [plate @ view.T for plate in _exposed(state)]
+    for plate in sorted(plates, key=lambda p: float(p[:, 2].mean())):
+        x, y = plate[:, :2].T
+        ax.fill(x, y, facecolor=SCALE, edgecolor=INK, linewidth=0.7)
+        polygons.append(plate[:, :2])
+    ax.set_aspect("equal")
+    ax.autoscale_view()
+    ax.set_axis_off()
+    _bar(ax, state, polygons)
+    shades = ScalarMappable(norm, mpl.colormaps["viridis"])
+    figure.colorbar(shades, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
+    phi = rf"$\varphi$ = {abs(state.phi):.3g} rad per pitch"
+    headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
+    return figure
+
+
+def _view() -> Array:
+    """Return right, up and towards the eye as rows; y is up."""
+    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
+    eye = np.array([ce * ca, se, ce * sa])
+    right = np.array([sa, 0.0, -ca])
+    return np.array([right, np.cross(eye, right), eye])
+
+
+def _percentile(values: Array, corners: Array) -> float:
+    """Return the percentile of values on triangles (q, 3, 3) by their areas."""
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    order = np.argsort(values)
+    share = np.cumsum(areas[order]) / areas.sum()
+    return float(values[order][np.searchsorted(share, MOST / 100)])
+
+
+def _image(state: Deformed, k: int) -> Array:
+    c, s = np.cos(k * state.phi), np.sin(k * state.phi)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(state.moved @ turn.T + np.array([0.0, 0.0, k * state.pitch]))
+
+
+def _exposed(state: Deformed) -> Array:
+    """Return the corners (3, 4, 3) of what stands out of the substrate."""
+    at_base = state.exposed / np.linalg.norm(state.scales[0, 1] - state.scales[0, 0])
+    now = state.scales_moved.copy()
+    for i, j in ((0, 1), (3, 2)):
+        now[:, i] = now[:, j] + at_base * (now[:, i] - now[:, j])
+    return now
+
+
+def _lit(colours: Array, normal: Array, strength: float) -> Array:
+    """Shade colours (n, 4) by the angle of their faces to the light; pale for a strength below 1."""
+    unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    light = 0.72 + 0.28 * np.abs(unit @ (_LIGHT / np.linalg.norm(_LIGHT)))
+    out = colours.copy()
+    out[:, :3] = 1 - strength * (1 - out[:, :3] * light[:, None])
+    return out
+
+
+def _bar(ax: Axes, state: Deformed, polygons: list[Array]) -> None:
+    """Draw the length of one pitch below the picture."""
+    points = np.concatenate(polygons)
+    x, y = points[:, 0].min(), points[:, 1].min() - 0.12 * state.pitch
+    ax.plot([x, x + state.pitch], [y, y], color=INK, linewidth=1.2)
+    ax.text(x, y - 0.06 * state.pitch, f"one pitch, {1e3 * state.pitch:.4g} mm", va="top", fontsize=7, color=GREY)

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squama.model.solve import Array
-from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, prefixed, styled
+from squama.loads import LOADS
+from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
+from squama.plot.style import PAGE, Look, angle_label, headline, key, law_words, letters, new_figure, prefixed, styled
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-UNLOADED = "#2166ac"
-_POINTS: dict[str, tuple[str, dict[str, Any]]] = {
+_POINTS: dict[str, tuple[str, Look]] = {
     "straight": ("before engagement", {"color": GREY, "marker": "."}),
     "loading": ("loading", {"color": INK, "marker": "."}),
     "unloading": ("unloading", {"color": UNLOADED, "marker": "."}),
@@ -50,8 +51,8 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     >>> len(fit_figure(f.dataset()).axes)
     2
     """
-    twisting = dataset.attrs["load"] == "twisting"
-    angle, torque = ("phi", "T") if twisting else ("psi", "M")
+    names = LOADS[dataset.attrs["load"]]
+    angle, torque = names.angle, names.torque
     figure = new_figure(PAGE, 5.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1))
     largest = float(np.abs(dataset[torque].values).max())
@@ -73,11 +74,10 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     lower.axhline(0, color=ACCENT, linewidth=0.8)
     used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
     _points(lower, used, angle, small * used["residual"].values)
-    lower.set_ylabel(f"Residual {words[words.rindex('(') :]}")
-    lower.set_xlabel(r"Twist per pitch $\varphi$ (rad)" if twisting else r"Bend per pitch $\psi$ (rad)")
-    letter(upper, "(a)")
-    letter(lower, "(b)")
-    figure.suptitle(textwrap.fill(_title(dataset), 112), fontsize=8, x=0.01, ha="left")
+    lower.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
+    letters((upper, lower))
+    estimates = dataset.attrs["estimates"].replace("+-", "±")
+    headline(figure, f"Fit in {dataset.attrs['load']}{law_words(dataset)}: {estimates}")
     return figure
 
 
@@ -90,12 +90,6 @@ def _zoom(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
         low, high = float(v[used].min()), float(v[used].max())
         space = 0.15 * (high - low)
         limits(max(low - space, float(v.min()) - space / 3), min(high + space, float(v.max()) + space / 3))
-
-
-def _title(dataset: xr.Dataset) -> str:
-    law = f", {dataset.attrs['law']} law" if dataset.attrs["load"] == "twisting" else ""
-    estimates = dataset.attrs["estimates"].replace("+-", "±")
-    return f"Fit in {dataset.attrs['load']}{law}: {estimates}"
 
 
 def _curve(ax: Axes, dataset: xr.Dataset, angle: str, torque: str, factor: float) -> None:
@@ -112,8 +106,8 @@ def _curve(ax: Axes, dataset: xr.Dataset, angle: str, torque: str, factor: float
         ax.fill_between(x, y - 2 * error, y + 2 * error, color=ACCENT, alpha=0.35, linewidth=0, zorder=2)
 
 
-def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> list[Any]:
-    handles: list[Any] = []
+def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> list[Artist]:
+    handles: list[Artist] = []
     for name, (words, style) in _POINTS.items():
         mask = dataset["branch"].values == name
         if mask.any():
@@ -154,12 +148,8 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
                 continue
             if i == j:
                 ax.hist(samples[:, i], bins=40, density=True, color=GREY, alpha=0.5)
-                x = estimate[i] + error[i] * np.linspace(-3.5, 3.5, 121)
-                ax.plot(
-                    x,
-                    np.exp(-0.5 * ((x - estimate[i]) / error[i]) ** 2) / (error[i] * np.sqrt(2 * np.pi)),
-                    color=ACCENT,
-                )
+                z = np.linspace(-3.5, 3.5, 121)
+                ax.plot(estimate[i] + error[i] * z, np.exp(-0.5 * z**2) / (error[i] * np.sqrt(2 * np.pi)), color=ACCENT)
                 ax.set_yticks([])
                 ax.spines["left"].set_visible(False)
             else:

@@ -1,23 +1,50 @@
-"""What was asked and the curves of the designs; what the tolerances of the best one do."""
+"""Designs for a target with what was asked, and a Pareto front."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import itertools
+import textwrap
+from typing import TYPE_CHECKING, Any, TypeAlias
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from squama import response
-from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, shades, styled
+from squama.beam.beamfile import TABLES
+from squama.curves import doors
+from squama.loads import LOADS
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.style import COLUMN, PAGE, Look, headline, key, letters, new_figure, shades, styled
+from squama.types import Array
+from squama.units import for_people
 
 if TYPE_CHECKING:
-    from squama.inverse.results import InverseDesign
-    from squama.inverse.target import Target
+    import xarray as xr
 
+InverseDesign: TypeAlias = Any
+Target: TypeAlias = Any
+"""What :func:`squama.inverse_design` returns, and a target as it is read; figures know no way to make them."""
 BARS = 8
 """Dimensions whose tolerances are drawn."""
 CURVES = 8
+SYMBOL = {
+    "tangent": r"Tangent stiffness (N m$^2$)",
+    "torque": "Torque (N m)",
+    "stiffness": r"Stiffness before engagement (N m$^2$)",
+    "range": "Twist from engagement to lock (rad per pitch)",
+    "lock": "Twist at the lock (rad per pitch)",
+    "engagement": "Twist at engagement (rad per pitch)",
+    "W_fr": "Frictional work (J/m)",
+    "RED": "Relative energy dissipation RED",
+    "critical_mu": "Friction that locks at engagement",
+}
+"""Labels of the objectives."""
+LINE = 30
+"""Letters in a line of an axis label; the panels are narrow."""
+DECADES = 30.0
+"""An objective that spans more than this factor has a logarithmic axis."""
 
 
 @styled
@@ -41,22 +68,18 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     _curves(left, found, target)
     _bars(right, found)
-    for ax, name in ((left, "(a)"), (right, "(b)")):
-        letter(ax, name)
+    letters((left, right))
     return figure
 
 
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> None:
-    twisting = target.space.load == "twisting"
+    names = LOADS[target.space.load]
     options, scales = target.options, target.space.beam.scales
     degrees = 180 / np.pi * scales
     lines, handles = [], []
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
-        if twisting:
-            curve = response.twisted(d.beam, law=options.law, sense=options.sense, margin=options.margin)
-        else:
-            curve = response.bent(d.beam, margin=options.margin)
-        x, y = curve["phi" if twisting else "psi"] * degrees, curve["T" if twisting else "M"]
+        curve = doors.respond(d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin)
+        x, y = curve[names.angle] * degrees, curve[names.torque]
         lines.append((x, y, d, colour))
         handles.append(key(f"design {i + 1}: {d.end}", color=colour))
     asked = [goal for goal in target.goals if goal.want.figure == "torque"]
@@ -79,10 +102,8 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> None:
             ax.axvline(at, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)), zorder=0)
             sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
             handles.append(key(f"asked: {goal.name}{sense}", color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2))))
-    ax.set_ylim(0, factor * top)
-    ax.set_xlim(0, None)
-    ax.set_xlabel(f"{'Twist' if twisting else 'Bend'} of {scales} scales (deg)")
-    ax.set_ylabel(f"{'Torque' if twisting else 'Moment'} ({unit})")
+    ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{names.verb.capitalize()} of {scales} scales (deg)")
+    ax.set_ylabel(f"{names.torque_words.capitalize()} ({unit})")
     ax.legend(handles=handles, loc="upper left", fontsize=6)
 
 
@@ -95,17 +116,100 @@ def _bars(ax: Axes, found: InverseDesign) -> None:
     ax.set_yticks(range(len(rows)), [f"{name}\n{_size(found, name)}" for name, _ in rows], fontsize=6)
     unit = f" ({goal.unit})" if goal.unit else ""
     ax.set_xlabel(f"Change of {goal.name}{unit}, design 1")
-    words: list[Any] = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
+    words = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
     ax.legend(handles=words, loc="lower right")
 
 
 def _size(found: InverseDesign, name: str) -> str:
-    value = found.tolerance[name]
-    from squama.inverse.space import Variable
-    from squama.study.parameters import PARAMETERS
+    table, _, key = name.partition(".")
+    kind = str(TABLES[table][key].dimension if key else "")
+    factor, unit = for_people({"length": "m", "angle": "rad", "pressure": "Pa"}.get(kind, ""))
+    return f"\N{PLUS-MINUS SIGN}{factor * found.tolerance[name]:.3g} {unit}".rstrip()
 
-    kind = str(PARAMETERS[Variable(name, 0, 1).key].dimension)
-    factor, unit = {"length": (1e3, " mm"), "angle": (180 / np.pi, " deg"), "pressure": (1e-6, " MPa")}.get(
-        kind, (1, "")
-    )
-    return f"\N{PLUS-MINUS SIGN}{factor * value:.3g}{unit}"
+
+@styled
+def front_figure(front: xr.Dataset) -> Figure:
+    """Draw a Pareto front.
+
+    Parameters
+    ----------
+    front : xarray.Dataset
+        From :func:`squama.pareto`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two objectives: one panel, coloured by the dimension that changes most along it. More: a panel for each pair,
+        coloured by another objective.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> from squama.plot import front_figure
+    >>> about = {"objective": "max", "units": "1", "long_name": ""}
+    >>> data = {name: ("design", np.arange(3.0), about) for name in ("range", "RED", "lock")}
+    >>> front = xr.Dataset(data, attrs={"load": "twisting", "law": "edge", "objectives": []})
+    >>> len([ax for ax in front_figure(front).axes if ax.get_xlabel()])
+    6
+    """
+    names = [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
+    pairs = list(itertools.combinations(names, 2))
+    columns = min(len(pairs), 3)
+    rows = -(-len(pairs) // columns)
+    figure = new_figure(COLUMN + 0.6 if len(pairs) == 1 else PAGE, 2.8 * rows + 0.2)
+    panels = np.ravel(figure.subplots(rows, columns, squeeze=False))
+    for ax, (x, y) in zip(panels, pairs, strict=False):
+        others = [name for name in names if name not in (x, y)]
+        _panel(figure, ax, front, x, y, others[0] if others else _telling(front))
+    if len(pairs) > 1:
+        letters(panels[: len(pairs)])
+    for ax in panels[len(pairs) :]:
+        ax.remove()
+    title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
+    headline(figure, title)
+    return figure
+
+
+def _telling(front: xr.Dataset) -> str | None:
+    """Return the varied dimension that uses most of its bounds along the front."""
+    spans = {
+        str(name): float(np.ptp(v.values) / (v.attrs["high"] - v.attrs["low"]))
+        for name, v in front.data_vars.items()
+        if "low" in v.attrs
+    }
+    return max(spans, key=lambda name: spans[name]) if spans else None
+
+
+def _wide(values: Array) -> bool:
+    return bool(values.min() > 0 and values.max() > DECADES * values.min())
+
+
+def _panel(figure: Figure, ax: Axes, front: xr.Dataset, x: str, y: str, by: str | None) -> None:
+    style: Look = {"s": 9, "linewidth": 0, "zorder": 3}
+    if by is not None:
+        factor, text = _scale(front, by)
+        shade = front[by].values * factor
+        norm = (LogNorm if _wide(shade) else Normalize)(shade.min(), shade.max())
+        style |= {"c": shade, "norm": norm, "cmap": mpl.colormaps["viridis"]}
+    drawn = ax.scatter(front[x].values, front[y].values, **style)
+    for name, axis in ((x, "x"), (y, "y")):
+        if _wide(front[name].values):
+            getattr(ax, f"set_{axis}scale")("log")
+        word = "larger" if front[name].attrs["objective"] == "max" else "smaller"
+        at = f" at {front[name].attrs['at']}" if "at" in front[name].attrs else ""
+        end = f"\n{word} is better" if axis == "x" else ""
+        getattr(ax, f"set_{axis}label")(textwrap.fill(f"{SYMBOL.get(name, name)}{at}", LINE) + end)
+    ax.grid(color="0.9", linewidth=0.5)
+    if by is not None:
+        bar = figure.colorbar(drawn, ax=ax, location="top", aspect=30, pad=0.02)
+        bar.set_label(text, fontsize=7)
+        bar.ax.tick_params(labelsize=6)
+
+
+def _scale(front: xr.Dataset, name: str) -> tuple[float, str]:
+    """Return factor and label of what the colour shows."""
+    unit = front[name].attrs["units"]
+    if "objective" in front[name].attrs:
+        return 1.0, SYMBOL.get(name, name)
+    factor, shown = for_people(unit)
+    return factor, f"{name} ({shown})" if shown else name

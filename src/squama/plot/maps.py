@@ -12,8 +12,9 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squama.model.solve import Array
-from squama.plot.style import ACCENT, GREY, INK, PAGE, key, label, letter, new_figure, styled
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.style import PAGE, boxed, key, label, letter, new_figure, styled
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +43,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     Parameters
     ----------
     dataset : xarray.Dataset
-        From :func:`squama.paper.red.red_map`: ``RED`` and ``end`` over ``law``, ``value`` (eta or alpha) and
+        From :func:`squama.paper.maps.red_map`: ``RED`` and ``end`` over ``law``, ``value`` (eta or alpha) and
         ``mu``, and ``phi_end``, ``mu_static``, ``phi_touch``; attributes ``over`` and ``margin``.
 
     Returns
@@ -68,16 +69,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     bar = figure.colorbar(ScalarMappable(_norm(), COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
     bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
-    handles: list[Any] = [
-        Patch(
-            facecolor="white" if e == "static lock" else DARK,
-            edgecolor=GREY if e == "static lock" else "white",
-            hatch=HATCHES[e][0],
-            label=HATCHES[e][1],
-        )
-        for e in HATCHES
-        if e in seen
-    ]
+    handles: list[Any] = [hatched(e, dark=e != "static lock") for e in HATCHES if e in seen]
     if set(seen) - {"static lock"}:
         handles.append(key(BOUNDARY, color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):
@@ -85,6 +77,12 @@ def red_figure(dataset: xr.Dataset) -> Figure:
         handles[-1].set_path_effects(_outline())
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
+
+
+def hatched(end: str, *, dark: bool = False) -> Patch:
+    """Return a handle for a region that is hatched, on the ground of its map."""
+    hatch, words = HATCHES[end]
+    return Patch(facecolor=DARK if dark else "white", edgecolor="white" if dark else GREY, hatch=hatch, label=words)
 
 
 def _outline() -> list[Any]:
@@ -126,10 +124,8 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     if (ahead > 0).any() and not (ahead > 0).all():
         edge = ax.contour(x, y, ahead, levels=[0.0], colors="white", linestyles="--", linewidths=1.4)
         edge.set(path_effects=_outline())
-    ax.set_xlim(x[0], x[-1])
-    ax.set_ylim(y[0], y[-1])
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(True)
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    boxed(ax)
     return found
 
 

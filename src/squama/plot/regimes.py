@@ -8,24 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama.model.solve import Array
-from squama.plot.style import (
-    ACCENT,
-    DASHES,
-    GREY,
-    INK,
-    PAGE,
-    key,
-    law_keys,
-    letter,
-    new_figure,
-    shades,
-    styled,
-)
+from squama.loads import LOADS
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.style import DASHES, PAGE, key, law_keys, letter, new_figure, shades, styled
+from squama.symbols import SYMBOLS
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
 STOPS: dict[str, tuple[dict[str, Any], str]] = {
     "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
@@ -66,7 +58,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
         right = max(right, float(x[good].max()))
         value = float(dataset["value"][i])
         text = rf"$\eta$ = {value:g}" if over == "eta" else rf"$\alpha$ = {np.degrees(value):.3g}°"
-        _tag(ax, x[good], y[good], text)
+        tag(ax, x[good], y[good], text)
     ax.plot(*scaled(dataset["phi_off"], dataset["theta_off"]), color=GREY, linestyle="-.", linewidth=1.6, zorder=3)
     ax.plot(*scaled(dataset["phi_touch"], dataset["theta_touch"]), color=ACCENT, linestyle=":", linewidth=1.3, zorder=3)
     ax.plot(*scaled(dataset["phi_lock"], dataset["theta_lock"]), color=INK, linewidth=2.2, zorder=4)
@@ -87,9 +79,8 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
                 marked |= {mark} if at.any() else set()
                 ax.plot(x[at], y[at], linestyle="", color=colour, **STOPS[mark][0])
     ax.set_xlim(0, 1.03 * max(right, float(np.nanmax(dataset["phi_lock"].values)) / np.pi))
-    ax.set_ylim(0, 1.08 * float(np.nanmax(dataset["theta_lock"].values) - theta0) / np.pi)
-    ax.set_xlabel(r"Twist per pitch $\varphi/\pi$ (1)")
-    ax.set_ylabel(r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)")
+    ax.set(ylim=(0, 1.08 * float(np.nanmax(dataset["theta_lock"].values) - theta0) / np.pi), xlabel=over_pi("twisting"))
+    ax.set_ylabel(ROTATION)
     handles = [key("kinematic lock", linewidth=2.2)]
     handles += [key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in zip(mus, colours, strict=True)]
     handles += law_keys(laws)
@@ -115,11 +106,17 @@ def _stops(end: Array) -> dict[str, Array]:
     return {"other": sliding & beside, "range": sliding & outer & ~beside}
 
 
-def _tag(ax: Axes, x: Array, y: Array, text: str) -> None:
+def tag(ax: Axes, x: Array, y: Array, text: str, pad: float = 0.8) -> None:
     """Write beside the end of a path which one it is."""
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+    box = {"facecolor": "white", "edgecolor": "none", "pad": pad, "alpha": 0.85}
     i = int(np.argmin(abs(y - 0.62 * y.max())))
     ax.text(x[i], y[i], text, fontsize=6.5, color=INK, ha="center", va="center", bbox=box, zorder=6)
+
+
+def over_pi(load: str) -> str:
+    """Return the label of an axis of load angles over pi."""
+    of = LOADS[load]
+    return rf"{of.verb.capitalize()} per pitch ${SYMBOLS[of.angle].tex}/\pi$ (1)"
 
 
 def _regions(ax: Axes, dataset: xr.Dataset, scaled: Any) -> None:
@@ -165,8 +162,7 @@ def lock_lines_figure(dataset: xr.Dataset) -> Figure:
             if mu:
                 low.plot(x, np.degrees(line["drop"].values), color=colours[mu])
                 low.axhline(np.degrees(np.arctan(mu)), color=GREY, linewidth=0.8, linestyle=":", zorder=0)
-        sign = r"\psi" if loading == "bending" else r"\varphi"
-        low.set_xlabel(f"{'Bend' if loading == 'bending' else 'Twist'} per pitch ${sign}/\\pi$ (1)")
+        low.set_xlabel(over_pi(loading))
         top.set_xlim(0, None)
         fixed = (
             rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"

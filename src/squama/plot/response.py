@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-import textwrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squama.design import Beam
-from squama.model.solve import Array
-from squama.plot.style import ACCENT, GREY, INK, PAGE, finite_max, key, label, new_figure, prefixed, shades, styled
+from squama.beam.design import Beam
+from squama.loads import LOADS, Load
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.style import (
+    PAGE,
+    Colour,
+    finite_max,
+    headline,
+    key,
+    label,
+    law_words,
+    new_figure,
+    prefixed,
+    scaled_above,
+    shades,
+    styled,
+)
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,19 +36,16 @@ READABLE = 0.9
 LOCKS = ("frictional lock", "kinematic lock", "static lock")
 
 
-class _Names(NamedTuple):
-    rate: str
-    torque: str
-    tangent: str
-    rate_e: str
-    rate_end: str
-    verb: str
+class Measured(Protocol):
+    """Measured points."""
 
+    @property
+    def rate(self) -> Array:
+        """Twist rate or curvature, rad/m."""
 
-_KINDS = {
-    "twisting": _Names("Phi", "T", "K_t", "Phi_e", "Phi_end", "twist"),
-    "bending": _Names("kappa", "M", "K_b", "kappa_e", "kappa_end", "bend"),
-}
+    @property
+    def load(self) -> Array:
+        """Torque or moment, N m."""
 
 
 class _Curve(NamedTuple):
@@ -42,7 +53,7 @@ class _Curve(NamedTuple):
 
     data: xr.Dataset
     mu: float
-    colour: Any
+    colour: Colour
     rate: Array
     rate_e: float
     rate_end: float
@@ -50,7 +61,7 @@ class _Curve(NamedTuple):
 
 
 @styled
-def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
+def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Figure:
     """Draw what a beam does when it is twisted or bent.
 
     Parameters
@@ -75,7 +86,7 @@ def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
     >>> len(response_figure(r).axes)
     4
     """
-    names = _KINDS[dataset.attrs["load"]]
+    names = LOADS[dataset.attrs["load"]]
     curves = _curves(dataset, names)
     beam = Beam.from_toml_text(dataset.attrs["beam"])
     figure = new_figure(PAGE, 5.2)
@@ -111,11 +122,11 @@ def response_figure(dataset: xr.Dataset, measured: Any = None) -> Figure:
         ax.set_xlabel(label(names.rate))
     _top(load, beam, names)
     _legend(figure, curves, measured)
-    figure.suptitle(textwrap.fill(_title(dataset, names, curves), 112), fontsize=8, x=0.01, ha="left")
+    headline(figure, _title(dataset, curves))
     return figure
 
 
-def _curves(dataset: xr.Dataset, names: _Names) -> list[_Curve]:
+def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
     mus = np.atleast_1d(dataset["mu"].values)
     colours = shades(mus.size) if mus.size > 1 else [INK]
     out = []
@@ -124,12 +135,12 @@ def _curves(dataset: xr.Dataset, names: _Names) -> list[_Curve]:
         rate = np.asarray(data[names.rate].values, float)
         order = np.argsort(rate, kind="stable")
         data = data.isel(point=order)
-        e, last = float(data[names.rate_e]), float(data[names.rate_end])
+        e, last = float(data[f"{names.rate}_e"]), float(data[f"{names.rate}_end"])
         out.append(_Curve(data, float(mu), colour, rate[order], e, last, str(data["end"].values)))
     return out
 
 
-def _right(curves: list[_Curve], measured: Any) -> float:
+def _right(curves: list[_Curve], measured: Measured | None) -> float:
     """Right end of the twist axis: past every end and every measured point."""
     ends = [c.rate_end if np.isfinite(c.rate_end) else finite_max(c.rate) for c in curves]
     shown = [min(end, 1.05 * finite_max(c.rate)) for c, end in zip(curves, ends, strict=True)]
@@ -155,9 +166,8 @@ def _limit(curves: list[_Curve], name: str) -> float:
     return max(*bounded, float(np.median(seen)) if seen else 0.0)
 
 
-def _load(ax: Axes, curves: list[_Curve], names: _Names, beam: Beam, right: float, measured: Any) -> None:
-    rigidity = beam.torsional_rigidity if names.rate == "Phi" else beam.bending_rigidity
-    rigidity = float(curves[0].data.attrs.get("rigidity", rigidity))
+def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float, measured: Measured | None) -> None:
+    rigidity = float(curves[0].data.attrs.get("rigidity", names.rigidity(beam)))
     top = max(_limit(curves, names.torque), 1.25 * rigidity * right / 1.08)
     if measured is not None:
         top = max(top, finite_max(np.asarray(measured.load, float), 0.0))
@@ -174,8 +184,7 @@ def _load(ax: Axes, curves: list[_Curve], names: _Names, beam: Beam, right: floa
         _end(ax, c, v)
     if measured is not None:
         ax.plot(measured.rate, factor * np.asarray(measured.load, float), ".", color=ACCENT, markersize=4, zorder=3)
-    ax.set_ylim(0, factor * top)
-    ax.set_ylabel(text)
+    ax.set(ylim=(0, factor * top), ylabel=text)
 
 
 def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, *, rising: bool = False) -> None:
@@ -218,8 +227,7 @@ def _empty(ax: Axes, curves: list[_Curve], name: str) -> None:
     static = any(c.end == "static lock" for c in curves)
     words = "locked as soon as the scales touch:\nno sliding, no friction work" if static else "no sliding contact"
     ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY)
-    ax.set_ylabel(label(name))
-    ax.set_yticks([])
+    ax.set(ylabel=label(name), yticks=[])
 
 
 def _marks(ax: Axes, c: _Curve) -> None:
@@ -228,22 +236,13 @@ def _marks(ax: Axes, c: _Curve) -> None:
         ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
 
 
-def _top(ax: Axes, beam: Beam, names: _Names) -> None:
+def _top(ax: Axes, beam: Beam, names: Load) -> None:
     """Write the total angle over the beam above the panel."""
-    degrees = beam.length * 180 / np.pi
-
-    def over(rate: Any) -> Any:
-        return rate * degrees
-
-    def back(angle: Any) -> Any:
-        return angle / degrees
-
-    top = ax.secondary_xaxis("top", functions=(over, back))
-    top.set_xlabel(f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)")
-    top.tick_params(labelsize=7)
+    words = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
+    scaled_above(ax, beam.length * 180 / np.pi, words)
 
 
-def _legend(figure: Figure, curves: list[_Curve], measured: Any) -> None:
+def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None) -> None:
     handles: list[Line2D] = []
     if len(curves) > 1:
         handles += [key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
@@ -259,10 +258,8 @@ def _legend(figure: Figure, curves: list[_Curve], measured: Any) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 7))
 
 
-def _title(dataset: xr.Dataset, names: _Names, curves: list[_Curve]) -> str:
-    kind = dataset.attrs["load"].capitalize()
-    law = "" if names.rate == "kappa" else f", {dataset.attrs['law']} law"
-    law = ", compliant joint" if dataset.attrs.get("joint") == "compliant" else law
+def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:
+    kind, law = dataset.attrs["load"].capitalize(), law_words(dataset)
     sense = f", sense {dataset.attrs['sense']}" if "sense" in dataset.attrs else ""
     if len(curves) > 1:
         return f"{kind}{law}{sense}"

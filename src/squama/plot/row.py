@@ -1,32 +1,22 @@
-"""A finite row in two panels: the inclination of every scale, and the torque beside the endless beam's."""
+"""A finite row of scales in panels: the inclination of every scale at some twists, and the torque."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama.plot.style import (
-    ACCENT,
-    GREY,
-    INK,
-    PAGE,
-    finite_max,
-    key,
-    label,
-    letter,
-    new_figure,
-    prefixed,
-    shades,
-    styled,
-)
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.style import PAGE, angle_label, finite_max, key, label, letters, new_figure, prefixed, shades, styled
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 LINES = 6
-"""Twists at which the inclinations along the row are drawn."""
+"""Twists at which values along the row are drawn."""
 
 
 @styled
@@ -46,25 +36,66 @@ def row_figure(dataset: xr.Dataset) -> Figure:
     """
     figure = new_figure(PAGE, 2.8)
     left, right = figure.subplots(1, 2)
-    phi = dataset["phi"].values
+    phi, end = dataset["phi"].values, dataset.sizes["scale"] + 0.5
     touching = np.flatnonzero(phi >= float(dataset["phi_e"]))
-    chosen = np.unique(touching[np.linspace(0, touching.size - 1, LINES).round().astype(int)]) if touching.size else [0]
-    number = dataset["scale"].values
+    chosen = _some(touching) if touching.size else np.array([0])
+    _inclinations(left, dataset, chosen)
     for i, colour in zip(chosen, shades(len(chosen)), strict=True):
-        at = dataset.isel(point=int(i))
-        left.plot(number, np.degrees(at["theta"].values), color=colour, marker=".", label=f"{phi[i]:.3g}")
-        left.plot([number[-1] + 0.5], [np.degrees(float(at["theta_periodic"]))], color=colour, marker="_", markersize=8)
-    left.set_xlabel("scale")
-    left.set_ylabel(label("theta", "deg"))
-    left.legend(title=r"$\varphi$ (rad/pitch)")
+        endless = np.degrees(float(dataset["theta_periodic"][i]))
+        left.plot([end], [endless], color=colour, marker="_", markersize=8)
     factor, text = prefixed("T", finite_max(dataset["T"].values))
     right.plot(phi, factor * dataset["T"].values, color=INK)
     right.plot(phi, factor * dataset["T_periodic"].values, color=GREY, linestyle="--")
     right.set_ylim(0, 1.25 * factor * finite_max(dataset["T"].values))
     right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":")
-    right.set_xlabel(r"Twist per pitch $\varphi$ (rad)")
-    right.set_ylabel(text)
-    right.legend(handles=[key(f"row of {number.size}"), key("endless beam", color=GREY, linestyle="--")])
-    for ax, name in ((left, "(a)"), (right, "(b)")):
-        letter(ax, name)
+    right.set(xlabel=angle_label("twisting"), ylabel=text)
+    right.legend(handles=[key(f"row of {dataset.sizes['scale']}"), key("endless beam", color=GREY, linestyle="--")])
+    letters((left, right))
     return figure
+
+
+@styled
+def finite_figure(data: xr.Dataset) -> Figure:
+    """Draw a finite beam of elements.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From :func:`squama.fe.runs.cell`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
+        twist, with the start's slope dashed.
+    """
+    figure = new_figure(PAGE, 2.8)
+    left, middle, right = figure.subplots(1, 3)
+    phi = data["phi"].values
+    chosen = _some(np.arange(phi.size))
+    _inclinations(left, data, chosen)
+    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
+        middle.plot(data["scale"].values, data["twist"].values[i], color=colour, marker=".")
+    middle.set(ylabel="Twist of a pitch (rad)", xlabel="scale")
+    factor, text = prefixed("T", finite_max(np.abs(data["T"].values)))
+    T = factor * data["T"].values
+    if phi.size > 1:
+        right.plot([0, phi[-1]], [0, T[1] / phi[1] * phi[-1]], color=GREY, linestyle="--")
+    right.plot(phi, T, color=INK)
+    right.set(xlabel=angle_label("twisting"), ylabel=text)
+    letters((left, middle, right))
+    return figure
+
+
+def _some(places: Array) -> Array:
+    """Return some of the places, evenly."""
+    return np.unique(places[np.linspace(0, places.size - 1, LINES).round().astype(int)])
+
+
+def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> None:
+    """Draw the inclination of every scale, a line per twist."""
+    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
+        theta, words = np.degrees(dataset["theta"].values[i]), f"{dataset['phi'].values[i]:.3g}"
+        ax.plot(dataset["scale"].values, theta, color=colour, marker=".", label=words)
+    ax.set(xlabel="scale", ylabel=label("theta", "deg"))
+    ax.legend(title=r"$\varphi$ (rad/pitch)")

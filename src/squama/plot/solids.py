@@ -1,20 +1,25 @@
-"""Solids for the printer: the assembled beam from above, from the side, cut along its middle, and its mould."""
+"""Solids for the printer: the assembled beam from above, from the side, cut along its middle, and its mould.
+
+Parallel projection and plain shading; edges are drawn where the depth or the face changes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama.errors import InputError
-from squama.fabrication import shade
+from squama.errors import refuse
+from squama.fabrication.mesh import Mesh, from_manifold, manifold
+from squama.plot import raster
 from squama.plot.style import PAGE, new_figure, styled
+from squama.types import Array
 
 if TYPE_CHECKING:
-    from squama.fabrication.facade import Export
-    from squama.fabrication.mesh import Mesh
+    from squama.fabrication.exporting import Export
 
 COLOURS = {
     "substrate": (0.75, 0.86, 0.93),
@@ -26,6 +31,8 @@ COLOURS = {
 PIXELS = 1000
 SHOWN = 6
 """Pitches of the views from close by."""
+LIGHT = np.array([-0.35, -0.5, 0.8])
+EDGE = (0.1, 0.1, 0.1)
 
 
 @styled
@@ -46,14 +53,13 @@ def solids_figure(made: Export) -> Figure:
     InputError
         Neither of them is there.
     """
-    panels: list[tuple[str, list[Mesh], shade.View]] = []
+    panels: list[tuple[str, list[Mesh], View]] = []
     if "assembly" in made.solids:
         panels += _beam(made)
     if "mould" in made.solids:
         panels += _mould(made)
     if not panels:
-        message = "picture: shows the assembly and the mould; write one of them among the parts"
-        raise InputError(message)
+        refuse("picture", "", "shows the assembly and the mould", "write one of them among the parts")
     heights = [(v.top - v.bottom) / (v.right - v.left) for _, _, v in panels]
     figure = new_figure(PAGE, PAGE * sum(heights) + 0.55 * len(panels))
     axes = figure.subplots(len(panels), 1, height_ratios=[h * PAGE + 0.4 for h in heights], squeeze=False)[:, 0]
@@ -62,14 +68,14 @@ def solids_figure(made: Export) -> Figure:
     return figure
 
 
-def _beam(made: Export) -> list[tuple[str, list[Mesh], shade.View]]:
+def _beam(made: Export) -> list[tuple[str, list[Mesh], View]]:
     solids = made.solids["assembly"]
     plan = made.plan
-    oblique = shade.fitted(solids, shade.look(-28, 30))
-    side = shade.fitted(solids, shade.look(0, 0))
+    oblique = fitted(solids, look(-28, 30))
+    side = fitted(solids, look(0, 0))
     near = side._replace(left=-3.0, right=min(side.right, plan.ends + SHOWN * plan.pitch + plan.length * 0.6))
-    above = shade.fitted(solids, shade.look(0, 90))._replace(left=near.left, right=near.right)
-    cut = [part for part in map(shade.halved, solids) if part is not None]
+    above = fitted(solids, look(0, 90))._replace(left=near.left, right=near.right)
+    cut = [part for part in map(halved, solids) if part is not None]
     return [
         ("the assembled beam", solids, oblique),
         ("from above (mm)", solids, above),
@@ -77,9 +83,7 @@ def _beam(made: Export) -> list[tuple[str, list[Mesh], shade.View]]:
     ]
 
 
-def _mould(made: Export) -> list[tuple[str, list[Mesh], shade.View]]:
-    import numpy as np
-
+def _mould(made: Export) -> list[tuple[str, list[Mesh], View]]:
     plan = made.plan
     solids = made.solids["mould"]
     up = {"tray": 0.0, "lid": plan.height + 10, "blade": plan.height + 10}
@@ -88,11 +92,11 @@ def _mould(made: Export) -> list[tuple[str, list[Mesh], shade.View]]:
     apart = [
         m._replace(vertices=m.vertices + [0, 0, up[_kind(m)]] + (out if _kind(m) == "blade" else 0)) for m in solids
     ]
-    cut = [part for part in map(shade.halved, solids) if part is not None]
-    side = shade.fitted(solids, shade.look(0, 0))
+    cut = [part for part in map(halved, solids) if part is not None]
+    side = fitted(solids, look(0, 0))
     near = side._replace(right=min(side.right, plan.ends + SHOWN * plan.pitch))
     return [
-        ("the mould taken apart", apart, shade.fitted(apart, shade.look(-28, 30))),
+        ("the mould taken apart", apart, fitted(apart, look(-28, 30))),
         ("the mould closed, cut along its middle (mm)", cut, near),
     ]
 
@@ -101,9 +105,90 @@ def _kind(mesh: Mesh) -> str:
     return mesh.name.replace("-", " ").split(" ", maxsplit=1)[0]
 
 
-def _draw(ax: Axes, title: str, meshes: Sequence[Mesh], view: shade.View) -> None:
-    image = shade.picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
+def _draw(ax: Axes, title: str, meshes: Sequence[Mesh], view: View) -> None:
+    image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
     ax.imshow(image, extent=(view.left, view.right, view.bottom, view.top), interpolation="antialiased")
     ax.set_title(title)
     if "(mm)" not in title:
         ax.set_axis_off()
+
+
+class View(NamedTuple):
+    """Directions to the right, up and to the eye, as rows of ``axes``; the picture's extent there, mm."""
+
+    axes: Array
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+
+def look(azimuth: float, elevation: float) -> Array:
+    """Return the directions to the right, up and to the eye; angles in degrees, 0 looks along across."""
+    a, e = np.radians([azimuth, elevation])
+    eye = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), np.sin(e)])
+    right = np.array([np.cos(a), np.sin(a), 0.0])
+    return np.array([right, np.cross(eye, right), eye])
+
+
+def fitted(meshes: Sequence[Mesh], axes: Array, margin: float = 0.03) -> View:
+    """Return the view that shows all solids."""
+    seen = np.concatenate([m.vertices for m in meshes]) @ axes[:2].T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    room = margin * float((high - low).max())
+    return View(axes, low[0] - room, high[0] + room, low[1] - room, high[1] + room)
+
+
+def halved(mesh: Mesh, across: float = 0.0) -> Mesh | None:
+    """Return the part of a solid beyond a plane along the bar; None if there is nothing."""
+    part = manifold(mesh).trim_by_plane((0.0, 1.0, 0.0), across)
+    return None if part.is_empty() else from_manifold(mesh.name, part)
+
+
+def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: View, pixels: int) -> Array:
+    """Return an image (rows, ``pixels``, 4) of the solids, the first row at the top; nothing is transparent white.
+
+    ``colours`` are red, green, blue of each, 0 to 1; ``view`` is what is seen.
+    """
+    fine = 2
+    size = (view.right - view.left) / (pixels * fine)
+    shape = fine * max(1, round((view.top - view.bottom) / size / fine)), pixels * fine
+    depth, face = np.full(shape, -np.inf), np.full(shape, -1)
+    shades: list[Array] = []
+    seen: list[Array] = []
+    for number, (mesh, colour) in enumerate(zip(meshes, colours, strict=True)):
+        corners = (mesh.vertices @ view.axes.T - [view.left, view.bottom, 0]) / [size, size, 1]
+        normals = mesh.normals / np.maximum(np.linalg.norm(mesh.normals, axis=1), 1e-300)[:, None]
+        bright = 0.7 + 0.3 * (normals @ (LIGHT / np.linalg.norm(LIGHT)))
+        slope = normals @ view.axes[2]
+        towards = slope > 1e-9
+        seen.append(corners[mesh.triangles[towards]])
+        own = np.c_[np.outer(bright, colour), np.full(len(bright), number), normals, slope]
+        shades.append(own[towards])
+    for one in raster.fill(depth, np.concatenate(seen)):
+        face[one.window][one.front] = one.number
+    return _image(depth, face, np.concatenate(shades), size, fine)
+
+
+def _image(depth: Array, face: Array, shades: Array, size: float, fine: int) -> Array:
+    """Colour the buffers; a line stands where the solid, the direction of its face or the depth changes."""
+    seen = face >= 0
+    # one row more, for what is not seen (face -1)
+    colour = np.append(np.c_[shades[:, :3], np.ones(len(shades))], [[1.0, 1, 1, 0]], axis=0).astype(np.float32)
+    _, kind = np.unique(np.round(shades[:, 3:7], 3), axis=0, return_inverse=True)
+    kind = np.append(kind.ravel(), -1)[face]
+    slope = np.append(1 / np.maximum(shades[:, 7], 0.02), 1.0).astype(np.float32)[face]
+    flat = np.where(seen, depth, -1e9)
+    line = np.zeros(face.shape, bool)
+    for axis in (0, 1):
+        p, q = (tuple(part if i == axis else slice(None) for i in (0, 1)) for part in (slice(1, None), slice(-1)))
+        jump = np.abs(flat[p] - flat[q]) > size * (1.5 * np.maximum(slope[p], slope[q]) + 1)
+        line[p] |= (kind[p] != kind[q]) | jump
+    pixels = colour[face]
+    pixels[line] = [*EDGE, 1.0]
+    rows, columns = (n // fine for n in face.shape)
+    small = pixels.reshape(rows, fine, columns, fine, 4)
+    weight = small[..., 3:]
+    mixed = (small[..., :3] * weight).sum((1, 3)) / np.maximum(weight.sum((1, 3)), 1e-9)
+    whole = np.concatenate([mixed, weight.mean((1, 3))], axis=-1)
+    return np.asarray(np.round(whole[::-1] * 255), np.uint8)

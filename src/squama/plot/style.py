@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Sequence
+import textwrap
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axes._secondary_axes import SecondaryAxis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squama import files
-from squama.errors import InputError
-from squama.model.solve import Array
+from squama.errors import refuse
+from squama.io import files
+from squama.loads import LOADS
+from squama.plot.palette import GREY, INK
 from squama.symbols import SYMBOLS
+from squama.types import Array
+from squama.units import prefix
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 P = ParamSpec("P")
 
@@ -28,47 +36,15 @@ DPI = 200
 """Resolution of a PNG, dots per inch."""
 COLUMN, PAGE = 3.5, 7.2
 """Widths of a figure in one and in two columns, inches."""
-INK, GREY, ACCENT = "#1a1a1a", "#7a7a7a", "#b2182b"
-"""Lines and text; what stands behind; what is marked."""
 
-STYLE: dict[str, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8,
-    "mathtext.fontset": "dejavusans",
-    "axes.labelsize": 8,
-    "axes.titlesize": 8,
-    "axes.titlelocation": "left",
-    "axes.linewidth": 0.7,
-    "axes.edgecolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.unicode_minus": True,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "legend.fontsize": 7,
-    "legend.frameon": False,
-    "legend.handlelength": 1.9,
-    "legend.labelspacing": 0.35,
-    "legend.title_fontsize": 7,
-    "lines.linewidth": 1.3,
-    "lines.markersize": 4.5,
-    "lines.solid_capstyle": "round",
-    "hatch.linewidth": 0.9,
-    "hatch.color": GREY,
-    "figure.facecolor": "white",
-    "figure.dpi": DPI,
-    "savefig.dpi": DPI,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "squama",
-    "pdf.fonttype": 42,
-}
+Look = dict[str, Any]
+"""Keywords of what is drawn."""
+Colour = str | tuple[float, float, float]
+Dash = str | tuple[float, tuple[float, ...]]
+"""A line's dashes as matplotlib reads them."""
 
-_SETTINGS: Any = STYLE
+_SETTINGS: Any = mpl.rc_params_from_file(Path(__file__).with_name("figure.mplstyle"), use_default_template=False)
+_SETTINGS |= {"axes.edgecolor": INK, "hatch.color": GREY, "figure.dpi": DPI, "savefig.dpi": DPI}
 
 AXIS = {
     "f0": r"Friction force $\bar{f}_0 = f\,l/K_\theta$",
@@ -80,7 +56,7 @@ AXIS = {
 }
 """Labels where that of the table of symbols is too long for an axis or has its formula in words."""
 
-DASHES: dict[str, Any] = {"plate": "-", "edge": (0, (4, 1.6))}
+DASHES: dict[str, Dash] = {"plate": "-", "edge": (0, (4, 1.6))}
 """Line of each force law."""
 
 
@@ -127,23 +103,18 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         what = f'the ending "{ending}" is not known' if ending else "has no ending"
-        message = f"{files.label(path)}: {what}; write a name that ends in .png, .svg or .pdf"
-        raise InputError(message)
-    undated: dict[str, dict[str, Any]] = {
-        ".png": {"Software": None},
-        ".svg": {"Date": None},
-        ".pdf": {"CreationDate": None},
-    }
+        refuse("", "", what, "write a name that ends in .png, .svg or .pdf", files.label(path))
+    undated = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}
 
     def write(place: Path) -> None:
         with mpl.rc_context():
             mpl.rcParams.update(_SETTINGS)
-            figure.savefig(place, format=ending[1:], metadata=undated[ending])
+            figure.savefig(place, format=ending[1:], metadata={undated[ending]: None})
 
     return files.atomic_write(path, write)
 
 
-def shades(n: int) -> list[tuple[float, float, float]]:
+def shades(n: int) -> list[Colour]:
     """Return n colours from dark to light, in equal steps of grey, that colour-blind readers tell apart too."""
     table = np.asarray(mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))[:, :3]
     grey = table @ (0.299, 0.587, 0.114)
@@ -153,11 +124,8 @@ def shades(n: int) -> list[tuple[float, float, float]]:
 
 def prefixed(name: str, largest: float) -> tuple[float, str]:
     """Return the factor and the axis label that bring a quantity to a readable size (N m to mN m, kN m ...)."""
-    steps = ((1e6, 1e-6, "M"), (1e3, 1e-3, "k"), (1.0, 1.0, ""), (1e-3, 1e3, "m"), (0.0, 1e6, "\N{MICRO SIGN}"))
-    factor, prefix = next((f, p) for low, f, p in steps if abs(largest) >= low)
-    if not largest:
-        factor, prefix = 1.0, ""
-    return factor, label(name, prefix + SYMBOLS[name].unit)
+    factor, sign = prefix(largest)
+    return factor, label(name, sign + SYMBOLS[name].unit)
 
 
 def label(name: str, unit: str | None = None) -> str:
@@ -183,6 +151,44 @@ def law_keys(laws: Sequence[str]) -> list[Line2D]:
 def letter(ax: Axes, text: str) -> None:
     """Write the letter or the title of a panel above its left corner."""
     ax.set_title(text, loc="left", fontweight="bold" if len(text) <= 3 else "normal")
+
+
+def letters(axes: Iterable[Axes]) -> None:
+    """Write (a), (b) ... above panels."""
+    for i, ax in enumerate(axes):
+        letter(ax, f"({chr(97 + i)})")
+
+
+def headline(figure: Figure, text: str) -> None:
+    """Write what a figure shows above it, in lines that it has room for."""
+    lines = [line for part in text.splitlines() for line in textwrap.wrap(part, 112)]
+    figure.suptitle("\n".join(lines), fontsize=8, x=0.01, ha="left")
+
+
+def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
+    """Draw an axis above a panel that shows ``factor`` times what the one below shows."""
+    top = ax.secondary_xaxis("top", functions=(lambda x: np.multiply(x, factor), lambda x: np.divide(x, factor)))
+    top.set_xlabel(text)
+    top.tick_params(labelsize=7)
+    return top
+
+
+def boxed(ax: Axes) -> None:
+    """Draw all four sides of a panel."""
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(True)
+
+
+def angle_label(load: str) -> str:
+    """Return the label of the load angle's axis."""
+    return label(LOADS[load].angle)
+
+
+def law_words(dataset: xr.Dataset) -> str:
+    """Return ", edge law" or what a result was computed with instead; nothing in bending, which has one law."""
+    if dataset.attrs.get("joint") == "compliant":
+        return ", compliant joint"
+    return f", {dataset.attrs['law']} law" if LOADS[dataset.attrs["load"]].sided else ""
 
 
 def finite_max(values: Array, default: float = 1.0) -> float:

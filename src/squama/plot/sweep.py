@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,34 +15,24 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from squama.design import Beam
+from squama.beam.design import Beam
+from squama.loads import LOADS
 from squama.model.outcome import CODES, End
-from squama.model.solve import Array
-from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS
-from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, shades, styled
+from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, hatched
+from squama.plot.palette import ACCENT, ENDS, GREY, INK, UNKNOWN
+from squama.plot.regimes import ROTATION, over_pi, tag
+from squama.plot.style import PAGE, Look, boxed, headline, key, letter, new_figure, shades, styled
 from squama.symbols import SYMBOLS
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDS = {
-    End.FRICTIONAL: "#4477aa",
-    End.KINEMATIC: "#1d2d50",
-    End.STATIC: "#d9dde3",
-    End.OFF_TIP: "#ddcc77",
-    End.OFF_SIDE: "#e08a5b",
-    End.OTHER: "#aa4499",
-    End.RELEASED: "#88ccee",
-    End.RANGE: "#999933",
-    End.NONE: "#ffffff",
-}
-"""Colour of each end; blue ones lock after sliding, grey at once."""
 _LOCKS = tuple(CODES.index(e) for e in (End.FRICTIONAL, End.KINEMATIC))
 _STATIC = CODES.index(End.STATIC)
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
 _OFF = tuple(CODES.index(e) for e in (End.OFF_TIP, End.OFF_SIDE))
-_SYMBOL = {"torque": ("T_c", "M_c")}
 _UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
 Paths = Mapping[float, tuple[Array, Array]]
 """Load angle and inclination along the paths of some beams, by a value of each."""
@@ -110,24 +100,28 @@ def map_figure(
             ax.xaxis.set_tick_params(labelbottom=True)
             # side by side, long labels would run into each other
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
-    figure.suptitle(_title(dataset, variable, (x, y, panels)), fontsize=8, x=0.01, ha="left")
+    headline(figure, _title(dataset, variable, (x, y, panels)))
     return figure
 
 
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
-    coordinate = part[name]
-    unit = coordinate.attrs.get("units", "1")
-    factor, text = _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
-    words = coordinate.attrs.get("long_name", name)
+    factor, text = _unit(part, name)
+    words = part[name].attrs.get("long_name", name)
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
-    return coordinate.values * factor, label
+    return part[name].values * factor, label
+
+
+def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:
+    """Return the factor to a unit for people, and that unit."""
+    unit = part[name].attrs.get("units", "1")
+    return _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
 
 
 def _label(dataset: xr.Dataset, variable: str) -> str:
-    bending = dataset.attrs["load"] == "bending"
-    return SYMBOLS[_SYMBOL.get(variable, (variable, variable))[bending]].axis
+    name = LOADS[dataset.attrs["load"]].variable("torque_c") if variable == "torque" else variable
+    return SYMBOLS[name].axis
 
 
 def _word(name: str | None, part: xr.Dataset) -> str:
@@ -142,8 +136,7 @@ def _tex(name: str) -> str:
 
 
 def _value(part: xr.Dataset, name: str, value: float) -> str:
-    unit = part[name].attrs.get("units", "1")
-    factor, text = _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
+    factor, text = _unit(part, name)
     return f"{value * factor:.5g} {text}".strip()
 
 
@@ -151,7 +144,7 @@ def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) ->
     words = [str(dataset.attrs["load"]).capitalize()]
     if "law" not in dataset.dims:
         law = dataset["law"].item() if "law" in dataset.coords else dataset.attrs["law"]
-        words.append(f"{law} law" if dataset.attrs["load"] == "twisting" else "")
+        words.append(f"{law} law" if LOADS[dataset.attrs["load"]].sided else "")
     if dataset.attrs["sense"] != "+":
         words.append(f"sense {dataset.attrs['sense']}")
     if "margin" in dataset.attrs and variable in _AT_CUTOFF:
@@ -162,12 +155,8 @@ def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) ->
 
 def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
     (xs, across), (ys, up) = axis_values(part, x), axis_values(part, y)
-    ax.set_xlim(xs[0], xs[-1])
-    ax.set_ylim(ys[0], ys[-1])
-    ax.set_xlabel(across)
-    ax.set_ylabel(up)
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(True)
+    ax.set(xlim=(xs[0], xs[-1]), ylim=(ys[0], ys[-1]), xlabel=across, ylabel=up)
+    boxed(ax)
 
 
 def levels_of(values: Array, variable: str) -> Array:
@@ -220,11 +209,7 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
     bar.minorticks_off()
     bar.set_label(_label(parts[0], variable))
     bar.outline.set_linewidth(0.7)
-    handles: list[Artist] = [
-        Patch(facecolor="white", edgecolor=GREY, hatch=HATCHES[name][0], label=HATCHES[name][1])
-        for name in HATCHES
-        if CODES.index(End(name)) in ends
-    ]
+    handles: list[Artist] = [hatched(name) for name in HATCHES if CODES.index(End(name)) in ends]
     if -1 in ends:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
     if handles:
@@ -240,15 +225,13 @@ def _hatch(ax: Axes, xs: Array, ys: Array, code: Array) -> None:
             continue
         if name == "static lock":
             ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="white", zorder=2)
-        if inside.all():
-            ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
-            continue
         ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
-        ax.contour(xs, ys, inside, levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
+        if not inside.all():
+            ax.contour(xs, ys, inside, levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
 
 
 def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> None:
-    colours = ListedColormap(["#f4e3e3", *(ENDS[end] for end in CODES)])
+    colours = ListedColormap([UNKNOWN, *(ENDS[end] for end in CODES)])
     norm = BoundaryNorm(np.arange(-1.5, len(CODES)), len(CODES) + 1)
     seen: set[int] = set()
     for ax, part in zip(axes, parts, strict=True):
@@ -258,23 +241,19 @@ def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, 
             seen.add(int(c))
             if not (code == c).all():
                 ax.contour(xs, ys, (code == c).astype(float), levels=[0.5], colors=INK, linewidths=0.6)
-    handles = [
-        Patch(facecolor=ENDS[CODES[c]], edgecolor=INK, linewidth=0.5, label=str(CODES[c])) for c in sorted(seen - {-1})
-    ]
-    if -1 in seen:
-        handles.append(Patch(facecolor="#f4e3e3", edgecolor=INK, linewidth=0.5, label="not computed yet"))
+    named = [(ENDS[CODES[c]], str(CODES[c])) for c in sorted(seen - {-1})]
+    named += [(UNKNOWN, "not computed yet")] if -1 in seen else []
+    handles = [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=words) for colour, words in named]
     figure.legend(handles=handles, loc="outside right upper")
 
 
 def _envelopes(
     figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str, lines: list[float], paths: Paths
 ) -> None:
-    angle = "psi" if parts[0].attrs["load"] == "bending" else "phi"
+    load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
     kinds = {"frictional": ((_LOCKS[0], _STATIC), 1.3, "-"), "kinematic": ((_LOCKS[1],), 2.4, "-")}
     kinds["off"] = (_OFF, 1.2, "-.")
-    box: Any = {"fontsize": 6.5, "ha": "center", "va": "center", "zorder": 6}
-    box["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
     there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
@@ -282,11 +261,10 @@ def _envelopes(
             start = value if x == "theta0" else _theta0(part, theta0)
             across, up = load / np.pi, (theta - start) / np.pi
             ax.plot(np.r_[across[:1], across], np.r_[0, up], color=GREY, linewidth=0.8, zorder=1)
-            i = int(np.argmin(abs(up - 0.62 * up.max())))
-            ax.text(across[i], up[i], _value(part, x, value).replace(" deg", "°"), **box)
+            tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
         for value, colour in zip(lines, shades(len(lines)), strict=True):
             line = part.sel({y: value})
-            across = np.asarray(line[f"{angle}_end"].values, float) / np.pi
+            across = np.asarray(line[load_end].values, float) / np.pi
             up = (np.asarray(line["theta_end"].values, float) - _theta0(line, theta0)) / np.pi
             code = line["end"].values
             for kind, (codes, wide, dash) in kinds.items():
@@ -294,20 +272,12 @@ def _envelopes(
                 if not keep.any():
                     continue
                 there.add(kind)
-                ax.plot(
-                    np.where(keep, across, np.nan),
-                    np.where(keep, up, np.nan),
-                    color=GREY if kind == "off" else colour,
-                    linewidth=wide,
-                    linestyle=dash,
-                )
+                look: Look = {"color": GREY if kind == "off" else colour, "linewidth": wide, "linestyle": dash}
+                ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), **look)
                 top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
-        sign = r"\psi" if angle == "psi" else r"\varphi"
-        ax.set_xlabel(rf"{'Bend' if angle == 'psi' else 'Twist'} per pitch ${sign}/\pi$ (1)")
-        ax.set_ylabel(r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)")
+        ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
     for ax in axes:
-        ax.set_xlim(0, 1.03 * right or 1)
-        ax.set_ylim(-0.01 * top, 1.05 * top or 1)
+        ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
     handles = [key(_word(y, parts[0].sel({y: v})), color=c) for v, c in zip(lines, shades(len(lines)), strict=True)]
     words = {"kinematic": "kinematic lock", "frictional": "frictional lock; on the axis static"}
     words["off"] = "contact leaves its edge"
@@ -330,6 +300,8 @@ def _theta0(part: xr.Dataset, otherwise: float) -> Array:
 
 def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> None:
     seen: list[int] = []
+    pale = (End.STATIC, End.NONE)
+    colours = [GREY if end in pale else ENDS[end] for end in CODES]
     for ax, part in zip(axes, parts, strict=True):
         xs, across = axis_values(part, x)
         code = part["end"].values
@@ -338,13 +310,8 @@ def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: 
             where = code == c
             # one cell more joins the pieces
             joined = where | np.r_[False, where[:-1]]
-            colour = GREY if c in (_STATIC, CODES.index(End.NONE)) else ENDS[CODES[c]]
-            ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colour)
+            ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
             seen += [int(c)] if c not in seen else []
-        ax.set_xlabel(across)
-        ax.set_ylabel("Code of the end" if variable == "end" else _label(part, variable))
-    handles = [
-        key(str(CODES[c]), color=GREY if c in (_STATIC, CODES.index(End.NONE)) else ENDS[CODES[c]])
-        for c in sorted(seen)
-    ]
+        ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))
+    handles = [key(str(CODES[c]), color=colours[c]) for c in sorted(seen)]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)

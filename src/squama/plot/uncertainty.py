@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama import units
-from squama.design import Beam
+from squama.beam.design import Beam
+from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.plot.style import ACCENT, GREY, INK, PAGE, key, letter, new_figure, shades, styled
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.style import PAGE, angle_label, headline, key, law_words, letters, new_figure, shades, styled
+from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SHOWN = ("{}_e", "{}_end", "{}_c", "RED_c", "W_fr_c", "K_e")
-"""Figures whose indices are drawn, with the letter of angle or load."""
-_TEX = {
-    "phi_e": r"$\varphi_e$",
-    "phi_end": r"$\varphi_\mathrm{end}$",
-    "psi_e": r"$\psi_e$",
-    "psi_end": r"$\psi_\mathrm{end}$",
-    "T_c": "$T_c$",
-    "M_c": "$M_c$",
-    "RED_c": "RED",
-    "W_fr_c": r"$W_\mathrm{fr}$",
-    "K_e": "$K_e$",
-    "engaged": "engages",
-    "locked": "locks",
-    "locked before": "locks\nbefore",
-}
+SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
+"""Figures whose indices are drawn, by role."""
+_WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _LEAST = 0.01
 _ROOM = 1.4
+_MARK: dict[str, Any] = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 
 @styled
@@ -71,20 +61,11 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     if indexed:
         panels.append(figure.add_subplot(grid[1, :]))
         _indices(panels[-1], dataset)
-    law = f", {dataset.attrs['law']} law" if dataset.attrs["load"] == "twisting" else ""
-    figure.suptitle(
-        f"{dataset.attrs['samples']} beams within their tolerances, {dataset.attrs['load']}{law}",
-        fontsize=8,
-        x=0.01,
-        ha="left",
+    headline(
+        figure, f"{dataset.attrs['samples']} beams within their tolerances, {dataset.attrs['load']}{law_words(dataset)}"
     )
-    for ax, name in zip(panels, ("(a)", "(b)", "(c)"), strict=False):
-        letter(ax, name)
+    letters(panels)
     return figure
-
-
-def _axis(dataset: xr.Dataset) -> str:
-    return r"Twist per pitch $\varphi$ (rad)" if dataset.attrs["load"] == "twisting" else r"Bend per pitch $\psi$ (rad)"
 
 
 def _ends(dataset: xr.Dataset) -> list[str]:
@@ -106,13 +87,7 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
     for end, colour in zip(ends, colours, strict=False):
         counts = dataset["count"].sel(end=end).values / dataset.attrs["samples"]
         density = counts / np.maximum(high - low, 1e-300)
-        ax.fill_between(
-            np.repeat(np.append(low, high[-1:]), 2)[1:-1],
-            np.repeat(under, 2),
-            np.repeat(under + density, 2),
-            color=colour,
-            linewidth=0,
-        )
+        ax.stairs(under + density, np.append(low, high[-1:]), baseline=under, fill=True, color=colour, linewidth=0)
         under = under + density
         share = float(dataset["probability"].sel(end=end))
         handles.append(key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
@@ -120,14 +95,11 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
     if none:
         share = float(dataset["probability"].sel(end=none[0]))
         handles.append(key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
-    angle = "phi" if dataset.attrs["load"] == "twisting" else "psi"
-    if f"{angle}_end" in dataset["figure"].values:
-        nominal = float(dataset["nominal"].sel(figure=f"{angle}_end"))
-        if np.isfinite(nominal):
-            ax.axvline(nominal, 0, 1 / _ROOM, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
-            handles.append(key("nominal beam", color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2))))
-    ax.set_xlabel(f"{_axis(dataset)} at the end")
-    ax.set_ylabel("Probability density (1/rad)")
+    figure = LOADS[dataset.attrs["load"]].variable("load_end")
+    if figure in dataset["figure"].values and np.isfinite(nominal := float(dataset["nominal"].sel(figure=figure))):
+        ax.axvline(nominal, 0, 1 / _ROOM, **_MARK)
+        handles.append(key("nominal beam", **_MARK))
+    ax.set(xlabel=f"{angle_label(dataset.attrs['load'])} at the end", ylabel="Probability density (1/rad)")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
     ax.legend(handles=handles, loc="upper left")
 
@@ -145,14 +117,12 @@ def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
         handles.append(key("its curve has ended", color=GREY, linestyle=(0, (4, 2))))
     if dataset.attrs["before"] and (place := _place(dataset)) is not None:
         p = float(dataset["P_locked_before"])
-        ax.axvline(place, 0, 1 / _ROOM, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2)))
+        ax.axvline(place, 0, 1 / _ROOM, **_MARK)
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
         words = f"{dataset.attrs['before']}: {100 * p:.3g} % locked"
-        handles.append(key(words, color=ACCENT, linewidth=0.9, linestyle=(0, (3, 2))))
-    ax.set_ylim(0, _ROOM)
-    ax.set_yticks([0, 0.25, 0.5, 0.75, 1])
-    ax.set_xlabel(_axis(dataset))
+        handles.append(key(words, **_MARK))
+    ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=angle_label(dataset.attrs["load"]))
     ax.set_ylabel("Probability")
     ax.legend(handles=handles, loc="upper left")
 
@@ -160,7 +130,7 @@ def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
 def _place(dataset: xr.Dataset) -> float | None:
     """Return the twist that was asked for per pitch; None for a rate, which is none where the pitch varies."""
     beam = Beam.from_toml_text(dataset.attrs["beam"])
-    read = units.twist if dataset.attrs["load"] == "twisting" else units.curvature
+    read = LOADS[dataset.attrs["load"]].read
     one, two = (read(dataset.attrs["before"], pitch=d, scales=beam.scales) for d in (1.0, 2.0))
     if one != two:
         return one
@@ -168,8 +138,7 @@ def _place(dataset: xr.Dataset) -> float | None:
 
 
 def _indices(ax: Axes, dataset: xr.Dataset) -> None:
-    angle, load = ("phi", "T") if dataset.attrs["load"] == "twisting" else ("psi", "M")
-    wanted = [name.format(load if name == "{}_c" else angle) for name in SHOWN]
+    wanted = map(LOADS[dataset.attrs["load"]].variable, SHOWN)
     figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
     total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
     error = dataset["ST_conf"].sel(indexed=figures).values
@@ -185,8 +154,7 @@ def _indices(ax: Axes, dataset: xr.Dataset) -> None:
         ax.errorbar(at, total[:, i], error[:, i], color=INK, linestyle="", linewidth=0.7, capsize=1.5)
     handles = [key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
     handles.append(key("pale: total index, 95 %", color=GREY, alpha=0.45, linewidth=5))
-    ax.set_xticks(x, [_TEX.get(f, f) for f in figures])
+    ax.set_xticks(x, [_WORDS.get(f) or f"${SYMBOLS[f].tex}$" for f in figures])
     ax.tick_params(axis="x", length=0)
-    ax.set_ylim(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2))
-    ax.set_ylabel("Sobol index")
+    ax.set(ylim=(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2)), ylabel="Sobol index")
     ax.legend(handles=handles, loc="upper left", ncols=4)

@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from squama.errors import InputError
+from squama.errors import refuse
 from squama.study.plan import Tile
 from squama.units import shown
 
@@ -34,15 +34,11 @@ def check(address: Any) -> None:
     if not isinstance(address, str):
         if hasattr(address, "submit") and hasattr(address, "scheduler_info"):
             return
-        message = f'dask = {shown(address)}: give "local:2", "tcp://host:8786" or a dask.distributed Client'
-        raise InputError(message)
+        refuse("dask", shown(address), 'give "local:2", "tcp://host:8786" or a dask.distributed Client')
     local = re.fullmatch(r"local:(\d{1,6})", address)
-    if local and 1 <= int(local[1]) <= MOST_WORKERS:
-        return
-    if re.fullmatch(r"(tcp|tls)://[^\s/]+:\d{1,5}", address):
-        return
-    message = f"dask = {shown(address)}: write local:2 for two workers here, or tcp://host:8786 for a scheduler"
-    raise InputError(message)
+    known = local and 1 <= int(local[1]) <= MOST_WORKERS
+    if not known and not re.fullmatch(r"(tcp|tls)://[^\s/]+:\d{1,5}", address):
+        refuse("dask", shown(address), "write local:2 for two workers here, or tcp://host:8786 for a scheduler")
 
 
 def remote(address: Any) -> bool:
@@ -66,8 +62,7 @@ def client(address: Any) -> Iterator[Any]:
     try:
         distributed: Any = import_module("distributed")
     except ImportError:
-        message = "dask needs dask.distributed; install it with: pip install 'squama[sweep]'"
-        raise InputError(message) from None
+        refuse("", "", "dask needs dask.distributed", "install it with: pip install 'squama[sweep]'")
     if not remote(address):
         workers = int(address.partition(":")[2])
         with _deaf():
@@ -81,8 +76,7 @@ def client(address: Any) -> Iterator[Any]:
         _knock(address)
         found = distributed.Client(address, timeout=WAIT)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
-        message = f"dask = {shown(address)}: no scheduler answers there ({type(error).__name__}); check the address"
-        raise InputError(message) from None
+        refuse("dask", shown(address), f"no scheduler answers there ({type(error).__name__})", "check the address")
     with _quiet(), found:
         yield found
 
@@ -136,20 +130,8 @@ def run(
 ) -> None:
     """Run a task for every tile, a few ahead of the workers; the tile of a worker that dies is given to another.
 
-    Workers may come and go meanwhile, or come only later.
-
-    Parameters
-    ----------
-    found : distributed.Client
-        The client.
-    task : callable
-        Takes the store and a tile, and says whether it wrote it.
-    path, tiles
-        The store, and its tiles.
-    finished : callable
-        Told of each tile.
-    stopped : callable
-        Says whether to stop: then no new tile is begun.
+    Workers may come and go meanwhile, or come only later. The task takes the store and a tile and says whether it wrote
+    it; ``finished`` is told of each, and once ``stopped`` says so no new tile is begun.
 
     Raises
     ------
@@ -181,10 +163,10 @@ def run(
             try:
                 wrote = future.result()
             except killed:
-                message = f"tile {'.'.join(map(str, tile))}: the workers that took it died; give them memory, run again"
-                raise InputError(message) from None
+                place = f"tile {'.'.join(map(str, tile))}"
+                refuse(place, "", "the workers that took it died", "give them memory, run again")
             finished(tile, wrote)
             fill()
     except (CancelledError, gone):
-        message = "dask: the scheduler has gone; start it and run the same command again, finished tiles are kept"
-        raise InputError(message) from None
+        remedy = "start it and run the same command again, finished tiles are kept"
+        refuse("dask", "", "the scheduler has gone", remedy)

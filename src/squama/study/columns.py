@@ -1,35 +1,58 @@
-"""From dimensions of a beam to the columns of the batch engine, for many designs at once.
+"""From dimensions of a beam to the columns of :mod:`squama.batch`, for many designs at once.
 
-:func:`columns` is :func:`squama.study.cells.cells` with the laws of joint and section in array form: a million designs
-a second, and a complex step goes through it. :func:`solved` hands the columns to the engine, :func:`in_si` gives its
-answers their units, :func:`valid` tells which rows are a beam at all, :func:`squama.study.cells.beam_at` builds one.
-Names of the values are those of :data:`squama.study.parameters.PARAMETERS` or its aliases (``scale.alpha``).
+:func:`columns` says for arrays what :class:`squama.Beam` says of one. Every array is an open mesh: it spans only the
+dimensions that it depends on, so the laws of joint and section are evaluated once for each combination that they see.
+:func:`solved` has the columns solved, :func:`in_si` gives its answers their units, :func:`valid` tells which
+rows are a beam at all, :func:`beam_at` builds one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.design import Beam
-from squama.engines import Solved, solve
-from squama.model import reach, section
-from squama.model.solve import Array
-from squama.study.cells import Cells, cells
-from squama.study.parameters import PARAMETERS, canonical
-
-_ARRAYS: dict[Callable[..., Any], Callable[..., Any]] = {section.torsion_constant: section.torsion_constants}
-"""Array form of the laws that are not of one form for numbers and arrays."""
-
-
-def _whole(law: Callable[..., Any], *arguments: Array) -> Array:
-    """Evaluate a law for whole arrays."""
-    return np.asarray(_ARRAYS.get(law, law)(*arguments))
+from squama import arguments, batch
+from squama.batch import Solved
+from squama.beam import joint_law
+from squama.beam.design import Beam
+from squama.errors import InputError, refuse
+from squama.loads import LOADS
+from squama.model import reach
+from squama.study.parameters import PARAMETERS, Axis, canonical, text_of
+from squama.types import Array
 
 
-def columns(beam: Beam, values: Mapping[str, Any], *, load: str = "twisting") -> Cells:
+class Cells(NamedTuple):
+    """What the response of each cell depends on; SI units, radians, arrays that broadcast against each other.
+
+    ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam without contact; the rest are sizes and ratios.
+    """
+
+    eta: Array
+    beta: Array
+    lam: Array
+    alpha: Array
+    theta0: Array
+    mu: Array
+    K: Array
+    d: Array
+    rigidity: Array
+    sizes: dict[str, dict[str, Array]]
+
+    @property
+    def ratio(self) -> Array:
+        """Rigidity over K d; 0 where the joint has no stiffness."""
+        soft = self.K * self.d
+        return np.asarray(np.where(soft > 0, self.rigidity / np.where(soft > 0, soft, 1.0), 0.0))
+
+
+@np.errstate(all="ignore")
+def columns(
+    beam: Beam, values: Mapping[str, Any], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
+) -> Cells:
     """Return the designs of a beam with some values replaced.
 
     Parameters
@@ -37,15 +60,18 @@ def columns(beam: Beam, values: Mapping[str, Any], *, load: str = "twisting") ->
     beam : Beam
         The beam; what is not replaced stays as it is.
     values : mapping
-        Numbers or arrays that broadcast, by name, SI units. Nothing is checked; see :func:`valid`.
+        Numbers or arrays that broadcast, by the names of :data:`squama.study.parameters.PARAMETERS` or its aliases, SI
+        units. Nothing is checked; see :func:`valid`.
     load : {"twisting", "bending"}
         Which laws of joint and section apply.
+    each : callable
+        How the laws are evaluated: whole arrays, a million designs a second, or with
+        :func:`squama.beam.joint_law.one_by_one` one element after the other, to the last bit as :class:`squama.Beam`.
 
     Returns
     -------
     Cells
-        Columns ``eta``, ``beta``, ``lam``, ``alpha``, ``theta0``, ``mu``, ``K`` (N m), ``d`` (m), ``rigidity`` (N m^2),
-        ``ratio``, and ``sizes`` by table and key. Complex where values are complex.
+        Complex where values are complex.
 
     Examples
     --------
@@ -53,9 +79,104 @@ def columns(beam: Beam, values: Mapping[str, Any], *, load: str = "twisting") ->
     >>> print(c.eta.round(3), c.rigidity.shape)
     [3.013 2.667] (2,)
     """
-    named = {canonical(name): value for name, value in values.items()}
-    with np.errstate(all="ignore"):
-        return cells(beam, load, named, each=_whole)
+    values = {canonical(name): value for name, value in values.items()}
+    scale, bar = beam.scale, beam.substrate
+
+    def v(name: str, otherwise: Any) -> Any:
+        return _numbers(values.get(name, otherwise))
+
+    pitch, t = v("beam.pitch", beam.pitch), v("substrate.thickness", bar.thickness) / 2
+    embedded, thickness = v("scale.embedded", scale.embedded), v("scale.thickness", scale.thickness)
+    width = v("scale.width", scale.width)
+    eta, beta = v("eta", v("scale.length", scale.length) / pitch), v("beta", width / 2 / pitch)
+    lam, zeta = v("lam", t / pitch), v("zeta", embedded / pitch)
+    slenderness = v("slenderness", embedded / thickness)
+    # a ratio that is not swept stays, whatever lam does to the pitch
+    d = t / lam if "lam" in values else pitch
+    if {"zeta", "lam"} & set(values):
+        embedded = zeta * d
+    if {"zeta", "lam", "slenderness"} & set(values):
+        thickness = np.where(slenderness > 0, embedded / slenderness, thickness * d / pitch)
+    half = beta * d if {"beta", "lam"} & set(values) else width / 2
+    E, nu = v("substrate.youngs_modulus", bar.youngs_modulus), v("substrate.poisson_ratio", bar.poisson_ratio)
+    across = v("substrate.width", bar.width)
+    bar_sizes = joint_law.Sizes(E, nu, across, 2 * t, d, half, thickness, embedded, beta, lam, zeta)
+    own = beam.given
+    stiffness, factor = values.get("joint.stiffness", own.stiffness), values.get("joint.inclusion_factor", own[1])
+    known = [None if value is None else _numbers(value) for value in (stiffness, factor)]
+    given = joint_law.Given(known[0], known[1], own.matrix)
+    K = _numbers(joint_law.stiffness(load, bar_sizes, given, each))
+    rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
+    alpha, theta0 = v("alpha", scale.alpha), v("theta0", scale.theta0)
+    sizes = {
+        "scale": {"length": eta * d, "embedded": embedded, "width": 2 * half, "thickness": thickness},
+        "substrate": {"width": across, "thickness": 2 * t, "youngs_modulus": E, "poisson_ratio": nu},
+    }
+    sizes["scale"] |= {"alpha": alpha, "theta0": theta0}
+    mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
+    return Cells(eta, beta, lam, alpha, theta0, mu, K, d, rigidity, sizes)
+
+
+def _numbers(value: Any) -> Array:
+    """Return an array of floats; complex numbers stay."""
+    array = np.asarray(value)
+    return array if np.iscomplexobj(array) else array.astype(float)
+
+
+def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
+    """Refuse a sweep some of whose cells are no valid beam.
+
+    Every size of a cell, and the depth of its tab, grows or falls with each parameter, so the corners of the grid
+    are the worst cells: each is built as a :class:`squama.Beam`, with all its checks.
+
+    Raises
+    ------
+    InputError
+        One line: the ranges, the corner, and what is wrong there.
+    """
+    for here in _corners({axis.name: (axis.values[0], axis.values[-1]) for axis in swept}):
+        try:
+            beam_at(beam, load, here)
+        except InputError as error:
+            ranges = ", ".join(axis.span for axis in swept if axis.name in here)
+            what = "; ".join(map(str, error.problems))
+            refuse(ranges, "", "some cells are no valid beam", f"at {at(here)}: {what}")
+
+
+def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, float]]:
+    """Yield the corners of what varies, without what belongs to no beam."""
+    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin")}
+    for corner in itertools.product(*named.values()):
+        yield {name: float(value) for name, value in zip(named, corner, strict=True)}
+
+
+def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Say what :class:`squama.Beam` says of a joint's matrix where its shape varies: it stays that of its own shape."""
+    if beam.joint.matrix is None or not LOADS[load].matrix:
+        return []
+    for here in _corners(limits):
+        if lines := [line for line in beam_at(beam, load, here).warnings(load) if line.startswith("joint.matrix")]:
+            return [f"at {at(here)}: {line}" for line in lines]
+    return []
+
+
+def at(values: Mapping[str, float]) -> str:
+    """Return a place among the parameters, for people."""
+    return ", ".join(f"{name} = {text_of(canonical(name), value)}" for name, value in values.items())
+
+
+def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
+    """Return the beam of one cell, validated; ``margin`` is left out."""
+    values = {canonical(name): value for name, value in values.items()}
+    c = columns(beam, values, load=load, each=joint_law.one_by_one)
+    parts = {table: {key: float(value) for key, value in content.items()} for table, content in c.sizes.items()}
+    changes: dict[str, Any] = {**parts, "pitch": float(c.d)}
+    for table, key in (("joint", "stiffness"), ("joint", "inclusion_factor")):
+        if f"{table}.{key}" in values:
+            changes.setdefault(table, {})[key] = values[f"{table}.{key}"]
+    if "mu" in values:
+        changes["friction"] = {"mu": values["mu"]}
+    return beam.replace(**changes)
 
 
 def solved(
@@ -65,33 +186,26 @@ def solved(
     sense: str = "+",
     margin: float = 0.01,
     load: str = "twisting",
-    engine: str = "auto",
+    few: int | None = None,
 ) -> Solved:
-    """Solve columns with the batch engine; arguments and result as of :func:`squama.solve`.
+    """Solve columns; arguments and result as of :func:`squama.solve`.
+
+    Up to ``few`` rows are solved by Python, more by its compiled copy, whose last digits differ: what is solved in
+    parts says by its whole size which (0: compiled) for answers that do not depend on the parts.
 
     Raises
     ------
     InputError
         A row is no beam (see :func:`valid`).
     """
-    return solve(
-        eta=c.eta,
-        beta=c.beta,
-        lam=c.lam,
-        alpha=c.alpha,
-        theta0=c.theta0,
-        mu=c.mu,
-        stiffness_ratio=c.ratio,
-        law=law,
-        sense=sense,
-        margin=margin,
-        load=load,
-        engine=engine,
-    )
+    names = ("eta", "beta", "lam", "alpha", "theta0", "mu")
+    rows, shape = arguments.designs(**{name: getattr(c, name) for name in names}, stiffness_ratio=c.ratio)
+    found = batch.solved(tuple(rows), law=law, sense=sense, margin=margin, load=load, few=few)
+    return Solved._make(v.reshape(shape) for v in found)
 
 
 def in_si(c: Cells, s: Solved) -> dict[str, Array]:
-    """Return the answers of the engine by the names of :class:`squama.Solved`, with their units.
+    """Return the answers by the names of :class:`squama.Solved`, with their units.
 
     Torque in N m, energies in J/m; twists stay in rad per pitch (divide by ``c.d`` for rates). A joint without
     stiffness leaves the beam as it is without contact.
@@ -109,13 +223,7 @@ def in_si(c: Cells, s: Solved) -> dict[str, Array]:
 
 
 def valid(c: Cells) -> Array:
-    """Tell which rows :class:`squama.Beam` would take: every value in its bounds, eta and beta, the tab inside.
-
-    Returns
-    -------
-    array of bool
-        In the broadcast shape of the columns.
-    """
+    """Tell which rows :class:`squama.Beam` would take: every value in its bounds, eta and beta, the tab inside."""
     with np.errstate(all="ignore"):
         good = (c.eta <= reach.MOST) & (c.beta <= reach.MOST)
         good = good & (c.sizes["scale"]["embedded"] * np.sin(c.theta0) < c.sizes["substrate"]["thickness"])

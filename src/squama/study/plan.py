@@ -7,24 +7,21 @@ import itertools
 import json
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama._version import __version__
-from squama.beamfile import TABLES
-from squama.errors import InputError
+from squama.loads import LOADS
 from squama.model.outcome import CODES
-from squama.study.parameters import Axis
+from squama.study.parameters import PARAMETERS, Axis
 from squama.symbols import SYMBOLS
+from squama.types import Array
 from squama.units import shown
 
 FORMAT = 1
 """Version of the layout of a store."""
-SMALLEST_TILE, LARGEST_TILE, PARTS = 1024, 65536, 16
-"""Cells of a tile unless asked for: a sixteenth of the sweep within these bounds."""
-MOST_TILES = 1_000_000
 Tile = tuple[int, ...]
 """Number of a tile along each dimension."""
 
@@ -44,26 +41,24 @@ _END = {
 }
 
 
-def _variables(angle: str, torque: str) -> dict[str, Variable]:
-    rows = (
-        (f"{angle}_e", "load_e", f"{angle}_e"),
-        ("theta_end", "theta_end", "theta_end"),
-        (f"{angle}_end", "load_end", f"{angle}_end"),
-        ("f0", "f0", "f0"),
-        ("torque", "torque", torque),
-        ("U_el", "U_el", "U_el_c"),
-        ("W_fr", "W_fr", "W_fr_c"),
-        ("RED", "RED", "RED_c"),
-    )
-    found = {name: Variable(field, "float64", SYMBOLS[symbol].attrs) for name, field, symbol in rows}
+def _variables(load: str) -> dict[str, Variable]:
+    of, found = LOADS[load], {}
+    for field in ("load_e", "theta_end", "load_end", "f0"):
+        found[of.variable(field)] = Variable(field, "float64", SYMBOLS[of.variable(field)].attrs)
     found["f0"].attrs["long_name"] += " at the cut-off"
+    for field in ("torque", "U_el", "W_fr", "RED"):
+        found[field] = Variable(field, "float64", SYMBOLS[of.variable(f"{field}_c")].attrs)
     found["end"] = Variable("code", "int8", _END)
     found["neighbour"] = Variable("neighbour", "int16", SYMBOLS["neighbour"].attrs)
     return found
 
 
-VARIABLES = {"twisting": _variables("phi", "T_c"), "bending": _variables("psi", "M_c")}
+VARIABLES = {load: _variables(load) for load in LOADS}
 """Variables of a store by the load."""
+MARK = "squama_sweep"
+"""Attribute of the group that marks a store; its value is the version of the layout."""
+STATUS = "status"
+_STATUS_ATTRS = {"long_name": "state of each tile", "flag_values": [0, 1], "flag_meanings": "not_computed done"}
 
 
 class Plan(NamedTuple):
@@ -74,20 +69,25 @@ class Plan(NamedTuple):
     laws: tuple[str, ...]
     sense: str
     margin: float | None
-    engine: str
     axes: tuple[Axis, ...]
     tile: tuple[int, ...]
     versions: dict[str, str]
 
     @property
+    def sizes(self) -> dict[str, int]:
+        """Number of cells along each dimension, by name: ``law`` first if there are several."""
+        laws = {"law": len(self.laws)} if len(self.laws) > 1 else {}
+        return laws | {axis.name: axis.values.size for axis in self.axes}
+
+    @property
     def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions: ``law`` first if there are several."""
-        return (*(("law",) if len(self.laws) > 1 else ()), *(axis.name for axis in self.axes))
+        """Names of the dimensions."""
+        return tuple(self.sizes)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of cells along each dimension."""
-        return (*((len(self.laws),) if len(self.laws) > 1 else ()), *(axis.values.size for axis in self.axes))
+        return tuple(self.sizes.values())
 
     @property
     def cells(self) -> int:
@@ -122,7 +122,6 @@ class Plan(NamedTuple):
             "law": list(self.laws),
             "sense": self.sense,
             "margin": self.margin,
-            "engine": self.engine,
             "over": [[axis.name, axis.record] for axis in self.axes],
             "tile": list(self.tile),
             "versions": self.versions,
@@ -144,17 +143,54 @@ class Plan(NamedTuple):
         """Read back :attr:`text`."""
         c = json.loads(text)
         swept = tuple(Axis.from_record(name, v) for name, v in c["over"])
-        return cls(
-            c["beam"],
-            c["load"],
-            tuple(c["law"]),
-            c["sense"],
-            c["margin"],
-            c["engine"],
-            swept,
-            tuple(c["tile"]),
-            c["versions"],
-        )
+        # stores of before name one of several engines, which tells the last digits as a version does
+        made_by = c["versions"] | {key: c[key] for key in ("engine",) if key in c}
+        alike = {key: c[key] for key in ("load", "sense", "margin")}
+        return cls(c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), versions=made_by, **alike)
+
+
+def arrays(plan: Plan) -> dict[str, dict[str, Any]]:
+    """Return the arguments of every array of the store, but for its codecs."""
+    keys = ("shape", "chunks", "dtype", "dimension_names", "attributes", "fill_value")
+    found: dict[str, tuple[Any, ...]] = {}
+    for name, (_, dtype, attrs) in VARIABLES[plan.load].items():
+        found[name] = plan.shape, plan.tile, dtype, plan.dims, attrs, np.nan if dtype == "float64" else -1
+    tiles = tuple(f"tile_{dim}" for dim in plan.dims)
+    found[STATUS] = plan.grid, (1,) * len(plan.grid), "int8", tiles, _STATUS_ATTRS, 0
+    for name, (values, attrs) in coordinates(plan).items():
+        found[name] = values.shape, values.shape, str(values.dtype), (name,), attrs, 0
+    return {name: dict(zip(keys, about, strict=True)) for name, about in found.items()}
+
+
+def coordinates(plan: Plan) -> dict[str, tuple[Array, dict[str, Any]]]:
+    """Return values and attributes of the coordinates."""
+    found: dict[str, tuple[Array, dict[str, Any]]] = {}
+    if len(plan.laws) > 1:
+        codes = np.arange(len(plan.laws), dtype="int8")
+        flags = {"long_name": "force law", "flag_values": codes.tolist(), "flag_meanings": " ".join(plan.laws)}
+        found["law"] = codes, flags
+    for axis in plan.axes:
+        found[axis.name] = axis.values, PARAMETERS[axis.name].symbol.attrs
+    return found
+
+
+def attributes(plan: Plan) -> dict[str, Any]:
+    """Return the attributes of the group."""
+    about = {
+        "title": f"sweep of a scale-covered beam in {plan.load}",
+        "Conventions": "CF-1.11",
+        "load": plan.load,
+        "law": " ".join(plan.laws),
+        "sense": plan.sense,
+        "margin": plan.margin,
+        "beam": plan.beam_toml,
+        "squama_version": plan.versions["squama"],
+        "versions": plan.versions,
+        "configuration": plan.text,
+        "configuration_sha256": plan.digest,
+        MARK: FORMAT,
+    }
+    return {key: value for key, value in about.items() if value is not None}
 
 
 def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tuple[int, ...]:
@@ -168,18 +204,6 @@ def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tupl
         parts[longest] = min(max(parts[longest] + 1, int(1.01 * parts[longest])), shape[longest])
 
 
-def check_tiles(grid: tuple[int, ...], asked: int) -> None:
-    """Refuse a sweep of too many tiles."""
-    if math.prod(grid) > MOST_TILES:
-        message = f"tile = {asked}: makes {math.prod(grid):,} tiles, more than {MOST_TILES:,}; give larger tiles"
-        raise InputError(message)
-
-
-def default_tile(cells: int) -> int:
-    """Return the number of cells of a tile when none is asked for."""
-    return int(min(LARGEST_TILE, max(SMALLEST_TILE, cells // PARTS)))
-
-
 def versions() -> dict[str, str]:
     """Versions of what the last digits depend on."""
     import scipy
@@ -189,44 +213,33 @@ def versions() -> dict[str, str]:
 
 def differences(stored: Plan, asked: Plan) -> list[str]:
     """Name every entry in which two plans differ, the stored value first."""
-    old, new = stored.configuration, asked.configuration
+    old, new = _entries(stored), _entries(asked)
     lines = []
-    for key in old:
-        if old[key] == new[key]:
-            continue
+    for key in {**old, **new}:
+        (was, before), (wanted, now) = (entries.get(key, (None, "not given")) for entries in (old, new))
+        # of other parameters the names say enough
+        if was != wanted and (key[0] != "over" or (key in old and key in new)):
+            lines.append(f"{key[0]} {before} against {now}")
+    return lines
+
+
+def _entries(plan: Plan) -> dict[tuple[str, str], tuple[Any, str]]:
+    """Return the entries of a configuration by their word and what tells them apart, each with its text."""
+    found: dict[tuple[str, str], tuple[Any, str]] = {}
+    for key, value in plan.configuration.items():
         if key == "beam":
-            lines += _beam_differences(old[key], new[key])
+            for table, keys in tomllib.loads(value).items():
+                found |= {(f"{table}.{name}", ""): (v, _brief(v)) for name, v in keys.items()}
         elif key == "versions":
-            lines += [
-                f"{n} {old[key].get(n)} against {new[key][n]}" for n in new[key] if old[key].get(n) != new[key][n]
-            ]
+            found |= {(name, ""): (v, v) for name, v in value.items()}
         elif key == "over":
-            lines += _over_differences(dict(old[key]), dict(new[key]))
+            names = [axis.name for axis in plan.axes]
+            found["over", ""] = names, ", ".join(names)
+            texts = [f"{axis.span} ({axis.values.size} values)" for axis in plan.axes]
+            found |= {("over", name): (v, text) for (name, v), text in zip(value, texts, strict=True)}
         else:
-            lines.append(f"{key} {_brief(old[key])} against {_brief(new[key])}")
-    return lines
-
-
-def _beam_differences(old: str, new: str) -> list[str]:
-    a, b = tomllib.loads(old), tomllib.loads(new)
-    lines = []
-    for table, keys in TABLES.items():
-        for key in keys:
-            was, is_ = a.get(table, {}).get(key), b.get(table, {}).get(key)
-            if was != is_:
-                lines.append(f"{table}.{key} {_brief(was)} against {_brief(is_)}")
-    return lines
-
-
-def _over_differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
-    if list(old) != list(new):
-        return [f"over {', '.join(old)} against {', '.join(new)}"]
-    return [f"over {_range(n, old[n])} against {_range(n, new[n])}" for n in old if old[n] != new[n]]
-
-
-def _range(name: str, record: Any) -> str:
-    axis = Axis.from_record(name, record)
-    return f"{axis.span} ({axis.values.size} values)"
+            found[key, ""] = value, _brief(value)
+    return found
 
 
 def _brief(value: Any) -> str:

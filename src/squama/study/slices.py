@@ -1,4 +1,7 @@
-"""Slices of a sweep: two dimensions, perhaps a panel for each value of a third, the rest held at one value."""
+"""Slices of a sweep: two dimensions, perhaps a panel for each value of a third, the rest held at one value.
+
+And the paths of single beams of a slice: inclination against load angle, without friction.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from squama.errors import InputError
+from squama.beam.design import Beam
+from squama.errors import refuse
+from squama.loads import LOADS
 from squama.model.outcome import CODES
+from squama.model.paths import ARRAY
+from squama.study.columns import columns
 from squama.study.parameters import PARAMETERS, canonical, read_value, text_of
+from squama.types import Array
 from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_PANELS = 6
+POINTS = 200
+"""Points of a path."""
 
 
 class Slice(NamedTuple):
@@ -36,23 +46,11 @@ def take(
     at: Mapping[str, Any] | None = None,
     bare: bool = True,
 ) -> Slice:
-    """Choose a slice by names; values that are held are those of the grid that lie nearest.
+    """Choose a slice of a sweep by names; it is not read from the store yet.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.sweep` or :func:`squama.open_sweep`.
-    x, y, panels : str, optional
-        Dimensions; x and y are the last and the first that are left over, panels is ``law`` if there are several.
-    at : mapping, optional
-        Values of the other dimensions, by name.
-    bare : bool
-        Whether a number without a unit is SI.
-
-    Returns
-    -------
-    Slice
-        Not read from the store yet.
+    ``x`` and ``y`` are the last and the first dimension that are left over unless they are named, ``panels`` is ``law``
+    if there are several. ``at`` holds the others at the values of the grid that lie nearest; a number without a unit is
+    SI (``bare``) or refused.
 
     Raises
     ------
@@ -66,31 +64,26 @@ def take(
     used = [*chosen.values(), *held]
     for name in used:
         if used.count(name) > 1:
-            message = f"{name}: is used twice; give each dimension one place among x, y, panels and at"
-            raise InputError(message)
+            refuse(name, "", "is used twice", "give each dimension one place among x, y, panels and at")
     for role in ("x", "y"):
         if chosen.get(role) == "law":
-            message = f"{role} = law: has no order; write panels law"
-            raise InputError(message)
+            refuse(role, "law", "has no order", "write panels law")
     if "panels" not in chosen and "law" in dims and "law" not in used:
         chosen["panels"] = "law"
     data = dataset.isel({name: _index(dataset, name, value, bare) for name, value in held.items()})
     rest = [dim for dim in dims if dim not in (*held, *chosen.values())]
     if "x" not in chosen:
         if not rest:
-            message = "no dimension is left for x; hold fewer with at"
-            raise InputError(message)
+            refuse("", "", "no dimension is left for x", "hold fewer with at")
         chosen["x"] = rest.pop()
     if "y" not in chosen and rest:
         chosen["y"] = rest.pop(0)
     if rest:
         text = ", ".join(f"{n} ({_span(dataset, n)})" for n in rest)
-        message = f"{text}: is neither shown nor held; hold it with at, or show it as x, y or panels"
-        raise InputError(message)
+        refuse(text, "", "is neither shown nor held", "hold it with at, or show it as x, y or panels")
     over = chosen.get("panels")
     if over is not None and data.sizes[over] > MOST_PANELS:
-        message = f"panels = {over}: has {data.sizes[over]} values, {MOST_PANELS} panels at most; hold it with at"
-        raise InputError(message)
+        refuse("panels", over, f"has {data.sizes[over]} values, {MOST_PANELS} panels at most", "hold it with at")
     order = [chosen[role] for role in ("panels", "y", "x") if role in chosen]
     return Slice(data.drop_vars("status").transpose(*order), chosen["x"], chosen.get("y"), over)
 
@@ -116,13 +109,46 @@ def values_of(part: Slice, texts: Sequence[Any], *, bare: bool) -> list[float]:
     return [float(part.data[part.y].values[i]) for i in places]
 
 
+def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple[Array, Array]]:
+    """Return load angle and inclination (rad) along the paths of beams, by their values of x, on the grid or not.
+
+    Friction and force law do not change a path, only where on it a lock comes: it is drawn up to its end at mu = 0. The
+    slice has mu as y, so that all lines of it lie on the same paths.
+
+    Raises
+    ------
+    InputError
+        y is not mu, panels show other parameters, or a value is out of bounds.
+    """
+    if part.y != "mu" or part.panels not in (None, "law", "margin"):
+        refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
+    data = part.data
+    load = data.attrs["load"]
+    beam = Beam.from_toml_text(data.attrs["beam"])
+    held = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
+    at = np.array([read_value(part.x, text, bare=bare) for text in texts])
+    c = columns(beam, held | {part.x: at}, load=load)
+    c = c._replace(mu=np.zeros(at.size))
+    found = LOADS[load].solve(
+        lambda name: np.array(np.broadcast_to(getattr(c, name), at.size)), law="edge", sense=data.attrs["sense"]
+    )
+    answer: dict[float, tuple[Array, Array]] = {}
+    for index, track in found.tracks:
+        x = track.x0 + (track.x_end - track.x0) * np.linspace(0, 1, POINTS)[:, None]
+        with np.errstate(all="ignore"):
+            pt = track.row.point(x, "edge", ARRAY)
+        theta = np.broadcast_to(pt.theta, x.shape)
+        for column, i in enumerate(index):
+            answer[float(at[i])] = pt.load[:, column], theta[:, column]
+    return answer
+
+
 def _dimension(name: str, dims: Sequence[str], role: str) -> str:
     found = name
     if name not in dims and name != "law":
         found = canonical(name)
     if found not in dims:
-        message = f"{role} = {shown(name).strip(chr(34))}: is no dimension of this sweep; it has {', '.join(dims)}"
-        raise InputError(message)
+        refuse(role, shown(name).strip('"'), "is no dimension of this sweep", f"it has {', '.join(dims)}")
     return found
 
 
@@ -131,14 +157,12 @@ def _index(dataset: xr.Dataset, name: str, value: Any, bare: bool) -> int:
     there = dataset[name].values
     if name == "law":
         if value not in there:
-            message = f"law = {shown(value)}: must be {' or '.join(there)}"
-            raise InputError(message)
+            refuse("law", shown(value), f"must be {' or '.join(there)}")
         return int(np.flatnonzero(there == value)[0])
     wanted = read_value(name, value, bare=bare)
     slack = 1e-9 * (there[-1] - there[0])
     if not there[0] - slack <= wanted <= there[-1] + slack:
-        message = f"{name} = {shown(value).strip(chr(34))}: is not in the sweep; it has {_span(dataset, name)}"
-        raise InputError(message)
+        refuse(name, shown(value).strip('"'), "is not in the sweep", f"it has {_span(dataset, name)}")
     return int(np.abs(there - wanted).argmin())
 
 

@@ -2,87 +2,80 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
+from squama.plot.palette import KEPT, THEMES
+from squama.units import prefix
 from squama.web import live
 from squama.web.state import State
 
-DASHES: tuple[Any, ...] = ([8, 4], [3, 3], [10, 3, 2, 3])
+Options = dict[str, Any]
+"""What a chart is drawn from, for the browser."""
+DASHES = ([8, 4], [3, 3], [10, 3, 2, 3])
 """Lines of the kept designs."""
 
 
-class Theme(NamedTuple):
-    """Colours of plots on a light or a dark page."""
-
-    ink: str
-    faint: str
-    line: str
-    mark: str
-    page: str
-
-
-LIGHT = Theme("#1d2125", "#d9dde1", "#14181c", "#c8323c", "#ffffff")
-DARK = Theme("#e8eaed", "#3a4047", "#f4f6f8", "#ff7a80", "#16191d")
 ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
 """Pixels around the curves; the mark of the current point lies over them."""
-PLOTS = {"torque": "Load", "theta": "Inclination θ", "f": "Friction force f"}
+PLOTS = ("torque", "theta", "f")
 
 
-def theme(*, dark: bool) -> Theme:
-    """Return the colours of the page."""
-    return DARK if dark else LIGHT
-
-
-def axis(name: str, look: Theme, **more: Any) -> dict[str, Any]:
+def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
     """Return a value axis with its name in the middle."""
     return {
         "type": "value",
         "name": name,
         "nameLocation": "middle",
-        "nameTextStyle": {"color": look.ink, "fontSize": 11},
-        "axisLabel": {"color": look.ink, "fontSize": 10, "hideOverlap": True, "showMaxLabel": False},
-        "axisLine": {"show": True, "lineStyle": {"color": look.ink}},
-        "splitLine": {"lineStyle": {"color": look.faint}},
+        "nameTextStyle": {"color": look["ink"], "fontSize": 11},
+        "axisLabel": {"color": look["ink"], "fontSize": 10, "hideOverlap": True, "showMaxLabel": False},
+        "axisLine": {"show": True, "lineStyle": {"color": look["ink"]}},
+        "splitLine": {"lineStyle": {"color": look["faint"]}},
         **more,
     }
 
 
-def line_options(state: State, plot: str, *, dark: bool) -> dict[str, Any]:
+def line_options(state: State, plot: str, *, dark: bool) -> Options:
     """Return the options of one plot: the curve, the kept ones dashed, the current point."""
-    look, words = theme(dark=dark), live.WORDS[state.load]
+    look, across = THEMES["dark" if dark else "light"], live.axis_label(state.load)
     same = [(i, one) for i, one in enumerate(state.kept) if one.load == state.load]
     own = live.along(state.setting)
     others = [live.along(one.setting) for _, one in same]
-    right, top, factor = _frame(state, plot)
-    label = _label(plot, factor, words["load"])
-    series: list[dict[str, Any]] = []
+    right, top = _frame(state, plot)
+    factor, sign = (1.0, "") if plot == "theta" else prefix(top)
+    label = {
+        "torque": f"{live.torque_label(state.load)} ({sign}N m)",
+        "theta": "Inclination θ (deg)",
+        "f": f"Friction force f ({sign}N)",
+    }[plot]
+    series: list[Options] = []
     for (i, _), curve in zip(same, others, strict=True):
-        dashed = {"color": live.COLOURS[i], "width": 1.8, "type": DASHES[i]}
+        dashed = {"color": KEPT[i], "width": 1.8, "type": DASHES[i]}
         series.append(_line(f"{live.NAMES[i]}", curve, plot, factor, dashed))
     if plot == "torque":
         ends = [[0.0, 0.0], [right / 1.03, own.bare * right / 1.03 * factor]]
-        grey = {"color": look.ink, "width": 1, "type": [2, 3], "opacity": 0.6}
+        grey = {"color": look["ink"], "width": 1, "type": [2, 3], "opacity": 0.6}
         series.append(_series("without contact", ends, grey))
-    series.append(_line("this design", own, plot, factor, {"color": look.line, "width": 2.2}))
+    series.append(_line("this design", own, plot, factor, {"color": look["curve"], "width": 2.2}))
     return {
         "animation": False,
-        "aria": {"enabled": True, "label": {"description": f"{label} against {words['axis']}"}},
+        "aria": {"enabled": True, "label": {"description": f"{label} against {across}"}},
         "backgroundColor": "transparent",
         "grid": dict(ROOM),
-        "title": {"text": label, "left": 4, "top": 2, "textStyle": {"color": look.ink, "fontSize": 12}},
+        "title": {"text": label, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
         "legend": _legend(look, plot, [live.NAMES[i] for i, _ in same]),
-        "xAxis": axis(words["axis"], look, nameGap=20, min=0, max=_short(right)),
+        "xAxis": axis(across, look, nameGap=20, min=0, max=_short(right)),
         "yAxis": axis("", look, max=_short(top * factor), min=0),
         "series": series,
     }
 
 
-def _legend(look: Theme, plot: str, names: list[str]) -> dict[str, Any]:
+def _legend(look: Mapping[str, str], plot: str, names: list[str]) -> Options:
     shown = (["without contact"] if plot == "torque" else []) + names
-    style = {"color": look.ink, "fontSize": 10}
+    style = {"color": look["ink"], "fontSize": 10}
     return {"data": shown, "right": 8, "top": 2, "itemWidth": 22, "itemHeight": 8, "textStyle": style,
             "itemStyle": {"opacity": 0}}  # fmt: skip
 
@@ -101,12 +94,12 @@ def _top(curves: list[live.Along], plot: str, value: float) -> float:
     return max([value, *tops])
 
 
-def _frame(state: State, plot: str) -> tuple[float, float, float]:
-    """Return the ends of the axes (SI, degrees) and the factor to the unit that is shown."""
+def _frame(state: State, plot: str) -> tuple[float, float]:
+    """Return the ends of the axes (SI, degrees)."""
     every = [live.along(one.setting) for one in (state, *state.kept) if one.load == state.load]
     top = 1.04 * _top(every, plot, _now(state, plot)[1])
     right = 1.03 * max(float(c.load[-1]) for c in every)
-    return right or 1.0, top or 1.0, 1.0 if plot == "theta" else live.prefix(top)[0]
+    return right or 1.0, top or 1.0
 
 
 def _now(state: State, plot: str) -> tuple[float, float]:
@@ -117,35 +110,20 @@ def _now(state: State, plot: str) -> tuple[float, float]:
 
 def point(state: State, plot: str) -> tuple[float, float]:
     """Return where the current point lies, from left and top (0 to 1)."""
-    right, top, _ = _frame(state, plot)
+    right, top = _frame(state, plot)
     load, value = _now(state, plot)
     return load / right, 1 - value / top
 
 
-def _label(plot: str, factor: float, load: str) -> str:
-    if plot == "theta":
-        return "Inclination θ (deg)"
-    sign = {1e-6: "M", 1e-3: "k", 1.0: "", 1e3: "m", 1e6: "\N{MICRO SIGN}"}[factor]
-    return f"{load} ({sign}N m)" if plot == "torque" else f"Friction force f ({sign}N)"
-
-
-def _line(name: str, curve: live.Along, plot: str, factor: float, style: dict[str, Any]) -> dict[str, Any]:
+def _line(name: str, curve: live.Along, plot: str, factor: float, style: Options) -> Options:
     values = {"torque": curve.torque, "theta": curve.theta, "f": curve.f}[plot] * (1.0 if plot == "theta" else factor)
     pairs = [[_short(x), _short(y)] for x, y in zip(curve.load.tolist(), values.tolist(), strict=True)]
     return _series(name, pairs, style)
 
 
-def _series(name: str, pairs: list[list[Any]], style: dict[str, Any]) -> dict[str, Any]:
-    colour = {"itemStyle": {"color": style["color"]}}
-    return {
-        "name": name,
-        "type": "line",
-        "data": pairs,
-        "showSymbol": False,
-        "lineStyle": style,
-        "clip": True,
-        **colour,
-    }
+def _series(name: str, pairs: list[list[float]], style: Options) -> Options:
+    look = {"lineStyle": style, "itemStyle": {"color": style["color"]}, "showSymbol": False, "clip": True}
+    return {"name": name, "type": "line", "data": pairs, **look}
 
 
 def _short(value: float) -> float:

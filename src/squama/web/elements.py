@@ -3,33 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import nicegui
 from nicegui import ui
 
-from squama import view
-from squama.view.three import LIBRARY
-from squama.web.fields import FIELDS, Field
+from squama import scene
+from squama.plot.palette import SCENE
+from squama.scene.standalone import LIBRARY
+from squama.web.fields import FIELDS
 
-SCRIPTS = Path(view.__file__).parent / "js"
+SCRIPTS = Path(scene.__file__).parent / "js"
 THREE = Path(nicegui.__file__).parent / LIBRARY
 
 
 class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE), "squama-view": str(SCRIPTS)}):
     """The beam in three dimensions; it is given design and state, never vertices."""
 
-    def __init__(self, scene: dict[str, Any], on_dark: Callable[[bool], None]) -> None:
+    def __init__(self, shown: Mapping[str, object], on_dark: Callable[[bool], None]) -> None:
         super().__init__()
-        self._props["arrows"] = True
-        self.show(scene)
+        self._props.update({"arrows": True, "palette": SCENE})
+        self.show(shown)
         self.on("dark", lambda event: on_dark(bool(event.args)))
 
-    def show(self, scene: dict[str, Any]) -> None:
+    def show(self, shown: Mapping[str, object]) -> None:
         """Show another design or state."""
-        self._props.update(scene)
+        self._props.update(shown)
         self.update()
 
     def arrows(self, *, on: bool) -> None:
@@ -44,23 +45,9 @@ class NumberField(ui.element, component="field.js"):
     def __init__(self, name: str, on_change: Callable[[str, str], None]) -> None:
         super().__init__()
         self.name, self.field = name, FIELDS[name]
-        f: Field = self.field
-        self._props.update(
-            {
-                "name": name,
-                "label": f.label,
-                "symbol": f.symbol,
-                "unit": f.unit,
-                "allowed": f.allowed,
-                "low": f.low,
-                "high": f.high,
-                "log": f.log,
-                "whole": f.whole,
-                "optional": f.optional,
-                "error": "",
-                "answered": 0,
-            }
-        )
+        told = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
+        self._props.update({part: getattr(self.field, part) for part in told})
+        self._props.update({"name": name, "error": "", "answered": 0})
 
         def changed(event: Any) -> None:
             self._props["answered"] = int(event.args["number"])
@@ -128,7 +115,7 @@ class Choice(ui.element):
         self.list.update()
 
 
-def button(label: str, act: Callable[[], Any], title: str = "", mark: str = "") -> ui.element:
+def button(label: str, act: Callable[[], object], title: str = "", mark: str = "") -> ui.element:
     """Return a native button."""
     element = ui.element("button").on("click", act)
     element.props.update({"type": "button", "textContent": label, "title": title or label})

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from squama import parts
-from squama.beamfile import TABLES
-from squama.design import Beam
-from squama.unit_table import DEGREE
-from squama.units import Bounds, Dimension, bounded
+from squama.beam import parts
+from squama.beam.beamfile import NUMBERS, TABLES
+from squama.beam.design import Beam
+from squama.units import DEGREE, MARGIN, Bounds, Dimension, bounded
 
-MARGIN = Bounds(1e-12, 1 - 1e-12, "at least 1e-12, below 1", closed=True, example="0.01")
 TWIST = Bounds(0.0, 10.0, "0 to 10 rad/pitch", closed=True, example="0.2")
 """Loads that may be asked for; a curve ends before."""
 
@@ -49,10 +47,7 @@ class Field(NamedTuple):
     def read(self, text: str) -> float | int | None:
         """Return the SI value of what was entered: a number in the field's unit, or a number with its own unit.
 
-        Raises
-        ------
-        QuantityError
-            It is no number, of another kind, or out of range.
+        Raises InputError: it is no number, of another kind, or out of range.
         """
         text = text.strip()
         if self.optional and not text:
@@ -82,9 +77,12 @@ _STUFF = "Material and joint"
 _LOAD = "Loading"
 
 
+def _bounds(table: str, key: str) -> Bounds:
+    return NUMBERS[f"{table}.{key}"][1]
+
+
 def _size(label: str, symbol: str, table: str, key: str, low: float, high: float) -> Field:
-    bounds = parts.own(table, key, parts.DEPTH if key == "embedded" else parts.SIZE)
-    return Field(label, symbol, "mm", _MM, low, high, bounds, (table, key), _SIZES, log=low > 0)
+    return Field(label, symbol, "mm", _MM, low, high, _bounds(table, key), (table, key), _SIZES, log=low > 0)
 
 
 def _ratio(label: str, symbol: str, name: str, low: float, high: float) -> Field:
@@ -92,13 +90,12 @@ def _ratio(label: str, symbol: str, name: str, low: float, high: float) -> Field
 
 
 def _angle(label: str, symbol: str, key: str, low: float, high: float) -> Field:
-    bounds = parts.own("scale", key, parts.QUARTER)
-    return Field(label, symbol, "deg", DEGREE, low, high, bounds, ("scale", key), _RATIOS)
+    return Field(label, symbol, "deg", DEGREE, low, high, _bounds("scale", key), ("scale", key), _RATIOS)
 
 
 FIELDS: dict[str, Field] = {
     "twist": Field("Twist per pitch", "φ", "rad/pitch", 1.0, 0, 1, TWIST, ("load", "twist"), _LOAD),
-    "mu": Field("Friction coefficient", "μ", "", 1.0, 0, 2, parts.own("friction", "mu", parts.FRICTION),
+    "mu": Field("Friction coefficient", "μ", "", 1.0, 0, 2, _bounds("friction", "mu"),
                 ("friction", "mu"), _LOAD),
     "margin": Field("Cut-off margin before a lock", "m", "", 1.0, 1e-4, 0.5, MARGIN, ("load", "margin"), _LOAD,
                     log=True),
@@ -118,22 +115,25 @@ FIELDS: dict[str, Field] = {
     "bar_thickness": _size("Substrate thickness", "2t", "substrate", "thickness", 1, 80),
     "scales": Field("Number of scales", "N", "", 1.0, 2, 60, SCALES, ("beam", "scales"), _SIZES, whole=True),
     "modulus": Field("Young's modulus of the bar", "E_B", "MPa", _MPA, 0.1, 3e4,
-                     parts.own("substrate", "youngs_modulus", parts.MODULUS), ("substrate", "youngs_modulus"), _STUFF,
+                     _bounds("substrate", "youngs_modulus"), ("substrate", "youngs_modulus"), _STUFF,
                      log=True),
     "poisson": Field("Poisson's ratio of the bar", "\N{GREEK SMALL LETTER NU}", "", 1.0, 0, 0.499,
-                     parts.own("substrate", "poisson_ratio", parts.POISSON), ("substrate", "poisson_ratio"), _STUFF),
+                     _bounds("substrate", "poisson_ratio"), ("substrate", "poisson_ratio"), _STUFF),
     "stiffness": Field("Joint stiffness", "K_θ", "N m", 1.0, 1e-4, 1e4,
-                       parts.own("joint", "stiffness", parts.STIFFNESS), ("joint", "stiffness"), _STUFF, log=True,
+                       _bounds("joint", "stiffness"), ("joint", "stiffness"), _STUFF, log=True,
                        optional=True),
     "inclusion": Field("Inclusion factor", "C_f", "", 1.0, 1, 5,
-                       parts.own("joint", "inclusion_factor", parts.FACTOR), ("joint", "inclusion_factor"), _STUFF,
+                       _bounds("joint", "inclusion_factor"), ("joint", "inclusion_factor"), _STUFF,
                        optional=True),
 }  # fmt: skip
 """Every number of the page, in its order."""
+LABELS = {".".join(field.place): field.label for field in FIELDS.values() if field.place[0] in TABLES}
+"""What the page calls the keys of a beam file."""
 CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "load": ("Loading", {"twisting": "twisting", "bending": "bending towards the scales"}),
     "law": ("Force law", {"edge": "edge law", "plate": "plate law (the paper's)"}),
     "sense": ("Sense of twist", {"+": "+", "-": "-"}),
+    "joint": ("Joint", {"hinge": "hinge (closed form)", "compliant": "compliant (elements)"}),
 }
 """Choices of the page: label, and words of each value."""
 
@@ -141,34 +141,24 @@ CHOICES: dict[str, tuple[str, dict[str, str]]] = {
 def value(beam: Beam, name: str) -> float | int | None:
     """Return what a field of the beam holds, in SI units."""
     table, key = FIELDS[name].place
-    if table == "ratio":
-        return float(getattr(beam, key))
-    if table == "beam":
-        return getattr(beam, key)  # type: ignore[no-any-return]
-    return getattr(getattr(beam, table), key)  # type: ignore[no-any-return]
+    return getattr(beam if table in ("ratio", "beam") else getattr(beam, table), key)  # type: ignore[no-any-return]
 
 
 def changed(beam: Beam, name: str, new: float | None) -> Beam:
     """Return the beam with one field changed. A ratio changes its dimension: the pitch stays.
 
-    Raises
-    ------
-    InputError
-        The beam cannot be so.
+    Raises InputError: the beam cannot be so.
     """
     table, key = FIELDS[name].place
-    if table == "ratio":
-        assert new is not None
-        d = beam.pitch
-        change: dict[str, tuple[str, float]] = {
-            "eta": ("length", new * d),
-            "beta": ("width", 2 * new * d),
-            "zeta": ("embedded", new * d),
-            "slenderness": ("thickness", beam.scale.embedded / new),
-        }
-        if key == "lam":
-            return beam.replace(substrate={"thickness": 2 * new * d})
-        part, size = change[key]
-        return beam.replace(scale={part: size})
-    changes: dict[str, Any] = {key: new} if table == "beam" else {table: {key: new}}
-    return beam.replace(**changes)
+    if table != "ratio":
+        return beam._with({f"{table}.{key}": new})
+    assert new is not None
+    d = beam.pitch
+    place, size = {
+        "eta": ("scale.length", new * d),
+        "beta": ("scale.width", 2 * new * d),
+        "lam": ("substrate.thickness", 2 * new * d),
+        "zeta": ("scale.embedded", new * d),
+        "slenderness": ("scale.thickness", beam.scale.embedded / new),
+    }[key]
+    return beam._with({place: size})

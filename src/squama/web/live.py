@@ -4,27 +4,44 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from squama import arguments
+from squama.curves.doors import respond
+from squama.io import datasets
+from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.model.solve import Array
-from squama.view.motion import FREE, LOCKED, SLIDING, Motion, Setting, shape
+from squama.plot.palette import WORDS
+from squama.scene import standalone
+from squama.scene.motion import Motion, Setting, shape
+from squama.types import Array
+from squama.units import prefix
 from squama.web.state import State
 
 POINTS = 140
 """Points of a curve."""
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
-COLOURS = ("#0072b2", "#b5651d", "#8a63b0")
-"""Colours of the kept designs A, B, C, told apart by colour-blind readers too (each has its own dashes as well)."""
 NAMES = "ABC"
-WORDS = {
-    "twisting": {"angle": "φ", "axis": "Twist per pitch φ (rad)", "load": "Torque T", "done": "twisted"},
-    "bending": {"angle": "ψ", "axis": "Bend per pitch ψ (rad)", "load": "Moment M", "done": "bent"},
-}
-"""What the quantities of a kind of loading are called."""
+"""Kept designs."""
+KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
+"""Names of the files that the page hands out, by their kind."""
+
+
+def axis_label(load: str) -> str:
+    """Return the label of the load angle's axis."""
+    names = LOADS[load]
+    return f"{names.angle_words.capitalize()} {names.letter} (rad)"
+
+
+def torque_label(load: str) -> str:
+    """Return what the load is called: "Torque T"."""
+    names = LOADS[load]
+    return f"{names.torque_words.capitalize()} {names.torque}"
 
 
 class Along(NamedTuple):
@@ -50,22 +67,28 @@ def along(setting: Setting) -> Along:
     """Return the variables of the plots."""
     m = motion(setting)
     v = m.along(POINTS)
-    end, engaged = float(v["load"][-1]), m.path.load_e
+    end, engaged = float(v["load"][-1]), m.load_e
     top = float(v["torque"].max())
-    if m.end.locks and m.path.engaged:
+    if m.end.locks and m.engaged:
         readable = engaged + READABLE * (end - engaged)
         top = float(np.interp(readable, v["load"], v["torque"]))
     # bare: torque of the beam without contact per load angle
-    bare = m.case.rigidity / m.case.pitch
+    bare = m.rigidity / setting.beam.pitch
     return Along(v["load"], v["torque"], np.degrees(v["theta"]), v["f"], bare, engaged, top)
 
 
-def scene(state: State) -> dict[str, Any]:
+def prepare(state: State) -> None:
+    """Solve all that a state shows, to be kept; with the compliant joint this takes seconds."""
+    for one in (state, *state.kept):
+        along(one.setting)
+
+
+def scene(state: State) -> dict[str, object]:
     """Return what the three-dimensional view needs: design and state, no vertices."""
     m = motion(state.setting)
     now = m.state(state.twist)
     return {
-        "design": shape(state.setting, m.path.neighbour),
+        "design": shape(state.setting, m.neighbour),
         "state": {**now._asdict(), "mu": state.mu},
         "words": picture_words(state),
     }
@@ -75,20 +98,13 @@ def picture_words(state: State) -> str:
     """Say what the view shows, for those who do not see it."""
     m = motion(state.setting)
     now = m.state(state.twist)
-    words = WORDS[state.load]
+    names = LOADS[state.load]
     many = state.beam.scales
     drawn = shape(state.setting)["scales"]
     count = f"{many} scales" if drawn == many else f"{drawn} of {many} scales"
     return (
-        f"Beam of {count}, {words['done']} by {number(now.load)} rad per pitch; "
-        f"scales at {number(math.degrees(now.theta))} degrees, {state_words(now.name)}"
-    )
-
-
-def state_words(name: str) -> str:
-    """Return what a state of the scales is called."""
-    return {FREE: "not in contact", SLIDING: "in sliding contact", LOCKED: "locked"}.get(
-        name, "at the end of the curve"
+        f"Beam of {count}, {names.done} by {number(now.load)} rad per pitch; "
+        f"scales at {number(math.degrees(now.theta))} degrees, {WORDS[now.name]}"
     )
 
 
@@ -96,12 +112,12 @@ def readings(state: State) -> list[tuple[str, str]]:
     """Return the figures of the current point, as label and value."""
     m = motion(state.setting)
     now = m.state(state.twist)
-    words = WORDS[state.load]
+    names = LOADS[state.load]
     total = math.degrees(now.load) * state.beam.scales
     return [
-        (words["angle"], f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
+        (names.letter, f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
         ("in all", f"{number(total)}°"),
-        (words["load"], quantity(now.torque, "N m")),
+        (torque_label(state.load), quantity(now.torque, "N m")),
         ("θ", f"{number(math.degrees(now.theta))}°"),
         ("normal force", quantity(now.N, "N")),
         ("friction force", quantity(now.f, "N")),
@@ -111,14 +127,14 @@ def readings(state: State) -> list[tuple[str, str]]:
 def outcome(state: State) -> tuple[str, str, str]:
     """Return the name of the end, where it is, and its sentence."""
     m = motion(state.setting)
-    p, angle = m.path, WORDS[state.load]["angle"]
+    p, angle = m.figures, LOADS[state.load].letter
     where = []
-    if math.isfinite(p.load_e):
-        where.append(f"engagement at {angle} = {number(p.load_e)}")
+    if math.isfinite(p["load_e"]):
+        where.append(f"engagement at {angle} = {number(p['load_e'])}")
     if m.end is not End.NONE:
-        where.append(f"end at {angle} = {number(p.load_end)} rad/pitch")
-    if p.other:
-        where.append(f"other contact: {p.other}")
+        where.append(f"end at {angle} = {number(p['load_end'])} rad/pitch")
+    if p["other_contact"]:
+        where.append(f"other contact: {p['other_contact']}")
     sentence = m.sentence[0].upper() + m.sentence[1:] + "."
     if state.twist > m.last:
         sentence += f" Shown at its last state, {angle} = {number(m.last)}."
@@ -132,12 +148,13 @@ def compared(state: State) -> list[dict[str, str]]:
     for name, one in zip([*names, "now"], [*state.kept, state], strict=True):
         m = motion(one.setting)
         figures = m.figures
+        law = LOADS[one.load].law(one.law) + (", compliant" if one.joint == "compliant" else "")
         ended = m.end is not End.NONE
         rows.append(
             {
                 "name": name,
                 "what": f"{one.load}, μ = {one.mu:g}, η = {one.beam.eta:.3g}, "
-                f"α = {math.degrees(one.beam.scale.alpha):.3g}°, {one.law if one.load == 'twisting' else 'edge'}",
+                f"α = {math.degrees(one.beam.scale.alpha):.3g}°, {law}",
                 "end": str(m.end),
                 "engagement": number(figures["load_e"]),
                 "at": number(figures["load_end"]) if ended else "-",
@@ -164,16 +181,21 @@ def number(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.4g}"
 
 
-def prefix(largest: float) -> tuple[float, str]:
-    """Return the factor and the prefix that bring a size to a readable number."""
-    size = abs(largest)
-    for low, factor, sign in ((1e6, 1e-6, "M"), (1e3, 1e-3, "k"), (1.0, 1.0, ""), (1e-3, 1e3, "m")):
-        if size >= low:
-            return factor, sign
-    return (1e6, "µ") if size else (1.0, "")
-
-
 def quantity(value: float, unit: str) -> str:
     """Return a number with the prefix of its unit."""
     factor, sign = prefix(value)
     return f"{value * factor:.4g} {sign}{unit}"
+
+
+def make_file(state: State, kind: str) -> tuple[str, bytes]:
+    """Return name and content of a file. Raises InputError: no such kind."""
+    arguments.one_of("kind", kind, tuple(KINDS))
+    if kind == "html":
+        text = standalone.page(motion(state.setting), state.twist)
+    elif kind == "toml":
+        text = state.beam.to_toml()
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            place = datasets.save(respond(**state.setting._asdict()).dataset(), Path(folder) / "curve.csv")
+            text = place.read_text(encoding="utf-8")
+    return KINDS[kind], text.encode()

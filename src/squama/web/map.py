@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.engines import solve
-from squama.errors import InputError
-from squama.model import joint, section
+from squama.batch import solve
+from squama.beam import joint_law
+from squama.beam.matrixfile import StoredMatrix
+from squama.errors import refuse
+from squama.loads import LOADS
 from squama.model.outcome import CODES, End
-from squama.model.solve import Array
+from squama.plot.palette import ENDS, KEPT, THEMES
+from squama.types import Array
 from squama.web import charts, live
 from squama.web.fields import FIELDS
 from squama.web.state import State
@@ -24,20 +28,6 @@ SIZE = (37, 29)
 """Designs along the axes."""
 RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": (0.0, 2.0)}
 """Ranges of axes that differ from those of the sliders, in shown units."""
-COLOURS: dict[End, str] = {
-    End.FRICTIONAL: "#d55e00",
-    End.KINEMATIC: "#0072b2",
-    End.STATIC: "#7b1fa2",
-    End.OFF_TIP: "#e8c468",
-    End.OFF_SIDE: "#a6d1b4",
-    End.OTHER: "#8d99a6",
-    End.RELEASED: "#66b2a0",
-    End.RANGE: "#c9c9c9",
-    End.NONE: "#eef0f2",
-}
-"""Colours of the ends: locks dark, the rest pale."""
-
-
 ROOM = {"left": 58, "right": 16, "top": 8, "bottom": 36}
 """Pixels around the cells; the marks lie over the cells."""
 
@@ -52,6 +42,7 @@ class Key(NamedTuple):
     law: str
     sense: str
     margin: float
+    matrix: StoredMatrix | None = None
 
 
 class Grid(NamedTuple):
@@ -71,13 +62,13 @@ _STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "
 
 def axes(load: str) -> tuple[str, ...]:
     """Return the fields that can be an axis under a kind of loading."""
-    return AXES if load == "twisting" else BENDING_AXES
+    return AXES if LOADS[load].sided else BENDING_AXES
 
 
 def key(state: State, x: str, y: str) -> Key:
     """Return what the map of a state depends on; values of its own axes are left out."""
     fixed = tuple((name, state.value(name)) for name in (*AXES, *_STIFF) if name not in (x, y))
-    return Key(x, y, fixed, state.load, state.law, state.sense, state.margin)
+    return Key(x, y, fixed, state.load, state.law, state.sense, state.margin, state.beam.joint.matrix)
 
 
 @functools.lru_cache(maxsize=8)
@@ -89,37 +80,50 @@ def grid(wanted: Key) -> Grid:
     values[wanted.y] = along[1][:, None] * FIELDS[wanted.y].factor
     done = solve(
         **{name: values[name] for name in AXES},
-        stiffness_ratio=_ratio(values, wanted.load),
+        stiffness_ratio=_ratio(values, wanted.load, wanted.matrix),
         law=wanted.law,
         sense=wanted.sense,
         margin=wanted.margin,
         load=wanted.load,
-        engine="numpy",
     )
     shape = (SIZE[1], SIZE[0])
     parts = [np.broadcast_to(v, shape) for v in (done.code, done.load_e, done.load_end, done.RED)]
     return Grid(along[0], along[1], *parts)
 
 
-def _ratio(v: dict[str, Any], load: str) -> Any:
-    """Return the rigidity of the beam without contact over K d, with the laws that a beam has."""
-    d, modulus = v["pitch"], v["modulus"]
-    thick, half = 2 * v["lam"] * d, v["beta"] * d
-    twisting = load == "twisting"
-    stiffness, factor = v["stiffness"], v["inclusion"]
-    if stiffness is None:
-        across = half if twisting else 2 * half
-        stiffness = joint.LAWS[f"stiffness {load}"].value(modulus, v["thickness"], across, v["embedded"])
-    if factor is None:
-        factor = joint.LAWS[f"inclusion {load}"].value(v["embedded"] / d, v["beta"], v["lam"])
-    if twisting:
-        bare = section.shear_modulus(modulus, v["poisson"]) * section.torsion_constants(v["bar_width"], np.array(thick))
-    else:
-        bare = modulus * section.bending_moment_of_area(v["bar_width"], thick)
-    # a tab of no length has no stiffness: then the bar has all the energy, and there is no share to tell
-    return np.divide(
-        factor * bare, stiffness * d, out=np.zeros(np.shape(factor * bare * stiffness)), where=stiffness > 0
+def warm_up() -> threading.Thread:
+    """Solve a design of each kind on a thread of its own, so that the first map need not wait for the compiler."""
+
+    def tiny() -> None:
+        for load in LOADS:
+            solve(eta=3.0, beta=1.25, lam=0.45, alpha=0.8, theta0=0.2, mu=0.5, stiffness_ratio=1.0, load=load)
+
+    thread = threading.Thread(target=tiny, name="warm-up", daemon=True)
+    thread.start()
+    return thread
+
+
+def _ratio(v: dict[str, Any], load: str, matrix: StoredMatrix | None) -> Any:
+    """Return the rigidity of the beam without contact over K d, as a beam has them."""
+    d, beta, lam = (np.asarray(v[name]) for name in ("pitch", "beta", "lam"))
+    sizes = joint_law.Sizes(
+        v["modulus"],
+        v["poisson"],
+        v["bar_width"],
+        2 * lam * d,
+        d,
+        beta * d,
+        v["thickness"],
+        v["embedded"],
+        beta,
+        lam,
+        v["embedded"] / d,
     )
+    given = joint_law.Given(v["stiffness"], v["inclusion"], matrix)
+    rigidity = joint_law.rigidity(load, sizes, given, joint_law.whole)
+    soft = np.asarray(joint_law.stiffness(load, sizes, given, joint_law.whole) * d)
+    # a tab of no length has no stiffness: then the bar has all the energy, and there is no share to tell
+    return np.divide(rigidity, soft, out=np.zeros(np.shape(rigidity * soft)), where=soft > 0)
 
 
 def _range(name: str) -> tuple[float, float]:
@@ -129,10 +133,7 @@ def _range(name: str) -> tuple[float, float]:
 def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
     """Return the state with the design of a cell of the map.
 
-    Raises
-    ------
-    InputError
-        The beam cannot be so; the message names what is in the way.
+    Raises InputError: the beam cannot be so; the message names what is in the way.
     """
     at = (np.linspace(*_range(x), SIZE[0])[cell[0]], np.linspace(*_range(y), SIZE[1])[cell[1]])
     for name, value in zip((x, y), at, strict=True):
@@ -140,9 +141,9 @@ def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
     return state
 
 
-def options(wanted: Key, found: Grid, *, dark: bool) -> dict[str, Any]:
+def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     """Return the options of the map."""
-    look = charts.theme(dark=dark)
+    look = THEMES["dark" if dark else "light"]
     labels = [_label(name) for name in (wanted.x, wanted.y)]
     spans = [_range(wanted.x), _range(wanted.y)]
     steps = [(high - low) / (n - 1) for (low, high), n in zip(spans, SIZE, strict=True)]
@@ -154,7 +155,7 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> dict[str, Any]:
         one["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     codes = [CODES.index(end) for end in ends(found)]
-    pieces = [{"value": c, "color": COLOURS[CODES[c]]} for c in codes]
+    pieces = [{"value": c, "color": ENDS[CODES[c]]} for c in codes]
     return {
         "animation": False,
         "aria": {"enabled": True, "label": {"description": f"Map of ends over {labels[0]} and {labels[1]}"}},
@@ -166,7 +167,7 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> dict[str, Any]:
         "visualMap": {"type": "piecewise", "pieces": pieces, "dimension": 2, "seriesIndex": 0, "show": False},
         "series": [
             {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0,
-             "data": _cells(found), "progressive": 0, "emphasis": {"itemStyle": {"borderColor": look.ink}}},
+             "data": _cells(found), "progressive": 0, "emphasis": {"itemStyle": {"borderColor": look["ink"]}}},
         ],
     }  # fmt: skip
 
@@ -187,9 +188,9 @@ class Mark(NamedTuple):
 
 def marks(state: State, wanted: Key) -> list[Mark]:
     """Return the marks of the kept designs and, last, of the one that is shown; those off the map are left out."""
-    every = [(live.NAMES[i], live.COLOURS[i], one) for i, one in enumerate(state.kept) if one.load == state.load]
+    every = [(live.NAMES[i], KEPT[i], one) for i, one in enumerate(state.kept) if one.load == state.load]
     found = []
-    for letter, colour, one in (*every, ("", "#111111", state)):
+    for letter, colour, one in (*every, ("", THEMES["light"]["point"], state)):
         place = []
         for name, n in ((wanted.x, SIZE[0]), (wanted.y, SIZE[1])):
             low, high = _range(name)
@@ -205,7 +206,7 @@ def _label(name: str) -> str:
     return field.symbol + (f" ({field.unit})" if field.unit else "")
 
 
-def _cells(found: Grid) -> list[list[Any]]:
+def _cells(found: Grid) -> list[list[float | None]]:
     """Rows of column, row, code, engagement, end, RED; what is not finite is left out."""
     cells = []
     for j in range(found.y.size):
@@ -217,7 +218,7 @@ def _cells(found: Grid) -> list[list[Any]]:
 
 def _tooltip(wanted: Key, load: str) -> str:
     """Return the function that says what a cell is, for the browser."""
-    angle = live.WORDS[load]["angle"]
+    angle = LOADS[load].letter
     parts = []
     for place, name, n in ((0, wanted.x, SIZE[0]), (1, wanted.y, SIZE[1])):
         low, high = _range(name)
@@ -232,13 +233,6 @@ def _tooltip(wanted: Key, load: str) -> str:
 
 
 def check_axes(load: str, x: str, y: str) -> None:
-    """Refuse axes that the loading does not have, or one twice.
-
-    Raises
-    ------
-    InputError
-        With the ones that can be chosen.
-    """
+    """Refuse axes that the loading does not have, or one twice. Raises InputError: with the ones that can be chosen."""
     if x == y or not {x, y} <= set(axes(load)):
-        message = f"map: {x} and {y}: choose two of {', '.join(axes(load))}"
-        raise InputError(message)
+        refuse("map", "", f"{x} and {y}", f"choose two of {', '.join(axes(load))}")

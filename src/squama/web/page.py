@@ -10,12 +10,14 @@ from typing import Any
 from nicegui import app, run, ui
 
 from squama.errors import InputError
-from squama.web import charts, download, link, live, map, panels  # noqa: A004 - the module is named after what it draws
+from squama.plot.palette import THEMES, variables
+from squama.web import charts, live, map, panels  # noqa: A004 - the module is named after what it draws
 from squama.web.elements import BeamView, button, text, write
-from squama.web.state import State
+from squama.web.state import State, query
 
 WAIT = 0.3
 """Seconds without a change after which the map is computed anew."""
+BUSY = "The compliant joint is being solved ..."
 MOMENT = 0.04
 """Seconds by which the plots follow the view."""
 
@@ -24,7 +26,12 @@ class Explorer:
     """One open page: its state, and the elements that show it."""
 
     def __init__(self, state: State, notice: str = "") -> None:
-        self.state, self.dark = state, False
+        # what is asked for, and what is solved and drawn: with the compliant joint they differ for seconds
+        wanted, quick = state, all(one.joint == "hinge" for one in (state, *state.kept))
+        state = state if quick else state._replace(joint="hinge", kept=())
+        self.state = self.drawn = state
+        self.solving: asyncio.Task[None] | None = None
+        self.dark = False
         self.map_axes = ("mu", "alpha")
         self.later: asyncio.TimerHandle | None = None
         self.pending: asyncio.Task[None] | None = None
@@ -32,11 +39,12 @@ class Explorer:
         # kept here: what is clicked may be gone before all is drawn
         self.client = ui.context.client
         ui.add_css(files("squama.web").joinpath("page.css").read_text(encoding="utf-8"))
+        ui.add_css(f":root {{ {variables('light')} }} body.body--dark {{ {variables('dark')} }}")
         self.mode = ui.dark_mode(None)
         with ui.element("header"):
             text("h1", "squama explorer")
-            self.presets = panels.presets(self)
-            panels.tools(self)
+            panels.presets(self.attempt)
+            panels.tools(self.save, lambda: self.mode.set_value(not self.dark))
         with ui.element("div").classes("explorer"):
             with ui.element("section").classes("stage").props('aria-label="Beam"'):
                 self.view = BeamView(live.scene(state), self.darken)
@@ -46,22 +54,24 @@ class Explorer:
                 panels.legend()
             self.notice = text("p", "", "notice").props('role="alert"')
             self.outcome = panels.Outcome()
-            self.controls = panels.Controls(self)
+            self.controls = panels.Controls(self.attempt, self.enter)
             with ui.element("section").classes("plots").props('aria-label="Plots"'):
                 self.plots = {plot: self._chart(charts.line_options(state, plot, dark=False)) for plot in charts.PLOTS}
                 with ui.element("div").classes("plot"):
-                    self.map_choices = panels.map_choices(self)
+                    self.map_choices = panels.map_choices(self.choose_axis)
                     self.map_ends = ui.element("ul").classes("legend ends")
                     with ui.element("div").classes("cells"):
                         self.map = ui.echart({"series": []})
                         self.marks = panels.marks(map.ROOM)
                     self.map.props["aria-label"] = "Regime map; a click takes the design under the pointer"
                     self.map.on("componentClick", self.clicked, ["value", "seriesId"])
-            self.compared = panels.Compared(self)
+            self.compared = panels.Compared(self.attempt)
         self.say(notice)
         self.draw()
+        if not quick and app.is_started:
+            self.go(wanted, self.say)
 
-    def _chart(self, options: dict[str, Any]) -> tuple[ui.echart, ui.element]:
+    def _chart(self, options: charts.Options) -> tuple[ui.echart, ui.element]:
         with ui.element("div").classes("plot"), ui.element("div").classes("cells"):
             chart = ui.echart(options, renderer="svg")
             chart.props["role"] = "img"
@@ -72,43 +82,68 @@ class Explorer:
     def enter(self, name: str, words: str) -> None:
         """Take what was entered in a field; what cannot be used is explained there and changes nothing."""
         try:
-            state = self.state.change(name, words)
-            live.motion(state.setting)
+            self.go(self.state.change(name, words), self.controls.fields[name].explain)
         except InputError as error:
             self.controls.fields[name].explain(str(error))
-            return
-        self.set(state)
 
-    def attempt(self, make: Callable[[], State]) -> None:
-        """Go to a state, or say why that cannot be."""
+    def attempt(self, make: Callable[[State], State]) -> None:
+        """Go to what is made of the state, or say why that cannot be."""
         try:
-            state = make()
-            live.motion(state.setting)
+            self.say("")
+            self.go(make(self.state), self.say)
         except InputError as error:
             self.say(str(error))
-            return
-        self.say("")
-        self.set(state)
 
-    def set(self, state: State) -> None:
-        """Show a state."""
+    def go(self, state: State, refuse: Callable[[str], None]) -> None:
+        """Show a state: at once on hinges, otherwise when it is solved; ``refuse`` is told why that cannot be.
+
+        Raises InputError: it cannot be shown, found at once.
+        """
+        solved = {one.setting for one in (self.drawn, *self.drawn.kept)}
+        if all(one.joint == "hinge" or one.setting in solved for one in (state, *state.kept)):
+            live.motion(state.setting)
+            self.state = self.drawn = state
+            self.draw()
+            return
         self.state = state
-        self.draw()
+        if self.solving is None or self.solving.done():
+            self.solving = asyncio.get_running_loop().create_task(self._solve(refuse))
+
+    async def _solve(self, refuse: Callable[[str], None]) -> None:
+        """Solve what is asked for away from the event loop; of changes that come in meanwhile the last one counts."""
+        while (asked := self.state) != self.drawn:
+            self.say(BUSY)
+            try:
+                await run.io_bound(live.prepare, asked)
+            except InputError as error:
+                self.state = self.drawn
+                self.say("")
+                refuse(str(error))
+                self.draw()
+                return
+            if asked == self.state and not self.view.is_deleted:
+                self.say("")
+                self.drawn = asked
+                self.draw()
 
     def clicked(self, event: Any) -> None:
         """Take the design of a cell of the map."""
         value = event.args.get("value")
         if event.args.get("seriesId") == "cells" and isinstance(value, list):
-            self.attempt(lambda: map.take(self.state, *self.map_axes, (int(value[0]), int(value[1]))))
+            self.attempt(lambda now: map.take(now, *self.map_axes, (int(value[0]), int(value[1]))))
 
-    def choose_axes(self, x: str, y: str) -> None:
-        """Draw the map over other parameters."""
+    def choose_axis(self, i: int, name: str) -> None:
+        """Draw the map over another parameter; the one that is there already changes places."""
+        axes = list(self.map_axes)
+        axes[i], old = name, axes[i]
+        if axes[1 - i] == name:
+            axes[1 - i] = old
         try:
-            map.check_axes(self.state.load, x, y)
+            map.check_axes(self.state.load, *axes)
         except InputError as error:
             self.say(str(error))
             return
-        self.map_axes = (x, y)
+        self.map_axes = (axes[0], axes[1])
         self.draw_map()
 
     def toggle_arrows(self) -> None:
@@ -136,7 +171,7 @@ class Explorer:
             self.view.run_method("save", "beam.png")
             return
         try:
-            name, content = download.make(self.state, kind)
+            name, content = live.make_file(self.state, kind)
         except InputError as error:
             self.say(str(error))
             return
@@ -146,34 +181,34 @@ class Explorer:
 
     def draw(self) -> None:
         """Draw everything that the state changes; the map follows when nothing more comes in."""
-        self.view.show(live.scene(self.state))
-        self.controls.show(self.state)
-        self.outcome.show(self.state)
-        self.compared.show(self.state)
+        self.view.show(live.scene(self.drawn))
+        self.controls.show(self.drawn)
+        self.outcome.show(self.drawn)
+        self.compared.show(self.drawn)
         # the view comes first: plots follow in a moment, once for all changes until then
         if self.later is None and app.is_started:
             self.later = asyncio.get_running_loop().call_later(MOMENT, self.draw_plots)
-        self.client.run_javascript(f"history.replaceState(null, '', '?{link.query(self.state)}')")
+        self.client.run_javascript(f"history.replaceState(null, '', '?{query(self.drawn)}')")
 
     def draw_plots(self) -> None:
         """Draw the three curves; one whose point alone has moved is not drawn again."""
         self.later = None
-        colour = charts.theme(dark=self.dark).mark
+        colour = THEMES["dark" if self.dark else "light"]["mark"]
         for plot, (chart, place) in self.plots.items():
-            options = charts.line_options(self.state, plot, dark=self.dark)
+            options = charts.line_options(self.drawn, plot, dark=self.dark)
             if options != chart.options:
                 chart._props["options"] = options
                 chart.update()
-            panels.show_marks(place, [map.Mark("", colour, *charts.point(self.state, plot))])
+            panels.show_marks(place, [map.Mark("", colour, *charts.point(self.drawn, plot))])
         self.draw_map()
 
     def draw_map(self) -> None:
         """Move the mark of the design; compute the map anew where it depends on what has changed."""
-        if not set(self.map_axes) <= set(map.axes(self.state.load)):
+        if not set(self.map_axes) <= set(map.axes(self.drawn.load)):
             self.map_axes = ("mu", "eta")
-        self.map_choices(self.state.load, self.map_axes)
-        wanted = map.key(self.state, *self.map_axes)
-        panels.show_marks(self.marks, map.marks(self.state, wanted))
+        self.map_choices(self.drawn.load, self.map_axes)
+        wanted = map.key(self.drawn, *self.map_axes)
+        panels.show_marks(self.marks, map.marks(self.drawn, wanted))
         if wanted == self.map_key:
             return
         if self.pending is not None:

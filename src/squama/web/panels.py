@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from functools import partial
 
 from nicegui import ui
 
+from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.view.look import COLOURS
+from squama.plot.palette import ENDS, KEPT, STATES, WORDS
 from squama.web import live, map, state  # noqa: A004 - the module is named after what it draws
 from squama.web.elements import Choice, NumberField, button, text, write
 from squama.web.fields import CHOICES, FIELDS
 from squama.web.state import PRESETS, State
 
-if TYPE_CHECKING:
-    from squama.web.page import Explorer
-
+Attempt = Callable[[Callable[[State], State]], None]
+"""Goes from the state that is shown to another one, or says why that cannot be."""
 OPEN = ("Loading", "Ratios and angles")
 """Groups of fields that are open at first."""
-NONE = {"": "Start from ..."}
 
 
-def presets(page: Explorer) -> Choice:
-    """Return the list of beams to start from."""
+def presets(attempt: Attempt) -> None:
+    """Make the list of beams to start from."""
 
     def go(name: str) -> None:
         if name:
-            page.attempt(lambda: state.preset(name, page.state.kept))
+            attempt(lambda now: state.preset(name, now.kept))
 
-    return Choice("Preset", NONE | {name: words for name, (words, _) in PRESETS.items()}, "", go)
+    Choice("Preset", {"": "Start from ..."} | {name: words for name, (words, _) in PRESETS.items()}, "", go)
 
 
-def tools(page: Explorer) -> None:
+def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None:
     """Make the buttons of downloads, link and brightness."""
     with ui.element("nav").props('aria-label="Files and page"'):
         for kind, what in (
@@ -41,43 +40,38 @@ def tools(page: Explorer) -> None:
             ("png", "the view as a picture"),
             ("html", "the view as a page that opens without a server"),
         ):
-            button(kind.upper(), lambda kind=kind: page.save(kind), f"Download {what}", kind)  # type: ignore[misc]
+            button(kind.upper(), partial(save, kind), f"Download {what}", kind)
         copy = button("Copy link", lambda: None, "Copy the address of this state", "link")
         copy.on(
             "click",
             js_handler="(e) => { navigator.clipboard.writeText(location.href); const b = e.target; "
             "b.textContent = 'Copied'; setTimeout(() => { b.textContent = 'Copy link'; }, 1500); }",
         )
-        brightness = ui.element("button").props('type="button" data-do="dark" title="Change between light and dark"')
-        brightness.props["textContent"] = "Light/dark"
-        brightness.on("click", lambda: page.mode.set_value(not page.dark))
+        button("Light/dark", brightness, "Change between light and dark", "dark")
 
 
 def legend() -> None:
     """Say what the colours of the view mean."""
     with ui.element("ul").classes("legend"):
-        for name, words in (
-            ("free", "no contact"),
-            ("sliding", "sliding"),
-            ("locked", "locked"),
-            ("ended", "end, no lock"),
-            ("normal", "normal force on the tip"),
-            ("friction", "friction on the tip"),
-        ):
+        for name, words in (WORDS | {"normal": "normal force on the tip", "friction": "friction on the tip"}).items():
             with ui.element("li"):
                 key = ui.element("b").classes(f"key {name}")
-                if name in COLOURS:
-                    key.style(f"background: {COLOURS[name]}")
+                if name in STATES:
+                    key.style(f"background: {STATES[name]}")
                 text("span", words)
 
 
 class Controls:
     """All parameters in groups that can be folded."""
 
-    def __init__(self, page: Explorer) -> None:
+    def __init__(self, attempt: Attempt, enter: Callable[[str, str], None]) -> None:
         self.fields: dict[str, NumberField] = {}
         self.choices: dict[str, Choice] = {}
-        groups = list(dict.fromkeys(field.group for field in FIELDS.values()))
+
+        def choose(name: str, value: str) -> None:
+            attempt(lambda now: now.change(name, value))
+
+        groups = dict.fromkeys(field.group for field in FIELDS.values())
         with ui.element("section").classes("controls").props('aria-label="Parameters"'):
             for group in groups:
                 with ui.element("details") as folded:
@@ -85,34 +79,27 @@ class Controls:
                     text("summary", group)
                     if group == "Loading":
                         for name, (label, options) in CHOICES.items():
-                            self.choices[name] = Choice(label, options, "", _chooser(page, name))
+                            self.choices[name] = Choice(label, options, "", partial(choose, name))
                     for name, field in FIELDS.items():
                         if field.group == group:
-                            self.fields[name] = NumberField(name, page.enter)
+                            self.fields[name] = NumberField(name, enter)
 
     def show(self, now: State) -> None:
         """Show a state in all fields."""
         for name, choice in self.choices.items():
             choice.set(CHOICES[name][1], getattr(now, name))
-        laws = {"stiffness": now.beam.joint_stiffness, "inclusion": now.beam.C_f}
-        if now.load == "bending":
-            laws = {"stiffness": now.beam.bending_joint_stiffness, "inclusion": 1.0}
+        names = LOADS[now.load]
+        laws = {"stiffness": names.stiffness(now.beam), "inclusion": names.inclusion(now.beam)}
         for name, field in self.fields.items():
             value = now.value(name)
             if name == "twist":
                 most = float(f"{live.motion(now.setting).most:.3g}")
                 field.show(value, high=most)
-                words = live.WORDS[now.load]
-                field.call(words["axis"].partition(f" {words['angle']}")[0], words["angle"])
+                field.call(names.angle_words.capitalize(), names.letter)
             else:
                 field.show(value, hint=laws.get(name))
-        twisting = now.load == "twisting"
-        for name in ("law", "sense"):
-            self.choices[name].set_visibility(twisting)
-
-
-def _chooser(page: Explorer, name: str) -> Callable[[str], None]:
-    return lambda value: page.attempt(lambda: page.state.change(name, value))
+        for name in ("law", "sense", "joint"):
+            self.choices[name].set_visibility(names.sided)
 
 
 class Outcome:
@@ -169,14 +156,12 @@ HEADS = ("", "design", "end", "engagement (rad)", "end (rad)", "load at the cut-
 class Compared:
     """The table of the kept designs beside the one that is shown."""
 
-    def __init__(self, page: Explorer) -> None:
-        self.page = page
+    def __init__(self, attempt: Attempt) -> None:
+        self.attempt = attempt
         with ui.element("section").classes("compared").props('aria-label="Comparison"'):
             with ui.element("p"):
                 text("strong", "Compare")
-                button(
-                    "Keep this design", lambda: page.attempt(page.state.keep), "Keep it to compare, up to three", "keep"
-                )
+                button("Keep this design", partial(attempt, State.keep), "Keep it to compare, up to three", "keep")
             self.table = ui.element("table")
         self.rows: list[dict[str, str]] = []
 
@@ -191,39 +176,29 @@ class Compared:
             if not rows:
                 return
             with ui.element("thead"), ui.element("tr"):
-                for head in HEADS:
+                for head in (*HEADS, ""):
                     text("th", head)
-                text("th", "")
             with ui.element("tbody"):
                 for i, row in enumerate(rows):
                     self._row(i, row, kept=i < len(now.kept))
 
     def _row(self, i: int, row: dict[str, str], *, kept: bool) -> None:
-        page = self.page
         with ui.element("tr"):
             for name, value in row.items():
                 cell = text("td", value)
                 if name == "name" and kept:
-                    cell.style(f"color: {live.COLOURS[i]}; font-weight: bold")
+                    cell.style(f"color: {KEPT[i]}; font-weight: bold")
             with ui.element("td"):
                 if kept:
-                    button("Show", lambda: page.attempt(lambda: page.state.show(i)), f"Show design {row['name']}")
-                    button("Remove", lambda: page.attempt(lambda: page.state.drop(i)), f"Remove design {row['name']}")
+                    button("Show", lambda: self.attempt(lambda now: now.show(i)), f"Show design {row['name']}")
+                    button("Remove", lambda: self.attempt(lambda now: now.drop(i)), f"Remove design {row['name']}")
 
 
-def map_choices(page: Explorer) -> Callable[[str, tuple[str, str]], None]:
-    """Make the two lists of the map's axes; return what shows others in them."""
-    lists: list[Choice] = []
-
-    def chosen(i: int, name: str) -> None:
-        x, y = page.map_axes
-        # the one that is there already changes places
-        page.choose_axes(*((name, x if name == y else y) if i == 0 else (y if name == x else x, name)))
-
+def map_choices(choose: Callable[[int, str], None]) -> Callable[[str, tuple[str, str]], None]:
+    """Make the two lists of the map's axes, numbers 0 and 1; return what shows others in them."""
     with ui.element("p").classes("axes"):
         text("strong", "Regime map")
-        for i, label in enumerate(("Across", "Up")):
-            lists.append(Choice(label, {}, "", lambda name, i=i: chosen(i, name)))  # type: ignore[misc]
+        lists = [Choice(label, {}, "", partial(choose, i)) for i, label in enumerate(("Across", "Up"))]
 
     def show(load: str, axes: tuple[str, str]) -> None:
         options = {name: f"{FIELDS[name].symbol} {FIELDS[name].label.lower()}" for name in map.axes(load)}
@@ -239,10 +214,10 @@ def list_ends(place: ui.element, ends: Sequence[End], load: str) -> None:
     with place:
         for end in ends:
             with ui.element("li"):
-                ui.element("b").classes("key").style(f"background: {map.COLOURS[end]}")
+                ui.element("b").classes("key").style(f"background: {ENDS[end]}")
                 text("span", str(end))
-        if load == "twisting":
-            text("li", "(of the tip-side contact alone)")
+        if LOADS[load].sided:
+            text("li", "(of the tip-side contact alone, on hinges)")
 
 
 def marks(room: Mapping[str, int]) -> ui.element:

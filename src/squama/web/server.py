@@ -6,8 +6,8 @@ import asyncio
 import socket
 from collections.abc import Callable
 
-from squama.errors import InputError
-from squama.web.state import State
+from squama.errors import InputError, refuse
+from squama.web.state import State, read
 
 HOST = "127.0.0.1"
 TITLE = "squama explorer"
@@ -16,10 +16,7 @@ TITLE = "squama explorer"
 def free_port(port: int | None) -> int:
     """Return a port that can be had: the asked one, or any.
 
-    Raises
-    ------
-    InputError
-        The asked port is taken or may not be used.
+    Raises InputError: the asked port is taken or may not be used.
     """
     with socket.socket() as trial:
         # a port whose last page was closed a moment ago is free
@@ -27,28 +24,19 @@ def free_port(port: int | None) -> int:
         try:
             trial.bind((HOST, port or 0))
         except OSError:
-            message = f"--port {port}: is taken or may not be used; give another one, or none for any that is free"
-            raise InputError(message) from None
+            remedy = "give another one, or none for any that is free"
+            refuse(f"--port {port}", "", "is taken or may not be used", remedy)
         return int(trial.getsockname()[1])
 
 
 def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None]) -> None:
-    """Show the page until it is interrupted.
+    """Show the page at a port (see `free_port`) until it is interrupted; ``start`` where its link says nothing else.
 
-    Parameters
-    ----------
-    start : State
-        What a page shows whose link says nothing else.
-    port : int
-        A port of this machine, see `free_port`.
-    browser : bool
-        Whether to open a browser.
-    ready : callable
-        Is told the address when it can be opened.
+    ``browser``: whether to open one; ``ready`` is told the address when it can be opened.
     """
     from nicegui import app, background_tasks, ui
 
-    from squama.web import link
+    from squama.web import map  # noqa: A004 - the module is named after what it draws
     from squama.web.page import Explorer
 
     def page() -> None:
@@ -56,7 +44,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         query = ui.context.client.request.url.query
         if query:
             try:
-                state = link.read(query)
+                state = read(query)
             except InputError as error:
                 notice = f"The link cannot be used, so the first design is shown.\n{error}"
         Explorer(state, notice)
@@ -76,6 +64,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
             return
 
     app.on_startup(lambda: background_tasks.create(announce()))
+    app.on_startup(map.warm_up)
     ui.run(
         host=HOST,
         port=port,

@@ -1,25 +1,33 @@
-"""What the page shows: a beam, how it is loaded, and the designs that were kept to compare; checked at the door."""
+"""What the page shows: a beam, how it is loaded, and the designs that were kept to compare; checked at the door.
+
+A state is also the query of a link, and back: exact to the last bit, readable, checked as a beam file is.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib.resources import files
 from typing import Any, NamedTuple
+from urllib.parse import parse_qsl, urlencode
 
-from squama import checks, units
-from squama.design import Beam
-from squama.errors import InputError
+from squama import arguments, units
+from squama.beam import beamfile
+from squama.beam.beamfile import TABLES
+from squama.beam.design import Beam
+from squama.errors import InputError, Problems, naming, refuse
+from squama.loads import LOADS
 from squama.paper import parameters
-from squama.units import QuantityError
-from squama.view.motion import Motion, Setting
-from squama.web.fields import CHOICES, FIELDS, changed, plain, value
+from squama.scene.motion import Motion, Setting
+from squama.scene.picture import FIRST
+from squama.units import as_text, shown
+from squama.web.fields import CHOICES, FIELDS, LABELS, changed, plain, value
 
 MOST_KEPT = 3
 """Designs that can be compared."""
 FRICTION = 0.25
 """Coefficient of friction of a beam that has none."""
-FIRST = 0.7
-"""A beam is first shown at this fraction of the way to its end."""
+LONGEST = 20_000
+"""Characters of a query at most."""
 
 
 class State(NamedTuple):
@@ -31,6 +39,7 @@ class State(NamedTuple):
     law: str = "edge"
     sense: str = "+"
     margin: float = 0.01
+    joint: str = "hinge"
     kept: tuple[State, ...] = ()
 
     @property
@@ -41,7 +50,7 @@ class State(NamedTuple):
     @property
     def setting(self) -> Setting:
         """What the curve depends on."""
-        return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense)
+        return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense, self.joint)
 
     def value(self, name: str) -> float | int | None:
         """Return what a field holds, in SI units."""
@@ -50,36 +59,22 @@ class State(NamedTuple):
         return value(self.beam, name)
 
     def change(self, name: str, text: str) -> State:
-        """Return the state with what was entered in a field.
+        """Return the state with what was entered in a field or chosen: a number in the field's unit or with its own.
 
-        Parameters
-        ----------
-        name : str
-            Name of a field or of a choice.
-        text : str
-            What was entered: a number in the field's unit or with a unit of its own; a word of a choice.
-
-        Returns
-        -------
-        State
-
-        Raises
-        ------
-        InputError
-            It cannot be used: one line with what is allowed. The state is as it was.
+        Raises InputError: it cannot be used; one line with what is allowed.
         """
         if name in CHOICES:
-            new = self._with(name, checks.one_of(name, text, tuple(CHOICES[name][1])))
+            new = self._with(name, arguments.one_of(name, text, tuple(CHOICES[name][1])))
             return new.started() if name == "load" else new
         field = FIELDS[name]
-        try:
+        with naming(field.label):
             number = self._load(text) if name == "twist" else field.read(text)
-        except QuantityError as error:
-            message = f"{field.label}: {error.shown}: {error.reason}"
-            raise InputError(message) from None
         if name in ("twist", "margin"):
             return self._with(name, number)
-        return self._replace(beam=changed(self.beam, name, number))
+        try:
+            return self._replace(beam=changed(self.beam, name, number))
+        except InputError as error:
+            raise error.renamed(LABELS) from None
 
     def _with(self, name: str, value: Any) -> State:
         return self._replace(**{name: value})
@@ -87,8 +82,7 @@ class State(NamedTuple):
     def _load(self, text: str) -> float:
         """Read a load: a plain number in rad per pitch, or "5 rad/m", "20 deg/pitch", "90 deg total"."""
         if not plain(text):
-            read = units.twist if self.load == "twisting" else units.curvature
-            rate = read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
+            rate = LOADS[self.load].read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
             text = repr(rate * self.beam.pitch)
         return units.bounded(text, units.Dimension.RATIO, FIELDS["twist"].bounds)
 
@@ -99,18 +93,13 @@ class State(NamedTuple):
     def keep(self) -> State:
         """Return the state with the design kept to compare.
 
-        Raises
-        ------
-        InputError
-            Three are kept already, or this one is.
+        Raises InputError: three are kept already, or this one is.
         """
         alone = self._replace(kept=())
         if alone in self.kept:
-            message = "this design is kept already; change something first"
-            raise InputError(message)
+            refuse("", "", "this design is kept already", "change something first")
         if len(self.kept) >= MOST_KEPT:
-            message = f"{MOST_KEPT} designs are kept; remove one first"
-            raise InputError(message)
+            refuse("", "", f"{MOST_KEPT} designs are kept", "remove one first")
         return self._replace(kept=(*self.kept, alone))
 
     def drop(self, i: int) -> State:
@@ -144,16 +133,69 @@ PRESETS: dict[str, tuple[str, float | None]] = {
 
 
 def preset(name: str, kept: tuple[State, ...] = ()) -> State:
-    """Return a state to start from.
-
-    Raises
-    ------
-    InputError
-        No such preset.
-    """
-    checks.one_of("preset", name, tuple(PRESETS))
+    """Return a state to start from. Raises InputError: no such preset."""
+    arguments.one_of("preset", name, tuple(PRESETS))
     makers: dict[str, Callable[[], Beam]] = {"pla": example, "main": parameters.main}
     beam = makers[name]() if name in makers else parameters.fig6b(float(name.removeprefix("fig6b")))
     mu = PRESETS[name][1]
     start = of(beam) if mu is None else of(beam.replace(friction={"mu": mu}))
     return start._replace(kept=kept)
+
+
+def query(state: State) -> str:
+    """Return the query of the link that shows a state.
+
+    Examples
+    --------
+    >>> link = query(preset("main"))
+    >>> link[:57], read(link) == preset("main")
+    ('load=twisting&law=edge&sense=%2B&joint=hinge&margin=0.01&', True)
+    """
+    return urlencode([*_pairs(state), *(("keep", query(one)) for one in state.kept)])
+
+
+def _pairs(state: State) -> Iterable[tuple[str, str]]:
+    yield from ((name, getattr(state, name)) for name in CHOICES)
+    yield from ((name, repr(float(getattr(state, name)))) for name in ("margin", "twist"))
+    data = state.beam.model_dump()
+    for table, keys in TABLES.items():
+        part = data if table == "beam" else data[table]
+        for key, (dimension, *_) in keys.items():
+            if part[key] is not None:
+                yield f"{table}.{key}", str(part[key]) if dimension is None else as_text(part[key], dimension)
+
+
+def read(text: str, *, kept: bool = True) -> State:
+    """Return the state of a query; ``kept``: it may hold designs that were kept.
+
+    Raises InputError: something in it cannot be used: one line per mistake.
+    """
+    if len(text) > LONGEST:
+        refuse("", "", f"the link is longer than {LONGEST} characters", "copy it anew")
+    pairs = parse_qsl(text.removeprefix("?"), keep_blank_values=True)
+    tables: dict[str, dict[str, object]] = {}
+    plain: dict[str, str] = {}
+    keeps: list[str] = []
+    problems = Problems()
+    for name, given in pairs:
+        table, dot, key = name.partition(".")
+        if dot and table in TABLES and key in TABLES[table]:
+            whole = TABLES[table][key].dimension is None and given.isdecimal() and len(given) < 9
+            tables.setdefault(table, {})[key] = int(given) if whole else given
+        elif name in CHOICES or name in ("margin", "twist"):
+            plain[name] = given
+        elif name == "keep" and kept:
+            keeps.append(given)
+        else:
+            problems.add(shown(name), reason="is not known in a link")
+    if len(keeps) > MOST_KEPT:
+        problems.add("keep", reason=f"{len(keeps)} designs", remedy=f"at most {MOST_KEPT}")
+    problems.settle()
+    beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False)
+    state = State(beam, 0.0)
+    state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
+    for name, given in plain.items():
+        other = state.change(name, given)
+        # a load of a link has not the start of its own that a change on the page has
+        state = state._replace(load=given) if name == "load" else other
+    return state._replace(kept=tuple(read(one, kept=False) for one in keeps))

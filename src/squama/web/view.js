@@ -2,7 +2,7 @@
 import { BeamScene, geometry } from "squama-view";
 
 export default {
-  props: { design: Object, state: Object, words: String, arrows: Boolean },
+  props: { design: Object, state: Object, words: String, arrows: Boolean, palette: Object },
   emits: ["dark"],
   template: `
     <div class="view">
@@ -14,7 +14,7 @@ export default {
   mounted() {
     const canvas = this.$el.querySelector("canvas");
     try {
-      this.beam = new BeamScene(canvas, { onDraw: () => (this.drawn = performance.now()) });
+      this.beam = new BeamScene(canvas, this.palette, { onDraw: () => (this.drawn = performance.now()) });
     } catch {
       this.lost = true;
       return;

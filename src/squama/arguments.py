@@ -1,0 +1,160 @@
+"""Checks of array arguments: one clear line, or the array as floats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squama.errors import refuse
+from squama.model import reach
+from squama.model.laws import LAWS
+from squama.types import Array
+from squama.units import MARGIN, shown
+
+EXAMPLES = {
+    "eta": "3", "beta": "1.25", "lam": "0.45", "mu": "0.25", "margin": "0.01", "stiffness_ratio": "1",
+    "alpha": "np.radians(45)", "theta0": "np.radians(10)", "theta": "np.radians(20)",
+    "points": "200", "at": "5", "scales": "25", "neighbour": "1",
+}  # fmt: skip
+"""What to write, by the name of an argument."""
+
+
+def numbers(name: str, value: ArrayLike) -> Array:
+    """Return finite numbers as an array of floats."""
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        refuse(name, f"{value!r:.60}", "give a number or an array of numbers")
+    _refuse(name, array, ~np.isfinite(array), "a finite number")
+    return array
+
+
+def _refuse(name: str, array: Array, bad: Array, allowed: str, remedy: str = "") -> None:
+    if np.any(bad):
+        first = float(np.ravel(array)[np.flatnonzero(np.ravel(bad))[0]])
+        count = int(np.count_nonzero(bad))
+        more = f" (and {count - 1} more)" if count > 1 else ""
+        refuse(name, f"{first:.6g}{more}", f"must be {allowed}", remedy or _remedy(name))
+
+
+def _remedy(name: str) -> str:
+    return f"write e.g. {EXAMPLES[name]}" if name in EXAMPLES else ""
+
+
+def positive(name: str, value: ArrayLike) -> Array:
+    """Return numbers above zero."""
+    array = numbers(name, value)
+    _refuse(name, array, array <= 0, "above 0")
+    return array
+
+
+def ratio(name: str, value: ArrayLike) -> Array:
+    """Return a ratio above zero; eta and beta not so large that neighbours without end are within reach."""
+    if name not in ("eta", "beta"):
+        return positive(name, value)
+    array = numbers(name, value)
+    _refuse(name, array, (array <= 0) | (array > reach.MOST), reach.ALLOWED)
+    return array
+
+
+def not_negative(name: str, value: ArrayLike) -> Array:
+    """Return numbers of zero or more."""
+    array = numbers(name, value)
+    _refuse(name, array, array < 0, "0 or more")
+    return array
+
+
+def between(name: str, value: ArrayLike, low: float, high: float) -> Array:
+    """Return angles in radians between the bounds, exclusive."""
+    array = numbers(name, value)
+    top = np.degrees(high)
+    allowed = f"an angle in radians between {low:g} and {high:.6g} ({top:g} deg), exclusive"
+    first = np.max(np.abs(array), initial=0.0)
+    hint = f"for degrees write np.radians({first:g})" if first >= high else ""
+    _refuse(name, array, (array <= low) | (array >= high), allowed, hint)
+    return array
+
+
+def together(columns: dict[str, Array]) -> tuple[Array, ...]:
+    """Return the columns broadcast against each other."""
+    try:
+        return np.broadcast_arrays(*columns.values())
+    except ValueError:
+        shapes = ", ".join(f"{name} {v.shape}" for name, v in columns.items())
+        refuse("", "", f"shapes do not fit each other: {shapes}", "give shapes that broadcast")
+
+
+def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
+    """Check the columns of many designs; return them flat, of one length, and their broadcast shape."""
+    given = []
+    for name, value in columns.items():
+        if name in ("alpha", "theta0"):
+            given.append(between(name, value, 0.0, np.pi / 2))
+        elif name in ("mu", "stiffness_ratio"):
+            given.append(not_negative(name, value))
+        else:
+            given.append(ratio(name, value))
+    cols = together(dict(zip(columns, given, strict=True)))
+    return [np.ascontiguousarray(c, float).ravel() for c in cols], cols[0].shape
+
+
+def one_of(name: str, value: str, allowed: Sequence[str]) -> str:
+    """Return the value if it is one of the allowed words."""
+    if value not in allowed:
+        refuse(name, shown(value), f"must be {' or '.join(map(shown, allowed))}")
+    return value
+
+
+def law(value: str) -> str:
+    """Return the name of a force law."""
+    return one_of("law", value, tuple(LAWS))
+
+
+def joint(value: str) -> str:
+    """Return the name of a kind of joint."""
+    return one_of("joint", value, ("hinge", "compliant"))
+
+
+def sense(value: str) -> int:
+    """Return +1 for "+", -1 for "-"."""
+    return 1 if one_of("sense", value, ("+", "-")) == "+" else -1
+
+
+def whole(name: str, value: ArrayLike, low: float, high: float) -> int:
+    """Return one whole number with low <= value <= high."""
+    allowed = f"a whole number from {low:g} to {high:g}"
+    number = scalar(name, value, low, high + 1, allowed)
+    if number != int(number):
+        refuse(name, f"{number:.6g}", f"must be {allowed}", _remedy(name))
+    return int(number)
+
+
+def scalar(name: str, value: ArrayLike, low: float, high: float, allowed: str) -> float:
+    """Return one number with low <= value < high (low exclusive if it is 0)."""
+    array = numbers(name, value)
+    if array.ndim:
+        refuse(name, "", f"must be one number, not an array of shape {array.shape}")
+    _refuse(name, array, (array < low) | (array >= high), allowed)
+    return float(array)
+
+
+def margin(value: ArrayLike) -> float:
+    """Return the fraction of its path left before a lock."""
+    return scalar("margin", value, MARGIN.low, 1.0, MARGIN.allowed)
+
+
+def frictions(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3") -> Array:
+    """Return coefficients of friction: those given, else the beam's own; ``how`` says how else to give one."""
+    if given is None and own is None:
+        refuse("mu", "", "is not given", f"{how}, or write mu under [friction] in the beam's file")
+    mus = not_negative("mu", own if given is None else given)  # type: ignore[arg-type]
+    if mus.ndim > 1 or mus.size == 0:
+        refuse("mu", "", f"must be one number or a sequence of numbers, not an array of shape {mus.shape}")
+    return mus
+
+
+def friction(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3") -> float:
+    """Return one coefficient of friction, as :func:`frictions` does."""
+    return scalar("mu", frictions(own, given, how), 0.0, np.inf, "0 or more")

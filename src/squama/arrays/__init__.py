@@ -1,0 +1,1 @@
+"""Functions over arrays of ratios: contact, forces, ends, derivatives; tables of designs."""

@@ -1,0 +1,161 @@
+"""Derivatives of every output of :func:`squama.solve` with respect to every parameter, for arrays of designs.
+
+No differences are taken: a complex step through the kernel and the implicit function theorem at the end give all
+digits (:mod:`squama.model.sensitivity`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squama import arguments
+from squama.batch.solution import Solution, solve_bending, solve_twisting
+from squama.model.outcome import named
+from squama.model.sensitivity import STEP, Moved, Tracked, move, seed, tracked
+from squama.types import Array
+
+OUTPUTS = ("load_e", "theta_end", "load_end", "theta_c", "load_c", "f0", "torque", "U_el", "W_fr", "RED")
+"""Outputs that have derivatives; names as in :class:`squama.Solved`."""
+PARAMETERS = ("eta", "beta", "lam", "alpha", "theta0", "mu", "stiffness_ratio", "margin")
+"""Parameters of :func:`squama.solve`."""
+_BENDING = ("eta", "theta0", "mu", "stiffness_ratio", "margin")
+
+
+@dataclass(frozen=True, eq=False)
+class Gradient:
+    """Derivatives by name: ``g["W_fr", "mu"]`` is an array with the broadcast shape of the designs.
+
+    ``array`` holds all of them, outputs ``of`` along its first axis, parameters ``wrt`` along its second. ``code``
+    names the end of each design (see ``end``).
+    """
+
+    of: tuple[str, ...]
+    wrt: tuple[str, ...]
+    array: Array
+    code: Array
+
+    def __getitem__(self, names: tuple[str, str]) -> Array:
+        """Return the derivative of an output with respect to a parameter."""
+        of, wrt = names
+        arguments.one_of("output", of, self.of)
+        arguments.one_of("parameter", wrt, self.wrt)
+        found: Array = self.array[self.of.index(of), self.wrt.index(wrt)]
+        return found
+
+    @property
+    def end(self) -> Array:
+        """Ends in words."""
+        return named(self.code)
+
+
+def gradient(
+    *,
+    eta: ArrayLike,
+    beta: ArrayLike = 1.0,
+    lam: ArrayLike = 1.0,
+    alpha: ArrayLike = 0.5,
+    theta0: ArrayLike,
+    mu: ArrayLike,
+    stiffness_ratio: ArrayLike = 0.0,
+    law: str = "edge",
+    sense: str = "+",
+    margin: float = 0.01,
+    load: str = "twisting",
+    of: str | Sequence[str] | None = None,
+    wrt: str | Sequence[str] | None = None,
+) -> Gradient:
+    """Differentiate outputs of :func:`squama.solve` with respect to its parameters.
+
+    A derivative holds while the end keeps its name. Where nothing engages, those of ``load_e`` and ``load_end`` are
+    NaN. At mu = 0 the derivative with respect to mu is that for growing mu.
+
+    Parameters
+    ----------
+    eta, beta, lam, alpha, theta0, mu, stiffness_ratio, law, sense, margin, load
+        As in :func:`squama.solve`.
+    of, wrt
+        Names of outputs and of parameters, or None for all of them.
+
+    Returns
+    -------
+    Gradient
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, or a name is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np, squama
+    >>> design = dict(eta=3, beta=1.25, lam=0.45, alpha=np.pi / 4, theta0=np.radians(10))
+    >>> g = squama.gradient(**design, mu=[0.2, 0.5], of=["load_end", "RED"], wrt="mu")
+    >>> print(g["load_end", "mu"].round(5))
+    [-0.04412 -0.08261]
+    """
+    of, wrt = _names("of", of, OUTPUTS), _names("wrt", wrt, PARAMETERS)
+    arguments.one_of("load", load, ("twisting", "bending"))
+    columns, shape = arguments.designs(
+        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
+    )
+    margin = arguments.margin(margin)
+    e, b, la, al, t0, m, ratio = columns
+    arguments.law(law)
+    sign = arguments.sense(sense)
+    cut = margin if {"W_fr", "RED"} & set(of) else None
+    if load == "bending":
+        sol = solve_bending(e, t0, m, margin=cut)
+    else:
+        sol = solve_twisting(e, b, la, al, t0, m, law=law, sense=sense, margin=cut)
+    array = np.zeros((len(of), len(wrt), e.size))
+    with np.errstate(all="ignore"):
+        figures = _Figures(sol, t0, ratio, of, with_work=cut is not None)
+        tracks = [(index, tracked(t, m[index], margin, law, sol.work[index])) for index, t in sol.tracks]
+        for j, name in enumerate(wrt):
+            known = _BENDING if load == "bending" else PARAMETERS
+            array[:, j] = figures.derivatives(tracks, name if name in known else "", sign)
+    return Gradient(of, wrt, array.reshape(len(of), len(wrt), *shape), sol.code.reshape(shape))
+
+
+def _names(what: str, given: str | Sequence[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
+    names = known if given is None else (given,) if isinstance(given, str) else tuple(given)
+    for name in names:
+        arguments.one_of(what, name, known)
+    return names
+
+
+@dataclass(frozen=True)
+class _Figures:
+    """From the moved results of the tracks to the outputs; ``with_work`` if the work, which costs most, is asked."""
+
+    sol: Solution
+    theta0: Array
+    ratio: Array
+    of: tuple[str, ...]
+    with_work: bool
+
+    def derivatives(self, tracks: list[tuple[Array, Tracked]], name: str, sign: int) -> Array:
+        """Differentiate the outputs with respect to one parameter ("" for one that has no part in this load)."""
+        ih = STEP * 1j
+        theta0 = self.theta0 + ih * (name == "theta0")
+        ratio = self.ratio + ih * (name == "stiffness_ratio")
+        out: dict[str, Any] = {key: np.zeros(theta0.size, complex) for key in Moved._fields}
+        # what does not engage stays where it is
+        engaged = np.isfinite(self.sol.load_e)
+        out["theta_end"], out["theta_c"] = theta0.copy(), theta0.copy()
+        out["load_e"][~engaged] = out["load_end"][~engaged] = complex(0, np.nan)
+        for index, t in tracks:
+            moved = move(t, seed(t, name, sign), with_work=self.with_work)
+            for key, values in zip(Moved._fields, moved, strict=True):
+                out[key][index] = values
+        out["torque"] = out["scales"] + ratio * out["load_c"]
+        lift = out["theta_c"] - theta0
+        out["U_el"] = (ratio * out["load_c"] ** 2 + lift * lift) / 2
+        total = out["U_el"] + out["W_fr"]
+        out["RED"] = np.divide(out["W_fr"], total, out=np.zeros_like(total), where=total.real > 0)
+        return np.array([out[key].imag for key in self.of]) / STEP

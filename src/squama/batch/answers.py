@@ -1,0 +1,103 @@
+"""Answers of many designs: few by Python, many by its compiled copy, on as many threads as there are."""
+
+from __future__ import annotations
+
+import logging
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.figures import Common, Rules, fill, legendre_rules, pole_rules
+from squama.model.evaluation import BENT, NAMES, OPEN, Room
+from squama.types import Array
+
+FEW = 128
+"""Designs up to which Python answers: about as soon as compiled code would be loaded."""
+PART, LEAST = 4096, 256
+"""Designs a thread takes at a time, at most and at least."""
+FLOATS = 10
+NO_RULE = Rules(np.zeros(1, np.int64), np.zeros((4, 1)), 0.0)
+
+
+class Answers(NamedTuple):
+    """Arrays of one length: path (from ``x0`` to ``x_end``, through a fold at ``theta_f``), its end, its cut-off.
+
+    ``kind`` of path and path parameters as in :mod:`squama.model.evaluation`; ``load_e`` and ``load_end`` per pitch.
+    """
+
+    load_e: Array
+    load_end: Array
+    x0: Array
+    x_end: Array
+    theta_f: Array
+    theta_c: Array
+    load_c: Array
+    f0: Array
+    torque: Array
+    work: Array
+    code: Array
+    neighbour: Array
+    crossing: Array
+    kind: Array
+
+
+def answers(
+    columns: tuple[Array, ...],
+    *,
+    law: str,
+    sense: str,
+    load: str,
+    margin: float | None = None,
+    threads: int | None = None,
+    few: int = FEW,
+) -> Answers:
+    """Answer designs given by columns eta, beta, lam, alpha, theta0, mu of one length.
+
+    Parameters
+    ----------
+    margin
+        Fraction of the path left before a lock; None leaves the figures at the cut-off out.
+    threads
+        Threads to work with: by default as many as there are cores, or as NUMBA_NUM_THREADS says.
+    few
+        Designs up to which Python answers.
+    """
+    designs = np.ascontiguousarray(np.stack(columns), float)
+    n = designs.shape[1]
+    cut, plain = (NO_RULE, NO_RULE) if margin is None else (pole_rules(margin), legendre_rules())
+    kind, sign = BENT if load == "bending" else OPEN, 1.0 if sense == "+" else -1.0
+    common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
+    out, whole = np.zeros((FLOATS, n)), np.empty((4, n), np.int64)
+    if n <= few:
+        with np.errstate(all="ignore"):
+            fill(designs, 0, n, common, Room(), out, whole)
+    else:
+        _in_parts(designs, common, out, whole, threads)
+    return Answers._make((*out, whole[0].astype(np.int8), *whole[1:]))
+
+
+def _in_parts(designs: Array, common: Common, out: Array, whole: Array, threads: int | None) -> None:
+    from squama.batch import entry
+
+    if not entry.ready():
+        logging.getLogger("squama").warning("squama: compiling the code for many designs, once; some seconds")
+    n = designs.shape[1]
+    cores = int(os.environ.get("NUMBA_NUM_THREADS", "0")) or len(os.sched_getaffinity(0))
+    workers = max(1, min(threads or cores, n // LEAST))
+    parts = iter(range(0, n, size := max(LEAST, min(PART, n // (2 * workers)))))
+
+    def work() -> None:
+        room = entry.room()
+        for low in parts:
+            entry.fill(designs, low, min(n, low + size), common, room, out, whole)
+
+    if workers == 1:
+        work()
+        return
+    with ThreadPoolExecutor(workers - 1) as pool:
+        others = [pool.submit(work) for _ in range(workers - 1)]
+        work()
+        for other in others:
+            other.result()

@@ -1,0 +1,197 @@
+"""From ratios to ends: engagement, the path of the pair that is met first, its end; twisting and bending."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.batch.answers import Answers, answers
+from squama.model.bending import Bend
+from squama.model.evaluation import FOLDED, OPEN
+from squama.model.outcome import CODES, End
+from squama.model.paths import ARRAY, FoldedTwist
+from squama.model.plates import TIP_SIDE, Plates, Touch, first_touch, name
+from squama.model.tracks import Track, scalar, take
+from squama.types import Array
+
+TOUCH_SAMPLES = 41
+"""Samples at which the plates are tested against each other along a path."""
+REST_SAMPLES = 24
+"""The same before engagement."""
+SHORT = 1 - 1e-9
+"""Part of a path on which other contacts are looked for."""
+SEARCH = math.pi / 2
+"""Twist per pitch up to which plates that do not engage are looked at, unless a range is asked."""
+
+
+class Solution(NamedTuple):
+    """Ends of n designs (arrays), and the tracks that lead there, grouped by row.
+
+    ``load_e`` engagement load angle per pitch (inf where there is none), ``theta_end``, ``load_end``, ``code`` of the
+    end, ``neighbour`` followed (0 for none), ``crossing`` neighbour whose tip-side contact came in (0 for none),
+    ``work`` W_fr d/K_theta up to the cut-off (0 where no margin was asked).
+    """
+
+    load_e: Array
+    theta_end: Array
+    load_end: Array
+    code: Array
+    neighbour: Array
+    crossing: Array
+    work: Array
+    tracks: list[tuple[Array, Track]]
+
+    def one(self, i: int) -> Solution:
+        """Return the solution of design ``i`` alone."""
+        tracks = [
+            (np.zeros(1, int), Track(take(t.row, n), *(v[n] for v in t[1:])))
+            for index, t in self.tracks
+            if (n := np.flatnonzero(index == i)).size
+        ]
+        return Solution._make((*(v[i : i + 1] for v in self[:-1]), tracks))
+
+
+def solve_twisting(
+    eta: Array,
+    beta: Array,
+    lam: Array,
+    alpha: Array,
+    theta0: Array,
+    mu: Array,
+    *,
+    law: str,
+    sense: str,
+    margin: float | None = None,
+) -> Solution:
+    """Follow the tip-side contact that is met first in each design (1-D arrays of one length, radians)."""
+    a = answers((eta, beta, lam, alpha, theta0, mu), law=law, sense=sense, load="twisting", margin=margin)
+    sa = np.sin(alpha) * (1 if sense == "+" else -1)
+    whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float))
+    tracks = []
+    for kind, all_rows in ((OPEN, whole.open), (FOLDED, whole)):
+        index = np.flatnonzero((a.neighbour > 0) & (a.kind == kind))
+        if index.size:
+            tracks.append((index, _track(take(all_rows, index), a, index)))
+    theta_end = np.where(a.kind == FOLDED, whole.theta(a.x_end), a.x_end)
+    return _solution(a, np.where(a.x_end == a.x0, theta0, theta_end), tracks)
+
+
+def solve_bending(eta: Array, theta0: Array, mu: Array, *, margin: float | None = None) -> Solution:
+    """Follow the tip-on-face contact of each design (1-D arrays of one length, radians)."""
+    zero = np.zeros_like(eta)
+    a = answers((eta, zero, zero, zero, theta0, mu), law="edge", sense="+", load="bending", margin=margin)
+    index = np.flatnonzero(a.neighbour)
+    tracks = [(index, _track(take(Bend(eta, theta0), index), a, index))] if index.size else []
+    return _solution(a, a.x_end, tracks)
+
+
+def _track(row: Any, a: Answers, index: Array) -> Track:
+    return Track(row, a.x0[index], a.x_end[index], a.load_end[index], a.code[index], a.crossing[index])
+
+
+def _solution(a: Answers, theta_end: Array, tracks: list[tuple[Array, Track]]) -> Solution:
+    return Solution(a.load_e, theta_end, a.load_end, a.code, a.neighbour, a.crossing, a.work, tracks)
+
+
+def touch(
+    plates: Plates,
+    theta0: float,
+    limit: float,
+    t: Track | None,
+    i: int,
+    *,
+    mirrored: bool,
+    shares: Array | tuple[float, ...] = (1.0,),
+) -> Touch | None:
+    """First contact of the plates other than the followed one: at rest up to the twist ``limit``, then on the path.
+
+    Parameters
+    ----------
+    t, i
+        Track and the design's place in it; None for a design that does not engage.
+    shares
+        Parts of the path each of which is sampled, ascending.
+    """
+    row: Any = None if t is None else scalar(t.row, i)
+    x0, x_end = (0.0, 0.0) if t is None else (float(t.x0[i]), float(t.x_end[i]))
+
+    def at(v: Array) -> tuple[Array, Array]:
+        # v runs from -1 to 0 at rest and from 0 to 1 on the path
+        rest = v < 0
+        theta, phi = np.full(v.size, theta0), limit * (1 + v) ** 2
+        if not rest.all():
+            pt = row.point(x0 + (x_end - x0) * v[~rest], "edge", ARRAY)
+            theta[~rest], phi[~rest] = pt.theta, pt.load
+        return theta, phi
+
+    # at the end of an edge the corner itself touches: that is the end, not another contact
+    steps = np.linspace(0.0, SHORT, TOUCH_SAMPLES)
+    on_path = np.unique(np.outer(shares, steps)) if x_end > x0 else np.empty(0)
+    v = np.concatenate([[-1 + 1e-5], np.linspace(-1, -1e-9, REST_SAMPLES)[1:], on_path])
+    return first_touch(plates, at, v, follows=0 if row is None else int(row.k), mirrored=mirrored)
+
+
+def with_touches(
+    sol: Solution, shapes: Sequence[Array], *, sense: str, alike: bool = False
+) -> tuple[Solution, list[Touch | None]]:
+    """Cut every path at the first contact of any pair of plates; return the contacts too (None for none).
+
+    ``shapes`` are the columns eta, beta, lam, alpha and theta0.
+
+    What touches when is geometry: if the designs are ``alike`` but for friction, which only decides how far a path
+    goes, contacts are found once.
+    """
+    mirrored = sense == "-"
+    eta, beta, lam, alpha, theta0 = shapes
+    sa, ca = np.sin(alpha) * (-1 if mirrored else 1), np.cos(alpha)
+    touches: list[Touch | None] = [None] * theta0.size
+    theta_end, load_end, code = sol.theta_end.copy(), sol.load_end.copy(), sol.code.copy()
+    places: dict[int, tuple[Track, int]] = {int(i): (t, n) for index, t in sol.tracks for n, i in enumerate(index)}
+    every = list(range(theta0.size))
+    for group in [every] if alike else [[i] for i in every]:
+        first = group[0]
+        shape = Plates(*(float(v[first]) for v in (eta, beta, lam, sa, ca)))
+        rest = float(theta0[first])
+        known = [places[i] for i in group if i in places]
+        if not known:
+            hit = touch(shape, rest, SEARCH, None, 0, mirrored=mirrored)
+            for i in group:
+                touches[i] = hit
+            continue
+        # the longest path has all others as parts; it is looked at wherever one of them would be
+        longest, n = max(known, key=lambda place: float(place[0].load_end[place[1]]))
+        row, x0 = take(longest.row, n), longest.x0[n]
+        whole = longest.x_end[n] - x0
+        ends = [_along(row, t, m) for t, m in known]
+        shares = np.unique([(x - x0) / whole if whole > 0 else 0.0 for x in ends])
+        hit = touch(shape, rest, float(sol.load_e[first]), longest, n, mirrored=mirrored, shares=shares)
+        if hit is None:
+            continue
+        reached = x0 + whole * max(hit.x, 0.0)
+        for i, (t, m), x in zip(group, known, ends, strict=True):
+            if hit.x > 0 and reached > x0 + (x - x0) * SHORT:
+                continue
+            touches[i] = hit
+            theta_end[i], load_end[i], code[i] = hit.theta, hit.phi, CODES.index(End.OTHER)
+            t.x_end[m] = reached if type(t.row) is type(row) else take(t.row, m).parameter(hit.theta, ARRAY)
+            t.load_end[m] = hit.phi
+    return sol._replace(theta_end=theta_end, load_end=load_end, code=code), touches
+
+
+def _along(row: Any, t: Track, m: int) -> float:
+    """Return where on the path of ``row`` design ``m`` of a track, alike but for friction, ends."""
+    if type(t.row) is type(row):
+        return float(t.x_end[m])
+    return float(np.asarray(row.parameter(take(t.row, m).theta(t.x_end[m]), ARRAY)))
+
+
+def other_words(sol: Solution, touches: list[Touch | None], i: int, *, mirrored: bool) -> str:
+    """Pair that ends the path of design ``i`` or touches instead; "" for none."""
+    hit = touches[i] if touches else None
+    if hit is not None:
+        return f"{hit.pair} (k = {hit.k})"
+    k = int(sol.crossing[i])
+    return f"{name(TIP_SIDE, k, mirrored)} (k = {k})" if k else ""

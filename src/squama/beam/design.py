@@ -1,0 +1,254 @@
+"""A scale-covered beam, and what follows from its data.
+
+Inputs are checked at the door and stored in SI units (m, rad, Pa, N m). Everything else is a property.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from pydantic import ValidationError, model_validator
+
+from squama.beam import beamfile, validity
+from squama.beam.parts import Assembly, Friction, Joint, Quantity, Scale, Substrate, read_ratios
+from squama.errors import Problem, Problems, naming
+from squama.io import files
+
+__all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
+
+
+class Beam(Assembly):
+    """A beam with N equal scales at equal distances.
+
+    Parameters
+    ----------
+    scale, substrate : Scale, Substrate
+        What it is made of.
+    pitch : float or str
+        Distance d between two scales, m.
+    scales : int
+        Number N of scales, at least 2; the beam is N d long.
+    joint, friction : Joint, Friction
+        Optional.
+
+    Raises
+    ------
+    InputError
+        One line per mistake; also if eta or beta is above 100, or the embedded tab would come out of the
+        substrate's other face.
+    """
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            scale: Scale | Mapping[str, Any],
+            substrate: Substrate | Mapping[str, Any],
+            pitch: Quantity,
+            scales: int = 25,
+            joint: Joint | Mapping[str, Any] = ...,
+            friction: Friction | Mapping[str, Any] = ...,
+        ) -> None: ...
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> Self:
+        validity.parts_fit(self)
+        return self
+
+    @classmethod
+    def from_toml(
+        cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> Self:
+        """Read a beam from a TOML file; every dimensional value in it needs its unit.
+
+        Parameters
+        ----------
+        path : path
+            The file, at most 1 MB of UTF-8.
+        overrides : mapping, optional
+            Values that replace those of the file, by table and key, e.g. ``{"scale": {"alpha": "30 deg"}}``.
+            They too need their units.
+
+        Returns
+        -------
+        Beam
+
+        Raises
+        ------
+        InputError
+            The file or a value in it cannot be used: one line per mistake, each with the file's name.
+        """
+        text = files.read_text(path, missing=f"write an example with: squama new {files.label(path)}")
+        return cls.from_toml_text(text, source=files.label(path), overrides=overrides, folder=Path(path).parent)
+
+    @classmethod
+    def from_toml_text(
+        cls,
+        text: str,
+        *,
+        source: str = "beam",
+        overrides: Mapping[str, Mapping[str, Any]] | None = None,
+        folder: str | os.PathLike[str] = "",
+    ) -> Self:
+        """Read a beam from the text of a file: its name in messages is `source`, other files are in `folder`."""
+        with naming(source=source):
+            arguments, problems = beamfile.parse(text)
+        if overrides:
+            arguments = beamfile.merge(arguments, overrides)
+        return cls._build(arguments, problems, source=source, bare=False, folder=folder)
+
+    @classmethod
+    def from_ratios(
+        cls,
+        *,
+        eta: float = 3,
+        beta: float = 1.25,
+        lam: float = 0.45,
+        zeta: float = 0.35,
+        slenderness: float = 35,
+        alpha: Quantity = "45 deg",
+        theta0: Quantity = "10 deg",
+        width: Quantity = "32 mm",
+        thickness: Quantity = "16 mm",
+        youngs_modulus: Quantity = "25 GPa",
+        poisson_ratio: Quantity = 0.25,
+        scales: int = 25,
+        mu: Quantity | None = None,
+        stiffness: Quantity | None = None,
+        inclusion_factor: Quantity | None = None,
+    ) -> Self:
+        """Make a beam from the paper's ratios; the defaults are those of its Figs. 4, 5, 6a and 7.
+
+        Parameters
+        ----------
+        eta, beta, lam, zeta : float
+            l/d, b/d, t/d and L/d; positive. The thickness 2t fixes the pitch, d = t / lam.
+        slenderness : float
+            L/t_s; positive.
+        alpha, theta0 : float or str
+            Angles of the scales, rad.
+        width, thickness : float or str
+            Section of the substrate, m; the thickness is 2t.
+        youngs_modulus, poisson_ratio : float or str
+            E_B, Pa, and nu.
+        scales : int
+            N.
+        mu, stiffness, inclusion_factor : float or str, optional
+            As in `Friction` and `Joint`.
+
+        Returns
+        -------
+        Beam
+
+        Raises
+        ------
+        InputError
+            One line per mistake.
+        """
+        r = read_ratios({"eta": eta, "beta": beta, "lam": lam, "zeta": zeta, "slenderness": slenderness})
+        substrate = Substrate(
+            width=width, thickness=thickness, youngs_modulus=youngs_modulus, poisson_ratio=poisson_ratio
+        )
+        d = substrate.thickness / 2 / r["lam"]
+        embedded = r["zeta"] * d
+        sizes = {"length": r["eta"] * d, "embedded": embedded, "width": 2 * r["beta"] * d}
+        return cls(
+            scale={**sizes, "thickness": embedded / r["slenderness"], "alpha": alpha, "theta0": theta0},
+            substrate=substrate,
+            pitch=d,
+            scales=scales,
+            joint={"stiffness": stiffness, "inclusion_factor": inclusion_factor},
+            friction={"mu": mu},
+        )
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a changed copy, validated again.
+
+        Parameters
+        ----------
+        **changes
+            Fields of the beam; a mapping changes single values of a part, e.g. ``scale={"alpha": "30 deg"}``.
+
+        Returns
+        -------
+        Beam
+
+        Raises
+        ------
+        InputError
+            One line per mistake.
+        """
+        data = self.model_dump()
+        for name, value in changes.items():
+            old = data.get(name)
+            data[name] = {**old, **value} if isinstance(old, dict) and isinstance(value, Mapping) else value
+        return self._build(data)
+
+    def _with(self, values: Mapping[str, float | None]) -> Self:
+        """Return a copy with some values replaced, by their names in the beam file such as "scale.length"."""
+        tables: dict[str, dict[str, float | None]] = {}
+        for name, value in values.items():
+            table, _, key = name.partition(".")
+            tables.setdefault(table, {})[key] = value
+        return self._build(beamfile.merge(self.model_dump(), tables))
+
+    @classmethod
+    def _build(
+        cls,
+        data: Mapping[str, Any],
+        problems: Iterable[Problem] = (),
+        *,
+        source: str = "",
+        bare: bool = True,
+        folder: str | os.PathLike[str] = "",
+    ) -> Self:
+        """Validate nested data; put the source before what is wrong."""
+        found = Problems(problems)
+        with naming(source=source):
+            try:
+                beam = cls.model_validate(data, context={"bare": bare, "folder": folder})
+            except ValidationError as error:
+                raise beamfile.explain(error, None, found) from None
+            found.settle()
+            return beam
+
+    def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
+        """Return the beam as the text of a beam file, and write that file if a path is given.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to write; the file is complete or not there at all.
+
+        Returns
+        -------
+        str
+            TOML that `from_toml` reads back to an equal beam, to the last bit.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        tables = self.model_dump(include={"scale", "substrate", "joint", "friction"})
+        # the matrix itself, so that the text says all wherever it goes
+        matrix = self.joint.matrix
+        tables["joint"]["matrix"] = None if matrix is None else matrix.text
+        text = beamfile.write({**tables, "beam": {"pitch": self.pitch, "scales": self.scales}})
+        if path is not None:
+            files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
+        return text
+
+    def warnings(self, load: str = "twisting", sense: str = "+") -> list[str]:
+        """Say where the beam leaves the range of the model under a load ("twisting" or "bending") in a sense.
+
+        Returns
+        -------
+        list of str
+            One line per finding; empty if there is none. See `squama.beam.validity`.
+        """
+        return validity.messages(self, load, sense)

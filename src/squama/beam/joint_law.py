@@ -1,0 +1,106 @@
+"""K_theta, C_f and the rigidity of a beam: as given, from the joint's matrix, or by the scaling laws.
+
+One rule for one beam and for columns of beams: a value that is given comes first, then the joint's matrix (it is one
+for twisting), scaled to the beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix stands
+for the shape for which it was made whatever the other sizes are; `squama.beam.validity` says where they differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from squama.loads import LOADS
+from squama.model import joint, section
+from squama.model.twisting import Number
+
+if TYPE_CHECKING:
+    from squama.beam.matrixfile import StoredMatrix
+
+Each = Callable[..., Number]
+"""How a law is evaluated: :func:`one`, :func:`one_by_one` or :func:`whole`."""
+
+
+class Given(NamedTuple):
+    """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not."""
+
+    stiffness: Number | None
+    inclusion_factor: Number | None
+    matrix: StoredMatrix | None
+
+
+class Sizes(NamedTuple):
+    """What the laws depend on, SI: floats, or arrays that broadcast; ``half`` is half the scale's width."""
+
+    modulus: Number
+    poisson: Number
+    width: Number
+    depth: Number
+    pitch: Number
+    half: Number
+    thickness: Number
+    embedded: Number
+    beta: Number
+    lam: Number
+    zeta: Number
+
+
+def one(law: Each, *arguments: Number) -> Number:
+    """Evaluate a law for one beam."""
+    return law(*arguments)
+
+
+def one_by_one(law: Each, *arguments: Number) -> Number:
+    """Evaluate a law for arrays, one element after the other: to the last bit as for one beam."""
+    import numpy as np
+
+    return np.asarray(np.frompyfunc(law, len(arguments), 1)(*arguments), float)
+
+
+def whole(law: Each, *arguments: Number) -> Number:
+    """Evaluate a law for whole arrays; a complex step goes through it."""
+    import numpy as np
+
+    return np.asarray(law(*arguments))
+
+
+def stiffness(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
+    """Return the stiffness of a scale's joint, N m, of one beam or of many, under "twisting" or "bending"."""
+    if given.stiffness is not None:
+        return given.stiffness
+    if given.matrix is not None and LOADS[load].matrix:
+        return each(_scaled, given.matrix.K_theta, s.modulus, s.pitch, 3)
+    law, across = joint.LAWS[f"stiffness {load}"], LOADS[load].across
+    return each(law.value, s.modulus, s.thickness, across * s.half, s.embedded)
+
+
+def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
+    """Return the inclusion factor C_f; arguments as of :func:`stiffness`."""
+    if given.inclusion_factor is not None:
+        return given.inclusion_factor
+    if given.matrix is not None and LOADS[load].matrix:
+        return each(_scaled, given.matrix.rigidity, s.modulus, s.pitch, 4) / bare(load, s, each)
+    return each(joint.LAWS[f"inclusion {load}"].value, s.zeta, s.beta, s.lam)
+
+
+def rigidity(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
+    """Return the rigidity of the beam without contact, N m^2; arguments as of :func:`stiffness`."""
+    return inclusion(load, s, given, each) * bare(load, s, each)
+
+
+def bare(load: str, s: Sizes, each: Each = one) -> Number:
+    """Return the rigidity of the bar without scales, N m^2."""
+    return _BARE[load](s, each)
+
+
+def _scaled(figure: Number, modulus: Number, pitch: Number, power: int) -> Number:
+    """Return a matrix' figure for a beam's modulus and pitch."""
+    return figure * modulus * pitch**power
+
+
+_BARE: dict[str, Callable[[Sizes, Each], Number]] = {
+    "twisting": lambda s, each: (
+        each(section.torsion_constant, s.width, s.depth) * section.shear_modulus(s.modulus, s.poisson)
+    ),
+    "bending": lambda s, each: s.modulus * each(section.bending_moment_of_area, s.width, s.depth),
+}

@@ -1,0 +1,251 @@
+"""The stiffness of a scale's joint as a file: seven rows and columns with units, and the beam that it was made for.
+
+A table of text (CSV) with a row for each force on the scale (F along n_X, n_Y, n_Z, moments M about them, and the
+torque T) and a column for each motion (u_X .. w_Z, and phi, the twist per pitch); an entry is the force that the motion
+takes while all others are held. Comments name what it was made for, as in a beam file:
+
+    # scale.embedded = "4.5 mm"
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import re
+from collections.abc import Mapping
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from squama.beam.beamfile import NUMBERS
+from squama.errors import naming, refuse
+from squama.io import files, tabular
+from squama.units import UNITS, Dimension, as_text, look_up, quantity, shown
+
+if TYPE_CHECKING:
+    from squama.types import Array
+
+MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "phi")
+"""Columns in their order; the first three are lengths, the others angles."""
+FORCES = ("F_X", "F_Y", "F_Z", "M_X", "M_Y", "M_Z", "T")
+"""Rows in their order; the first three are forces, the others moments."""
+SHAPE = (
+    "scale.embedded", "scale.width", "scale.thickness", "scale.alpha", "scale.theta0", "substrate.width",
+    "substrate.thickness", "substrate.poisson_ratio",
+)  # fmt: skip
+"""Keys of the beam file that the matrix depends on, in units of the pitch and of the substrate's modulus."""
+SCALING = ("beam.pitch", "substrate.youngs_modulus")
+"""Keys by which it is scaled to a beam of the same shape."""
+NEAR = 1e-6
+"""Relative difference at which two values count as equal."""
+_NEWTON = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
+_CELL = re.compile(r"\s*([A-Za-z]+(?:_[XYZ])?)\s*\(([^()]+)\)\s*")
+_MADE = re.compile(r"#\s*([a-z]+\.[a-z0-9_]+)\s*=\s*(.+?)\s*")
+_COLUMNS = [f"{name} ({'m' if i < 3 else 'rad'})" for i, name in enumerate(MOTIONS)]
+_ROWS = [f"{name} ({'N' if i < 3 else 'N m'})" for i, name in enumerate(FORCES)]
+
+
+class StoredMatrix:
+    """A stiffness matrix as it stands in a file; frozen, equal where the numbers are.
+
+    ``rows`` (7 by 7) are over the six motions and the twist per pitch: N, m and rad. ``made`` says what it was made
+    for, SI values by "table.key", those of :data:`SCALING` at least; ``name`` is the file, for messages. Refused: not
+    symmetric, not positive definite.
+    """
+
+    __slots__ = ("__dict__", "made", "name", "rows")
+
+    def __init__(self, rows: object, made: Mapping[str, float], name: str = "matrix") -> None:
+        import numpy as np
+
+        table = np.asarray(rows, float)
+        self.rows = tuple(map(tuple, table.tolist()))
+        self.made = {key: float(made[key]) for key in (*SCALING, *SHAPE) if key in made}
+        self.name = name
+        _check(table, name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, StoredMatrix) and (self.rows, self.made) == (other.rows, other.made)
+
+    def __hash__(self) -> int:
+        return hash(self.rows)
+
+    def __repr__(self) -> str:
+        return f"<stiffness of a joint from {self.name}>"
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __deepcopy__(self, memo: object) -> StoredMatrix:
+        return self
+
+    def tolist(self) -> list[list[float]]:
+        """Return the rows in SI, as JSON takes them."""
+        return [list(row) for row in self.rows]
+
+    @functools.cached_property
+    def K(self) -> Array:
+        """The matrix (7, 7) in units of the pitch and of the substrate's modulus that it was made for."""
+        import numpy as np
+
+        lengths, unit = _scales(self.made)
+        K = np.array(self.rows) * lengths / unit
+        return np.asarray((K + K.T) / 2)
+
+    @functools.cached_property
+    def K_theta(self) -> float:
+        """Stiffness against inclination, E d^3."""
+        return inclination_stiffness(self.K)
+
+    @functools.cached_property
+    def rigidity(self) -> float:
+        """Torque over the twist per pitch without contact, E d^3."""
+        return twisting_stiffness(self.K)
+
+    @property
+    def text(self) -> str:
+        """The file's text; :func:`parse` reads back the same numbers, to the last bit."""
+        lines = ["# stiffness of a scale's joint: force of a row for the motion of a column, the others held; made for"]
+        for name, value in self.made.items():
+            written = as_text(value, NUMBERS[name][0])
+            lines.append(f"# {name} = " + (written if NUMBERS[name][0] is Dimension.RATIO else f'"{written}"'))
+        lines.append(",".join(("force", *_COLUMNS)))
+        lines += [f"{name},{','.join(map(repr, row))}" for name, row in zip(_ROWS, self.rows, strict=True)]
+        return "\n".join(lines) + "\n"
+
+    def differences(self, values: Mapping[str, float]) -> list[tuple[str, float, float]]:
+        """Return where the shape for which it was made is not that of the values: key, value made for, other, SI.
+
+        Lengths are compared in units of the pitch; ``values`` are SI, by "table.key".
+        """
+        found = []
+        for key in SHAPE:
+            if key in self.made:
+                length = NUMBERS[key][0] is Dimension.LENGTH
+                own, other = (v[key] / (v["beam.pitch"] if length else 1) for v in (self.made, values))
+                if not math.isclose(own, other, rel_tol=NEAR):
+                    found.append((key, self.made[key], values[key]))
+        return found
+
+
+def made_for(beam: object) -> dict[str, float]:
+    """Return what the matrix of a beam depends on, SI values by "table.key"."""
+    return {name: float(attrgetter(name.removeprefix("beam."))(beam)) for name in (*SCALING, *SHAPE)}
+
+
+def stored(beam: object, K: Array, name: str = "matrix") -> StoredMatrix:
+    """Return a matrix (7, 7) in units of the pitch and the substrate's modulus as a file holds it, SI."""
+    made = made_for(beam)
+    lengths, unit = _scales(made)
+    return StoredMatrix(K * unit / lengths, made, name)
+
+
+def _scales(made: Mapping[str, float]) -> tuple[Array, float]:
+    """Return the lengths (7, 7) by which entries are scaled, and E d^3."""
+    import numpy as np
+
+    d, E = (made[key] for key in SCALING)
+    lengths = np.array([d, d, d, 1.0, 1.0, 1.0, 1.0])
+    return np.outer(lengths, lengths), E * d**3
+
+
+def inclination_stiffness(K: Array, motion: int = 4) -> float:
+    """Return the stiffness against a turn about n_Y at no twist, the scale's other motions free.
+
+    ``motion`` is its number among the rows of K, whose last one is the twist.
+    """
+    import numpy as np
+
+    return float(1 / np.linalg.inv(K[:-1, :-1])[motion, motion])
+
+
+def twisting_stiffness(K: Array) -> float:
+    """Return the torque per twist per pitch, the scale's motions free; the twist is the last row of K."""
+    import numpy as np
+
+    return float(K[-1, -1] - K[-1, :-1] @ np.linalg.solve(K[:-1, :-1], K[:-1, -1]))
+
+
+def read(path: str | os.PathLike[str]) -> StoredMatrix:
+    """Read a matrix from a file, or refuse one that cannot be read or is no such matrix."""
+    return _parsed(tabular.read(path, missing="write it with: squama joint beam.toml --matrix joint.csv"))
+
+
+def parse(text: str) -> StoredMatrix:
+    """Read a matrix from the text of its file; errors as from :func:`read`."""
+    return _parsed(tabular.parse(text, "matrix"))
+
+
+def write(matrix: StoredMatrix, path: str | os.PathLike[str]) -> Path:
+    """Write a matrix; the file is complete or not there at all."""
+    return files.atomic_write(path, lambda place: place.write_text(matrix.text, encoding="utf-8"))
+
+
+def _parsed(table: tabular.Table) -> StoredMatrix:
+    import numpy as np
+
+    head = table.header
+    if len(head.cells) != 8 or len(table.rows) != 7:
+        have = f"has {len(table.rows)} rows and {max(len(head.cells) - 1, 0)} columns of numbers"
+        refuse("", "", have, f"a joint's matrix has 7 and 7, over {', '.join(MOTIONS)}", table.name)
+    motions = [_unit(table, head.line, cell, i, _COLUMNS) for i, cell in enumerate(head.cells[1:])]
+    read_cell = functools.partial(tabular.number, example="1234.5")
+    columns = {motion: (i, read_cell) for i, motion in enumerate(MOTIONS, start=1)}
+    rows, values, problems = tabular.numbers(table, columns, "force")
+    problems.settle()
+    forces = [[_unit(table, row.line, row.cells[0], i, _ROWS)] for i, row in enumerate(rows)]
+    return StoredMatrix(np.array(values) * forces / motions, _made(table), table.name)
+
+
+def _unit(table: tabular.Table, line: int, cell: str, i: int, names: list[str]) -> float:
+    """Return the unit of the row or column i in SI, or refuse its name or unit; ``names`` are all, with SI units."""
+    match = _CELL.fullmatch(cell)
+    name, si = names[i].rstrip(")").split(" (")
+    if match is None or match[1] != name:
+        reason, order = f"must be {name} with its unit, as {names[i]}", ", ".join(n.partition(" ")[0] for n in names)
+        raise table.error(line, reason, f"the order is {order}", shown(cell.strip()))
+    unit = match[2].strip()
+    factor = _NEWTON.get(unit) if si == "N" else None
+    if si != "N" and (found := look_up(unit)) is not None and found[0] is UNITS[si][0]:
+        factor = found[1] / found[2]
+    if factor is None:
+        raise table.error(line, "has no unit that fits", f"write e.g. {names[i]}", shown(cell.strip()))
+    return factor
+
+
+def _made(table: tabular.Table) -> dict[str, float]:
+    """Return what the comments say that a matrix was made for."""
+    made = {}
+    for line in table.comments:
+        match = _MADE.fullmatch(line)
+        if match is not None and match[1] in (*SCALING, *SHAPE):
+            with naming(f"# {match[1]}", table.name):
+                made[match[1]] = quantity(match[2].strip('"'), NUMBERS[match[1]][0], bare=False)
+    if missing := [key for key in SCALING if not made.get(key, 0) > 0]:
+        example = f"# {missing[0]} = {NUMBERS[missing[0]][1].example}"
+        remedy = f"write a line above the header: {example}"
+        refuse("", "", "does not say what it was made for", remedy, table.name)
+    return made
+
+
+def _check(table: Array, name: str) -> None:
+    """Refuse a matrix that no elastic body has."""
+    import numpy as np
+
+    diagonal = np.diag(table)
+    if not (diagonal > 0).all():
+        i = int(np.flatnonzero(~(diagonal > 0))[0])
+        entry = f"{FORCES[i]} by {MOTIONS[i]} is {diagonal[i]:.4g}, must be above 0"
+        refuse("", "", f"is not positive definite: {entry}", source=name)
+    scaled = table / np.sqrt(np.outer(diagonal, diagonal))
+    apart = np.abs(scaled - scaled.T)
+    if apart.max() > NEAR:
+        i, j = (int(k) for k in np.unravel_index(int(apart.argmax()), apart.shape))
+        both = ", ".join(f"{FORCES[a]} by {MOTIONS[b]} is {table[a, b]:.6g}" for a, b in ((i, j), (j, i)))
+        refuse("", "", f"is not symmetric: {both}", "both must be the same", name)
+    least = float(np.linalg.eigvalsh((scaled + scaled.T) / 2).min())
+    if least <= 1e-9:
+        reason = "is not positive definite, so some motion would need no force or give energy away"
+        about = f"least eigenvalue {least:.2g} with the diagonal scaled to 1"
+        refuse("", "", f"{reason} ({about})", "check its entries", name)

@@ -1,0 +1,353 @@
+"""The parts of a scale-covered beam: frozen, validated data.
+
+Inputs are checked at the door and stored in SI units (m, rad, Pa, N m). Numbers in Python are SI; text
+carries its unit ("45 deg", "60 mm"). In a file a unit is always needed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from numbers import Integral
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
+
+from squama.beam import beamfile, joint_law, matrixfile
+from squama.errors import InputError, Problem, Problems
+from squama.model import reach, section
+from squama.units import Bounds, Dimension, bounded, shown
+
+Quantity = float | str
+"""A number in SI units, or text with a unit."""
+
+RATIO = Bounds(1e-9, 1e9, "more than 0; 1e-9 to 1e9", closed=True)
+OVERLAP = Bounds(1e-9, reach.LARGEST, reach.ALLOWED, closed=True)
+RATIOS = {
+    "eta": OVERLAP._replace(example="3"),
+    "beta": OVERLAP._replace(example="1.25"),
+    "lam": RATIO._replace(example="0.45"),
+    "zeta": RATIO._replace(example="0.35"),
+    "slenderness": RATIO._replace(example="35"),
+}
+"""Bounds of the ratios."""
+
+
+def _read(name: str) -> BeforeValidator:
+    dimension, bounds = beamfile.NUMBERS[name]
+
+    def read(value: object, info: ValidationInfo) -> float:
+        return bounded(value, dimension, bounds, bare=(info.context or {}).get("bare", True))
+
+    return BeforeValidator(read)
+
+
+def whole(value: object) -> int:
+    """Return a number of scales, or refuse what is not a whole number of 2 or more."""
+    if isinstance(value, Integral) and 2 <= int(value) <= 1_000_000:
+        return int(value)
+    text = repr(value) if isinstance(value, float) else shown(value)
+    raise InputError(Problem("", text, "is not a whole number from 2 to 1000000", "write e.g. 25"))
+
+
+def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
+    """Return positive plain numbers by name, or refuse them with one line per mistake."""
+    ratios: dict[str, float] = {}
+    problems = Problems()
+    for name, value in given.items():
+        with problems.caught(name):
+            ratios[name] = bounded(value, Dimension.RATIO, RATIOS[name])
+    problems.settle()
+    return ratios
+
+
+def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
+    """Return the matrix of a joint from its file's name (beside the beam's file), from the file's text, or itself."""
+    if isinstance(value, matrixfile.StoredMatrix):
+        return value
+    if isinstance(value, str) and "\n" in value:
+        return matrixfile.parse(value)
+    if isinstance(value, str | os.PathLike) and os.fspath(value):
+        return matrixfile.read(Path((info.context or {}).get("folder", "")) / value)
+    raise InputError(Problem("", shown(value), "is not the name of a file", 'write e.g. "joint.csv"'))
+
+
+Pitch = Annotated[float, _read("beam.pitch")]
+
+
+class Part(BaseModel):
+    """Frozen data whose every mistake is an InputError with one line per mistake."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+    _root: ClassVar[str | None] = None
+
+    def __init__(self, /, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise beamfile.explain(error, self._root) from None
+
+    # this mark lets pydantic fill nested models itself, so that a mistake keeps its full path
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        message = f"{type(self).__name__} is frozen; make a changed copy with beam.replace(...)"
+        raise AttributeError(message)
+
+
+class Scale(Part):
+    """One scale: a rigid rectangular plate, partly embedded.
+
+    Parameters
+    ----------
+    length : float or str
+        Exposed length l, m.
+    embedded : float or str
+        Embedded length L, m; 0 or more.
+    width : float or str
+        Full width 2b, m.
+    thickness : float or str
+        Thickness t_s, m; it enters the joint's stiffness only.
+    alpha : float or str
+        Angle between the cross-section and the scale's width, rad; 0 to 90 deg, exclusive.
+    theta0 : float or str
+        Inclination at rest, rad; 0 to 90 deg, exclusive.
+
+    Raises
+    ------
+    InputError
+        A value that is missing, of the wrong dimension or out of range.
+    """
+
+    _root = "scale"
+    length: Annotated[float, _read("scale.length")]
+    embedded: Annotated[float, _read("scale.embedded")]
+    width: Annotated[float, _read("scale.width")]
+    thickness: Annotated[float, _read("scale.thickness")]
+    alpha: Annotated[float, _read("scale.alpha")]
+    theta0: Annotated[float, _read("scale.theta0")]
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            length: Quantity,
+            embedded: Quantity,
+            width: Quantity,
+            thickness: Quantity,
+            alpha: Quantity,
+            theta0: Quantity,
+        ) -> None: ...
+
+
+class Substrate(Part):
+    """The bar under the scales: rectangular, elastic, isotropic.
+
+    Parameters
+    ----------
+    width : float or str
+        Width, m.
+    thickness : float or str
+        Full thickness 2t, m.
+    youngs_modulus : float or str
+        E_B, Pa.
+    poisson_ratio : float
+        nu; -1 to 0.5, exclusive.
+
+    Raises
+    ------
+    InputError
+        A value that is missing, of the wrong dimension or out of range.
+    """
+
+    _root = "substrate"
+    width: Annotated[float, _read("substrate.width")]
+    thickness: Annotated[float, _read("substrate.thickness")]
+    youngs_modulus: Annotated[float, _read("substrate.youngs_modulus")]
+    poisson_ratio: Annotated[float, _read("substrate.poisson_ratio")]
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, width: Quantity, thickness: Quantity, youngs_modulus: Quantity, poisson_ratio: Quantity
+        ) -> None: ...
+
+
+class Joint(Part):
+    """The elastic joint of a scale; what is not given comes from the laws of `squama.model.joint`.
+
+    Parameters
+    ----------
+    stiffness : float or str, optional
+        K_theta, N m (per rad); used in twisting and in bending.
+    inclusion_factor : float, optional
+        C_f; used in twisting and in bending.
+    matrix : path or str, optional
+        File of the stiffness in all motions and in twist, as ``squama joint beam.toml --matrix joint.csv`` writes it; a
+        name without a folder is looked for beside the beam's file. The compliant joint uses it, and in twisting K_theta
+        and C_f come from it where they are not given. The text of such a file does too.
+
+    Raises
+    ------
+    InputError
+        A value is out of range, or the file is no such matrix.
+    """
+
+    _root = "joint"
+    stiffness: Annotated[float, _read("joint.stiffness")] | None = None
+    inclusion_factor: Annotated[float, _read("joint.inclusion_factor")] | None = None
+    matrix: Annotated[matrixfile.StoredMatrix, BeforeValidator(read_matrix)] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            stiffness: Quantity | None = None,
+            inclusion_factor: Quantity | None = None,
+            matrix: str | os.PathLike[str] | matrixfile.StoredMatrix | None = None,
+        ) -> None: ...
+
+
+class Friction(Part):
+    """Friction between the scales.
+
+    Parameters
+    ----------
+    mu : float, optional
+        Coefficient of friction (static = kinetic), 0 to 10; None if the file does not give it.
+    """
+
+    _root = "friction"
+    mu: Annotated[float, _read("friction.mu")] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, mu: Quantity | None = None) -> None: ...
+
+
+class Assembly(Part):
+    """Parts put together, and what follows from their sizes: the data of a :class:`squama.Beam`."""
+
+    scale: Scale
+    substrate: Substrate
+    pitch: Pitch
+    scales: Annotated[int, BeforeValidator(whole)] = 25
+    joint: Joint = Joint()
+    friction: Friction = Friction()
+
+    @property
+    def eta(self) -> float:
+        """Overlap ratio l/d."""
+        return self.scale.length / self.pitch
+
+    @property
+    def beta(self) -> float:
+        """Half width of a scale over the pitch, b/d."""
+        return self.scale.width / 2 / self.pitch
+
+    @property
+    def lam(self) -> float:
+        """Half thickness of the substrate over the pitch, lambda = t/d."""
+        return self.substrate.thickness / 2 / self.pitch
+
+    @property
+    def zeta(self) -> float:
+        """Embedded length over the pitch, L/d."""
+        return self.scale.embedded / self.pitch
+
+    @property
+    def slenderness(self) -> float:
+        """Embedded length over the scale's thickness, L/t_s."""
+        return self.scale.embedded / self.scale.thickness
+
+    @property
+    def ratios(self) -> dict[str, float]:
+        """What the contact depends on: eta, beta, lam, and alpha, theta0 in rad."""
+        return {
+            "eta": self.eta,
+            "beta": self.beta,
+            "lam": self.lam,
+            "alpha": self.scale.alpha,
+            "theta0": self.scale.theta0,
+        }
+
+    @property
+    def length(self) -> float:
+        """Length of the beam N d, m."""
+        return self.scales * self.pitch
+
+    @property
+    def G_B(self) -> float:
+        """Shear modulus E_B / (2 (1 + nu)), Pa."""
+        return section.shear_modulus(self.substrate.youngs_modulus, self.substrate.poisson_ratio)
+
+    @property
+    def J(self) -> float:
+        """Saint-Venant torsion constant of the section, m^4; equals C_w I."""
+        return float(section.torsion_constant(self.substrate.width, self.substrate.thickness))
+
+    @property
+    def I(self) -> float:  # noqa: E743 - the paper's symbol
+        """Polar second moment of area of the section, m^4 (Eqs. 13-16)."""
+        return section.polar_moment(self.substrate.width, self.substrate.thickness)
+
+    @property
+    def C_w(self) -> float:
+        """Warping coefficient J / I."""
+        return section.warping_coefficient(self.substrate.width, self.substrate.thickness)
+
+    @property
+    def C_f(self) -> float:
+        """Inclusion factor in twisting: as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda."""
+        return float(joint_law.inclusion("twisting", self.sizes, self.given))
+
+    @property
+    def bending_C_f(self) -> float:
+        """Inclusion factor in bending: as given, or 1."""
+        return float(joint_law.inclusion("bending", self.sizes, self.given))
+
+    @property
+    def sizes(self) -> joint_law.Sizes:
+        """What the laws of joint and section depend on."""
+        bar, scale = self.substrate, self.scale
+        return joint_law.Sizes(
+            bar.youngs_modulus,
+            bar.poisson_ratio,
+            bar.width,
+            bar.thickness,
+            self.pitch,
+            scale.width / 2,
+            scale.thickness,
+            scale.embedded,
+            self.beta,
+            self.lam,
+            self.zeta,
+        )
+
+    @property
+    def given(self) -> joint_law.Given:
+        """What is known of the joint."""
+        return joint_law.Given(self.joint.stiffness, self.joint.inclusion_factor, self.joint.matrix)
+
+    @property
+    def torsional_rigidity(self) -> float:
+        """C_f J G_B, N m^2: the torque of the beam without contact per twist rate (Eq. 14)."""
+        return self.C_f * self.J * self.G_B
+
+    @property
+    def bending_rigidity(self) -> float:
+        """E_B width (2t)^3 / 12, N m^2, times the inclusion factor if that is given (docs, theory: bending)."""
+        return float(joint_law.rigidity("bending", self.sizes, self.given))
+
+    @property
+    def joint_stiffness(self) -> float:
+        """K_theta of one scale in twisting, N m: given, from the joint's matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        return float(joint_law.stiffness("twisting", self.sizes, self.given))
+
+    @property
+    def bending_joint_stiffness(self) -> float:
+        """K of one scale in bending, N m: as given, or 0.66 E_B w t_s^2 (L/t_s)^1.75 with w = 2b."""
+        return float(joint_law.stiffness("bending", self.sizes, self.given))

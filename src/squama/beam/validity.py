@@ -1,0 +1,141 @@
+"""Where a beam leaves the range of the model: every message in one place."""
+
+from __future__ import annotations
+
+import math
+
+from squama.beam import beamfile, matrixfile
+from squama.beam.parts import Assembly
+from squama.errors import Problems, refuse
+from squama.loads import LOADS, Load
+from squama.model import joint, reach, thickness, twisting
+from squama.units import Dimension, shown
+
+THIN = 0.05
+"""Largest share of the gap between neighbours that a plate may fill and still be called thin."""
+
+
+def messages(beam: Assembly, load: str = "twisting", sense: str = "+") -> list[str]:
+    """Say where a beam leaves the range of the model under a load, a line per finding, with the numbers."""
+    if load not in LOADS:
+        refuse("load", shown(load), "is not known", f"write one of {', '.join(LOADS)}")
+    kind = LOADS[load]
+    return [*_overlap(beam), *_width(beam, kind), *_thin(beam, kind, sense), *_laws(beam, kind), *_matrix(beam)]
+
+
+def parts_fit(beam: Assembly) -> None:
+    """Refuse a beam whose parts do not fit each other.
+
+    Its scales reach over too many neighbours, each of which would be asked for its contact, or the embedded tab,
+    inclined by theta0, would come out of the substrate's other face.
+    """
+    problems = Problems()
+    d, most = beam.pitch, beam.pitch * reach.LARGEST
+    for key, size, words, ratio, room in (
+        ("length", beam.scale.length, "eta = l/d", beam.eta, most),
+        ("width", beam.scale.width, "beta = b/d", beam.beta, 2 * most),
+    ):
+        if ratio > reach.MOST:
+            reason = f"makes {words} = {ratio:.6g} with beam.pitch = {_mm(d)}; allowed: {reach.ALLOWED}"
+            problems.add(f"scale.{key}", _mm(size), reason, f"write at most {_mm(room)}")
+    sine = math.sin(beam.scale.theta0)
+    depth, room = beam.scale.embedded * sine, beam.substrate.thickness
+    if depth >= room:
+        reason = f"the tab goes through the substrate, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
+        problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
+    problems.settle()
+
+
+def _overlap(beam: Assembly) -> list[str]:
+    lies = f"the scales do not overlap (eta = l/d = {beam.eta:.3g}, overlap needs more than 1)"
+    return [] if beam.eta > 1 else [f"{lies}, so neighbours may never touch"]
+
+
+def _width(beam: Assembly, load: Load) -> list[str]:
+    across, room = beam.scale.width * math.cos(load.slant(beam.scale.alpha)), beam.substrate.width
+    # widths that agree up to rounding fit
+    if across <= room * (1 + 1e-9):
+        return []
+    line = f"the scales are wider than the substrate: 2 b cos(alpha) = {_mm(across)} against {_mm(room)}"
+    if not load.sided:
+        return [f"{line} (alpha = 0 in bending)"]
+    fits = math.degrees(math.acos(room / beam.scale.width))
+    return [f"{line}; they fit for alpha >= {math.ceil(fits * 100) / 100:.2f} deg"]
+
+
+def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
+    tau, gap = beam.scale.thickness / beam.pitch, thickness.gap(load.slant(beam.scale.alpha), beam.scale.theta0)
+    if tau <= THIN * gap * (1 + 1e-9):
+        return []
+    words = f"gap d sin(theta0){' cos(alpha)' * load.sided} = {_mm(gap * beam.pitch)}"
+    line = f"the scales are not thin: t_s = {_mm(beam.scale.thickness)}"
+    if tau >= gap:
+        return [f"{line} is no less than the {words}: the plates touch at rest"]
+    # the other sense is the mirror image
+    ratios = beam.ratios | {"alpha": beam.scale.alpha * (-1 if sense == "-" else 1)}
+
+    def engagement(tau: float) -> str:
+        if load.sided:
+            value = thickness.engagement_twisting(**ratios, tau=tau)
+        else:
+            value = thickness.engagement_bending(beam.eta, beam.scale.theta0, tau)
+        return f"{load.angle} = {value:.3g} rad per pitch" if math.isfinite(value) else "no twist"
+
+    line += f" uses {100 * tau / gap:.0f} % of the {words} ({100 * THIN:.0f} % is thin); "
+    if load.sided and not _meets(ratios):
+        return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]
+    return [f"{line}plates of that thickness engage at {engagement(tau)}, the model's thin ones at {engagement(0.0)}"]
+
+
+def _meets(ratios: dict[str, float]) -> bool:
+    """Whether the tip of a thin plate comes to rest on the side edge of the next one; alpha below 0: sense "-"."""
+    eta, beta, lam, alpha, theta0 = ratios.values()
+    shape = math.sin(alpha), math.cos(alpha), eta, beta, lam
+    r = twisting.root(math.sin(theta0), math.cos(theta0), *shape)
+    if r.q2 < 0 or r.H + math.sqrt(r.q2) <= 0:
+        return False
+    c = twisting.contact(r, math.sqrt(r.q2), *shape)
+    return bool(abs(c.p) <= beta and 0 <= c.s <= eta)
+
+
+def _laws(beam: Assembly, load: Load) -> list[str]:
+    ratios = {
+        "t_s/d": beam.scale.thickness / beam.pitch,
+        "L/d": beam.zeta,
+        "L/(2t)": beam.scale.embedded / beam.substrate.thickness,
+        "t_s/(l + L)": beam.scale.thickness / (beam.scale.length + beam.scale.embedded),
+        "zeta beta/lambda": beam.zeta * beam.beta / beam.lam,
+    }
+    if load.matrix and beam.joint.matrix is not None:
+        return []
+    lines: list[str] = []
+    if beam.joint.stiffness is None and beam.scale.embedded == 0:
+        adds = "the scales add no torque or moment; give joint.stiffness"
+        lines.append(f"scale.embedded = 0: by its law the joint has no stiffness, so {adds}")
+    elif beam.joint.stiffness is None:
+        lines += joint.outside(joint.LAWS[f"stiffness {load.name}"], ratios)
+    if beam.joint.inclusion_factor is None:
+        lines += joint.outside(joint.LAWS[f"inclusion {load.name}"], ratios)
+    return lines
+
+
+def _matrix(beam: Assembly) -> list[str]:
+    """Say where the joint's matrix was made for another shape."""
+    matrix = beam.joint.matrix
+    if matrix is None or not (found := matrix.differences(matrixfile.made_for(beam))):
+        return []
+    words = []
+    for key, made, here in found:
+        dimension = beamfile.NUMBERS[key][0]
+        texts = [f"{x:.4g}" for x in (made, here)]
+        if dimension is Dimension.LENGTH:
+            texts = [f"{_mm(x)} ({x / d:.4g} d)" for x, d in ((made, matrix.made["beam.pitch"]), (here, beam.pitch))]
+        elif dimension is Dimension.ANGLE:
+            texts = [f"{math.degrees(x):.4g} deg" for x in (made, here)]
+        words.append(f"{key} = {texts[0]}, not {texts[1]}")
+    other = f"joint.matrix ({matrix.name}): was made for another shape, {'; '.join(words)}"
+    return [f"{other}; make it anew with: squama joint --matrix"]
+
+
+def _mm(length: float) -> str:
+    return f"{length * 1e3:.4g} mm"

@@ -1,0 +1,386 @@
+"""squama cell, verify and deck: a beam by finite elements, every model beside them, an input deck."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from squama.cli import flags, output
+from squama.cli.flags import flag, number, one_of, settled, whole
+from squama.errors import refuse
+from squama.interrupt import kept
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+    from squama.fe.deformed import Deformed
+    from squama.study.verification import Verified
+
+ROWS = 12
+"""Twists in the printed table of differences."""
+MeshSize = str | tuple[float, float]
+_size = number(1e-4, 10.0, "0.2,0.02")
+_MESH = '"coarse", "medium", "fine", or sizes in the bulk and along the scale\'s edges in pitches, e.g. 0.2,0.02'
+
+
+def _mesh(name: str, text: str) -> MeshSize:
+    """Read the name of a mesh, or its two sizes."""
+    from squama.fe.runs import MESHES
+
+    if text in MESHES:
+        return text
+    sizes = text.split(",")
+    if len(sizes) != 2:
+        allowed = f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02"
+        refuse(name, f'"{text}"', allowed)
+    return _size(name, sizes[0]), _size(name, sizes[1])
+
+
+def mesh_flag(words: str = _MESH) -> Parameter:
+    """Return a flag whose value is a mesh."""
+    return flag(words, read=flags.Reader[MeshSize](_mesh, "medium"))
+
+
+Increment = Annotated[
+    float, flag("Largest increment of the twist, rad per pitch (0.01).", read=number(1e-5, 0.1, "0.01"))
+]
+Hinged = Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")]
+
+
+def announce(text: str) -> None:
+    """Say on standard error what comes next."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def cell(
+    beam: flags.BeamFile,
+    /,
+    *,
+    to: Annotated[str, flag('Twist to reach: "5 rad/m", "0.2 rad/pitch" or "90 deg total".')],
+    mu: flags.Mu = None,
+    increment: Increment = 0.01,
+    mesh: Annotated[MeshSize, mesh_flag(f"{_MESH} (medium).")] = "medium",
+    sense: flags.Sense = "+",
+    scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
+    ends: Annotated[
+        str,
+        flag(
+            "Along the axis the turned end of a finite beam is free or held (free); the other is fixed.",
+            read=one_of("free", "held"),
+        ),
+    ] = "free",
+    hinged: Hinged = False,
+    vtk: Annotated[str | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
+    picture: Annotated[
+        tuple[str, ...], flag("Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated.")
+    ] = (),
+    restart: Annotated[
+        str | None, flag("File written after every increment; where it is there, the run goes on from it.")
+    ] = None,
+    quiet: flags.Quiet = False,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Twist one pitch of finite elements with helical periodicity, or a finite beam; needs the extra fe."""
+    common.check(beam, plots=picture)
+    flags.check_places([(vtk, (".vtu",))] if vtk is not None else [], [])
+    if scales is None and ends != "free" and "--scales" not in flags.problems().flags:
+        flags.problems().add("--ends", "", "is for finite beams", "give --scales too")
+    if scales is not None and (vtk is not None or picture):
+        flags.problems().add(
+            "--vtk and --picture", "", "show one endless pitch", "leave them out, or leave out --scales"
+        )
+    described, twist = common.turned(beam, mu, "--to", to, scales=scales)
+    described = settled(described)
+    assert twist is not None
+
+    from squama.fe import runs
+    from squama.io.files import label
+
+    states: list[Deformed] = []
+    with kept(label(beam), f"; {label(restart)} holds what is done" if restart else ""):
+        data = runs.cell(
+            described,
+            to=twist,
+            sense=sense,
+            mesh=mesh,
+            increment=increment,
+            scales=scales,
+            ends=ends,
+            hinged=hinged,
+            restart=restart,
+            progress=None if quiet else runs.print_progress,
+            announce=None if quiet else announce,
+            last=states.append if vtk is not None or picture else None,
+        )
+    if scales is None:
+        written = output.write(common, lambda: data, "elements_figure")
+    else:
+        written = output.write(common, lambda: data, "finite_figure", lambda d: output.flat(d, "theta"))
+    for state in states:
+        if vtk is not None:
+            from squama.fe.deformed import write_vtu
+
+            written.append(write_vtu(state, vtk))
+        written += output.draw(picture, "deformed_figure", state)
+    return output.report(common.json, beam, written, lambda: _record(data), lambda: _shown(data))
+
+
+def _record(data: xr.Dataset) -> dict[str, object]:
+    return {
+        **{str(key): value for key, value in data.attrs.items() if key not in ("beam", "warnings")},
+        "mu": float(data["mu"]),
+        "curve": {str(name): v.values for name, v in data.data_vars.items()},
+        "units": output.units(data.data_vars.items()),
+    }
+
+
+def _shown(data: xr.Dataset) -> Iterable[str]:
+    """Return the summary: the torque, and the scale, or those at the ends and in the middle."""
+    last, finite = data.isel(point=-1), "scale" in data.sizes
+    blocked = "roll and yaw blocked, " if "blocked" in data.attrs["joint"] else ""
+    many = f", {data.sizes['scale']} scales" if finite else ""
+    turned = f"phi = {_of(last, 'phi', 'rad/pitch')}, Phi = {_of(last, 'Phi', 'rad/m')}"
+    yield (
+        f" by finite elements{many}: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, {blocked}"
+        f"{data.attrs['mesh']}"
+    )
+    yield str(data.attrs["sentence"])
+    torque = f"torque T = {output.moment(float(last['T']))}"
+    if finite:
+        along = "free to move along the axis" if data.attrs["ends"] == "free" else "held along the axis"
+        yield f"{turned}, means over the beam"
+        yield f"{torque}; the turned end is {along}"
+        n = data.sizes["scale"]
+        yield from (_one_scale(last.isel(scale=i), i, n) for i in sorted({0, (n - 1) // 2, n - 1}))
+    else:
+        yield turned
+        yield f"{torque}, inclination theta = {_of(last, 'theta', 'deg', math.degrees(1))}"
+        yield f"normal force N = {_of(last, 'N', 'N')}, friction force f = {_of(last, 'f', 'N')}"
+    yield f"energy balance: (W - U_el - W_fr)/W = {data.attrs['energy_error']:.2e}"
+    if finite:
+        yield from output.warnings(data.attrs["warnings"])
+    before = ""
+    for phi, words in zip(data["phi"].values, data["contact"].values, strict=True):
+        if words != before:
+            yield f"from phi = {phi:.4g}: {words or 'no contact'}"
+            before = words
+
+
+def _of(data: xr.Dataset, name: str, unit: str, factor: float = 1.0) -> str:
+    return output.number(factor * float(data[name]), unit)
+
+
+def _one_scale(one: xr.Dataset, i: int, n: int) -> str:
+    contact = f", N = {_of(one, 'N', 'N')}, f = {_of(one, 'f', 'N')} on scale {i + 2}" if i < n - 1 else ""
+    theta = _of(one, "theta", "deg", math.degrees(1))
+    return f"scale {i + 1}: theta = {theta}, twist of its pitch {_of(one, 'twist', 'rad')}{contact}"
+
+
+def verify(
+    beam: flags.BeamFile,
+    /,
+    *,
+    mu: flags.Mu = None,
+    to: Annotated[
+        str | None,
+        flag(
+            'Twist to reach: "5 rad/m", "0.2 rad/pitch" or "90 deg total" (where the hinge\'s curve is cut off, '
+            "0.3 rad/pitch at most)."
+        ),
+    ] = None,
+    increment: Increment = 0.01,
+    mesh: Annotated[MeshSize, mesh_flag()] = "medium",
+    sense: flags.Sense = "+",
+    hinged: Hinged = False,
+    scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
+    beam_mesh: Annotated[MeshSize, mesh_flag("Mesh of the finite beam (coarse).")] = "coarse",
+    out: Annotated[str | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
+    quiet: flags.Quiet = False,
+    base: flags.Base = flags.BASE,
+) -> int:
+    """Set the hinge, the compliant joint and finite beams beside finite elements; needs the extra fe.
+
+    The folder holds the table (CSV), the picture and the elements' run; the same command goes on where it was stopped.
+    """
+    described, twist = base.turned(beam, mu, "--to", to)
+    described = settled(described)
+
+    from squama.fe.runs import print_progress
+    from squama.io.files import label
+    from squama.study import verification as study
+
+    folder = Path(f"verify_{Path(beam).stem}" if out is None else out)
+    with kept(label(beam), f"; {label(folder)} holds what is done"):
+        found = study.verify(
+            described,
+            folder,
+            to=twist,
+            sense=sense,
+            mesh=mesh,
+            increment=increment,
+            hinged=hinged,
+            scales=scales,
+            beam_mesh=beam_mesh,
+            progress=None if quiet else print_progress,
+            announce=None if quiet else announce,
+        )
+    return output.report(base.json, beam, found.written, lambda: _verified(found), lambda: _beside(found))
+
+
+def _verified(found: Verified) -> dict[str, object]:
+    table = found.table
+    each = ("words", "within", "last", "dT_last", "dtheta_last", "T", "theta", "dT", "dtheta")
+    names = [str(name) for name in table["model"].values]
+    return {
+        "title": table.attrs["title"],
+        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        "share": table.attrs["share"],
+        "curve": {name: table[name].values for name in ("phi", "T_elements", "theta_elements")},
+        "models": {name: {key: table[key].sel(model=name).values for key in each} for name in names},
+        "units": {str(name): v.attrs.get("units", "") for name, v in table.variables.items() if name != "model"},
+    }
+
+
+def _beside(found: Verified) -> Iterable[str | Table]:
+    """Return the table of differences, and how far each model holds."""
+    data, attrs = found.table, found.elements.attrs
+    yield f": {data.attrs['title']}"
+    yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
+    yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
+    yield ""
+    for name, factor, words in (
+        ("dT", 100.0, "torque over the elements', less 1 (%)"),
+        ("dtheta", math.degrees(1.0), "inclination less the elements' (deg)"),
+    ):
+        yield words
+        yield _table(data, name, factor)
+        yield ""
+    yield from ranges(data)
+    yield from finite(data)
+    yield from output.warnings(data.attrs["warnings"])
+
+
+def _table(data: xr.Dataset, name: str, factor: float) -> Table:
+    """Return the differences of all models at some twists, beside the elements' own value."""
+    import numpy as np
+
+    own, unit, scale = ("T_elements", "N m", 1.0) if name == "dT" else ("theta_elements", "deg", math.degrees(1.0))
+    models, phi = [str(model) for model in data["model"].values], data["phi"].values
+    rows = []
+    for i in np.unique(np.linspace(0, phi.size - 1, ROWS + 1).round().astype(int))[1:]:
+        at = data.isel(point=int(i))
+        cells = [factor * float(at[name].sel(model=model)) for model in models]
+        texts = ["-" if math.isnan(cell) else f"{cell:+.{2 if abs(cell) < 99 else 0}f}" for cell in cells]
+        rows.append([f"{phi[i]:.4g}", f"{scale * float(at[own]):.4g}", *texts])
+    return output.table(("phi", f"elements ({unit})", *models), rows, left=0)
+
+
+def ranges(data: xr.Dataset) -> list[str]:
+    """Return a line per model of the endless beam: how far it holds, and by how much it is off at the end."""
+    from squama.cli.report import apart
+    from squama.fe.agreement import FINITE
+
+    lines = []
+    for name in data["model"].values:
+        if name not in FINITE:
+            one = data.sel(model=name)
+            within, last, torque, theta = (float(one[key]) for key in ("within", "last", "dT_last", "dtheta_last"))
+            holds = apart(within, last, torque, theta, float(data.attrs["share"]))
+            holds = "has no twist in common with the elements" if math.isnan(within) else holds
+            lines.append(f"{name} ({one['words'].item()}): {holds}")
+    return lines
+
+
+def finite(data: xr.Dataset) -> list[str]:
+    """Return what there is to say of finite beams: the elements' beside the endless one, the row beside the elements'.
+
+    An endless beam says nothing on how good a short one is, so the row of hinges is held to the elements' beam.
+    """
+    import numpy as np
+
+    if "beam" not in data["model"].values:
+        return []
+    beam, row = data.sel(model="beam"), data.sel(model="row")
+    lines = []
+    for one, T, theta, other in (
+        (beam, data["T_elements"], data["theta_elements"], "endless one"),
+        (row, beam["T"], beam["theta"], "finite beam"),
+    ):
+        words = f"{one['words'].item()}: beside the {other}"
+        both = np.flatnonzero(np.isfinite(one["T"].values) & np.isfinite(T.values) & (data["phi"].values > 0))
+        if not both.size:
+            lines.append(f"{words} there is no twist that both have")
+            continue
+        off = [100 * float(one["T"][i] / T[i] - 1) for i in both]
+        angle = math.degrees(float(one["theta"][both[-1]] - theta[both[-1]]))
+        first, last = (float(data["phi"][i]) for i in (both[0], both[-1]))
+        lines.append(
+            f"{words} the torque is {off[0]:+.3g} % at {first:.4g} rad/pitch and {off[-1]:+.3g} % at {last:.4g}, "
+            f"theta {angle:+.2f} deg there"
+        )
+    return lines
+
+
+def deck(
+    beam: flags.BeamFile,
+    /,
+    *,
+    out: Annotated[str, flag("Deck to write (.inp).", "--out", "-o")],
+    program: Annotated[
+        str,
+        flag("Program that is to read it: calculix or abaqus (calculix).", "--for", read=one_of("calculix", "abaqus")),
+    ] = "calculix",
+    scales: Annotated[int | None, flags.scales(100, "Number of scales (that of the file)")] = None,
+    mu: flags.Mu = None,
+    to: Annotated[
+        str, flag('Twist at the end: "5 rad/m", "0.2 rad/pitch" or "90 deg total" ("0.15 rad/pitch").')
+    ] = "0.15 rad/pitch",
+    size: Annotated[
+        float, flag("Size of the substrate's elements, in pitches (0.3).", read=number(0.01, 10, "0.3"))
+    ] = 0.3,
+    edge_size: Annotated[
+        float,
+        flag("Size of elements along the embedded scales' edges, in pitches (0.08).", read=number(1e-3, 10, "0.08")),
+    ] = 0.08,
+    increments: Annotated[int, flag("Number of increments (25).", read=whole(1, 10_000, "25"))] = 25,
+    material: Annotated[
+        str, flag("Substrate: neo-hookean or elastic (neo-hookean).", read=one_of("neo-hookean", "elastic"))
+    ] = "neo-hookean",
+    base: flags.Base = flags.BASE,
+) -> int:
+    """Write an input deck of a finite beam for CalculiX or Abaqus."""
+    flags.check_places([(out, (".inp",))], [])
+    described, rate = base.turned(beam, mu, "--to", to, scales=scales)
+    described = settled(described)
+    assert described.friction.mu is not None
+    assert rate is not None
+    twist = rate * described.pitch
+
+    from squama.fe import deck as decks
+    from squama.io import files
+
+    model = decks.model(
+        described,
+        mu=described.friction.mu,
+        scales=described.scales,
+        twist=twist,
+        size=size,
+        edge_size=edge_size,
+        increments=increments,
+        material=material,
+    )
+    place, name = output.write_text(out, decks.write(model, program)), files.label(out)
+    facts = {"scales": model.scales, "nodes": len(model.nodes), "elements": len(model.tets)}
+    record = {"out": str(place), "program": program, **facts, "twist_per_pitch": twist}
+    wrote = f"wrote {name}: {model.scales} scales, {len(model.tets)} quadratic tetrahedra, {twist:.4g} rad per pitch"
+    stem = name.removesuffix(".inp")
+    more = f"run it with: ccx -i {stem}  (CalculiX; on Debian and Ubuntu: apt-get install calculix-ccx)"
+    if program == "abaqus":
+        more = "this deck was never run in Abaqus, only its syntax was checked; look at the contact in every increment"
+    return output.say(base.json, record, [wrote, more])

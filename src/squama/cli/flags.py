@@ -1,0 +1,388 @@
+"""The flags of the commands: typed; those of several commands stand here once; all mistakes are told at once.
+
+A flag is read as the command line is taken apart. What cannot be read is kept as a mistake, so that the command goes on
+to look at its other flags and its files; :func:`settled` then refuses them all, a line each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar
+
+from cyclopts import Parameter
+
+from squama.beam import beamfile
+from squama.errors import InputError, Problems, naming, refuse
+from squama.io.files import label
+from squama.loads import LOADS
+from squama.units import MARGIN, Bounds, Dimension, bounded, shown
+
+if TYPE_CHECKING:
+    from cyclopts import Token
+
+    from squama.beam.design import Beam
+
+PLOTS = (".png", ".svg", ".pdf")
+T = TypeVar("T")
+
+
+# ---- mistakes ---------------------------------------------------------------------------------------------
+
+
+class Mistakes(Problems):
+    """Mistakes of a command line, and its flags that could not be read: what they would have said is not missing."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.flags: set[str] = set()
+
+
+_FOUND: ContextVar[Mistakes] = ContextVar("mistakes")
+
+
+@contextmanager
+def collecting() -> Iterator[None]:
+    """Start a command line: what is found inside is kept apart from that of any other."""
+    token = _FOUND.set(Mistakes())
+    try:
+        yield
+    finally:
+        _FOUND.reset(token)
+
+
+def problems() -> Mistakes:
+    """Return the mistakes of this command line so far."""
+    return _FOUND.get()
+
+
+def settled(value: T | None) -> T:
+    """Return what was read, or raise every mistake that was found."""
+    problems().settle()
+    assert value is not None
+    return value
+
+
+@contextmanager
+def laid(names: Mapping[str, str]) -> Iterator[None]:
+    """Lay the mistakes found inside to flags, by the names of their places."""
+    try:
+        yield
+    except InputError as error:
+        raise error.renamed(names) from None
+
+
+# ---- how a flag is read -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Reader(Generic[T]):
+    """Makes a value of the name and the text of a flag; ``failed`` stands for a value that could not be read."""
+
+    read: Callable[[str, str], T]
+    failed: T
+
+    def __call__(self, name: str, text: str) -> T:
+        """Read a text, or raise InputError."""
+        return self.read(name, text)
+
+
+def flag(words: str, *names: str, read: Reader[T] | None = None, many: bool = False) -> Parameter:
+    """Return a flag whose value may begin with a minus sign.
+
+    ``words`` are its help, ``names`` its names if they are not the argument's; ``read`` makes the value, without one it
+    is the text; of a flag that may be repeated (``many``) the value is a tuple.
+    """
+    if read is None:
+        return Parameter(name=names or None, help=words, allow_leading_hyphen=True)
+
+    def convert(_: object, tokens: Sequence[Token]) -> object:
+        found = []
+        for token in tokens:
+            name = token.keyword or ""
+            with problems().caught():
+                if len(tokens) > 1 and not many:
+                    refuse(name, "", f"is given {len(tokens)} times", "give it once")
+                found.append(read(name, token.value))
+                continue
+            problems().flags.add(name)
+        return tuple(found) if many else found[0] if found else read.failed
+
+    return Parameter(
+        name=names or None, help=words, allow_leading_hyphen=True, converter=convert, n_tokens=1, accepts_keys=False
+    )
+
+
+def within(bounds: Bounds) -> Reader[float]:
+    """Return a reader of plain numbers within bounds."""
+
+    def read(name: str, text: str) -> float:
+        with naming(name):
+            return bounded(text, Dimension.RATIO, bounds)
+
+    return Reader(read, bounds.low)
+
+
+def number(low: float, high: float, example: str, allowed: str = "") -> Reader[float]:
+    """Return a reader of plain numbers within bounds, both of which belong to it."""
+    return within(Bounds(low, high, allowed or f"{low:.12g} to {high:.12g}", closed=True, example=example))
+
+
+def whole(low: int, high: int, example: str) -> Reader[int]:
+    """Return a reader of whole numbers within bounds, both of which belong to it."""
+    inside, any_number = number(low, high, example), number(-math.inf, math.inf, example)
+
+    def read(name: str, text: str) -> int:
+        value = any_number(name, text)
+        if value != int(value):
+            refuse(name, text, "is not a whole number", f"allowed: {low} to {high}; write e.g. {example}")
+        return int(inside(name, text))
+
+    return Reader(read, low)
+
+
+def one_of(*allowed: str) -> Reader[str]:
+    """Return a reader of one of some words."""
+
+    def read(name: str, text: str) -> str:
+        if text not in allowed:
+            refuse(name, shown(text), f"must be {' or '.join(shown(word) for word in allowed)}")
+        return text
+
+    return Reader(read, allowed[0])
+
+
+def is_number(text: str) -> bool:
+    """Say whether a text is a number without a unit."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+class Pair(NamedTuple):
+    """What stands before and after the sign of equality."""
+
+    name: str
+    text: str
+
+
+def pair(form: str, example: str) -> Reader[Pair]:
+    """Return a reader of name=text."""
+
+    def read(name: str, text: str) -> Pair:
+        left, equals, right = text.partition("=")
+        found = Pair(left.strip(), right.strip().strip('"').strip())
+        if not (equals and all(found)):
+            refuse(f"{name} {shown(text)}", "", f"is not {form}", f"write e.g. {example}")
+        return found
+
+    return Reader(read, Pair("", ""))
+
+
+def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return pairs as a mapping; a name that is there twice, by an alias too, is kept as a mistake of the flag."""
+    found: dict[str, str] = {}
+    known: set[str] = set()
+    for key, text in pairs:
+        same = (aliases or {}).get(key, key)
+        if same in known:
+            problems().add(f"{name} {key}", "", "is given twice", "keep one of them")
+        else:
+            known.add(same)
+            found[key] = text
+    return found
+
+
+class Setting(NamedTuple):
+    """A value of --set."""
+
+    table: str
+    key: str
+    value: int | str
+
+
+def _setting(name: str, text: str) -> Setting:
+    place, equals, right = text.partition("=")
+    table, dot, key = place.strip().partition(".")
+    value = right.strip().strip('"')
+    where = f"{name} {shown(text)}"
+    if not (equals and dot and value):
+        refuse(where, "", "is not table.key=value", 'write e.g. scale.alpha="30 deg"')
+    if table not in beamfile.TABLES:
+        raise InputError(beamfile.unknown_table(table, {}).at(where))
+    if key not in beamfile.TABLES[table]:
+        raise InputError(beamfile.unknown_key(table, key).at(where))
+    digits = value.lstrip("+-").isdecimal() and len(value) < 20
+    return Setting(table, key, int(value) if digits else value)
+
+
+_mu = number(0.0, 10.0, "0.25")
+
+
+def _family(name: str, text: str) -> tuple[float, ...]:
+    values = [_mu(name, part) for part in text.split(",")]
+    twice = [f"{mu:g}" for mu in dict.fromkeys(values) if values.count(mu) > 1]
+    if twice:
+        kept = ",".join(f"{mu:g}" for mu in dict.fromkeys(values))
+        refuse(name, text, f"{' and '.join(twice)} is given twice", f"write {name} {kept}")
+    return tuple(values)
+
+
+_several_mu = Reader[tuple[float, ...]](_family, ())
+_set = Reader(_setting, Setting("", "", ""))
+
+
+def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: bool = False) -> float:
+    """Return the twist rate or curvature that a flag asks for, rad/m; only if ``still`` it may be 0."""
+    kind = LOADS[load]
+    with naming(name):
+        found = kind.read(text, pitch=beam.pitch, scales=beam.scales, bare=False)
+    if found < 0 or (found == 0 and not still):
+        least = "0 or more" if still else "more than 0"
+        refuse(name, shown(text), f"must be {least}{kind.other_way('--sense -')}", 'write e.g. "0.2 rad/pitch"')
+    return found
+
+
+# ---- flags that several commands have ---------------------------------------------------------------------
+
+TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
+"""How a twist is written."""
+BeamFile = Annotated[str, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
+Mu = Annotated[float | None, flag("Coefficient of friction in place of the file's, e.g. 0.25.", read=_mu)]
+Family = Annotated[
+    tuple[float, ...], flag("Coefficient of friction, e.g. 0.25; 0,0.2,0.5 draws a family of curves.", read=_several_mu)
+]
+Load = Annotated[
+    str, flag("twisting or bending; in bending the twists are curvatures (twisting).", read=one_of(*LOADS))
+]
+Law = Annotated[
+    str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
+]
+Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
+_HELD = "How a scale is held: hinge (closed form) or compliant (six motions, by finite elements) (hinge)."
+Joint = Annotated[str, flag(_HELD, read=one_of("hinge", "compliant"))]
+_CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
+Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
+Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
+Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
+Plot = Annotated[tuple[str, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
+
+
+def arguments(*others: str, **said: str) -> dict[str, str]:
+    """Return what to lay mistakes to: the flags of the names of arguments, and what is said for others."""
+    names = ("law", "load", "joint", "sense", "margin", "mu", "points", "to", *others)
+    return {name: f"--{name}" for name in names} | said
+
+
+def points(default: int) -> Parameter:
+    """Return the flag --points of a command."""
+    return flag(f"Number of points of a curve ({default}).", read=whole(3, 100_000, str(default)))
+
+
+def scales(most: int, words: str, least: int = 2) -> Parameter:
+    """Return the flag --scales of a command."""
+    return flag(f"{words}, {least} to {most}.", read=whole(least, most, "25"))
+
+
+_SET = 'A value in place of the beam file\'s, e.g. scale.alpha="30 deg"; may be repeated.'
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Base:
+    """Flags of every command that reads a beam."""
+
+    set_: Annotated[tuple[Setting, ...], flag(_SET, "--set", read=_set, many=True)] = ()
+    json: Json = False
+
+    def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
+        """Return the values in place of the file's, by table and key."""
+        found: dict[str, dict[str, object]] = {}
+        for table, key, value in self.set_:
+            found.setdefault(table, {})[key] = value
+        if mu is not None:
+            found.setdefault("friction", {})["mu"] = mu
+        return found
+
+    def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
+        """Read the beam, ``mu`` in place of the file's; mistakes are kept, of a value of --set laid to that flag.
+
+        A beam without a coefficient of friction is a mistake if ``friction``.
+        """
+        from squama.beam.design import Beam
+
+        found = None
+        names = {f"{s.table}.{s.key}": f"--set {s.table}.{s.key}" for s in self.set_}
+        with problems().caught(), laid(names):
+            found = Beam.from_toml(path, overrides=self.overrides(mu))
+        if friction and found is not None:
+            check_friction(path, found)
+        return found
+
+    def turned(
+        self,
+        path: str,
+        mu: float | None,
+        name: str,
+        text: str | None,
+        *,
+        scales: int | None = None,
+        load: str = "twisting",
+        friction: bool = True,
+        still: bool = False,
+    ) -> tuple[Beam | None, float | None]:
+        """Read the beam, with so many scales, and the twist of a flag, if it is given; mistakes are kept."""
+        found, twist = self.beam(path, mu, friction=friction), None
+        if found is not None:
+            found = found.replace(scales=scales or found.scales)
+            with problems().caught():
+                twist = None if text is None else rate(name, text, found, load, still=still)
+        return found, twist
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Common(Base):
+    """Flags of every command that computes a dataset of a beam."""
+
+    plot: Plot = ()
+    csv: Annotated[str | None, flag("CSV file to write, units in the header.")] = None
+    netcdf: Annotated[str | None, flag("netCDF file to write (.nc), all that there is.")] = None
+
+    def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
+        """Look at every output path before any work, other pictures included."""
+        pictures = ((path, PLOTS) for path in (*self.plot, *plots))
+        check_places([*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
+
+
+BASE = Base()
+COMMON = Common()
+
+
+def check_friction(path: str, beam: Beam) -> None:
+    """Keep a beam without a coefficient of friction as a mistake."""
+    if beam.friction.mu is None and "--mu" not in problems().flags:
+        remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
+        problems().add("friction.mu", "", "is missing", remedy, source=label(path))
+
+
+def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str]) -> None:
+    """Look at paths that are to be written, if given, each with the endings it may have; mistakes are kept."""
+    from squama.io.datasets import check_place
+
+    seen = {Path(path).resolve(): "is read too" for path in inputs}
+    for path, allowed in wanted:
+        if path is None:
+            continue
+        with problems().caught():
+            check_place(path, allowed)
+            place = Path(path).resolve()
+            if place in seen:
+                refuse(label(path), "", seen[place], "give the output another name")
+            seen[place] = "is given twice"

@@ -1,0 +1,220 @@
+"""What a command leaves behind: files and pictures, and its result for people or as JSON.
+
+JSON is valid everywhere, so no number (NaN) is null and infinity is the text "inf".
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from squama.errors import refuse
+from squama.io import files
+from squama.io.files import label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+    from squama.beam.design import Beam
+    from squama.cli.flags import Common
+    from squama.curves.labelled import Answer, Labelled
+
+
+# ---- files ------------------------------------------------------------------------------------------------
+
+
+def write(
+    flags: Common,
+    data: Callable[[], xr.Dataset],
+    figure: str,
+    table: Callable[[xr.Dataset], xr.Dataset] | None = None,
+    **also: object,
+) -> list[Path]:
+    """Write pictures, CSV and netCDF as asked for; nothing is made for files that are not.
+
+    ``figure`` is the function of :mod:`squama.plot` that draws the dataset, with the arguments ``also``; ``table``
+    makes of it one of a single shape, for CSV.
+    """
+    if not (flags.plot or flags.csv or flags.netcdf):
+        return []
+    from squama.io import datasets
+
+    dataset = data()
+    written = draw(flags.plot, figure, dataset, **also)
+    if flags.csv is not None:
+        written.append(datasets.save(table(dataset) if table else dataset, flags.csv))
+    if flags.netcdf is not None:
+        written.append(datasets.save(dataset, flags.netcdf))
+    return written
+
+
+def draw(paths: Sequence[str], figure: str, /, *given: object, **also: object) -> list[Path]:
+    """Draw a figure, a function of :mod:`squama.plot`, and write it to every path."""
+    if not paths:
+        return []
+    from squama import plot
+
+    drawn = getattr(plot, figure)(*given, **also)
+    return [plot.save_figure(drawn, path) for path in paths]
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write a text file, whole or not at all."""
+    return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
+
+
+def check_folder(folder: str, *, force: bool, name: str = "-o") -> None:
+    """Refuse a folder that cannot be made, or that holds files ``design_*.toml`` where they are not to go."""
+    place, where = Path(folder), f"{name} {label(folder)}"
+    if place.exists() and not place.is_dir():
+        refuse(where, "", "is a file", "give the name of a folder")
+    if not place.exists() and not place.resolve().parent.is_dir():
+        refuse(where, "", "its folder does not exist", "make it first or give another path")
+    there = sorted(p.name for p in place.glob("design_*.toml")) if place.is_dir() else []
+    if there and not force:
+        more = f" and {len(there) - 1} more" if len(there) > 1 else ""
+        refuse(where, "", f"holds {there[0]}{more} already", "give another folder, or replace them with --force")
+
+
+def write_beams(folder: str, texts: Mapping[int, str]) -> list[Path]:
+    """Write ``design_1.toml`` ... into a folder; files ``design_*.toml`` of an earlier run are removed."""
+    place = files.make_folder(folder)
+    written = [write_text(place / f"design_{number}.toml", text) for number, text in texts.items()]
+    for old in place.glob("design_*.toml"):
+        if old not in written:
+            old.unlink()
+    return written
+
+
+def flat(dataset: xr.Dataset, over: str) -> xr.Dataset:
+    """Return a dataset as a table of one shape: what belongs to a point stands in the line of each of its scales."""
+    along = {name: v.broadcast_like(dataset[over]) for name, v in dataset.data_vars.items() if v.dims == ("point",)}
+    return dataset.assign(along)
+
+
+# ---- the result -------------------------------------------------------------------------------------------
+
+
+def report(
+    as_json: bool,
+    file: str,
+    written: Iterable[Path | str],
+    record: Callable[[], Mapping[str, object]],
+    shown: Callable[[], Iterable[str | Table]],
+    wrote: Iterable[str] | None = None,
+) -> int:
+    """Print a result, and say which files were written; return the exit status.
+
+    As JSON ``file`` (what was read) is the first entry, then comes ``record``, and ``written`` is the last. For people
+    the file is the first word of the title, the first of ``shown``; lines and tables follow, and a line for each file
+    that was written, or what is said of them instead (``wrote``).
+    """
+    paths = list(written)
+    if as_json:
+        show_json({"file": label(file), **record(), "written": [str(path) for path in paths]})
+        return 0
+    title, *rest = shown()
+    show(f"{label(file)}{title}", *rest, *(wrote or (f"wrote {label(path)}" for path in paths)))
+    return 0
+
+
+def part(data: xr.Dataset | Answer, *dims: str) -> dict[str, object]:
+    """Return the values of the variables along some dimensions, by name."""
+    return {str(name): v.values for name, v in data.variables.items() if v.dims == dims}
+
+
+def record(beam: Beam, data: xr.Dataset | Answer, attrs: str, **parts: object) -> dict[str, object]:
+    """Return a result for other programs: attributes by name, friction, warnings, beam, parts of its own, units."""
+    return {
+        **{key: data.attrs[key] for key in attrs.split() if key in data.attrs},
+        "mu": data.variables["mu"].values,
+        "warnings": data.attrs["warnings"].splitlines(),
+        "beam": beam.model_dump(),
+        **parts,
+        "units": units(data.variables.items()),
+    }
+
+
+def units(variables: Iterable[tuple[Hashable, xr.Variable | xr.DataArray | Labelled]]) -> dict[str, str]:
+    """Return the units of variables by name."""
+    return {str(name): v.attrs.get("units", "") for name, v in variables}
+
+
+def show_json(record: Mapping[str, object]) -> None:
+    """Print a record as JSON on standard output, nothing else."""
+    sys.stdout.write(json.dumps(_plain(record), allow_nan=False, indent=1) + "\n")
+
+
+def _plain(value: object) -> object:
+    """Return nested values as JSON knows them."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    return value
+
+
+def say(as_json: bool, record: Mapping[str, object], lines: Iterable[str]) -> int:
+    """Print a record as JSON, or lines; return the exit status."""
+    if as_json:
+        show_json(record)
+    else:
+        print(*lines, sep="\n")
+    return 0
+
+
+def show(title: str, *parts: str | Table) -> None:
+    """Print a title, then lines and tables; plain text when it is not a terminal."""
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False, emoji=False)
+    # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
+    console = Console(highlight=False, markup=False, emoji=False, width=max(console.width, 100))
+    console.print(title, style="bold", soft_wrap=True)
+    for part in parts:
+        if isinstance(part, str):
+            console.print(part, style="yellow" if part.startswith("warning: ") else None, soft_wrap=True)
+        else:
+            console.print(part)
+
+
+def table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1, gap: int = 2, bold: bool = True
+) -> Table:
+    """Return a table: the first columns to the left, the others to the right."""
+    from rich.table import Table
+
+    made = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), show_header=any(head))
+    for i, name in enumerate(head):
+        style = "bold" if bold else ""
+        made.add_column(name, header_style=style, justify="left" if i < left else "right", no_wrap=i < left)
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def warnings(text: str | Iterable[str]) -> list[str]:
+    """Return the lines of warnings as they are printed."""
+    lines = text.splitlines() if isinstance(text, str) else text
+    return [f"warning: {line}" for line in lines if line]
+
+
+def number(value: float, unit: str = "") -> str:
+    """Return a number for people: four digits; infinity is "never"."""
+    if math.isinf(value):
+        return "never"
+    return "-" if math.isnan(value) else f"{value:.4g} {unit}".strip()
+
+
+def moment(value: float) -> str:
+    """Return a torque for people, in N m or N mm."""
+    return f"{value * 1e3:.4g} N mm" if 0 < abs(value) < 0.1 else f"{value:.4g} N m"

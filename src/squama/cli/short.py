@@ -1,0 +1,135 @@
+"""Short commands: squama new (an example of a beam file), ends (of many designs), paper (its figures), explore."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from squama.cli import flags, output
+from squama.cli.flags import flag, one_of, whole
+from squama.errors import refuse
+from squama.io.files import label
+
+EXAMPLE = Path(__file__).with_name("example.toml")
+_CONTACTS = "Which contacts may end a curve: tip (of all neighbours) or all (every pair of plates) (tip)."
+
+
+def new(beam: str, /, *, force: Annotated[bool, Parameter(help="Replace a file that is there.")] = False) -> int:
+    """Write a commented example of a beam file.
+
+    Parameters
+    ----------
+    beam
+        The file to write, e.g. beam.toml.
+    """
+    from squama.io import datasets
+
+    datasets.check_place(beam)
+    name = label(beam)
+    if Path(beam).exists() and not force:
+        refuse(name, "", "is there already", "give another name, or replace it with --force")
+    output.write_text(beam, EXAMPLE.read_text(encoding="utf-8"))
+    print(f"wrote {name}; compute it with: squama twist {name}")
+    return 0
+
+
+def ends(
+    designs: str,
+    /,
+    *,
+    out: Annotated[str, flag("CSV file to write.", "--out", "-o")],
+    law: flags.Law = "edge",
+    sense: flags.Sense = "+",
+    contacts: Annotated[str, flag(_CONTACTS, read=one_of("tip", "all"))] = "tip",
+    json: flags.Json = False,
+) -> int:
+    """Find where many designs engage and how they end, from a table.
+
+    Parameters
+    ----------
+    designs
+        CSV file with the columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are carried along. Added are
+        phi_e_rad, end, theta_end_deg, phi_end_rad, neighbour. Bad rows are named and left out.
+    """
+    flags.check_places([(out, (".csv",))], [designs])
+    flags.problems().settle()
+
+    from squama.arrays import designs_table as table
+
+    solved = table.solve(designs, law=law, sense=sense, contacts=contacts)
+    if solved.rows:
+        table.write(solved, out)
+    for line in solved.problems:
+        print(f"squama: error: {line}", file=sys.stderr)
+    counts = ", ".join(f"{count} {end}" for end, count in solved.ends.items())
+    left = f"; {solved.bad} bad left out" if solved.bad else ""
+    said = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
+    summary = f"{said}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
+    place = out if solved.rows else None
+    output.say(json, {"out": place, "rows": len(solved.rows), "bad": solved.bad, "ends": solved.ends}, [summary])
+    return 2 if solved.bad else 0
+
+
+def paper(
+    *figures: str,
+    out: Annotated[str, flag("Folder to write to; made if need be.", "--out", "-o")],
+    points: Annotated[str | None, flag("CSV file of finite element points to draw in Fig. 6b.")] = None,
+    json: flags.Json = False,
+) -> int:
+    """Compute the figures of the paper on twisting (2020) and check its claims.
+
+    Parameters
+    ----------
+    figures
+        Any of fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines of twisting beside bending);
+        all if none is given.
+    """
+    from squama.paper import twisting2020
+
+    written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None)
+    record = {"written": [str(path) for path in written]}
+    return output.say(json, record, (f"wrote {label(path)}" for path in written))
+
+
+def explore(
+    beam: str | None = None,
+    /,
+    *,
+    port: Annotated[int, flag("Port of the page; 0 takes any that is free (0).", read=whole(0, 65535, "8080"))] = 0,
+    browser: Annotated[bool, Parameter(negative="--no-browser", help="Open a browser; --no-browser does not.")] = True,
+    base: flags.Base = flags.BASE,
+) -> int:
+    """Open the explorer: a page on this machine (127.0.0.1) that shows a beam in space, its curves and a regime map.
+
+    Parameters
+    ----------
+    beam
+        Beam file (TOML) to start from; without one, PLA scales on silicone.
+    """
+    from squama.web import server, state
+
+    start = None
+    if beam is not None:
+        described = base.beam(beam, friction=False)
+        with flags.problems().caught():
+            start = described and state.of(described)
+    elif base.set_:
+        remedy = "name one, e.g. squama explore beam.toml"
+        flags.problems().add("--set", "", "has no beam file whose values it replaces", remedy)
+    if find_spec("nicegui") is None:
+        flags.problems().add("", "", "squama explore needs NiceGUI", "install it with: pip install 'squama[web]'")
+    flags.problems().settle()
+
+    def ready(address: str) -> None:
+        if base.json:
+            output.show_json({"address": address})
+            sys.stdout.flush()
+        else:
+            print(f"squama explorer: {address} (stop it with Ctrl-C)", flush=True)
+
+    server.serve(start or state.preset("pla"), server.free_port(port), browser=browser, ready=ready)
+    return 0

@@ -1,0 +1,317 @@
+"""The doors: from a beam and what is asked of it in words and units to a dataset; twist, bend and cycle.
+
+Each makes a load path and hands it to :mod:`squama.curves.follow`. ``respond`` and ``cycled`` give the answer before it
+is a dataset.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves import follow
+from squama.curves.labelled import Answer
+from squama.curves.path import Asked, LoadPath
+from squama.errors import naming, refuse
+from squama.loads import LOADS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST = 1_000_000
+"""Most points of a history."""
+Rates = ArrayLike | Sequence[float | str] | str
+"""Rates in rad/m, or texts with their units."""
+
+
+def twist(
+    beam: Beam,
+    *,
+    mu: ArrayLike | None = None,
+    law: str = "edge",
+    margin: float = 0.01,
+    points: int = 200,
+    at: Rates | None = None,
+    to: float | str | None = None,
+    sense: str = "+",
+    joint: str = "hinge",
+) -> xr.Dataset:
+    """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    mu
+        Coefficient of friction; a sequence gives a family of curves along the dimension ``mu``. The beam's own if
+        not given.
+    law
+        "edge" (satisfies virtual work) or "plate" (the paper's).
+    margin
+        Where a curve that locks is cut off: the fraction of its path left before the lock (docs, theory: energy).
+    points
+        Number of points of a curve.
+    at
+        Twists (magnitudes, as ``to``) at which to give the response instead; NaN beyond the end of the curve.
+    to
+        Twist at which to stop: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
+    sense
+        "+" or "-": which way the beam is twisted. Twists are magnitudes.
+    joint
+        "hinge" (closed form: a scale turns about its width against K_theta) or "compliant" (six motions against the
+        stiffness that finite elements give, contact of the plates anywhere; goes to ``to``, 0.3 rad per pitch if not
+        given; NaN beyond an earlier end; the force law is "edge" and there is no margin). See docs, theory.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians;
+        single figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version
+        in the attributes.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
+    >>> r = squama.twist(beam, mu=0.5)
+    >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
+    frictional lock at 0.2691 rad per pitch, RED = 0.740
+    """
+    return respond(
+        beam, "twisting", mu=mu, law=law, margin=margin, points=points, at=at, to=to, sense=sense, joint=joint
+    ).dataset()
+
+
+def bend(
+    beam: Beam,
+    *,
+    mu: ArrayLike | None = None,
+    margin: float = 0.01,
+    points: int = 200,
+    at: Rates | None = None,
+    to: float | str | None = None,
+) -> xr.Dataset:
+    """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
+
+    Parameters
+    ----------
+    beam, mu, margin, points
+        As in :func:`twist`. In the plane the two force laws coincide.
+    at
+        Curvatures (as ``to``) at which to give the response instead; NaN beyond the end of the curve.
+    to
+        Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
+
+    Returns
+    -------
+    xarray.Dataset
+        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import squama
+    >>> m = squama.bend(squama.Beam.from_ratios(eta=5, theta0="5 deg"), mu=0.3)
+    >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
+    frictional lock at 0.96228 / eta
+    """
+    return respond(beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to).dataset()
+
+
+def respond(
+    beam: Beam,
+    load: str,
+    *,
+    mu: ArrayLike | None = None,
+    law: str = "edge",
+    margin: float = 0.01,
+    points: int = 200,
+    at: Rates | None = None,
+    to: float | str | None = None,
+    sense: str = "+",
+    joint: str = "hinge",
+) -> Answer:
+    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
+    kind, d = LOADS[arguments.one_of("load", load, tuple(LOADS))], beam.pitch
+    sign = arguments.sense(sense) if kind.sided else 1
+    arguments.law(law)
+    with naming("to"):
+        stop = math.inf if to is None else kind.read(to, pitch=d, scales=beam.scales) * d
+    if stop <= 0:
+        refuse("to", f"{stop / d:.6g} rad/m", "must be above 0", "twist the other way with sense")
+    mus, margin = arguments.frictions(beam.friction.mu, mu), arguments.margin(margin)
+    loads = None
+    if at is not None:
+        loads = np.atleast_1d(arguments.not_negative("at", _rates(at, load, beam))) * d
+        if loads.ndim != 1:
+            refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
+    way = LoadPath.of(load, [sign * stop])
+    asked = Asked(beam, way, mus, kind.law(law), margin, arguments.whole("points", points, 3, 1e6), loads)
+    return follow.curves(asked, joint)
+
+
+def _rates(at: Rates, load: str, beam: Beam) -> ArrayLike:
+    """Return rates in rad/m where texts such as "0.2 rad/pitch" are given."""
+    given = [at] if isinstance(at, str) else at
+    if not isinstance(given, list | tuple) or not any(isinstance(value, str) for value in given):
+        return at
+    with naming("at"):
+        return [LOADS[load].read(value, pitch=beam.pitch, scales=beam.scales) for value in given]
+
+
+def cycle(
+    beam: Beam,
+    twist: float | str | Sequence[float | str],
+    *,
+    mu: float | None = None,
+    law: str = "edge",
+    load: str = "twisting",
+    margin: float = 0.01,
+    points: int = 60,
+    loops: int = 1,
+    joint: str = "hinge",
+) -> xr.Dataset:
+    """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    twist
+        Twists one after the other, from rest at 0: rates in rad/m or texts such as "0.2 rad/pitch", or one text as
+        "0, 0.15, 0.05, 0.2, 0 rad/pitch". A single twist is gone to and back. Negative: the other sense. In bending
+        curvatures, positive towards the scales.
+    mu
+        Coefficient of friction; the beam's own if not given.
+    law
+        "edge" (satisfies virtual work) or "plate" (the paper's); in bending they coincide.
+    load
+        "twisting" or "bending".
+    margin
+        How near to a lock a history may go: fraction of the path left.
+    points
+        Number of points in contact of each way between two twists; a straight part has a quarter of it.
+    loops
+        How many times the history is gone through.
+    joint
+        "hinge" (closed form) or "compliant" (as in :func:`squama.twist`; twisting, edge law, no margin).
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``point``: ``branch`` (how the point was reached: "straight", "loading", "unloading", "stick"),
+        ``leg``, ``phi``, ``Phi``, ``T``, ``T_scales``, ``K_t``, ``theta``, ``N``, ``f`` (negative while the twist
+        falls), ``p``, ``s``, ``U_el``, ``W_fr`` (from the start on); every turning point twice, before and after the
+        drop of torque. Dimension ``loop``, closed loops in the order in which they close: ``phi_base``, ``phi_top``,
+        ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
+        ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
+        ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there; ``energy_error``: work that is
+        neither stored nor rubbed away, relative to W_fr. See docs, theory: cycles.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range; the history goes beyond a lock or to a contact that is not followed, or the scales
+        do not slide back on it.
+
+    Examples
+    --------
+    >>> import squama
+    >>> c = squama.cycle(squama.Beam.from_ratios(youngs_modulus="2 MPa"), "0, 0.2, 0 rad/pitch", mu=0.3)
+    >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
+    9.32 J/m a loop, damping ratio 0.043
+    """
+    return cycled(
+        beam, twist, mu=mu, law=law, load=load, margin=margin, points=points, loops=loops, joint=joint
+    ).dataset()
+
+
+def cycled(
+    beam: Beam,
+    twist: float | str | Sequence[float | str],
+    *,
+    mu: float | None = None,
+    law: str = "edge",
+    load: str = "twisting",
+    margin: float = 0.01,
+    points: int = 60,
+    loops: int = 1,
+    joint: str = "hinge",
+) -> Answer:
+    """Return what :func:`cycle` returns, before it is a dataset."""
+    kind = LOADS[arguments.one_of("load", load, tuple(LOADS))]
+    law = kind.law(arguments.law(law))
+    m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
+    points = arguments.whole("points", points, 3, 1e5)
+    values = _repeated(read(twist, beam, load), arguments.whole("loops", loops, 1, 1e4))
+    if len(values) * points > MOST:
+        reason = f"{len(values)} twists of {points} points are too many"
+        refuse("twist", "", reason, "ask for fewer points or loops")
+    return follow.cycles(Asked(beam, LoadPath.of(load, values), m, law, margin, points), joint)
+
+
+def read(given: float | str | Sequence[float | str], beam: Beam, load: str) -> list[float]:
+    """Return a history as load angles per pitch, from rest at 0 on, and no two in a row equal.
+
+    Given is a number (rad/m), a text, or a sequence of them; a single one is gone to and back. In a text with commas a
+    number without a unit has that of the last one.
+    """
+    items: Sequence[float | str]
+    if isinstance(given, str):
+        items = _parts(given)
+    elif isinstance(given, Sequence | np.ndarray):
+        items = list(given)
+    else:
+        items = [given]
+    rates = [_rate(item, i, len(items), beam, load) for i, item in enumerate(items)]
+    if not rates:
+        refuse("twist", "", "is empty", "give twists one after the other, such as [0, 5, 0]")
+    rates = [0.0, *rates, 0.0] if len(rates) == 1 else rates
+    values = [rate * beam.pitch for rate in rates]
+    if values[0] != 0:
+        values.insert(0, 0.0)
+    elif len(values) > 1 and values[1] == 0 and len(items) == 1:
+        refuse("twist", "0", "nothing moves", "give a twist other than 0")
+    for i, (a, b) in enumerate(itertools.pairwise(values)):
+        if a == b:
+            place = i + 1 + len(items) - len(values)
+            refuse(f"twist[{place}]", f"{b / beam.pitch:.6g} rad/m", "is the same as the one before", "give it once")
+    return values
+
+
+def _parts(text: str) -> list[str]:
+    """Split a text at its commas and hand the last unit on to the numbers without one."""
+    parts = [part.strip() for part in text.split(",")]
+    unit = re.sub(r"^[+-]?[\d.]+(?:[eE][+-]?\d+)?", "", parts[-1]).strip()
+    return [f"{p} {unit}" if unit and re.fullmatch(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?", p) else p for p in parts]
+
+
+def _rate(item: object, i: int, n: int, beam: Beam, load: str) -> float:
+    if isinstance(item, np.generic):
+        item = item.item()
+    with naming("twist" if n == 1 else f"twist[{i}]"):
+        return LOADS[load].read(item, pitch=beam.pitch, scales=beam.scales)
+
+
+def _repeated(values: list[float], times: int) -> list[float]:
+    """Return a history gone through several times; where it starts as it ended, that twist stands once."""
+    once = values[1:] if values[-1] == values[0] else values
+    return values + once * (times - 1)

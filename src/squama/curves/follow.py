@@ -1,0 +1,121 @@
+"""The spine: a load path is followed by a model to states, and the states become one labelled answer.
+
+``MODELS`` is the one table of how a scale is held. A model solves what is asked in one sense (:class:`Solved` for each
+coefficient of friction) and walks a history; what comes out is the same for all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves import hinge, hinge_cycles
+from squama.curves.labelled import Answer, attributes, labelled
+from squama.curves.path import Asked, LoadPath, Solved, States
+from squama.errors import refuse
+from squama.loads import LOADS
+from squama.types import Array
+
+
+class Model(NamedTuple):
+    """How a scale is held.
+
+    ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds; ``walk``
+    the states of a history; ``only`` are the words to which it is bound, by argument.
+    """
+
+    solve: Callable[[Asked], tuple[Sequence[Solved], States]]
+    walk: Callable[[Asked], States]
+    only: dict[str, str]
+
+
+def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
+    from squama.curves import compliant
+
+    return compliant.solve(asked)
+
+
+def _compliant_walk(asked: Asked) -> States:
+    from squama.curves import compliant_cycles
+
+    return compliant_cycles.walk(asked)
+
+
+MODELS = {
+    "hinge": Model(hinge.solve, hinge_cycles.walk, {}),
+    "compliant": Model(_compliant_solve, _compliant_walk, {"law": "edge", "load": "twisting"}),
+}
+"""A hinge with one spring (closed form), or six motions of a scale against the substrate (finite elements)."""
+
+
+def model(joint: str, asked: Asked) -> Model:
+    """Return the model of a kind of joint; refuse a kind that does not cover the law or the load that is asked."""
+    found = MODELS[arguments.one_of("joint", joint, tuple(MODELS))]
+    for name, given in (("law", asked.law), ("load", asked.path.load.name)):
+        if found.only.get(name, given) != given:
+            refuse(name, f'"{given}"', f'is not covered by joint="{joint}"', f'write {name}="{found.only[name]}"')
+    return found
+
+
+def solved(
+    beam: Beam,
+    load: str = "twisting",
+    *,
+    mu: float,
+    law: str = "edge",
+    sense: str = "+",
+    margin: float = 0.01,
+    to: float = math.inf,
+    joint: str = "hinge",
+) -> Solved:
+    """Return the path of a beam in one sense, solved: what `squama.view`, `fit` and the explorer go along.
+
+    Arguments as of :func:`squama.twist`; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end
+    (the compliant joint goes to 0.3 rad per pitch).
+    """
+    kind = LOADS[load]
+    way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])
+    asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3)
+    return model(joint, asked).solve(asked)[0][0]
+
+
+def curves(asked: Asked, joint: str) -> Answer:
+    """Follow a path in one sense: a curve for each coefficient of friction."""
+    way = asked.path
+    solved_paths, more = model(joint, asked).solve(asked)
+    found = [path.curve(points=asked.points, at=asked.at) for path in solved_paths]
+    family = ("mu",) * asked.mus.ndim
+
+    def stack(values: Sequence[object]) -> Array:
+        return np.stack([np.asarray(v) for v in values]) if family else np.asarray(values[0])
+
+    along = {role: stack([c.along[role] for c in found]) for role in found[0].along}
+    figures = {role: stack([c.figures[role] for c in found]) for role in found[0].figures}
+    by_dim = {(*family, "point"): along, family: figures}
+    attrs = attributes(asked, f"{way.load.name} of a scale-covered beam", way.sense, more.notes)
+    attrs |= {"mu": asked.mus.tolist(), **more.attrs}
+    if way.load.sided:
+        by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(asked.beam, way.sense))
+        attrs |= {"sense": way.sense, "joint": joint}
+    return Answer(labelled(way.load, States(by_dim), asked.mus), attrs)
+
+
+def cycles(asked: Asked, joint: str) -> Answer:
+    """Follow a path that is loaded and unloaded: the states along it, its loops, and what holds for each sense."""
+    load = asked.path.load
+    states = model(joint, asked).walk(asked)
+    attrs = attributes(asked, f"cycles of a scale-covered beam in {load.name}", "+", states.notes)
+    attrs |= {"joint": joint, "history": [v / asked.beam.pitch for v in asked.path.values], **states.attrs}
+    return Answer(labelled(load, states, asked.mus), attrs)
+
+
+def _small(beam: Beam, sense: str) -> float:
+    """Twist per pitch at engagement by the paper's formula for small angles."""
+    alpha = beam.scale.alpha
+    slope = arguments.sense(sense) * (beam.eta * math.tan(alpha) - math.sin(alpha)) + beam.beta
+    return beam.scale.theta0 / slope if slope > 0 else math.inf

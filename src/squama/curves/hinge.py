@@ -1,0 +1,264 @@
+"""The hinge: a beam's path by the closed form, and the curve along it in SI units.
+
+One place turns a beam into a solved path (:func:`solve`); twisting and bending differ by their rows of
+:data:`squama.loads.LOADS` only. A path is solved once for all coefficients of friction: what touches when is geometry.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.batch import solution
+from squama.curves.path import Asked, Case, Curve, States, figures
+from squama.model import energy, history, mechanics
+from squama.model.mechanics import Row
+from squama.model.outcome import CODES, End
+from squama.model.paths import ARRAY, FLOAT
+from squama.model.plates import Touch
+from squama.model.tracks import at_loads, scalar
+from squama.types import Array
+
+LINEAR = 10
+"""Every LINEAR-th point of a curve lies before engagement."""
+SAME = 1e-12
+"""Relative difference of load angles that is rounding."""
+LOCKS = (End.FRICTIONAL, End.KINEMATIC)
+"""Ends towards which a curve steepens."""
+
+
+class Path(NamedTuple):
+    """The solved path of one design, cut to the asked range; ``touch`` twist and inclination of the other contact.
+
+    Without engagement ``load_end`` is how far the straight part goes.
+    """
+
+    case: Case
+    row: Any
+    x0: float
+    x_end: float
+    x_c: float
+    pole: float
+    load_e: float
+    load_end: float
+    theta_end: float
+    end: End
+    neighbour: int
+    other: str
+    mu: float
+    law: str
+    touch: tuple[float, float] = (np.nan, np.nan)
+
+    @property
+    def engaged(self) -> bool:
+        """Whether part of the path is in contact."""
+        return self.row is not None and self.x_c > self.x0
+
+    @property
+    def side(self) -> history.Side:
+        """The part in contact, to be walked both ways."""
+        return history.Side(self.row, self.x0, self.x_c, self.pole, self.mu, self.law)
+
+    @property
+    def last(self) -> float:
+        """Load angle of the last state of the curve: the cut-off before a lock, or the end."""
+        return (
+            float(self.row.point(self.x_c, self.law, FLOAT).load) if self.engaged else min(self.load_e, self.load_end)
+        )
+
+    def place(self, load: Array) -> Array:
+        """Return the path parameters at which the path reaches load angles, all between its ends."""
+        return invert(self.row, load, self.x0, self.x_end, self.law)
+
+    def curve(self, *, points: int, at: Array | None = None) -> Curve:
+        """Return the curve at ``points`` of its own, from load 0 to the cut-off, or at load angles; figures there."""
+        if at is None:
+            load, x = samples(self, points)
+        else:
+            # a load that meets the end but for rounding belongs to the curve; at a lock the forces have no bounds
+            reach = self.load_end * (1 if self.end in LOCKS else 1 + SAME)
+            before = at <= (self.load_e if self.engaged else reach)
+            contact = ~before & (at <= reach)
+            load = at[before]
+            x = self.place(at[contact]) if contact.any() else np.empty(0)
+        # the cut-off goes along as the last point
+        cut = min(self.load_e, self.load_end)
+        load, x = (load, np.append(x, self.x_c)) if self.engaged else (np.append(load, cut), x)
+        values = evaluate(self, load, x)
+        last = {name: float(v[-1]) for name, v in values.items()}
+        along = {name: v[:-1] for name, v in values.items()}
+        if at is not None:
+            order = np.concatenate([np.flatnonzero(before), np.flatnonzero(contact)])
+            for name, v in along.items():
+                along[name] = np.full(at.size, np.nan)
+                along[name][order] = v
+            along["load"], along["rate"] = at, at / self.case.pitch
+        return Curve(along, _figures(self, last))
+
+
+def solve(asked: Asked) -> tuple[list[Path], States]:
+    """Solve what is asked in one sense, up to the one load angle of its path, for each coefficient of friction."""
+    beam, way, mus, law, margin = (
+        asked.beam,
+        asked.path,
+        np.atleast_1d(np.asarray(asked.mus, float)),
+        asked.law,
+        asked.margin,
+    )
+    kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
+    more = States({}, {"margin": margin})
+    if case.mirrored and not kind.sided:
+        # bent away from the scales, they spread: nothing touches
+        far = solution.SEARCH if to == math.inf else to
+        return [
+            Path(case, None, 0, 0, 0, 1, np.inf, far, case.theta0, End.NONE, 0, "", float(m), law) for m in mus
+        ], more
+    columns = {name: mus if name == "mu" else np.full(mus.size, beam.ratios[name]) for name in kind.contact}
+    sol = kind.solve(columns.__getitem__, law=law, sense=way.sense)
+    touches: list[Touch | None] = [None] * mus.size
+    if kind.sided:
+        shapes = [columns[name] for name in kind.contact if name != "mu"]
+        sol, touches = solution.with_touches(sol, shapes, sense=way.sense, alike=True)
+    paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
+    return paths, more
+
+
+def path(
+    case: Case, sol: solution.Solution, touch: Touch | None, mu: float, law: str, margin: float, to: float = math.inf
+) -> Path:
+    """Cut the path of a single solved design at ``to`` (load angle per pitch) and place its cut-off."""
+    end = CODES[int(sol.code[0])]
+    load_e, load_end, theta_end = float(sol.load_e[0]), float(sol.load_end[0]), float(sol.theta_end[0])
+    other = solution.other_words(sol, [touch], 0, mirrored=case.mirrored)
+    if end is End.NONE:
+        # the straight part reaches to the other contact that comes first, or to the end of the search
+        stop = min(touch.phi if touch else solution.SEARCH, to)
+        met = (touch.phi, case.theta0) if touch else (np.nan, np.nan)
+        return Path(case, None, 0, 0, 0, 1, np.inf, stop, case.theta0, end, 0, other, mu, law, met)
+    t = sol.tracks[0][1]
+    row = scalar(t.row)
+    x0, x_end = float(t.x0[0]), float(t.x_end[0])
+    # the pole of the friction force belongs to the path, wherever the asked range ends
+    pole = float(energy.pole(t.row, t.x_end, np.array([mu]), law, t.x0)[0]) if x_end > x0 else x0 + 1
+    if to < load_end:
+        end, other, load_end = End.RANGE, "", to
+        x_end = float(invert(row, np.array([to]), x0, x_end, law)[0]) if to > load_e else x0
+        theta_end = float(row.theta(x_end))
+    locks = np.array([end in LOCKS])
+    x_c = float(energy.cutoff(t.row, t.x0, np.array([x_end]), locks, margin)[0])
+    met = (load_end, theta_end) if other else (np.nan, np.nan)
+    k = int(sol.neighbour[0])
+    return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
+
+
+def invert(row: Row, load: Array, x0: float, x_end: float, law: str) -> Array:
+    """Path parameters at which the path reaches the load angles, all between its ends."""
+    grid = np.linspace(x0, x_end, 257)
+    with np.errstate(all="ignore"):
+        seen = row.point(grid, law, ARRAY).load
+    seen = np.maximum.accumulate(np.where(np.isfinite(seen), seen, -np.inf))
+    i = np.clip(np.searchsorted(seen, load, side="left") - 1, 0, 255)
+
+    inside = (load > seen[0]) & (load < seen[-1])
+    x = np.where(load <= seen[0], x0, x_end)
+    if inside.any():
+        j = i[inside]
+        x[inside] = at_loads(row, load[inside], (grid[j], grid[j + 1]), (seen[j], seen[j + 1]))
+    return x
+
+
+def samples(p: Path, points: int) -> tuple[Array, Array]:
+    """Load angles of the straight part, and path parameters of the part in contact; together ``points``."""
+    if not p.engaged:
+        return np.linspace(0.0, min(p.load_e, p.load_end), points), np.empty(0)
+    straight = max(1, points // LINEAR)
+    w = np.linspace(0.0, 1.0, points - straight)
+    if p.end in LOCKS:
+        # closer together where the curve steepens
+        w = 1 - (1 - w) ** 2
+    return np.linspace(0.0, p.load_e, straight, endpoint=False), p.x0 + (p.x_c - p.x0) * w
+
+
+def touching(row: Row, law: str, x: Array, friction: float) -> dict[str, Array]:
+    """Return the contact at path parameters in units of K_theta and the pitch, by role.
+
+    ``friction`` is that per normal force, negative while the contact slides back.
+    """
+    with np.errstate(all="ignore"):
+        # a complex step gives the tangent without cancellation
+        pt = row.point(x + 1e-30j, law, ARRAY)
+        forces = mechanics.forces(pt, row.theta0, friction)
+        # where the contact opens the lift is zero but for rounding
+        N = np.maximum(forces.N.real, 0.0)
+        found = {
+            "theta": pt.theta.real,
+            "load": pt.load.real,
+            "scales": forces.torque.real,
+            "tangent": forces.torque.imag / pt.load.imag,
+            "N": N,
+            "f": friction * N,
+            "p": pt.p,
+            "s": pt.s,
+            "mu_lock": mechanics.mu_lock(pt),
+        }
+    real = {role: np.real(v) for role, v in found.items()}
+    return {role: v if np.shape(v) == x.shape else np.full(x.shape, v) for role, v in real.items()}
+
+
+def straight(case: Case, load: Array) -> dict[str, Array]:
+    """Return the same for load angles without contact."""
+    zero, none = np.zeros(load.size), np.full(load.size, np.nan)
+    found = {"theta": np.full(load.size, case.theta0), "load": load, **dict.fromkeys(("scales", "tangent"), zero)}
+    return {**found, **dict.fromkeys(("N", "f"), zero), **dict.fromkeys(("p", "s", "mu_lock"), none)}
+
+
+def in_si(case: Case, v: dict[str, Array], work: Array, sign: int = 1) -> dict[str, Array]:
+    """Give values of :func:`touching` or :func:`straight` their units; ``sign`` that of the load where it counts."""
+    d, K, rate = case.pitch, case.stiffness, v["load"] / case.pitch
+    W_fr, U_el = work * K / d, (case.rigidity * rate**2 + K / d * (v["theta"] - case.theta0) ** 2) / 2
+    scales, total = sign * K * v["scales"], U_el + W_fr
+    return {
+        "rate": rate,
+        "load": v["load"],
+        "torque": case.rigidity * rate + scales,
+        "scales": scales,
+        "tangent": case.rigidity + K * d * v["tangent"],
+        "p": v["p"] * d,
+        "s": v["s"] * d,
+        "theta": v["theta"],
+        "N": v["N"] * K / d,
+        "f": v["f"] * K / d,
+        "f0": v["f"] * case.eta,
+        "mu_lock": v["mu_lock"],
+        "U_el": U_el,
+        "W_fr": W_fr,
+        "RED": np.divide(W_fr, total, out=np.zeros_like(work), where=total > 0),
+    }
+
+
+def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
+    """Every variable at the load angles before engagement, followed by the path parameters in contact."""
+    values, work = straight(p.case, load), np.zeros(load.size + x.size)
+    if x.size:
+        contact = touching(p.row, p.law, x, p.mu)
+        values = {role: np.concatenate([v, contact[role]]) for role, v in values.items()}
+        work[load.size :] = energy.work(p.row, p.x0, float(x.max()), p.pole, p.mu, p.law)(x)
+    return in_si(p.case, values, work)
+
+
+def _figures(p: Path, last: dict[str, float]) -> dict[str, float | int | str]:
+    mu_static = np.nan
+    if p.row is not None:
+        pt = p.row.point(p.x0, p.law, FLOAT)
+        mu_static = mechanics.mu_lock(pt) if pt.M_f > 0 else np.inf
+    return {
+        **figures(p.case, last, p.load_e, np.inf if p.end is End.NONE else p.load_end, p.theta_end),
+        "mu_static": mu_static,
+        "end": str(p.end),
+        "neighbour": p.neighbour,
+        "other_contact": p.other,
+        "load_touch": p.touch[0],
+        "theta_touch": p.touch[1],
+    }

@@ -1,0 +1,244 @@
+"""Loading, unloading and reversal of hinged scales: how far a beam is followed, the states on the way, its loops.
+
+The inclination is a function of the load, so each way is evaluated from the solved paths of the two senses
+(:mod:`squama.model.history`).
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.curves.hinge import LOCKS, SAME, Path, in_si, solve, straight, touching
+from squama.curves.path import Asked, Case, LoadPath, States, loop_figures, loop_table, used_senses
+from squama.errors import refuse
+from squama.loads import LOADS
+from squama.model import history
+from squama.model.outcome import End
+from squama.model.paths import FLOAT
+from squama.types import Array
+
+STRAIGHT = 4
+"""A straight part has this many times fewer points than a part in contact."""
+BRANCHES = ("straight", "loading", "unloading", "stick")
+_ALONG = (
+    "branch", "load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "leg",
+)  # fmt: skip
+_BEYOND = {
+    End.STATIC: "where friction locks the scales as soon as they touch (static lock)",
+    End.OFF_TIP: "where the contact runs off the end of the tip edge, and a cycle does not follow it",
+    End.OFF_SIDE: "where the contact runs off the end of the side edge, and a cycle does not follow it",
+    End.RELEASED: "where the contact opens beyond a fold, and a cycle does not follow it",
+    End.RANGE: "where half a turn of scale or beam is reached",
+    End.NONE: "the range in which contacts are looked for",
+}
+
+
+class Senses(NamedTuple):
+    """Both senses of loading of a beam, by "+" and "-": solved paths, sides in contact, largest load angles allowed."""
+
+    case: Case
+    mu: float
+    paths: dict[str, Path]
+    sides: dict[str, history.Side]
+    most: dict[str, float]
+
+    @property
+    def bar(self) -> float:
+        """Rigidity of the bar without contact over K_theta d."""
+        return self.case.rigidity / (self.case.stiffness * self.case.pitch)
+
+    def place(self, sign: str, load: float) -> float:
+        """Path parameter at a load angle (magnitude, beyond engagement)."""
+        p = self.paths[sign]
+        return float(p._replace(x_end=p.x_c).place(np.array([load]))[0])
+
+
+def senses(beam: Beam, load: str, mu: float, law: str, margin: float) -> Senses:
+    """Solve a beam in both senses of loading."""
+    found = {}
+    for sign, end in (("+", math.inf), ("-", -math.inf)):
+        asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3)
+        found[sign] = solve(asked)[0][0]
+    most = {sign: p.last if p.engaged and p.end in LOCKS else p.load_end for sign, p in found.items()}
+    sides = {sign: p.side for sign, p in found.items() if p.engaged}
+    return Senses(Case.of(beam, load), mu, found, sides, most)
+
+
+def walk(asked: Asked) -> States:
+    """Return the states along a history, its loops, and what holds for each sense."""
+    values = asked.path.values
+    both = senses(asked.beam, asked.path.load.name, float(asked.mus), asked.law, asked.margin)
+    check(values, both)
+    used = used_senses(values)
+    by_sense = {role: np.array([figure(both, sign) for sign in used]) for role, figure in _SENSE.items()}
+    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+        ("point",): _along(both, values, asked.points),
+        ("loop",): _loops(both, values),
+        ("sense",): {**by_sense, "sense": np.array(used)},
+    }
+    return States(by_dim, {"margin": asked.margin})
+
+
+def check(values: list[float], found: Senses) -> None:
+    """Refuse the first twist beyond the largest that is allowed, or at which the scales do not slide back."""
+    ways = set()
+    for i, value in enumerate(values):
+        sign = "-" if value < 0 else "+"
+        if abs(value) > found.most[sign] * (1 + SAME):
+            refuse("twist", f"{value:.6g} rad/pitch", *_beyond(found, sign))
+        if i and (values[i - 1], value) not in ways:
+            ways.add((values[i - 1], value))
+            _slides_back(values[i - 1], value, found)
+
+
+def _beyond(found: Senses, sign: str) -> tuple[str, str]:
+    """Say what ends the path, and what to give instead."""
+    p, most = found.paths[sign], found.most[sign]
+    minus = "-" if sign == "-" else ""
+    here, end = f"{minus}{most:.6g}", f"{minus}{p.load_end:.6g} rad/pitch"
+    if p.end in LOCKS:
+        why = f"the cut-off before the {p.end} at {end} (mu = {found.mu:g})"
+    elif p.other:
+        why = f"where another contact comes in that a cycle does not follow: {p.other}"
+    else:
+        why = _BEYOND[p.end]
+    digits = 10.0 ** (math.floor(math.log10(most)) - 4)
+    most_given = f'give at most "{minus}{math.floor(most / digits) * digits:.5g} rad/pitch"'
+    return f"is beyond {here} rad/pitch, {why}", most_given
+
+
+def _slides_back(start: float, stop: float, found: Senses) -> None:
+    sign = "-" if start < 0 else "+"
+    p = found.paths[sign]
+    if abs(start) <= p.load_e or (abs(stop) > abs(start) and start * stop > 0):
+        return
+    side, high = found.sides[sign], found.place(sign, abs(start))
+    low = side.x0 if start * stop <= 0 or abs(stop) <= p.load_e else found.place(sign, abs(stop))
+    x = history.held(side, low, high)
+    if x is not None:
+        at = float(p.row.point(x, p.law, FLOAT).load) * (-1 if sign == "-" else 1)
+        refuse(
+            "twist",
+            f"{stop:.6g} rad/pitch",
+            f"coming from {start:.6g} the scales do not slide back beyond {at:.6g} rad/pitch, friction holds them "
+            f"there (mu = {found.mu:g}, {p.law} law)",
+            "turn round before",
+        )
+
+
+def _jam(senses: Senses, sign: str) -> float:
+    """Smallest load angle from which a beam that is let go does not come back; inf for none."""
+    side = senses.sides.get(sign)
+    x = history.jam(side, senses.bar) if side is not None else None
+    return math.inf if side is None or x is None else float(side.row.point(x, side.law, FLOAT).load)
+
+
+_SENSE: dict[str, Callable[[Senses, str], float | int | str]] = {
+    "load_e": lambda s, sign: s.paths[sign].load_e,
+    "most": lambda s, sign: s.most[sign],
+    "jam": _jam,
+    "load_end": lambda s, sign: math.inf if s.paths[sign].row is None else s.paths[sign].load_end,
+    "end": lambda s, sign: str(s.paths[sign].end),
+    "other_contact": lambda s, sign: s.paths[sign].other,
+    "neighbour": lambda s, sign: s.paths[sign].neighbour,
+}
+
+
+class _Piece(NamedTuple):
+    """Part of a way in one state: signed load angles of its ends; ``sign`` of the contact, "" where there is none."""
+
+    start: float
+    stop: float
+    sign: str
+
+
+def _pieces(senses: Senses, start: float, stop: float) -> list[_Piece]:
+    """Split the way from one load angle to another where contacts engage or open."""
+    cuts = [s * p.load_e for s, p in ((1, senses.paths["+"]), (-1, senses.paths["-"]))]
+    inside = sorted((c for c in cuts if min(start, stop) < c < max(start, stop)), reverse=stop < start)
+    ends = [start, *inside, stop]
+    found = []
+    for a, b in itertools.pairwise(ends):
+        middle = (a + b) / 2
+        sign = "+" if middle > 0 else "-"
+        found.append(_Piece(a, b, sign if abs(middle) > senses.paths[sign].load_e else ""))
+    return found
+
+
+def _along(senses: Senses, values: list[float], points: int) -> dict[str, Array]:
+    """Return every variable along the history, by role."""
+    turns, parts = set(history.reversals(values)), []
+    done = 0.0
+    known: dict[_Piece, dict[str, Array]] = {}
+    for i, (start, stop) in enumerate(itertools.pairwise(values)):
+        fresh = i == 0 or i in turns
+        for piece in _pieces(senses, start, stop):
+            if piece not in known:
+                known[piece] = _evaluate(senses, piece, points)
+            part = {**known[piece], "branch": known[piece]["branch"].copy(), "W_fr": known[piece]["W_fr"] + done}
+            done = float(part["W_fr"][-1])
+            part["leg"] = np.full(part["load"].size, i + 1)
+            if fresh and i and piece.sign and senses.mu:
+                part["branch"][0] = "stick"
+            parts.append(part if fresh else {name: v[1:] for name, v in part.items()})
+            fresh = False
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
+    """Every variable on a part of the way, ends included."""
+    case, way = senses.case, 1 if abs(piece.stop) > abs(piece.start) else -1
+    sign = -1 if piece.sign == "-" else 1
+    n = points if piece.sign else max(2, points // STRAIGHT)
+    w = np.linspace(0.0, 1.0, n + 1)
+    if piece.sign:
+        side = senses.sides[piece.sign]
+        a, b = (senses.place(piece.sign, abs(v)) for v in (piece.start, piece.stop))
+        if senses.paths[piece.sign].end in LOCKS:
+            # closer together where the curve steepens
+            w = 1 - (1 - w) ** 2 if way > 0 else w**2
+        x = a + (b - a) * w
+        x[-1] = b
+        values, work = touching(side.row, side.law, x, side.friction(way)), history.work(side, a, b)(x)
+        load = sign * values["load"]
+        load[0], load[-1] = piece.start, piece.stop
+        out = in_si(case, {**values, "load": load}, work, sign)
+    else:
+        out = in_si(case, straight(case, piece.start + (piece.stop - piece.start) * w), np.zeros(n + 1))
+    branch = BRANCHES[{0: 0, 1: 1, -1: 2}[way if piece.sign else 0]]
+    return {"branch": np.full(n + 1, branch, "U9"), **{role: out[role] for role in _ALONG[1:-1]}}
+
+
+def _loops(senses: Senses, values: list[float]) -> dict[str, Array]:
+    """Return the figures of every closed loop, by role."""
+    figures = functools.cache(lambda base, top: _figures(senses, base, top))
+    return loop_table([figures(loop.base, loop.top) for loop in history.loops(values)])
+
+
+def _figures(senses: Senses, base: float, top: float) -> list[float]:
+    """Return the figures of a loop from its way there and back, two points for each part."""
+    there, back = (
+        [(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]
+        for ends in ((base, top), (top, base))
+    )
+    highest, turned, lowest = there[-1][1], back[0][1], back[-1][1]
+    residual, sign = 0.0, back[0][0].sign
+    if sign:
+        side = senses.sides[sign]
+        x = history.residual(side, senses.bar, senses.place(sign, abs(top)))
+        residual = 0.0 if x is None else math.copysign(float(side.row.point(x, side.law, FLOAT).load), top)
+    return loop_figures(
+        (base, top),
+        senses.case.pitch,
+        dissipated=sum(float(part["W_fr"][-1]) for _, part in (*there, *back)),
+        elastic=float(highest["U_el"][-1]),
+        torques=(float(highest["torque"][-1]), float(turned["torque"][0]), float(lowest["torque"][-1])),
+        residual=residual,
+    )

@@ -1,0 +1,100 @@
+"""Labelled results before they are an ``xarray.Dataset``: a command that prints a few figures need not load xarray."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama._version import __version__
+from squama.beam.design import Beam
+from squama.curves.path import Asked, States
+from squama.loads import Load
+from squama.symbols import SYMBOLS
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Labelled(NamedTuple):
+    """Values with the names of their dimensions and their attributes."""
+
+    dims: tuple[str, ...]
+    values: Array
+    attrs: dict[str, str]
+
+
+class Answer:
+    """Variables of a response by name, and attributes of the whole; ``answer["T"]`` are the values of one.
+
+    ``mu`` is a coordinate: one number, or the dimension of a family of curves.
+    """
+
+    def __init__(self, variables: dict[str, Labelled], attrs: dict[str, Any]) -> None:
+        self.variables, self.attrs = variables, attrs
+
+    def __getitem__(self, name: str) -> Array:
+        """Return the values of a variable."""
+        return self.variables[name].values
+
+    @property
+    def family(self) -> int | None:
+        """Number of curves of a family over mu; None for a single curve."""
+        return self["mu"].size if self["mu"].ndim else None
+
+    @property
+    def figures(self) -> dict[str, Array]:
+        """Single figures of each curve, by name."""
+        return {name: v.values for name, v in self.variables.items() if "point" not in v.dims and name != "mu"}
+
+    @property
+    def curves(self) -> dict[str, Array]:
+        """Variables along the curves, by name."""
+        return {name: v.values for name, v in self.variables.items() if "point" in v.dims}
+
+    def pick(self, i: int) -> Answer:
+        """Return one curve of a family."""
+        one = {
+            name: Labelled(v.dims[1:], np.asarray(v.values[i]), v.attrs) if v.dims[:1] == ("mu",) else v
+            for name, v in self.variables.items()
+        }
+        return Answer(one, self.attrs)
+
+    def dataset(self) -> xr.Dataset:
+        """Return the same as an ``xarray.Dataset``."""
+        import xarray as xr
+
+        data = dict(self.variables)
+        return xr.Dataset(data, coords={"mu": data.pop("mu")}, attrs=self.attrs)
+
+
+def labelled(load: Load, states: States, mus: Array) -> dict[str, Labelled]:
+    """Return the variables of states: names by the load's table, units and words by that of symbols."""
+    by_dim = [*states.by_dim.items(), (("mu",) * mus.ndim, {"mu": mus})]
+    return {
+        name: Labelled(dims, np.asarray(values[role]), SYMBOLS[name].attrs)
+        for dims, values in by_dim
+        for role, name in load.variables(tuple(values)).items()
+    }
+
+
+def attributes(asked: Asked, title: str, sense: str, notes: Sequence[str] = ()) -> dict[str, Any]:
+    """Return what every answer says of the beam and of how it was loaded."""
+    load = asked.path.load
+    return {
+        "title": title,
+        "load": load.name,
+        "law": load.law(asked.law),
+        "beam": text(asked.beam),
+        "squama_version": __version__,
+        "warnings": "\n".join([*asked.beam.warnings(load.name, sense), *notes]),
+    }
+
+
+@functools.lru_cache(maxsize=64)
+def text(beam: Beam) -> str:
+    """Return a beam as the text of its file."""
+    return beam.to_toml()

@@ -1,0 +1,156 @@
+"""What is asked of a beam and what comes back: a load path, the asked figures, and the states along it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.loads import LOADS, Load
+from squama.types import Array
+
+
+class LoadPath(NamedTuple):
+    """Bend and twist per pitch (psi, phi) to go to one after the other, from rest; rad, signed.
+
+    An infinite one is the end of the curve in that sense.
+    """
+
+    points: tuple[tuple[float, float], ...]
+
+    @classmethod
+    def of(cls, load: str, values: Sequence[float]) -> LoadPath:
+        """Return the path along one load."""
+        return cls(tuple((0.0, v) if LOADS[load].axis else (v, 0.0) for v in map(float, values)))
+
+    @property
+    def load(self) -> Load:
+        """The one load that changes along the path; twisting if none does."""
+        used = [load for load in LOADS.values() if any(point[load.axis] for point in self.points)]
+        assert len(used) < 2, "no model follows both at once"
+        return used[0] if used else LOADS["twisting"]
+
+    @property
+    def values(self) -> list[float]:
+        """Load angles along the path."""
+        return [point[self.load.axis] for point in self.points]
+
+    @property
+    def sense(self) -> str:
+        """Sense in which the path sets out."""
+        return "-" if next((v for v in self.values if v), 0.0) < 0 else "+"
+
+
+class Asked(NamedTuple):
+    """What is asked of a model.
+
+    ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
+    (magnitudes) at which a curve is wanted instead.
+    """
+
+    beam: Beam
+    path: LoadPath
+    mus: Array
+    law: str
+    margin: float
+    points: int
+    at: Array | None = None
+
+
+class Case(NamedTuple):
+    """What a kind of loading brings: pitch, rigidity without contact (N m^2), joint stiffness (N m), sense."""
+
+    pitch: float
+    rigidity: float
+    stiffness: float
+    eta: float
+    theta0: float
+    mirrored: bool = False
+
+    @classmethod
+    def of(cls, beam: Beam, load: str, sense: str = "+") -> Case:
+        """Return the case of a beam."""
+        kind = LOADS[load]
+        return cls(beam.pitch, kind.rigidity(beam), kind.stiffness(beam), beam.eta, beam.scale.theta0, sense == "-")
+
+
+class Curve(NamedTuple):
+    """Variables along a curve (``along``) and single figures of it (``figures``), by role (:mod:`squama.loads`)."""
+
+    along: dict[str, Array]
+    figures: dict[str, float | int | str]
+
+
+def figures(
+    case: Case, last: Mapping[str, float], load_e: float, load_end: float, theta_end: float
+) -> dict[str, float | int | str]:
+    """Return the single figures of every curve, by role; ``last`` are its variables at the cut-off."""
+    bare = case.rigidity * last["rate"]
+    return {
+        "load_e": load_e,
+        "rate_e": load_e / case.pitch,
+        "load_end": load_end,
+        "rate_end": load_end / case.pitch,
+        "rate_c": last["rate"],
+        "torque_c": last["torque"],
+        "theta_end": theta_end,
+        "theta_c": last["theta"],
+        "stiffening": last["torque"] / bare if bare else math.nan,
+        **{f"{role}_c": last[role] for role in ("U_el", "W_fr", "RED")},
+    }
+
+
+class Solved(Protocol):
+    """A beam's path in one sense with one coefficient of friction, solved; what every model gives."""
+
+    @property
+    def case(self) -> Case:
+        """What the beam and the model bring."""
+
+    def curve(self, *, points: int, at: Array | None = None) -> Curve:
+        """Return the curve at points of the path's own, or at load angles per pitch: NaN beyond its end."""
+
+
+class States(NamedTuple):
+    """What a model says along a path: values by dimension and role, and what its attributes and warnings add."""
+
+    by_dim: Mapping[tuple[str, ...], dict[str, Array]]
+    attrs: Mapping[str, float] = {}
+    notes: Sequence[str] = ()
+
+
+LOOP = ("base", "top", "W_d", "U_max", "zeta_eq", "K_sec", "drop", "residual")
+"""Figures of a closed loop."""
+
+
+def loop_figures(
+    turns: tuple[float, float],
+    pitch: float,
+    *,
+    dissipated: float,
+    elastic: float,
+    torques: tuple[float, float, float],
+    residual: float,
+) -> list[float]:
+    """Return the figures of a closed loop between two load angles per pitch, base and top, in the order of ``LOOP``.
+
+    ``elastic`` is the energy at the top, ``torques`` those where the load comes to the top, where the contact slides
+    back from there, and where the load comes to the base.
+    """
+    (base, top), (highest, turned, lowest) = turns, torques
+    secant = (highest - lowest) / ((top - base) / pitch)
+    damping = dissipated / (4 * math.pi * elastic)
+    return [base, top, dissipated, elastic, damping, secant, abs(highest - turned), residual]
+
+
+def loop_table(rows: Sequence[Sequence[float]]) -> dict[str, Array]:
+    """Return the figures of loops by role."""
+    return dict(zip(LOOP, np.array(rows, float).reshape(-1, len(LOOP)).T, strict=True))
+
+
+def used_senses(values: Sequence[float]) -> list[str]:
+    """Return the senses that a history goes to."""
+    return [s for s in ("+", "-") if s == "+" or min(values) < 0]

@@ -1,0 +1,340 @@
+"""From a beam to files of solids in a folder: files of others stay as they are, each is complete or not there."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from squama import arguments, errors
+from squama._version import __version__
+from squama.errors import Problems, SquamaError
+from squama.fabrication import formats as written
+from squama.fabrication import measure, refuse
+from squama.fabrication import plan as plans
+from squama.fabrication import solids as made
+from squama.fabrication.bodies import Recipe
+from squama.fabrication.measure import Check
+from squama.fabrication.mesh import Mesh
+from squama.fabrication.plan import Plan
+from squama.fabrication.solids import PARTS, Item
+from squama.io import files
+from squama.needs import need
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+    from squama.beam.design import Beam
+
+FORMATS = ("stl", "3mf", "step")
+RECORD = "export.json"
+"""File that says what an export has written."""
+PLA, SILICONE = 1.24, 1.15
+"""Densities in g/cm^3 of printed PLA (solid, without infill) and of silicone (VPS: 1.1 to 1.2)."""
+
+
+class Row(NamedTuple):
+    """One line: ``part``, its ``material``, how it is ``made``, ``number`` of them.
+
+    ``volume`` is that of one in mm^3, ``density`` in g/cm^3.
+    """
+
+    part: str
+    material: str
+    made: str
+    number: int
+    volume: float
+    density: float
+
+    @property
+    def mass(self) -> float:
+        """Mass of one, g."""
+        return self.volume * self.density / 1000
+
+    def record(self) -> dict[str, str | int | float]:
+        """Return the row with its products, by the names of the columns."""
+        return {
+            "part": self.part,
+            "material": self.material,
+            "made": self.made,
+            "count": self.number,
+            "volume_mm3": self.volume,
+            "total_volume_mm3": self.volume * self.number,
+            "density_g_cm3": self.density,
+            "mass_g": self.mass,
+            "total_mass_g": self.mass * self.number,
+        }
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was made.
+
+    Attributes
+    ----------
+    files : tuple of Path
+        The files that were written.
+    bill : tuple
+        Bill of materials: rows with ``part``, ``material``, ``made``, ``number``, ``volume`` of one (mm^3), ``density``
+        (g/cm^3), ``mass`` of one (g).
+    checks : tuple
+        What was measured of solids and files: ``what``, ``solid``, ``expected``, ``measured``, ``unit``, ``tolerance``.
+    plan : tuple
+        Every size, in mm and rad.
+    solids : dict
+        Meshes by file name without ending: lists of (name, vertices (n, 3) in mm, triangles (m, 3)).
+    """
+
+    files: tuple[Path, ...]
+    bill: tuple[Row, ...]
+    checks: tuple[Check, ...]
+    plan: Plan
+    solids: dict[str, list[Mesh]]
+
+
+def export(
+    beam: Beam,
+    folder: str | os.PathLike[str],
+    *,
+    scales: int | None = None,
+    parts: Sequence[str] = PARTS,
+    formats: Sequence[str] = ("stl", "3mf"),
+    clearance: float | str = "0.2 mm",
+    feature: float | str = "0.4 mm",
+    wall: float | str = "3 mm",
+    ends: float | str = "30 mm",
+    draft: float | str = "0 deg",
+    bed: float | str | None = None,
+    scale_density: float = PLA,
+    substrate_density: float = SILICONE,
+    force: bool = False,
+) -> Export:
+    """Write a beam's solids for the printer and the mould: scales, substrate, mould, the assembled beam.
+
+    Everything is measured before it is written: each solid closed and of the volume of its closed form, no two solids
+    in each other, thickness and angles measured on the faces; and each STL and 3MF file again as it is read back.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    folder
+        Where to write; made if it is not there. Files in it that no export has written are not replaced.
+    scales
+        Number of scales, 1 to 500; the beam's own if not given.
+    parts
+        Any of "scale", "substrate", "mould", "assembly".
+    formats
+        Any of "stl", "3mf" (both in mm) and "step" (needs the extra ``step``).
+    clearance
+        Room between tab and slot on every side, m or text; the same between blades and the lid of the mould.
+    feature
+        Least size that can be printed or cast, m or text.
+    wall
+        Thickness of the mould's walls, floor and lid, m or text.
+    ends
+        Plain length of the bar before the first and behind the last pitch, m or text.
+    draft
+        Inclination of the tray's sides, rad or text.
+    bed
+        Longest part that the printer takes, m or text; without it no size is refused and nothing is cut in pieces.
+    scale_density, substrate_density
+        g/cm^3, for the masses: of what is printed (solid PLA) and of the silicone.
+    force
+        Replace files that no export has written.
+
+    Returns
+    -------
+    Export
+
+    Raises
+    ------
+    InputError
+        The beam cannot be printed, cast or assembled (one line per dimension that causes it); a value that is not
+        usable; a package that is missing; a place that cannot be written to.
+    SquamaError
+        A solid or a file is not as it should be; it is not written.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(beta=0.6, zeta=0.3, slenderness=6, theta0="15 deg")
+    >>> made = squama.export(beam, "solids", scales=3, parts=["scale"], formats=["stl"])
+    >>> [path.name for path in made.files]
+    ['scale.stl', 'scales.stl', 'bill.csv', 'export.json']
+    """
+    sizes = {"clearance": clearance, "feature": feature, "wall": wall, "ends": ends, "draft": draft}
+    if bed is not None:
+        sizes["bed"] = bed
+    wanted, kinds = several("parts", parts, PARTS), several("formats", formats, FORMATS)
+    densities = tuple(
+        arguments.scalar(name, value, 0.01, 25, "a density in g/cm^3, 0.01 to 25; write e.g. 1.2")
+        for name, value in (("scale_density", scale_density), ("substrate_density", substrate_density))
+    )
+    plan = plans.plan(beam, scales, plans.read(sizes))
+    refuse.check(plan, wanted)
+    for package in ("manifold3d", "trimesh", *(("build123d",) if "step" in kinds else ())):
+        need(package)
+    solids = made.make(plan, wanted)
+    _settle(solids.checks)
+    bill = _rows(plan, solids.counts, *densities)
+    contents: dict[str, bytes] = {}
+    for stem, items in solids.files.items():
+        for kind in kinds:
+            contents[f"{stem}.{kind}"] = _bytes(stem, items, kind)
+    contents["bill.csv"] = _table(bill).encode()
+    _check_folder(folder, [*contents, RECORD], force=force)
+    found = list(solids.checks)
+
+    def look(name: str, path: Path) -> None:
+        stem, _, kind = name.rpartition(".")
+        if kind in ("stl", "3mf"):
+            seen = list(measure.read_back(_read(path, kind, solids.files[stem]), name))
+            _settle(seen)
+            found.extend(seen)
+
+    record = {
+        "by": "squama export",
+        "squama_version": __version__,
+        "units": {"lengths": "mm", "angles": "rad", "volumes": "mm^3", "masses": "g"},
+        "plan": plan._asdict(),
+        "bill": [row.record() for row in bill],
+        "beam": beam.to_toml(),
+    }
+    paths = _write(folder, contents, record, look)
+    meshes = {stem: [p.seated for item in items for p in item.placed] for stem, items in solids.files.items()}
+    return Export(tuple(paths), tuple(bill), tuple(found), plan, meshes)
+
+
+def several(name: str, value: Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+    """Return some of the allowed words in their order, each once."""
+    given: Iterable[str] = [value] if isinstance(value, str) else value
+    words = [arguments.one_of(name, word, allowed) for word in given]
+    if not words:
+        errors.refuse(name, "", "is empty", f"write e.g. {allowed[0]}")
+    return tuple(word for word in allowed if word in words)
+
+
+def _settle(checks: Iterable[Check]) -> None:
+    """Stop if something is not as it should be. Raises SquamaError: one line per check that does not hold."""
+    lines = [check.line() for check in checks if not check.holds]
+    if lines:
+        raise SquamaError("\n".join(lines))
+
+
+def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast: float) -> list[Row]:
+    """Return the bill of solids, each with its number, and of the silicone that the slots' clearance takes up."""
+    kinds = {True: ("silicone", "cast", cast), False: ("PLA", "printed", printed)}
+    found = []
+    for solid, count in solids:
+        material, how, density = kinds[solid.name == "substrate"]
+        found.append(Row(solid.name, material, how, count, solid.volume, density))
+    if any(solid.name == "substrate" for solid, _ in solids) and plan.clearance > 0:
+        deep, across, t = plan.slot
+        glue = deep * across * t - plan.embedded * plan.breadth * plan.thickness
+        found.append(Row("glue in a slot", "silicone", "filled in", plan.scales, glue, cast))
+    return found
+
+
+def _table(bill: Sequence[Row]) -> str:
+    """Return the bill as CSV."""
+    lines = [",".join(bill[0].record())] if bill else []
+    lines += [",".join(v if isinstance(v, str) else f"{v:.10g}" for v in row.record().values()) for row in bill]
+    return "\n".join(lines) + "\n"
+
+
+def _bytes(stem: str, items: list[Item], kind: str) -> bytes:
+    if kind == "step":
+        return written.step(stem, [(item.recipe, item.copies) for item in items])
+    placed = [p for item in items for p in item.placed]
+    return written.stl(placed) if kind == "stl" else written.three_mf(placed)
+
+
+def _read(path: Path, kind: str, items: list[Item]) -> list[tuple[str, Trimesh, float]]:
+    """Return the solids in a file as trimesh reads them: name, mesh, volume that it should have."""
+    trimesh = need("trimesh")
+    volumes = {name: item.recipe.volume for item in items for name, _, _ in item.copies}
+    data = io.BytesIO(path.read_bytes())
+    if kind == "stl":
+        mesh = trimesh.load_mesh(data, file_type="stl")
+        return [(next(iter(volumes)) if len(volumes) == 1 else "", mesh, sum(volumes.values()))]
+    scene = trimesh.load_scene(data, file_type="3mf")
+    seen = {node: scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry}
+    if len(seen) != len(volumes):
+        message = f"{path.name}: {len(seen)} solids are in the file, not {len(volumes)}"
+        raise SquamaError(message)
+    copies = [item.recipe.volume for item in items for _ in item.copies]
+    found = sorted(seen.items(), key=lambda pair: pair[1].volume)
+    return [(name, mesh, volume) for (name, mesh), volume in zip(found, sorted(copies), strict=True)]
+
+
+def _digest(data: bytes) -> str:
+    """Return the SHA-256 of a file's bytes."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def _check_folder(folder: str | os.PathLike[str], names: list[str], *, force: bool) -> None:
+    """Refuse a folder that cannot be written to, or in which files of these names are not those of an export.
+
+    Raises InputError: one line per file or place.
+    """
+    place = Path(folder)
+    if place.exists() or place.is_symlink():
+        files.make_folder(place)
+    elif not place.parent.is_dir():
+        reason = f"its folder {files.label(place.parent)} does not exist"
+        errors.refuse("", "", reason, "make it first", source=files.label(folder))
+    known, problems = _known(place), Problems()
+    for name in names:
+        path = place / name
+        if path.is_dir():
+            problems.add("", "", "is a folder", "give another folder to write to", files.label(path))
+        elif path.exists() and not force and (known.get(name) is None or known[name] != _digest(path.read_bytes())):
+            reason = "is there and was not written, or was changed since, by squama export"
+            problems.add("", "", reason, "give another folder, or --force to replace it", files.label(path))
+    problems.settle()
+
+
+def _write(
+    folder: str | os.PathLike[str],
+    contents: Mapping[str, bytes],
+    record: Mapping[str, object],
+    look: Callable[[str, Path], None],
+) -> list[Path]:
+    """Write files and the record of them; ``look`` is called with each file before it is moved to its place.
+
+    Raises InputError: the folder cannot be written to.
+    """
+    place = files.make_folder(folder)
+    hashes = {name: _digest(data) for name, data in contents.items()}
+    # files of an earlier export that are not written now stay known
+    earlier = {name: old for name, old in _known(place).items() if name not in hashes and (place / name).is_file()}
+    written = []
+    for name, data in contents.items():
+
+        def put(path: Path, name: str = name, data: bytes = data) -> None:
+            path.write_bytes(data)
+            look(name, path)
+
+        written.append(files.atomic_write(place / name, put))
+    text = json.dumps({**record, "files": hashes, "earlier": earlier}, indent=1, allow_nan=False) + "\n"
+    written.append(files.atomic_write(place / RECORD, lambda path: path.write_text(text, encoding="utf-8")))
+    return written
+
+
+def _known(place: Path) -> dict[str, str | None]:
+    """Return the files that exports have written, with their digests; the record itself is known by its content."""
+    path = place / RECORD
+    try:
+        data = path.read_bytes()
+        record = json.loads(data)
+        if record["by"] == "squama export":
+            return {**record["earlier"], **record["files"], RECORD: _digest(data)}
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    return {}

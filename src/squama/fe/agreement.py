@@ -1,0 +1,143 @@
+"""Models beside a curve by finite elements: differences along the twist, and how far each model holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from squama.symbols import SYMBOLS
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+SHARE = 0.05
+"""Difference of the torque within which a model counts as holding."""
+FINITE = ("beam", "row")
+"""Names of curves of finite beams; what sets them apart from the endless one is no fault of a model."""
+
+
+def compare(
+    elements: xr.Dataset, models: Mapping[str, tuple[str, xr.Dataset]], *, share: float = SHARE, title: str = ""
+) -> xr.Dataset:
+    """Set models beside a curve by finite elements, at the elements' twists.
+
+    Parameters
+    ----------
+    elements : xarray.Dataset
+        The reference: ``phi`` (rad per pitch, from 0 on), ``T``, ``theta`` along ``point``.
+    models : mapping
+        Name of each model: what it is in words, and its curve with the same variables. A curve at other twists is
+        interpolated linearly.
+    share : float
+        Difference of the torque that is allowed, over the elements' torque.
+    title : str
+        What is compared.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``point``: ``phi``, ``T_elements``, ``theta_elements``; along ``model`` and ``point``: ``T`` and ``theta``
+        (NaN beyond a model's end), ``dT`` = T/T_elements - 1, ``dtheta`` = theta - theta_elements; along ``model``:
+        ``words``, ``within``: the twist per pitch at which ``dT`` first leaves the share, ``last``: the last twist that
+        both curves have, ``dT_last``, ``dtheta_last``: the differences there.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> phi = np.array([0.0, 0.1, 0.2, 0.3])
+    >>> def curve(T):
+    ...     return xr.Dataset({"phi": ("point", phi), "T": ("point", T), "theta": ("point", 0.1 + phi)})
+    >>> table = compare(curve(phi), {"hinge": ("a hinge", curve(phi * [1, 1, 1.1, 1.3]))})
+    >>> round(float(table.within[0]), 3)
+    0.15
+    """
+    import xarray as xr
+
+    phi, T, theta = (np.asarray(elements[name].values, float) for name in ("phi", "T", "theta"))
+    order = list(models)
+
+    def ours(name: str) -> Array:
+        return np.array([_at(phi, curve, name) for _, curve in models.values()]).reshape(-1, phi.size)
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dT = np.where((T != 0) & (phi > 0), ours("T") / T - 1, np.nan)
+    dtheta = ours("theta") - theta
+    within, ends = zip(*(holds(phi, off, share) for off in dT), strict=True)
+    last = np.arange(len(order)), np.array(ends)
+    along, both, twist = ("point",), ("model", "point"), SYMBOLS["phi"].attrs
+
+    def off(dims: str | tuple[str, ...], values: Array, words: str, unit: str) -> Any:
+        return dims, values, {"long_name": words, "units": unit}
+
+    reach = f"twist per pitch up to which the torque is within {share:.0%}"
+    return xr.Dataset(
+        {
+            "T_elements": off(along, T, "torque of the elements", SYMBOLS["T"].unit),
+            "theta_elements": off(along, theta, "inclination of the elements' scale", SYMBOLS["theta"].unit),
+            "T": (both, ours("T"), SYMBOLS["T"].attrs),
+            "theta": (both, ours("theta"), SYMBOLS["theta"].attrs),
+            "dT": off(both, dT, "torque over the elements', less 1", "1"),
+            "dtheta": off(both, dtheta, "inclination less the elements'", "rad"),
+            "words": ("model", np.array([words for words, _ in models.values()], dtype=str), {"long_name": "model"}),
+            "within": ("model", np.array(within), {**twist, "long_name": reach}),
+            "last": ("model", phi[last[1]], {**twist, "long_name": "last twist per pitch that both curves have"}),
+            "dT_last": off("model", dT[last], "difference of the torque there", "1"),
+            "dtheta_last": off("model", dtheta[last], "difference of the inclination there", "rad"),
+        },
+        coords={"model": ("model", np.array(order, dtype=str)), "phi": (along, phi, twist)},
+        attrs={"title": title, "elements": str(elements.attrs.get("mesh", "")), "share": share},
+    )
+
+
+def _at(phi: Array, curve: xr.Dataset, name: str) -> Array:
+    """Return a model's variable at twists (n,), NaN outside its own."""
+    x, y = (np.asarray(curve[key].values, float) for key in ("phi", name))
+    good = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if not good.size:
+        return np.full(phi.size, np.nan)
+    order = good[np.argsort(x[good], kind="stable")]
+    return np.asarray(np.interp(phi, x[order], y[order], left=np.nan, right=np.nan))
+
+
+def holds(phi: Array, off: Array, share: float = SHARE) -> tuple[float, int]:
+    """Return how far a difference stays within a share.
+
+    Parameters
+    ----------
+    phi : (n,) array
+        Twists, rising.
+    off : (n,) array
+        Relative difference there; NaN where there is none.
+    share : float
+        What is allowed, either way.
+
+    Returns
+    -------
+    within : float
+        Twist at which the difference first leaves the share, between two points linearly; 0 if it is outside from the
+        start, the last twist if it never is, NaN if there is no difference at all.
+    last : int
+        Number of the last point at which there is a difference; 0 if there is none.
+
+    Examples
+    --------
+    >>> holds(np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.04, -0.06]), 0.05)
+    (0.25, 2)
+    """
+    there = np.flatnonzero(np.isfinite(off))
+    if not there.size:
+        return float("nan"), 0
+    size = np.abs(off[there])
+    beyond = np.flatnonzero(size > share)
+    if not beyond.size:
+        return float(phi[there[-1]]), int(there[-1])
+    i = int(beyond[0])
+    if i == 0:
+        return 0.0, int(there[-1])
+    a, b = size[i - 1], size[i]
+    x, y = phi[there[i - 1]], phi[there[i]]
+    return float(x + (y - x) * (share - a) / (b - a)), int(there[-1])

@@ -1,0 +1,313 @@
+"""Beams twisted by finite elements, in SI units: a beam in, a labelled dataset out."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama import arguments, units
+from squama._version import __version__
+from squama.errors import InputError, naming, refuse
+from squama.fe.assembly import ALONG, COLUMNS, EACH, ENDS, make_beam, make_cell
+from squama.fe.body import Body
+from squama.fe.deformed import Deformed, deformed
+from squama.fe.elements import Elements
+from squama.fe.geometry import Geometry, geometry
+from squama.fe.mesh import pitch_mesh
+from squama.fe.walk import Ended, Walk
+from squama.interrupt import Interrupted, until_interrupted
+from squama.symbols import SYMBOLS
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from squama.beam.design import Beam
+
+MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}
+"""Sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
+INCREMENT = 0.01
+"""Largest increment of the twist, rad per pitch."""
+MOST = 200
+"""Largest number of scales of a beam of elements."""
+_ITERATIONS = 4.5
+_OTHER = 2.5
+_WORDS = {
+    "twist": {"long_name": "twist of a scale's pitch, from cut to cut", "units": "rad"},
+    "u_end": {"long_name": "move of the turned end along the axis", "units": "m"},
+    "iterations": {"long_name": "Newton iterations", "units": "1"},
+}
+
+
+class Progress(NamedTuple):
+    """Where a run stands: twist reached and wanted (rad per pitch), Newton steps of the increment, largest force left
+    on a node (E d^2), increments halved so far, seconds gone and left."""  # noqa: D205, D209
+
+    phi: float
+    goal: float
+    iterations: int
+    unbalanced: float
+    halvings: int
+    elapsed_s: float
+    left_s: float | None
+
+
+Listener = Callable[[Progress], None]
+
+
+def cell(
+    beam: Beam,
+    *,
+    to: float | str,
+    mu: float | None = None,
+    sense: str = "+",
+    mesh: str | tuple[float, float] = "medium",
+    increment: float = INCREMENT,
+    scales: int | None = None,
+    ends: str = "free",
+    hinged: bool = False,
+    restart: str | os.PathLike[str] | None = None,
+    progress: Listener | None = None,
+    announce: Callable[[str], None] | None = None,
+    last: Callable[[Deformed], object] | None = None,
+) -> xr.Dataset:
+    """Twist a beam by finite elements: one pitch with helical periodicity, or N scales between two grips.
+
+    Large strains, Coulomb contact of all scales. Nothing of the analytical model goes in: no joint stiffness, no force
+    law, no place of contact.
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam; its joint stiffness and inclusion factor are not used.
+    to : float or str
+        Twist to reach: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total" (over ``scales``
+        pitches, those of the beam if not given). Of a finite beam it is the turn of the end over the number of pitches.
+    mu : float, optional
+        Coefficient of friction; the beam's own if not given.
+    sense : {"+", "-"}
+        Which way the beam is twisted. Twists and torques are magnitudes.
+    mesh : str or (float, float)
+        "coarse", "medium", "fine", or sizes of the elements in the bulk and along the embedded scale's edges, pitches.
+    increment : float
+        Largest increment of the twist, rad per pitch; it is halved where needed.
+    scales : int, optional
+        Number of scales and pitches of a finite beam, 2 to 200; one endless pitch if not given.
+    ends : {"free", "held"}
+        The end sections (cuts between pitches) of a finite beam are held rigidly, one fixed, the other turned; that one
+        may move along the axis, or is held there too. They cannot warp, tilt, or move sideways.
+    hinged : bool
+        Block roll and yaw of the scales: what a hinge leaves of the joint's motions.
+    restart : path, optional
+        File that is written after every increment; where it is there already, the run goes on from it.
+    progress : callable, optional
+        Told after every increment, see :class:`Progress`.
+    announce : callable, optional
+        Told in words, before the first increment, how large the run of a finite beam is.
+    last : callable, optional
+        Given the deformed pitch at the end, see :class:`squama.fe.deformed.Deformed`; of an endless beam only.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``point`` (the increments): Phi, phi, T, U_el, W_fr, W (per length), gap, iterations, contact (in
+        words). Of the scale theta, the motions u_X .. w_Z, N, f, and p and s, where the tip edge touches a side edge.
+
+        Of an endless beam these are along ``point`` too, with the ``neighbour`` that is touched. Of a finite one they
+        are along ``point`` and ``scale`` (1 to N): motions in the frame that is turned with the section at the scale's
+        base, contact with the next scale (NaN for the last); and ``twist`` of the scale's pitch, the difference of the
+        mean turns about z of the two cuts that bound it. T is that of the turned end, ``u_end`` its move.
+
+        Attributes: beam, mesh, ``reached`` and ``sentence`` for the end of the run, ``energy_error``:
+        (W - U_el - W_fr)/W at the end.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, a package is missing, the mesh fails, the memory that is free does not do, or the
+        restart file is of another run.
+    KeyboardInterrupt
+        Ctrl-C, after the increment under way; the restart file holds what is done.
+    """
+    if scales is not None:
+        scales = arguments.whole("scales", scales, 2, MOST)
+    elif ends != "free":
+        refuse("ends", "", "is for finite beams", "give scales too")
+    if scales is not None and last is not None:
+        refuse("last", "", "shows one endless pitch", "leave it out, or leave out scales")
+    sign = arguments.sense(sense)
+    friction = arguments.friction(beam.friction.mu, mu)
+    increment = arguments.scalar("increment", increment, 1e-5, 0.1, "0.00001 to 0.1 rad per pitch")
+    arguments.one_of("ends", ends, ENDS)
+    with naming("to"):
+        goal = units.twist(to, pitch=beam.pitch, scales=scales or beam.scales) * beam.pitch
+    if not 0 < goal < np.pi:
+        refuse("to", f"{goal / beam.pitch:.6g} rad/m", f"must be above 0 and below {np.pi / beam.pitch:.6g}")
+    sizes = mesh_sizes(mesh)
+    shape = geometry(beam)
+    pitch = pitch_mesh(shape, *sizes)
+    key = {
+        "geometry": list(shape), "mu": friction, "sense": sense, "mesh": list(sizes), "hinged": hinged,
+        "nodes": hashlib.sha256(pitch.nodes.tobytes()).hexdigest()[:16],
+    }  # fmt: skip
+    if scales is None:
+        walk = make_cell(pitch, shape, friction, hinged=hinged)
+    else:
+        walk = make_beam(pitch, shape, scales, friction, ends=ends, hinged=hinged)
+        key |= {"scales": scales, "ends": ends}
+        if announce is not None:
+            announce(size(walk, scales, goal, increment))
+    ended = follow(walk, sign * goal, increment, None if restart is None else Path(restart), key, progress)
+    data = _dataset(beam, walk, sign, scales)
+    if last is not None:
+        last(deformed(beam, walk, pitch))
+    data.attrs |= {
+        "title": f"twisting of a scale-covered beam, {'' if scales else 'one periodic pitch of '}finite elements",
+        "load": "twisting",
+        "mu": friction,
+        "sense": sense,
+        "joint": "elements, roll and yaw blocked" if hinged else "elements",
+        **({"ends": ends} if scales else {}),
+        "mesh": f"{(scales or 1) * len(pitch.tets)} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",
+        "reached": int(ended.reached),
+        "sentence": ended.sentence,
+        "beam": beam.replace(scales=scales or beam.scales).to_toml(),
+        "squama_version": __version__,
+        "warnings": "\n".join(warnings(shape, scales) if scales else ()),
+    }
+    return data.assign_coords(mu=((), friction, SYMBOLS["mu"].attrs))
+
+
+def mesh_sizes(mesh: str | tuple[float, float]) -> tuple[float, float]:
+    """Return the two sizes of a mesh, in pitches, from its name or from themselves."""
+    if isinstance(mesh, str):
+        arguments.one_of("mesh", mesh, tuple(MESHES))
+        return MESHES[mesh]
+    if len(mesh) != 2:
+        refuse("mesh", "", "give two sizes, in the bulk and along the scale's edges, in pitches")
+    return float(mesh[0]), float(mesh[1])
+
+
+def follow(
+    walk: Walk, goal: float, increment: float, restart: Path | None, key: dict[str, Any], progress: Listener | None
+) -> Ended:
+    """Run to a twist with a restart file, progress, and Ctrl-C that keeps what is done.
+
+    Raises
+    ------
+    InputError
+        The restart file belongs to another run, or cannot be written.
+    Interrupted
+        Ctrl-C.
+    """
+    if restart is not None and restart.exists():
+        walk.resume(restart, key)
+        if abs(walk.phi) > abs(goal):
+            reason = f"has gone to {abs(walk.phi):.4g} rad per pitch already"
+            refuse("", "", reason, "ask for more, or name another output", str(restart))
+    begun, start = time.monotonic(), abs(walk.phi)
+
+    def told() -> None:
+        if restart is not None:
+            try:
+                walk.save(restart, key)
+            except OSError as error:
+                message = f"{restart}: cannot be written ({error.strerror or error}); name another place"
+                raise InputError(message) from None
+        if progress is not None:
+            gone, at, far = time.monotonic() - begun, abs(walk.phi), abs(goal)
+            left = gone / (at - start) * (far - at) if at != start else None
+            progress(Progress(at, far, walk.iterations, walk.reduced.unbalanced, walk.halvings, gone, left))
+
+    with until_interrupted() as stopped:
+        ended = walk.run(goal, increment, told=told, stop=stopped)
+        if stopped() and not ended.reached:
+            raise Interrupted(ended.sentence)
+    return walk.explained(ended, goal, increment)
+
+
+def print_progress(at: Progress) -> None:
+    """Write a line on standard error."""
+    left = "" if at.left_s is None else f", about {at.left_s:.0f} s left"
+    print(
+        f"phi = {at.phi:.4f} of {at.goal:.4g} rad/pitch: {at.iterations} iterations, "
+        f"largest force left {at.unbalanced:.1e}{left}",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
+def warnings(shape: Geometry, scales: int) -> list[str]:
+    """Say where the grips leave no section of the bar free: they run along the scales' bases."""
+    skew = shape.width * np.tan(shape.alpha)
+    if scales - skew >= 1:
+        return []
+    return [
+        f"the gripped end sections run along with the scales' bases, over {skew:.3g} pitches of the bar: of {scales} "
+        f"pitches none is free of them, so the beam is far stiffer than an endless one; take {int(skew) + 4} or more"
+    ]
+
+
+def size(walk: Walk, scales: int, goal: float, increment: float) -> str:
+    """Return in words how much there is to do; the time is a guess from this machine's speed at dense products."""
+    body = walk.body
+    assert isinstance(body, Body)
+    assert isinstance(body.elements, Elements)
+    A = np.ones((700, 700))
+    A @ A
+    begun = time.perf_counter()
+    A @ A
+    rate = 2 * len(A) ** 3 / (time.perf_counter() - begun)
+    steps = int(np.ceil(abs(goal) / increment - 1e-9))
+    text = f"{scales} scales, {len(body.elements.volumes)} elements, {body.unknowns} unknowns"
+    if not body.solver.needs:
+        return f"{text}, {steps} increments; slow and large without pypardiso"
+    seconds = _OTHER * body.solver.work / rate + body.unknowns * 1e-5
+    return (
+        f"{text}; the solver takes {body.solver.needs / 1e9:.2g} GB of memory; about {seconds:.2g} s an iteration, "
+        f"{max(1, round(seconds * steps * _ITERATIONS / 60))} minutes for {steps} increments"
+    )
+
+
+def _dataset(beam: Beam, walk: Walk, sign: int, scales: int | None) -> xr.Dataset:
+    """Return the rows in SI units; twists and torques as magnitudes."""
+    import xarray as xr
+
+    table, n = np.array(walk.rows), scales or 1
+    along, each = (COLUMNS, ()) if scales is None else (ALONG, EACH)
+    count = len(along)
+    columns: dict[str, tuple[tuple[str, ...], Array]] = {
+        name: (("point",), table[:, i]) for i, name in enumerate(along)
+    }
+    columns |= {
+        name: (("point", "scale"), table[:, count + i * n : count + (i + 1) * n]) for i, name in enumerate(each)
+    }
+    d, E = beam.pitch, beam.substrate.youngs_modulus
+    moment, force = E * d**3, E * d**2
+    # energies are per length, so over n pitches
+    factors = {
+        "T": sign * moment, **dict.fromkeys(("U_el", "W_fr", "W"), moment / (n * d)), "N": force, "f": force,
+        **dict.fromkeys(("gap", "u_end", "p", "s", "u_X", "u_Y", "u_Z"), d), "twist": sign, "phi": sign,
+    }  # fmt: skip
+    words = {name: SYMBOLS[name].attrs for name in columns if name in SYMBOLS} | _WORDS
+    if scales is not None:
+        words["T"] = {**words["T"], "long_name": "torque at the turned end"}
+    whole = {"neighbour", "iterations"}
+    data = xr.Dataset({"Phi": ("point", sign * columns["phi"][1] / d, SYMBOLS["Phi"].attrs)})
+    for name, (dims, values) in columns.items():
+        if name not in ("iterations", "unbalanced"):
+            data[name] = dims, values.astype(int) if name in whole else values * factors.get(name, 1.0), words[name]
+    data["iterations"] = "point", columns["iterations"][1].astype(int), words["iterations"]
+    data["contact"] = "point", np.array(walk.words, dtype=str), {"long_name": "what touches"}
+    if scales is not None:
+        data = data.assign_coords(scale=("scale", np.arange(1, n + 1), {"long_name": "scale, counted along the beam"}))
+    W, U, F = (columns[name][1][-1] for name in ("W", "U_el", "W_fr"))
+    data.attrs["energy_error"] = float((W - U - F) / W) if W else 0.0
+    return data

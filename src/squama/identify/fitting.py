@@ -1,0 +1,295 @@
+"""From measured torque and twist to the parameters of a beam: the order of a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama import arguments, units
+from squama.beam import matrixfile
+from squama.beam.design import Beam
+from squama.curves import follow, hinge_cycles, path
+from squama.curves.hinge_cycles import Senses
+from squama.errors import InputError, naming, refuse
+from squama.identify import estimate, records, sentences
+from squama.identify.estimate import Estimate, sample
+from squama.identify.forward import Forward, Physical, Walked, build
+from squama.identify.parameters import DEFAULT, Asked, ask
+from squama.identify.records import Record
+from squama.identify.result import Fit, SpecimenFit
+from squama.loads import LOADS
+from squama.types import Array
+
+_NEAR = 1e-9
+_ENGAGED = {"mu", "K_theta", "theta0"}
+
+
+class _Points(NamedTuple):
+    """A record with its contacts: ``forward`` of all points (of those beyond the range at 0), which may be used."""
+
+    record: Record
+    forward: Forward | Walked
+    usable: NDArray[np.bool_]
+
+
+def fit(
+    data: Any,
+    beam: Beam,
+    parameters: Sequence[str] | str = DEFAULT,
+    *,
+    load: str = "twisting",
+    law: str = "edge",
+    bounds: Mapping[str, tuple[Any, Any]] | None = None,
+    noise: float | str | None = None,
+    to: float | str | None = None,
+    reversal: float | str = 0.0,
+    stick: float | str = 0.0,
+    starts: int = 6,
+    posterior: int = 0,
+    seed: int = 1,
+    joint: str = "hinge",
+) -> Fit:
+    """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
+
+    Parameters
+    ----------
+    data
+        A CSV file with units in its header, or several; a dataset of :func:`squama.cycle` or another mapping with
+        ``Phi`` (rad/m) or ``phi`` (rad) and ``T`` (N m), in bending ``kappa`` or ``psi`` and ``M``. Rows in the order
+        measured: loading only, or loading and unloading. Several specimens: a column ``specimen``, or several files.
+    beam
+        The beam; what is not to be found is known from it.
+    parameters
+        What is to be found, of ``mu``, ``K_theta``, ``C_f``, ``E_B`` (Young's modulus of the bar; its shear modulus
+        follows), ``theta0`` and ``zero`` (reading of the load cell at no load).
+    load
+        "twisting" or "bending".
+    law
+        "edge" (satisfies virtual work) or "plate" (the paper's); in bending they coincide.
+    bounds
+        Lower and upper bound by parameter: SI numbers or texts such as "5 deg"; None for an open end.
+    noise
+        Standard deviation of a measured torque, N m or text such as "5 N mm"; from the residuals if not given.
+    to
+        Twist beyond which points are not used: rad/m or text such as "0.1 rad/pitch".
+    reversal
+        Way back that is taken for noise of the measured twist, not for a reversal.
+    stick
+        Way after a reversal on which points are not used, because the joints still give there.
+    starts
+        Number of starts of the search.
+    posterior
+        Number of posterior samples to draw (extra ``fit``); 0 for none.
+    seed
+        Seed of the samples.
+    joint
+        "hinge" or "compliant": six motions of a scale against the substrate, whose matrix is the beam's or computed
+        once (extra fe); the record is walked for each friction tried, from one start. ``K_theta`` multiplies the
+        matrix, ``C_f`` the rigidity without contact; ``theta0`` is not found, and no samples are drawn.
+
+    Returns
+    -------
+    Fit
+        ``beam`` (with the estimates put in), ``values``, ``errors``, ``correlation``, ``residuals``, ``notes``,
+        ``summary()``, ``dataset()`` and more.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, the data cannot be used, or they do not show what is to be found.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
+    >>> loop = squama.cycle(beam, "0.2 rad/pitch")
+    >>> f = squama.fit(loop, beam.replace(friction={"mu": 0.1}))
+    >>> print(f"mu = {f.values['mu']:.6f}")
+    mu = 0.300000
+    """
+    arguments.one_of("load", load, tuple(LOADS))
+    law = LOADS[load].law(arguments.law(law))
+    starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)
+    arguments.whole("seed", seed, 0, 2**32 - 1)
+    sigma = None if noise is None else _torque("noise", noise)
+    if arguments.joint(joint) == "compliant":
+        beam = _compliant(beam, load, law, samples)
+    asked = ask(beam, load, parameters, bounds)
+    if joint == "compliant" and "theta0" in asked.names:
+        reason = 'theta0 is not found with joint="compliant": the elements depend on it'
+        refuse("parameters", "", reason, "leave it out")
+    record = records.record(records.read(data, beam, load), beam, load, to=to, reversal=reversal, stick=stick)
+    points = placed(record, asked, law) if joint == "hinge" else _walked(record, asked)
+    starts = starts if joint == "hinge" else 1
+    _enough(points, asked, noise_known=sigma is not None)
+    result = _result(points, asked, law, starts, sigma)
+    if samples:
+        used = np.flatnonzero(result.used)
+        assert isinstance(points.forward, Forward)
+        forward, torque = points.forward.take(used), record.torque[used]
+        found = sample(forward, torque, asked, result.estimates, result.covariance, samples, noise=sigma, seed=seed)
+        result = replace(result, posterior=found)
+    return result
+
+
+def _torque(name: str, value: float | str) -> float:
+    with naming(name):
+        found = units.quantity(value, "torque")
+    if found <= 0:
+        refuse(name, f"{found:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
+    return found
+
+
+def _senses(asked: Asked, law: str) -> Senses:
+    """Return the senses for the smallest friction and inclination at rest of all trials."""
+    start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})
+    return hinge_cycles.senses(start, asked.load, asked.bound("mu", 0), law, _NEAR)
+
+
+def placed(record: Record, asked: Asked, law: str) -> _Points:
+    """Put a record on the paths of its contacts; refuse what no trial covers."""
+    senses = _senses(asked, law)
+    records.check_range(record, senses, asked.bound("mu", 0))
+    # what is not asked for and lies beyond the range has no place on a path
+    most = np.where(record.load < 0, senses.most["-"], senses.most["+"])
+    covered = np.abs(record.load) <= most * (1 + _NEAR)
+    forward = build(senses, np.where(covered, record.load, 0.0), record.way)
+    usable = record.asked & covered & ~(record.stuck & (forward.theta > 0))
+    return _Points(record, forward, usable)
+
+
+def _compliant(beam: Beam, load: str, law: str, samples: int) -> Beam:
+    """Return the beam with the matrix of its joint, alone; refuse what the compliant joint does not cover."""
+    way = path.Asked(beam, path.LoadPath.of(load, [1.0]), np.zeros(()), law, 0.01, 3)
+    follow.model("compliant", way)
+    if samples:
+        refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
+    from squama.curves import compliant
+
+    matrix = matrixfile.stored(beam, compliant.matrix(beam))
+    return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
+
+
+def _walked(record: Record, asked: Asked) -> _Points:
+    """Put a record on the compliant joint, walked with the friction of the beam."""
+    i = asked.place("mu")
+    mu = asked.base.mu if i is None else float(asked.start[i])
+    forward = Walked(asked.beam, record.load, record.way, record.specimen, mu)
+    return _Points(record, forward, record.asked & ~(record.stuck & (forward.theta > 0)))
+
+
+def _enough(points: _Points, asked: Asked, *, noise_known: bool) -> None:
+    """Refuse too few points, and points that do not show what is to be found."""
+    usable, rec, word = points.usable, points.record, LOADS[asked.load].verb
+    need, have = len(asked.rows) + (not noise_known), int(np.count_nonzero(usable))
+    if have < need:
+        count = f"{have} usable point{'s' * (have != 1)} (of {rec.load.size}) for {len(asked.rows)} parameters"
+        remedy = f"give {need} or more, better ten for each parameter"
+        refuse("data", "", f"{count} ({' and '.join(asked.names)})", remedy)
+    if not rec.torque[usable].any():
+        refuse("data", "", "the torque is 0 at every point that is used", "check the column and the load cell")
+    hidden = [n for n in asked.names if n in _ENGAGED]
+    touching = int(np.count_nonzero(usable & (points.forward.theta > asked.bound("theta0", 0))))
+    if touching >= len(hidden):
+        return
+    if touching:
+        kinds = " and ".join([n for n in hidden if n != "theta0"] or hidden)
+        reason = f"{touching} point in contact for {len(hidden)} parameters that are seen in contact only ({kinds})"
+        refuse("data", "", reason, f"give points at a larger {word}")
+    far = float(max(rec.load[usable], key=abs))
+    here, there = ("-", "+") if far < 0 else ("+", "-")
+    paths = _senses(asked, "edge").paths
+    if np.isfinite(paths[here].load_e):
+        at = float(np.copysign(paths[here].load_e, far))
+        where = f"engagement is at {at:.4g} rad/pitch"
+        remedy = f"measure beyond {at:.4g} rad/pitch ({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B only"
+    else:
+        where = f"in this sense, {here}, the scales do not engage"
+        turned = np.isfinite(paths[there].load_e)
+        remedy = "if the sense was the other, turn the signs of twist and torque" if turned else "find C_f or E_B only"
+    reason = f"all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where})"
+    refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)
+
+
+def _estimated(points: _Points, asked: Asked, starts: int, sigma: float | None) -> tuple[Estimate, Array, float]:
+    """Return the estimate from the usable points, its covariance, and the noise of a point."""
+    index = np.flatnonzero(points.usable)
+    found = estimate.solve(points.forward.take(index), points.record.torque[index], asked, starts)
+    noise = float(np.sqrt(found.square / (index.size - len(asked.rows)))) if sigma is None else sigma
+    return found, estimate.covariance(found.jacobian, noise, asked.names), noise
+
+
+def _result(points: _Points, asked: Asked, law: str, starts: int, sigma: float | None) -> Fit:
+    best, covariance, noise = _estimated(points, asked, starts, sigma)
+    rec, forward = points.record, points.forward
+    at, beam = asked.physical(best.values), asked.fitted(best.values)
+    touching, covered = forward.theta > at.theta0, points.usable | (rec.stuck & rec.asked)
+    branch = np.where(touching, np.where(rec.way > 0, "loading", "unloading"), "straight")
+    branch = np.where(rec.stuck & touching, "stick", branch)
+    band = estimate.standard_error(forward, asked, best.values, covariance)
+    fitted = np.where(covered, forward.torque(at), np.nan)
+    used = forward.take(np.flatnonzero(points.usable))
+    senses, remedies = None, []
+    if isinstance(used, Forward):
+        senses = hinge_cycles.senses(beam, asked.load, at.mu, law, 0.01)
+        remedies = estimate.remedies(asked, best.values, senses, used, best.jacobian, noise)
+    else:
+        beam = _scaled(beam, asked, at)
+    result = Fit(
+        beam=beam,
+        initial=asked.beam,
+        load=asked.load,
+        law=law,
+        asked=asked,
+        record=rec,
+        forward=forward,
+        estimates=best.values,
+        covariance=covariance,
+        noise=noise,
+        given_noise=sigma is not None,
+        rms=float(np.sqrt(best.square / used.theta.size)),
+        residuals=rec.torque - fitted,
+        fitted=fitted,
+        band=np.where(covered, band, np.nan),
+        branch=np.where(covered, branch, "beyond"),
+        used=points.usable,
+        jacobian=best.jacobian,
+        starts=(best.agreed, best.starts),
+        at_bound=best.at_bound,
+        specimens=_alone(points, asked, sigma),
+        remedies=tuple(remedies),
+        notes=(),
+    )
+    return replace(result, notes=tuple(sentences.notes(result, senses)))
+
+
+def _scaled(beam: Beam, asked: Asked, at: Physical) -> Beam:
+    """Return the fitted beam with its matrix: the joint times one factor, the rigidity without contact another."""
+    own = asked.beam.joint.matrix
+    assert own is not None
+    bare, modulus = np.zeros((7, 7)), asked.beam.substrate.youngs_modulus / beam.substrate.youngs_modulus
+    bare[6, 6] = own.rigidity
+    joint, bar = at.stiffness / asked.base.stiffness * modulus, at.rigidity / asked.base.rigidity * modulus
+    K = (own.K - bare) * joint + bare * bar
+    return beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})
+
+
+def _alone(points: _Points, asked: Asked, sigma: float | None) -> tuple[SpecimenFit, ...]:
+    """Fit each specimen alone."""
+    rec, out = points.record, []
+    if len(rec.specimens) == 1:
+        return ()
+    for i, specimen in enumerate(rec.specimens):
+        mine = points._replace(usable=points.usable & (rec.specimen == i))
+        try:
+            _enough(mine, asked, noise_known=sigma is not None)
+            best, covariance, _ = _estimated(mine, asked, 2, sigma)
+        except InputError as error:
+            out.append(SpecimenFit(specimen.label, None, None, str(error)))
+            continue
+        out.append(SpecimenFit(specimen.label, best.values, np.sqrt(np.diag(covariance))))
+    return tuple(out)

@@ -1,0 +1,238 @@
+"""Measured records for a fit: where they come from, what is refused, and how each point was reached.
+
+A rigid scale neither slips nor moves while the contact turns round, so that at the twist of a turning point any torque
+between both branches is possible (docs, theory: cycles). Such points tell the drop, not a branch, and are set apart.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves.hinge_cycles import Senses
+from squama.errors import Problems, naming, refuse
+from squama.io import measured
+from squama.io.measured import Measured
+from squama.loads import LOADS, Load
+from squama.types import Array
+
+MOST = 1_000_000
+"""Most points of all specimens."""
+_LEAST_LEG = 3
+
+
+class Record(NamedTuple):
+    """Points of all specimens, one behind the other.
+
+    ``specimen`` is the place of each point's specimen; ``load`` the signed load angle per pitch; ``torque`` N m;
+    ``way`` +1 where its magnitude grew, -1 where it fell; ``stuck`` where the contact may stick; ``asked`` whether
+    the point is within the range that is asked for.
+    """
+
+    specimens: list[Measured]
+    specimen: NDArray[np.int64]
+    load: Array
+    torque: Array
+    way: Array
+    stuck: NDArray[np.bool_]
+    asked: NDArray[np.bool_]
+
+    def where(self, i: int) -> str:
+        """Name the place of a point in messages."""
+        s = int(self.specimen[i])
+        return self.specimens[s].where(i - int(np.argmax(self.specimen == s)))
+
+
+def read(given: Any, beam: Beam, load: str) -> list[Measured]:
+    """Return the specimens of a file, of several files, of a dataset or of arrays; see :func:`squama.fit`.
+
+    A mapping may have ``total`` (rad over the whole beam) in place of a twist rate.
+    """
+    several = isinstance(given, Sequence) and not isinstance(given, str | Measured)
+    items = list(given) if several else [given]
+    if not items:
+        refuse("data", "", "is empty", "give a file, or several")
+    found: list[Measured] = []
+    problems = Problems()
+    for i, item in enumerate(items):
+        with problems.caught():
+            if isinstance(item, Measured):
+                found.append(item)
+            elif isinstance(item, str | os.PathLike):
+                found += measured.read_specimens(item, pitch=beam.pitch, scales=beam.scales, load=load)
+            else:
+                found.append(_arrays(item, f"data[{i}]" if len(items) > 1 else "data", beam, LOADS[load]))
+    problems.settle()
+    # specimens of one name (from several files) get a number
+    labels = [s.label for s in found]
+    again = [labels[: i + 1].count(label) if labels.count(label) > 1 else 0 for i, label in enumerate(labels)]
+    return [s._replace(label=f"{s.label} {n}") if n else s for s, n in zip(found, again, strict=True)]
+
+
+def _arrays(item: Any, name: str, beam: Beam, load: Load) -> Measured:
+    """Return a specimen from a mapping or dataset by the symbols of its variables."""
+    wanted = f'"{load.rate}" (rad/m) and "{load.torque}" (N m)'
+    if not isinstance(item, Mapping) and not hasattr(item, "data_vars"):
+        refuse(name, "", "is no file and has no columns", f"give a path, a dataset, or a mapping with {wanted}")
+    over = {load.rate: 1.0, load.angle: beam.pitch, "total": beam.length}
+    key = next((k for k in over if k in item), None)
+    if key is None or load.torque not in item:
+        refuse(name, "", f"has no {wanted}", "give both")
+    columns = []
+    for column in (key, load.torque):
+        values, where = item[column], f'{name}["{column}"]'
+        array = arguments.numbers(where, getattr(values, "values", values))
+        if array.ndim != 1:
+            refuse(where, "", f"must be one-dimensional, not of shape {array.shape}", "give one curve")
+        columns.append(array)
+    rate, values = columns
+    if rate.size != values.size:
+        refuse(name, "", f"{rate.size} twists but {values.size} torques", "give one torque for each twist")
+    return Measured(rate / over[key], values, name)
+
+
+def record(
+    specimens: list[Measured], beam: Beam, load: str, *, to: Any = None, reversal: Any = 0.0, stick: Any = 0.0
+) -> Record:
+    """Put specimens one behind the other, and tell how every point was reached; see :func:`squama.fit`.
+
+    A record that does not move, whose torque is constant, or that is not in the order measured is refused.
+    """
+    limit = np.inf if to is None else _angle("to", to, beam, load)
+    back, hold = _angle("reversal", reversal, beam, load), _angle("stick", stick, beam, load)
+    if limit <= 0:
+        refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
+    if sum(s.rate.size for s in specimens) > MOST:
+        refuse("data", "", f"more than {MOST} points are too many", "thin them out")
+    problems, parts = Problems(), []
+    for number, s in enumerate(specimens):
+        angle = s.rate * beam.pitch
+        place = s.label if s.lines is None else f"{s.file}: specimen {s.label}" if len(specimens) > 1 else s.file
+        found = ways(angle, tolerance=back, stick=hold)
+        with problems.caught(place):
+            _usable(s, found.turns)
+        way = found.direction * np.where(angle < 0, -1, 1)
+        parts.append((np.full(angle.size, number), angle, s.load, way, found.stuck, np.abs(angle) <= limit))
+    problems.settle()
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    return Record(specimens, *columns)
+
+
+def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
+    """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
+    with naming(name):
+        rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.scales)
+    if rate < 0:
+        refuse(name, f"{rate:.6g} rad/m", "must be 0 or more", "give its magnitude")
+    return rate * beam.pitch
+
+
+def _usable(s: Measured, turns: list[int]) -> None:
+    """Refuse a record that cannot be used."""
+    n, cell = s.rate.size, "check the column and the load cell"
+    if n > 1 and np.ptp(s.rate) == 0:
+        reason = f"the twist is {s.rate[0]:.6g} rad/m in every row"
+        refuse("", "", reason, "a fit needs points at different twists")
+    if not s.load.any():
+        refuse("", "", "the torque is 0 in every row", cell)
+    if n > 1 and np.ptp(s.load) == 0:
+        refuse("", "", f"the torque is {s.load[0]:.6g} N m in every row", cell)
+    if float(s.rate @ s.load) < 0:
+        refuse("", "", "torque and twist have opposite signs", "turn the sign of one of them")
+    if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):
+        reason = f"the twist turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}"
+        remedy = (
+            "give the rows in the order measured, a curve of loading only in growing twist; if the twist is noisy, "
+            'say by how much with reversal, e.g. "0.5 deg total"'
+        )
+        refuse("", "", reason, remedy)
+
+
+def check_range(rec: Record, senses: Senses, lowest: float) -> None:
+    """Refuse points where no trial has a contact that the model covers.
+
+    ``lowest`` is the smallest friction of all trials, for which ``senses`` are solved.
+    """
+    problems = Problems()
+    for sign, path in senses.paths.items():
+        there = rec.asked & ((rec.load < 0) == (sign == "-"))
+        beyond = there & (np.abs(rec.load) > senses.most[sign] * (1 + 1e-9))
+        if not beyond.any():
+            continue
+        i = int(np.argmax(np.where(beyond, np.abs(rec.load), -1)))
+        minus = "-" if sign == "-" else ""
+        why = f"{path.end} at {minus}{path.load_end:.6g} rad/pitch"
+        if path.end.locks:
+            why += f", where the beam locks even with the least friction allowed, {lowest:g}"
+        elif path.other:
+            why = f"{minus}{senses.most[sign]:.6g} rad/pitch, where another contact comes in: {path.other}"
+        low = np.floor(senses.most[sign] * 1e4) / 1e4
+        reason = (
+            f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {rec.load[i]:.6g} rad/pitch, "
+            f"lie beyond what the model covers: {why}"
+        )
+        geometry = "check the geometry in the beam file"
+        remedy = f'{geometry}, or use the points before only with to "{low:g} rad/pitch"'
+        problems.add(rec.where(i), "", reason, remedy)
+    problems.settle()
+
+
+class Ways(NamedTuple):
+    """For each point: ``direction`` +1 or -1 in which the twist moved last ``stuck`` at a turn.
+
+    ``turns`` are the places of the turning points.
+    """
+
+    direction: NDArray[np.int64]
+    stuck: NDArray[np.bool_]
+    turns: list[int]
+
+
+def turning_points(values: Array, tolerance: float) -> list[int]:
+    """Places of the turning points of a record: the twist then goes back by more than ``tolerance``."""
+    found: list[int] = []
+    low = high = 0
+    direction = 0
+    for i in range(1, values.size):
+        if direction >= 0 and values[i] > values[high]:
+            high = i
+        if direction <= 0 and values[i] < values[low]:
+            low = i
+        if direction >= 0 and values[high] - values[i] > tolerance:
+            if direction:
+                found.append(high)
+            direction, low = -1, i
+        elif direction <= 0 and values[i] - values[low] > tolerance:
+            if direction:
+                found.append(low)
+            direction, high = 1, i
+    return found
+
+
+def ways(values: Array, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
+    """Tell for each point of a record in which direction the twist went, and whether the contact may stick there.
+
+    ``tolerance`` is the way back that is noise of the twist, ``stick`` the way after a turning point on which the
+    contact sticks (0 if only at the turning point itself).
+    """
+    n = values.size
+    turns = turning_points(values, tolerance)
+    direction, stuck = np.zeros(n, np.int64), np.zeros(n, bool)
+    starts, ends = [0, *turns], [*turns, n - 1]
+    width = max(tolerance, stick)
+    for number, (a, b) in enumerate(zip(starts, ends, strict=True)):
+        # a record that does not move has come from rest
+        way = int(np.sign(values[b] - values[a]) or np.sign(values[a]) or 1)
+        direction[a + 1 if number else 0 : b + 1] = way
+        # a record that begins with unloading: nobody saw how its first point was reached
+        if number or way * values[a] < 0:
+            first = a + 1 if number else a
+            gone = way * (values[first : b + 1] - values[a]) > width
+            stuck[first : first + (int(gone.argmax()) if gone.any() else gone.size)] = True
+    return Ways(direction, stuck, turns)

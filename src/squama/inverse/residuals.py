@@ -1,0 +1,166 @@
+"""A target as least squares: residuals, limits and tolerances of many designs, with their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.inverse.figures import Found, Want, evaluate, harmless
+from squama.inverse.goals import residual
+from squama.inverse.limits import Sizes, farthest, law_ranges, rooms
+from squama.inverse.space import of_beam, stepped
+from squama.inverse.target import Target
+from squama.loads import LOADS
+from squama.model.sensitivity import STEP
+from squama.study.columns import Cells, valid
+from squama.types import Array
+
+ROOM = 1e-9
+"""Limits are kept with this much room, so that rounding does not break them."""
+EDGE = 1e-6
+"""The same for the border of the domain where a figure is there."""
+LOCKED = ("lock", "RED", "range", "W_fr")
+"""Figures that only beams that lock have."""
+PRICE = 1e4
+"""What a broken limit costs, in residuals."""
+BORDERS = {
+    "tip": "the contact at the lock at the end of the tip edge",
+    "side": "the contact at the lock at the end of the side edge",
+    "hold": "the contact at the end of an edge before it locks",
+    "engagement": "engagement at the twist of the tangent",
+    "reach": "the end of the curve at the farthest twist asked for",
+}
+"""Where the domain ends in which figures are smooth, by the figure that is 0 there."""
+
+
+class Look(NamedTuple):
+    """Designs as the search sees them: residuals, limits, slopes of both by variable, and the merit (less is better).
+
+    ``r`` (goals, n), ``J`` (goals, variables, n), ``g`` (limits, n), ``G`` (limits, variables, n); ``found`` has the
+    figures of the goals first.
+    """
+
+    y: Array
+    r: Array
+    J: Array
+    g: Array
+    G: Array
+    merit: Array
+    found: Found
+    d: Array
+
+
+class Residuals:
+    """The residuals and limits of a target."""
+
+    def __init__(self, target: Target) -> None:
+        self.target, self.space = target, target.space
+        wants = [goal.want for goal in target.goals]
+        self.rates = [w.at for w in wants if w.at is not None]
+        locks = any(w.figure in LOCKED for w in wants)
+        self.lock = "strain" in target.limits and locks
+        self.wants = [*wants, Want("lock")] if self.lock else wants
+        self.tangents = [w.at for w in wants if w.figure == "tangent" and w.at is not None]
+        # what keeps a design inside the domain where its figures are smooth
+        edges = ("tip", "side", "hold") if locks and LOADS[target.space.load].sided else ()
+        names = [*edges, *["reach"] * bool(self.rates), *["engagement"] * len(self.tangents)]
+        self.inside = [Want(name) for name in names]
+        self.names = [*target.limits, *law_ranges(target.laws), *(BORDERS[name] for name in names)]
+        """Names of the limits in the order of ``Look.g``."""
+
+    def look(self, y: Array, *, slopes: bool, plates: bool) -> Look:
+        """Evaluate points (n, m) of the unit cube."""
+        c = self.space.cells(y)
+        moved = self.space.moved(y) if slopes else []
+        good = valid(c)
+        # rows that are no beam are computed as something harmless and then ruled out
+        wants = [*self.inside, *self.wants]
+        every = evaluate(harmless(c, good), moved, wants, self.target.options, plates=plates)
+        at, k, (n, m) = len(self.inside), len(self.target.goals), y.shape
+        found = every._replace(values=every.values[at:], slopes=every.slopes[at:])
+        d_slopes = np.stack([np.imag(v.d) / STEP for v in moved]) if slopes else np.zeros((0, n))
+        r, J = residual(self.target.goals, found.values[:k], found.slopes[:k], c.d, d_slopes, self._short(c, found))
+        g, G = self._limits(c, moved, found)
+        room, by = self._inside(every, c.d, d_slopes)
+        g, G = np.concatenate([g, room]), np.concatenate([G, by[:, : len(moved)]])
+        merit = 0.5 * (r * r).sum(axis=0) + PRICE * np.maximum(-g, 0).sum(axis=0)
+        merit = np.where(good & np.isfinite(merit), merit, np.inf)
+        if not slopes:
+            J, G = np.zeros((k, m, n)), np.zeros((len(g), m, n))
+        return Look(y, r, J, g, G, merit, found, c.d)
+
+    def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
+        """Room to the border of the domain where the figures are there, and its derivatives; 1 where it has no say."""
+        k = len(self.inside)
+        room, slopes = np.array(every.values[:k]), np.array(every.slopes[:k])
+        tangents = iter(self.tangents)
+        for i, want in enumerate(self.inside):
+            side = np.ones(d.size)
+            if want.figure == "engagement":
+                # the tangent jumps at engagement: a design stays on its side
+                at = next(tangents)
+                need, rate = at.per_pitch(d), at.rate
+                side = np.where(room[i] >= need, 1.0, -1.0)
+            elif want.figure == "reach":
+                needs = np.array([at.per_pitch(d) for at in self.rates])
+                first = np.argmax(needs, axis=0)
+                need, rate = needs[first, np.arange(d.size)], np.array([at.rate for at in self.rates])[first]
+            else:
+                continue
+            slopes[i] = side * (slopes[i] / need - room[i] * rate / need**2 * d_slopes)
+            room[i] = side * (room[i] / need - 1)
+        missing = ~np.isfinite(room)
+        slopes = np.where(missing[:, None, :] | ~np.isfinite(slopes), 0.0, slopes)
+        return np.where(missing, 1.0, room) - EDGE, slopes
+
+    def _short(self, c: Cells, found: Found) -> Array:
+        """How much of the twist a goal needs a design lacks, as a share; 0 where it does not lack any."""
+        short = np.zeros((len(self.target.goals), c.d.size))
+        for i, goal in enumerate(self.target.goals):
+            at = goal.want.at or goal.twist
+            if at is not None:
+                need = at.per_pitch(c.d)
+                short[i] = np.clip((need - found.load_end) / need, 0.0, 1.0)
+        return short
+
+    def sizes(self, c: Cells, values: Array) -> Sizes:
+        """Return what limits look at; ``values`` as in :class:`Found`, moved where the columns are."""
+        rate = farthest(c.d, self.rates, values[-1] if self.lock else None)
+        return Sizes.of(c, self.space.beam.scales, self.space.load, rate)
+
+    def _limits(self, c: Cells, moved: Sequence[Cells], found: Found) -> tuple[Array, Array]:
+        """Room to every limit (limits, n) and its derivatives."""
+
+        def every(c: Cells, values: Array) -> Array:
+            found = rooms(self.sizes(c, values), self.target.limits, self.target.laws).values()
+            return np.array([np.broadcast_to(room, c.d.size) for room in found]).reshape(-1, c.d.size)
+
+        g = every(c, found.values) - ROOM
+        slopes = [every(v, found.values + 1j * STEP * found.slopes[:, j]).imag / STEP for j, v in enumerate(moved)]
+        return g, np.stack(slopes, axis=1) if moved else np.zeros((len(g), 0, c.d.size))
+
+    def tolerances(self, y: Array) -> dict[str, Array]:
+        """Return the tolerance of every dimension (by key) for designs y (n, m), SI."""
+        values, (beam, load) = self.space.values(y), self.space[:2]
+        found = {}
+        for key, size in self.target.tolerance.items():
+            here = np.broadcast_to(values.get(key, of_beam(beam, load, key)), len(y))
+            found[key] = np.abs(here) * -size if size < 0 else np.full(len(y), size)
+        return found
+
+    def effects(self, y: Array) -> Array:
+        """Return derivative times tolerance (goals, dimensions, n) of designs y (n, m), for each of the tolerances.
+
+        In units of the asked value (of ``scale`` where a goal has one); a twist that is asked as a rate is compared at
+        the design's own pitch.
+        """
+        goals, values = self.target.goals, self.space.values(y)
+        moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]
+        c = self.space.cells(y)
+        found = evaluate(c, moved, [goal.want for goal in goals], self.target.options, plates=False)
+        by_pitch = np.stack([np.imag(v.d) / STEP for v in moved])
+        scales = [goal.scale or goal.value(c.d) for goal in goals]
+        rows = zip(goals, found.values, found.slopes, scales, strict=True)
+        return np.array([s / scale + goal.by_pitch(v, c.d) * by_pitch for goal, v, s, scale in rows])

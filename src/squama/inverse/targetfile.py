@@ -1,0 +1,220 @@
+"""What stands in a target file: its tables and keys, its values with their units, and what does not fit."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple, NoReturn
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from squama import errors, units
+from squama.beam.beamfile import TABLES
+from squama.errors import Problem
+from squama.inverse.figures import At
+from squama.io.tabular import guess
+from squama.loads import LOADS
+from squama.units import Dimension, shown
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
+_SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORECASE)
+_RIGIDITIES = {"N m^2": 1.0, "N cm^2": 1e-4, "N mm^2": 1e-6, "kN m^2": 1e3, "mN m^2": 1e-3}
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class PointTable(_Table):
+    """A point of the torque-twist curve, or a tangent stiffness at a twist."""
+
+    twist: object
+    torque: object = None
+    moment: object = None
+    stiffness: object = None
+    weight: object = 1.0
+
+
+class TargetTable(_Table):
+    """What is asked."""
+
+    lock: object = None
+    lock_by: object = None
+    engagement: object = None
+    stiffness: object = None
+    RED: object = None
+    critical_mu: object = None
+    points: list[PointTable] = []
+    tangent: list[PointTable] = []
+    curve: object = None
+    accept: object = None
+
+
+class FrontTable(_Table):
+    """What is traded off."""
+
+    maximise: object = []
+    minimise: object = []
+    at: object = None
+    population: object = 200
+    generations: object = 100
+    seed: object = 1
+
+
+class File(_Table):
+    """A whole target file, without the tables of the beam."""
+
+    start: object = None
+    load: object = "twisting"
+    law: object = "edge"
+    sense: object = "+"
+    margin: object = 0.01
+    designs: object = 5
+    target: TargetTable | None = None
+    front: FrontTable | None = None
+    vary: dict[str, object] = {}
+    limits: dict[str, object] = {}
+    tolerance: dict[str, object] = {}
+
+
+EXAMPLES = {
+    "target": 'lock = "120 deg total"',
+    "vary": 'scale.length = ["40 mm", "70 mm"]',
+    "limits": 'gap = "1 mm"',
+    "tolerance": 'scale.length = "0.2 mm"',
+    "front": 'maximise = ["tangent", "range"]',
+    "points": '[[target.points]] with twist = "60 deg total" and torque = "80 N mm"',
+    "tangent": '[[target.tangent]] with twist = "60 deg total" and stiffness = "0.1 N m^2"',
+}
+_KEYS = {
+    "": tuple(File.model_fields),
+    "target": tuple(TargetTable.model_fields),
+    "front": tuple(FrontTable.model_fields),
+    "points": ("twist", "torque", "weight"),
+    "tangent": ("twist", "stiffness", "weight"),
+}
+
+
+def parse(data: Mapping[str, Any]) -> tuple[File | None, dict[str, Any], list[Problem]]:
+    """Split a target file into its own part (None if its shape is wrong) and the tables of the beam as they stand.
+
+    The third are mistakes of shape.
+    """
+    beam = {key: value for key, value in data.items() if key in TABLES}
+    try:
+        return File.model_validate({key: value for key, value in data.items() if key not in TABLES}), beam, []
+    except ValidationError as error:
+        found = error.errors(include_url=False)
+        return None, beam, [_misfit(e["type"], list(e["loc"]), e["input"]) for e in found]
+
+
+def _misfit(kind: str, path: list[int | str], value: object) -> Problem:
+    """Say what does not fit at a place such as target.points[1].twist."""
+    where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
+    names = [part for part in path if isinstance(part, str)]
+    if kind == "extra_forbidden":
+        home = names[-2] if len(names) > 1 else ""
+        also = "" if home else f", and the tables of a beam: {', '.join(TABLES)}"
+        return unknown(where, names[-1], _KEYS[home], "unknown key", also)
+    if kind == "missing":
+        return Problem(where, "", "is missing", f"write e.g. {EXAMPLES[names[-2]]}")
+    example = EXAMPLES.get(names[-1], "")
+    if names[-1] in ("points", "tangent"):
+        return Problem(where, shown(value), "is no list of tables", f"write {example}")
+    return Problem(where, shown(value), "is not a table", f"write [{names[-1]}] and under it e.g. {example}")
+
+
+def unknown(where: str, name: str, known: Iterable[str], reason: str, also: str = "") -> Problem:
+    """Say that a name is not known, which was meant, and which are allowed."""
+    known = list(known)
+    meant = guess(name, [*known, *TABLES] if also else known)
+    return Problem(where, "", reason, f"{meant}allowed: {', '.join(known)}{also}")
+
+
+def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return ``{"scale.length": ...}`` of nested tables."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        more = flattened(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+        found |= more
+    return found
+
+
+class Given(NamedTuple):
+    """A value as given: SI, number and unit as they stand there, and the sense "=", ">=" or "<="."""
+
+    si: float
+    number: float
+    unit: str
+    sense: str = "="
+
+
+class Context(NamedTuple):
+    """What reading depends on: number of scales, kind of loading, whether bare numbers are SI."""
+
+    scales: int
+    load: str
+    bare: bool
+
+
+def quantity(where: str, value: object, dimension: Dimension, context: Context, unit: str = "") -> Given:
+    """Read a positive quantity; ``unit`` is the SI unit of a bare number."""
+    sense, rest = _sense(value)
+    with errors.naming(where):
+        si = units.quantity(rest, dimension, bare=context.bare)
+    if si <= 0:
+        refuse(where, rest, "must be more than 0", f"write e.g. {units.example(dimension)}")
+    return Given(si, *_split(rest, unit), sense)
+
+
+def rigidity(where: str, value: object, context: Context) -> Given:
+    """Read a torsional (bending) stiffness of the beam, N m^2."""
+    sense, rest = _sense(value)
+    number, unit = _split(rest, "N m^2" if context.bare else "")
+    key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", unit.replace("²", "^2")).removesuffix("/rad")
+    key = re.sub(r"m2$", "m^2", re.sub(r"^(k|m)?N(?=[a-z]+\^?2)", r"\1N ", key))
+    remedy = 'write e.g. "0.5 N m^2"'
+    if not math.isfinite(number) or key not in _RIGIDITIES:
+        none = math.isfinite(number) and not unit
+        refuse(where, rest, "has no unit" if none else "is not a stiffness of a beam, torque per twist rate", remedy)
+    if number <= 0:
+        refuse(where, rest, "must be more than 0", remedy)
+    return Given(number * _RIGIDITIES[key], number, unit, sense)
+
+
+def twist(where: str, value: object, context: Context) -> tuple[At, Given]:
+    """Read a twist (curvature): a rate, or an angle per pitch or over the beam, which then hold for every pitch."""
+    sense, rest = _sense(value)
+    load = LOADS[context.load]
+    with errors.naming(where):
+        rate, other = (load.read(rest, pitch=p, scales=context.scales, bare=context.bare) for p in (1.0, 2.0))
+    if rate <= 0:
+        turned = load.other_way('sense = "-"')
+        refuse(where, rest, f"must be more than 0{turned}", 'write e.g. "0.2 rad/pitch"')
+    at = At(rate, 0.0) if rate == other else At(0.0, rate)
+    if at.angle >= math.pi:
+        most = f'write less than "{180 * context.scales:g} deg total"'
+        refuse(where, rest, "is half a turn per pitch or more, beyond the model", most)
+    return at, Given(rate, *_split(rest, "rad/m"), sense)
+
+
+def refuse(where: str, value: object, reason: str, remedy: str = "") -> NoReturn:
+    """Refuse a value of the file."""
+    errors.refuse(where, shown(value), reason, remedy)
+
+
+def _sense(value: object) -> tuple[str, object]:
+    """Split "at least 5 mm" into ">=" and the rest."""
+    if isinstance(value, str) and (match := _SENSE.fullmatch(value)):
+        return {"at least": ">=", "at most": "<="}.get(match[1].lower(), match[1]), match[2]
+    return "=", value
+
+
+def _split(value: object, unit: str) -> tuple[float, str]:
+    """Return number and unit as given."""
+    if isinstance(value, str) and (match := _NUMBER.fullmatch(value)):
+        return float(match[1]), match[2]
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), unit
+    return math.nan, ""

@@ -1,0 +1,1 @@
+"""Files: tables of text, datasets, measured points; written beside their place and moved."""

@@ -1,0 +1,279 @@
+"""Datasets to files and back; the file's extension chooses the format, a row of :data:`FORMATS`.
+
+A CSV file has one row per point for people, and all the rest in comments that a program reads back. It begins with
+``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the dimensions, the attributes (among them the
+beam), every single figure, and what belongs to each column; then the header with units, such as ``Phi (rad/m)``, and a
+row per point, curve after curve. Numbers have all their digits.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import operator
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from squama.errors import InputError, Problem, Problems, refuse
+from squama.io import files, tabular
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CSV_MARK = "# squama file: 1"
+"""First line of CSV files."""
+NETCDF_MARK = "squama_file"
+"""Global attribute that marks netCDF files; its value is the version of the layout."""
+NETCDF_LISTS = "squama_lists"
+"""Global attribute with the names of those that are lists; HDF5 does not tell a list of one number from a number."""
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_LINE = re.compile(r"# (\w+)(?: (.+?))?: (.+)")
+_json = json.JSONEncoder(default=operator.methodcaller("tolist")).encode
+_CAST: dict[str, Callable[[Any], object]] = {"f": float, "i": int, "u": int, "U": str, "b": bool}
+
+
+def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+    """Write a response to a file; the extension chooses the format (.nc, .csv).
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        As :func:`squama.twist` or :func:`squama.bend` returns it.
+    path : path
+        Where to write. A file that is there is replaced when the new one is complete.
+
+    Returns
+    -------
+    Path
+        The file's path, as given.
+
+    Raises
+    ------
+    InputError
+        The extension is not known, or the place cannot take the file.
+
+    Examples
+    --------
+    >>> import squama, tempfile
+    >>> r = squama.twist(squama.Beam.from_ratios(), mu=0.5)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     again = squama.read(squama.save(r, f"{folder}/curve.csv"))
+    >>> again.identical(r)
+    True
+    """
+    write, _ = FORMATS[extension(path, FORMATS)]
+    return files.atomic_write(path, lambda place: write(dataset, place))
+
+
+def read(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a response that :func:`save` or the command line has written (.nc, .csv).
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    xarray.Dataset
+        Identical to the one that was written.
+
+    Raises
+    ------
+    InputError
+        The extension is not known, there is no such file, it is damaged, or squama did not write it.
+    """
+    return FORMATS[extension(path, FORMATS)][1](path)
+
+
+def extension(path: str | os.PathLike[str], allowed: Iterable[str]) -> str:
+    """Return the extension of a path in small letters, or refuse it and name the allowed ones."""
+    found = Path(path).suffix.lower()
+    known = list(allowed)
+    if found in known:
+        return found
+    reason = f"the extension {files.label(found)} is not known" if found else "has no extension"
+    raise InputError(Problem("", "", reason, f"allowed: {', '.join(known)}", files.label(path) or '""'))
+
+
+def check_place(path: str | os.PathLike[str], allowed: Iterable[str] = ()) -> None:
+    """Refuse a path that could not be written, before any work is done for it; ``allowed`` extensions, any if empty."""
+    if known := list(allowed):
+        extension(path, known)
+    files.try_place(path)
+
+
+def write_csv(dataset: xr.Dataset, place: Path) -> None:
+    """Write a dataset to a new file, or refuse one without rows or of types without a text form, such as dates."""
+    sizes = {str(dim): int(size) for dim, size in dataset.sizes.items()}
+    if not sizes or not all(sizes.values()):
+        refuse("", "", "the dataset has no points, so a CSV file of it would have no rows", "write a .nc file")
+    lines = [CSV_MARK, f"# sizes: {json.dumps(sizes)}"]
+    lines += [f"# attribute {key}: {_json(value)}" for key, value in dataset.attrs.items()]
+    columns: dict[str, list[str]] = {}
+    for name in (*dataset.coords, *dataset.data_vars):
+        variable = dataset.variables[name]
+        role = "coordinate" if name in dataset.coords else "variable"
+        if variable.dtype.kind not in _CAST:
+            reason = f"values of type {variable.dtype} cannot be written to CSV"
+            refuse(str(name), "", reason, "write a .nc file")
+        about = {
+            "dims": list(variable.dims),
+            "dtype": variable.dtype.str[1:] if variable.dtype.kind == "U" else str(variable.dtype),
+            "attrs": variable.attrs,
+        }
+        whole = set(variable.dims) == set(sizes)
+        if whole or variable.dims == (name,):
+            unit = variable.attrs.get("units")
+            header = f"{name} ({unit})" if unit else str(name)
+            others = {dim: size for dim, size in sizes.items() if dim not in variable.dims}
+            columns[header] = _texts(dataset[name].expand_dims(others).transpose(*sizes).values)
+        if whole:
+            about["header"] = header
+        else:
+            about = {"value": _finite(variable.values.tolist()), **about}
+        lines.append(f"# {role} {name}: {_json(about)}")
+    with place.open("w", encoding="utf-8", newline="") as file:
+        file.write("\n".join(lines) + "\n")
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+
+
+def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read what :func:`write_csv` has written; errors as from :func:`squama.read`, with the line."""
+    table = tabular.read(path)
+    if not table.comments or table.comments[0] != CSV_MARK:
+        remedy = "measured points are given with --data, designs to squama ends"
+        refuse("", "", "was not written by squama --csv", remedy, table.name)
+    import xarray as xr
+
+    sizes: dict[str, int] = {}
+    attrs: dict[str, object] = {}
+    found: dict[str, dict[str, tuple[list[str], Array, dict[str, object]]]] = {"coordinate": {}, "variable": {}}
+    for number, line in enumerate(table.comments[1:], start=2):
+        with _damage(table, number):
+            role, key, text = _LINE.fullmatch(line).groups()  # type: ignore[union-attr]
+            value = json.loads(text)
+            if role == "sizes":
+                sizes = {str(dim): int(size) for dim, size in value.items()}
+                _check_rows(table, sizes)
+            elif role == "attribute":
+                attrs[key] = value
+            else:
+                found[role][key] = _variable(table, value, sizes)
+    with _damage(table, table.header.line):
+        return xr.Dataset(found["variable"], coords=found["coordinate"], attrs=attrs)
+
+
+@contextmanager
+def _damage(table: tabular.Table, line: int) -> Iterator[None]:
+    """Turn what goes wrong with a line into the error that names it."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise table.error(line, "is damaged: it is not as squama wrote it", "write the file anew") from None
+
+
+def _check_rows(table: tabular.Table, sizes: dict[str, int]) -> None:
+    """Refuse a table that is cut off."""
+    rows = math.prod(sizes.values())
+    if len(table.rows) != rows:
+        last = (table.rows or [table.header])[-1].line
+        reason = f"the table ends here and has {len(table.rows)} rows where squama wrote {rows}"
+        raise table.error(last, reason, "write the file anew")
+    for row in table.rows:
+        Problems(tabular.ragged(table, row)).settle()
+
+
+def _variable(
+    table: tabular.Table, about: dict[str, Any], sizes: dict[str, int]
+) -> tuple[list[str], Array, dict[str, object]]:
+    """Return dimensions, values and attributes of a variable from its comment line and its column."""
+    dims, dtype = list(about["dims"]), np.dtype(about["dtype"])
+    cast = _CAST[dtype.kind]
+    if "header" not in about:
+        return dims, np.array(about["value"]).astype(dtype), about["attrs"]
+    place = table.header.cells.index(about["header"])
+    read = {"true": True, "false": False}.__getitem__ if dtype.kind == "b" else cast
+    cells: list[Any] = []
+    for row in table.rows:
+        try:
+            cells.append(read(row.cells[place]))
+        except (KeyError, ValueError):
+            reason, cell = "is not as squama wrote it", tabular.shown_cell(row.cells[place])
+            raise table.error(row.line, reason, "write the file anew", about["header"], cell) from None
+    order = list(sizes)
+    values = np.array(cells, dtype).reshape([sizes[dim] for dim in order])
+    return dims, values.transpose([order.index(dim) for dim in dims]), about["attrs"]
+
+
+def _texts(values: Array) -> list[str]:
+    """Return values as text that reads back to the last bit."""
+    flat = values.ravel().tolist()
+    return flat if values.dtype.kind == "U" else [repr(value).lower() for value in flat]
+
+
+def _finite(value: object) -> object:
+    """Return nested numbers with NaN and infinity as words, which JSON has no numbers for."""
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return repr(value) if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def write_netcdf(dataset: xr.Dataset, place: Path) -> None:
+    """Write a dataset to a new file."""
+    lists = [str(key) for key, value in dataset.attrs.items() if isinstance(value, list)]
+    marked = dataset.assign_attrs({NETCDF_MARK: 1, **({NETCDF_LISTS: " ".join(lists)} if lists else {})})
+    # what an earlier file wanted (chunks, fill values) does not belong to the data
+    marked.drop_encoding().to_netcdf(place, engine="h5netcdf", format="NETCDF4")
+
+
+def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read what :func:`write_netcdf` has written; errors as from :func:`squama.read`."""
+    if files.read_bytes(path, len(_SIGNATURE)) != _SIGNATURE:
+        raise _refused(path, "is no netCDF-4 file")
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(Path(path), engine="h5netcdf", decode_times=False) as stored:
+            dataset = stored.load()
+    except Exception:  # damage shows itself in h5py and xarray as errors of many kinds
+        raise _refused(path, "is damaged: it cannot be read to its end") from None
+    if dataset.attrs.pop(NETCDF_MARK, None) != 1:
+        raise _refused(path, "was not written by this version of squama")
+    for variable in dataset.variables.values():
+        variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
+    lists = dataset.attrs.pop(NETCDF_LISTS, "").split()
+    dataset.attrs = {
+        key: np.atleast_1d(value).tolist() if key in lists else _plain(value) for key, value in dataset.attrs.items()
+    }
+    for key in [key for key, value in dataset.variables.items() if value.dtype == object]:
+        dataset[key] = dataset[key].astype(str)
+    return dataset.drop_encoding()
+
+
+def _plain(value: object) -> object:
+    """Return an attribute as it was before it went through HDF5, which keeps NumPy scalars."""
+    return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
+
+
+def _refused(path: str | os.PathLike[str], reason: str) -> InputError:
+    return InputError(Problem("", "", reason, "write it anew with squama.save or --netcdf", files.label(path)))
+
+
+FORMATS: dict[str, tuple[Callable[[xr.Dataset, Path], None], Callable[[str | os.PathLike[str]], xr.Dataset]]] = {
+    ".nc": (write_netcdf, read_netcdf),
+    ".csv": (write_csv, read_csv),
+}
+"""Writer and reader by extension; whoever adds a row adds a format."""

@@ -1,0 +1,158 @@
+"""Reading and writing files: what goes wrong is one clear line, and nothing is left half-written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from squama.errors import InputError, Problem
+from squama.units import shown
+
+LARGEST_TEXT = 1_000_000
+_WRITE_BITS = 0o222
+_PLACE = (OSError, ValueError, RuntimeError)
+"""What looking at a place may raise."""
+
+
+def label(path: str | os.PathLike[str]) -> str:
+    """Return a path as it is printed in a message, without quotes and on one line."""
+    return shown(os.fspath(path), limit=200).strip('"')
+
+
+def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missing: str = "check the name") -> str:
+    """Read a text file in UTF-8 (with or without a byte order mark); the text holds more than white space.
+
+    Refused: no such file (``missing`` says what to do then), a folder, not readable, empty, larger than the limit in
+    bytes, binary, or not UTF-8.
+    """
+    data = read_bytes(path, limit + 1, missing=missing)
+    if len(data) > limit:
+        reason, remedy = f"is larger than {limit:,} bytes", "check the name"
+    elif b"\0" in data:
+        reason, remedy = "is a binary file (or UTF-16 text)", "save it as plain text in UTF-8"
+    elif not data.strip():
+        reason, remedy = "is empty", missing
+    else:
+        try:
+            return data.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            line = data.count(b"\n", 0, error.start) + 1
+            reason, remedy = f"is not UTF-8 text (line {line})", "save it in UTF-8"
+    raise _error(path, reason, remedy)
+
+
+def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check the name") -> bytes:
+    """Return the first bytes of a file, at most so many; errors as from :func:`read_text`."""
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(most)
+    except (OSError, ValueError) as error:
+        reasons = {
+            errno.ENOENT: ("no such file", missing),
+            errno.ENOTDIR: ("no such file", missing),
+            errno.EISDIR: ("is a folder", "give the name of a file in it"),
+            errno.EACCES: ("may not be read", "check its permissions"),
+        }
+        known = reasons.get(getattr(error, "errno", None) or 0, (f"cannot be read ({_why(error)})", ""))
+        raise _error(path, *known) from None
+
+
+def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
+    """Write a file beside its place and move it there when it is complete; return its path as given.
+
+    The writer is given a temporary name in the same folder, of the same ending. Where the place cannot take the file (a
+    folder, read-only, disk full, ...) that is an InputError and an old file is as it was; an error of the writer that
+    is no OSError passes unchanged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     atomic_write(f"{folder}/a.txt", lambda place: place.write_text("whole")).read_text()
+    'whole'
+    """
+    target, beside = _places(path)
+    try:
+        with _writing(path, (OSError,)):
+            writer(beside)
+            beside.replace(target)
+    finally:
+        beside.unlink(missing_ok=True)
+    return Path(path)
+
+
+def try_place(path: str | os.PathLike[str]) -> None:
+    """Refuse a path that could not be written, as :func:`atomic_write` would; nothing is left there."""
+    beside = _places(path)[1]
+    with _writing(path, (OSError,)):
+        beside.touch()
+        beside.unlink()
+
+
+def make_folder(path: str | os.PathLike[str]) -> Path:
+    """Make a folder if it is not there, and return it; refuse a place that cannot take one or its files."""
+    with _writing(path):
+        target = Path(path).resolve()
+        if target.exists() and not target.is_dir():
+            raise _error(path, "is a file", "give the name of a folder")
+        _check_place(target / "file" if target.is_dir() else target, path)
+        target.mkdir(exist_ok=True)
+    return Path(path)
+
+
+def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
+    """Return the file that is to be, and a temporary name beside it, or refuse the place."""
+    with _writing(path):
+        # a link stays a link: the file it points to is replaced
+        target = Path(path).resolve()
+        _check_place(target, path)
+        return target, target.with_name(f".{secrets.token_hex(6)}{target.suffix[-20:]}")
+
+
+def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
+    """Refuse a place that cannot take the file; mode bits are looked at because root may write anything."""
+    folder = target.parent
+    name, other = label(folder), "give another path"
+    if target.is_dir():
+        raise _error(path, "is a folder", "give the name of a file in it")
+    if target.exists() and not target.is_file():
+        raise _error(path, "is not an ordinary file", "give the name of a file")
+    if target.exists() and not target.stat().st_mode & _WRITE_BITS:
+        raise _error(path, "is read-only", "give another name or make it writable")
+    if not folder.exists():
+        raise _error(path, f"its folder {name} does not exist", f"make it first or {other}")
+    if not folder.is_dir():
+        raise _error(path, f"{name} is not a folder", other)
+    if not stat.S_IMODE(folder.stat().st_mode) & _WRITE_BITS or not os.access(folder, os.W_OK):
+        raise _error(path, f"its folder {name} is read-only", other)
+
+
+@contextmanager
+def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> Iterator[None]:
+    """Turn what goes wrong with a place into the error that names it; an error of another kind passes."""
+    try:
+        yield
+    except InputError:
+        raise
+    except kinds as error:
+        number = getattr(error, "errno", None)
+        reason, remedy = f"cannot be written ({_why(error)})", "give another path"
+        if number in {errno.ENOSPC, errno.EDQUOT}:
+            reason, remedy = "the disk is full", "make room or give another path"
+        elif number in {errno.EACCES, errno.EPERM, errno.EROFS}:
+            reason = "the place is read-only"
+        raise _error(path, reason, remedy) from None
+
+
+def _error(path: str | os.PathLike[str], reason: str, remedy: str) -> InputError:
+    return InputError(Problem("", "", reason, remedy, label(path)))
+
+
+def _why(error: Exception) -> str:
+    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return shown(text).strip('"').lower()

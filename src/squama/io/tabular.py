@@ -1,0 +1,169 @@
+"""Reading tables of text: header, delimiter, and rows that know the line they stand in."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+from squama.errors import InputError, Problem, Problems, refuse
+from squama.io import files
+from squama.units import shown
+
+LARGEST_TABLE = 500_000_000
+DELIMITERS = (",", ";", "\t")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+
+
+class Row(NamedTuple):
+    """The cells of one row, and the line it begins in (1 is the first line of the file)."""
+
+    line: int
+    cells: list[str]
+
+
+class Table(NamedTuple):
+    """A table of text: its file's name for messages, its leading comments, header and rows."""
+
+    name: str
+    delimiter: str
+    comments: list[str]
+    header: Row
+    rows: list[Row]
+
+    def line(self, number: int | None = None) -> str:
+        """Name the file and a line, that of the header if none is given, as the source of a problem."""
+        return f"{self.name}: line {self.header.line if number is None else number}"
+
+    def error(self, line: int | None, reason: str, remedy: str = "", where: str = "", value: str = "") -> InputError:
+        """Return the error that names the file and the line."""
+        return InputError(Problem(where, value, reason, remedy, self.line(line)))
+
+
+def read(path: str | os.PathLike[str], *, missing: str = "check the name") -> Table:
+    """Read a table of text: leading comments ("#"), a line of header, cells set apart by comma, semicolon or tab.
+
+    Header cells are stripped, others are as they stand in the file; rows without any text are left out. ``missing``
+    says what to do if there is no such file. Refused: no text, no header, a quote that is not closed.
+    """
+    return parse(files.read_text(path, limit=LARGEST_TABLE, missing=missing), files.label(path))
+
+
+def parse(text: str, name: str) -> Table:
+    """Read a table from the text of a file; ``name`` is the file's in messages, the rest as :func:`read`."""
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    first = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
+    comments = [line for line in lines[:first] if line.startswith("#")]
+    if first is None:
+        refuse("", "", "has comments only", "give a header and a row for each point", name)
+    delimiter = max(DELIMITERS, key=lines[first].count)
+    header, *rows = _rows(lines, first, delimiter, name)
+    return Table(name, delimiter, comments, Row(header.line, [cell.strip() for cell in header.cells]), rows)
+
+
+def _rows(lines: list[str], first: int, delimiter: str, name: str) -> Iterator[Row]:
+    reader = csv.reader((f"{line}\n" for line in lines[first:]), delimiter=delimiter, strict=True)
+    begins = first + 1
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                yield Row(begins, cells)
+            begins = first + reader.line_num + 1
+    except csv.Error as error:
+        refuse("", "", f"is not a row of a table ({error})", "check its quotes", f"{name}: line {begins}")
+
+
+def no_header(table: Table, wanted: str) -> InputError:
+    """Return the error for a table whose first line names none of the columns that are needed."""
+    cells = table.header.cells
+    text = shown(table.delimiter.join(cells))
+    try:
+        [float(cell) for cell in cells]
+    except ValueError:
+        what, remedy = f"the header {text} has none of the columns that are needed", "write a header like:"
+    else:
+        what, remedy = f"{text} are numbers where the header must stand", "write above them a line like:"
+    return table.error(None, what, f"{remedy} {wanted}")
+
+
+def ragged(table: Table, row: Row) -> list[Problem]:
+    """Say that a row has not as many cells as the header; nothing if it has."""
+    width, have = len(table.header.cells), len(row.cells)
+    if have == width:
+        return []
+    cells = f"{have} cell{'s' * (have != 1)}"
+    return [Problem("", "", f"has {cells}, the header has {width}", "give one for each column", table.line(row.line))]
+
+
+def number(cell: str, example: str = "0.25", gap: str = "") -> float:
+    """Return a finite number, or refuse the cell; its place in a message is the caller's (`squama.errors.naming`).
+
+    ``gap`` says what to do about a cell that is empty or not finite, in place of the example.
+    """
+    remedy = f"write e.g. {example}"
+    try:
+        value = float(cell)
+        if math.isfinite(value) and "_" not in cell:
+            return value
+        reason = "is not a finite number"
+    except ValueError:
+        reason = "is not a number" if cell.strip() else "is empty"
+    if "_" in cell:
+        reason, remedy = "is not a number", "write it without _"
+    elif _DECIMAL_COMMA.fullmatch(cell):
+        reason, remedy = "has a decimal comma", f"write {cell.strip().replace(',', '.')}"
+    elif gap and reason != "is not a number":
+        # a gap in a record is not filled by an example
+        remedy = gap
+    raise InputError(Problem("", shown_cell(cell), reason, remedy))
+
+
+def numbers(
+    table: Table, columns: Mapping[str, tuple[int, Callable[[str], float]]], noun: str
+) -> tuple[list[Row], list[list[float]], Problems]:
+    """Read columns of numbers, of which each has its place and the function that reads a cell.
+
+    Returned are the rows without a mistake, their numbers, a list a row, and what is wrong with the others, by line. A
+    table without rows is refused; ``noun`` says what a row is for.
+    """
+    if not table.rows:
+        refuse("", "", "has a header but no rows", f"give one for each {noun}", table.name)
+    rows, values, problems = [], [], Problems()
+    for row in table.rows:
+        wrong, found = ragged(table, row), []
+        for name, (place, read_cell) in columns.items() if not wrong else ():
+            try:
+                found.append(read_cell(row.cells[place]))
+            except InputError as error:
+                wrong += error.at(name, table.line(row.line)).problems
+        problems += wrong
+        if not wrong:
+            rows.append(row)
+            values.append(found)
+    return rows, values, problems
+
+
+def shown_cell(cell: str) -> str:
+    """Return a cell as messages show it: a number as it is, text in quotes."""
+    text = cell.strip()
+    try:
+        float(text)
+    except ValueError:
+        text = shown(text)
+    return text
+
+
+def close(name: str, known: Iterable[str]) -> str:
+    """Return the known name that a misspelt one is meant to be, or nothing."""
+    by_fold = {other.casefold(): other for other in known}
+    return next((by_fold[found] for found in difflib.get_close_matches(name.casefold(), list(by_fold), n=1)), "")
+
+
+def guess(name: str, known: Iterable[str], form: str = "{}") -> str:
+    """Return "did you mean ...? " for a misspelt name, or nothing."""
+    meant = close(name, known)
+    return f"did you mean {form.format(meant)}? " if meant else ""

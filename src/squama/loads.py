@@ -1,0 +1,137 @@
+"""All that depends on how a beam is loaded, in one table: twisting and bending."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from squama import units
+
+if TYPE_CHECKING:
+    from squama.batch.solution import Solution
+    from squama.types import Array
+
+
+class Load(NamedTuple):
+    """A kind of loading; everything that asks which one it is asks this table.
+
+    Parameters
+    ----------
+    name : str
+        "twisting" or "bending".
+    verb, done : str
+        "twist", "twisted".
+    angle, rate, torque, tangent, place : str
+        Names of variables: load angle per pitch, the same per length, torque or moment, tangent stiffness, place of
+        the contact along the other scale.
+    angle_words, rate_words, torque_words : str
+        What those measure, for labels and sentences.
+    letter : str
+        The load angle as plain text.
+    read : callable
+        Reads a rate with its unit, rad/m (:mod:`squama.units`).
+    sided : bool
+        Whether the two senses, the two force laws, the angle alpha and all pairs of plates matter.
+    axis : int
+        Its place in the points of a load path, (psi, phi).
+    contact : tuple of str
+        What the contact depends on, in the order of the solver's arguments.
+    across : int
+        Width in the law of the joint's stiffness, over the scale's half width.
+    matrix : bool
+        Whether a joint's matrix stands for the laws of joint and section.
+    missing : tuple of str
+        Roles that have no variable.
+    rigidity, stiffness, inclusion : callable
+        Of a beam: rigidity without contact (N m^2), stiffness of a scale's joint (N m), inclusion factor.
+    """
+
+    name: str
+    verb: str
+    done: str
+    angle: str
+    rate: str
+    torque: str
+    tangent: str
+    place: str
+    angle_words: str
+    rate_words: str
+    torque_words: str
+    letter: str
+    read: Callable[..., float]
+    sided: bool
+    axis: int
+    contact: tuple[str, ...]
+    across: int
+    matrix: bool
+    missing: tuple[str, ...]
+    rigidity: Callable[[Any], float]
+    stiffness: Callable[[Any], float]
+    inclusion: Callable[[Any], float]
+
+    def variable(self, role: str) -> str:
+        """Return the variable of a dataset that a role becomes: "torque_c" is T_c or M_c, "theta" is theta."""
+        whole = {"s": self.place, "drop": f"{self.torque}_drop", "scales": f"{self.torque}_scales"}
+        whole |= {end: f"{self.angle}_{end}" for end in ("base", "top", "residual", "jam", "most")}
+        stems = {"load": self.angle, "rate": self.rate, "torque": self.torque, "tangent": self.tangent}
+        head, line, tail = role.partition("_")
+        return whole.get(role) or stems.get(head, head) + line + tail
+
+    def variables(self, roles: tuple[str, ...]) -> dict[str, str]:
+        """Return the variables of roles, by role, without those that this loading has not."""
+        return {role: self.variable(role) for role in roles if role not in self.missing}
+
+    def law(self, name: str) -> str:
+        """Return the force law that is followed where ``name`` is asked: in the plane the two coincide."""
+        return name if self.sided else "edge"
+
+    def slant(self, alpha: float) -> float:
+        """Return the angle between the cross-section and the scales' width that counts: in bending none."""
+        return alpha if self.sided else 0.0
+
+    def other_way(self, remedy: str) -> str:
+        """Return advice for a negative load; none where there is no other way."""
+        return f"; for the other way round write {remedy}" if self.sided else ""
+
+    def solve(self, columns: Callable[[str], Array], *, law: str, sense: str, margin: float | None = None) -> Solution:
+        """Solve designs whose columns (1-D arrays of one length, by name) are asked for one after the other.
+
+        With a ``margin`` the frictional work up to the cut-off is computed too.
+        """
+        from squama.batch import solution
+
+        given = [columns(name) for name in self.contact]
+        if self.sided:
+            return solution.solve_twisting(*given, law=law, sense=sense, margin=margin)
+        return solution.solve_bending(*given, margin=margin)
+
+
+_TWISTING = Load(
+    *("twisting", "twist", "twisted", "phi", "Phi", "T", "K_t", "s", "twist per pitch", "twist rate", "torque", "φ"),
+    read=units.twist,
+    sided=True,
+    axis=1,
+    contact=("eta", "beta", "lam", "alpha", "theta0", "mu"),
+    across=1,
+    matrix=True,
+    missing=(),
+    rigidity=attrgetter("torsional_rigidity"),
+    stiffness=attrgetter("joint_stiffness"),
+    inclusion=attrgetter("C_f"),
+)
+_BENDING = Load(
+    *("bending", "bend", "bent", "psi", "kappa", "M", "K_b", "r", "bend per pitch", "curvature", "moment", "ψ"),
+    read=units.curvature,
+    sided=False,
+    axis=0,
+    contact=("eta", "theta0", "mu"),
+    across=2,
+    matrix=False,
+    missing=("p", "load_touch", "theta_touch"),
+    rigidity=attrgetter("bending_rigidity"),
+    stiffness=attrgetter("bending_joint_stiffness"),
+    inclusion=attrgetter("bending_C_f"),
+)
+LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
+"""Kinds of loading by name."""

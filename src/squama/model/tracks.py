@@ -1,0 +1,72 @@
+"""Rows of arrays, and tracks of their paths."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.model.paths import ARRAY
+from squama.types import Array
+
+BLOCK = 4096
+"""Designs taken together: BLOCK x samples stay in the processor's cache."""
+
+
+def blocks(n: int, size: int = BLOCK) -> Iterator[slice]:
+    """Parts of n designs that are taken together."""
+    for low in range(0, n, size):
+        yield slice(low, min(n, low + size))
+
+
+def take(row: Any, index: Any) -> Any:
+    """Return the designs ``index`` of a row of arrays."""
+    return type(row)(*(np.asarray(col)[index] for col in row))
+
+
+def scalar(row: Any, i: int = 0) -> Any:
+    """Return design ``i`` of a row as plain floats."""
+    return type(row)(*(float(np.asarray(col)[i]) for col in row))
+
+
+class Track(NamedTuple):
+    """Paths of n designs: ``row`` holds their ratios, from ``x0`` to ``x_end`` where ``code`` names the end.
+
+    ``load_end`` is the load angle there. ``crossing`` tells, for an end by another neighbour's tip-side contact, which
+    neighbour came in (else 0).
+    """
+
+    row: Any
+    x0: Array
+    x_end: Array
+    load_end: Array
+    code: Array
+    crossing: Array
+
+
+def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Array, Array]) -> Array:
+    """Path parameters at which paths reach load angles: Newton's method, held between bounds.
+
+    Parameters
+    ----------
+    load
+        Load angles per pitch.
+    bounds, seen
+        A path parameter before and one behind, and the load angles there.
+    """
+    (a, b), (fa, fb) = bounds, seen
+    # a load just beyond the ends of a path belongs to its ends
+    x = np.clip(a + (load - fa) / np.where(fb > fa, fb - fa, 1.0) * (b - a), a, b)
+    for _ in range(60):
+        with np.errstate(all="ignore"):
+            pt = row.point(x, "edge", ARRAY)
+            off = pt.load - load
+            a, b = np.where(off <= 0, x, a), np.where(off > 0, x, b)
+            new = x - off / pt.load_rate
+        new = np.where((new >= a) & (new <= b), new, (a + b) / 2)
+        done = np.abs(new - x) <= 4e-16 * np.abs(x)
+        x = new
+        if done.all():
+            break
+    return np.asarray(x)

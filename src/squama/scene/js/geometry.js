@@ -1,0 +1,104 @@
+// The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
+// Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
+// A design: {kind, eta, beta, lam, alpha, half, sense, law, neighbour, scales}, ratios and radians.
+
+export const STEPS = 6; // pieces of the bar per pitch
+export const LONGEST = 1.6; // length that an arrow comes near to as its force grows, in pitches
+
+export const add = (u, v) => [u[0] + v[0], u[1] + v[1], u[2] + v[2]];
+export const sub = (u, v) => [u[0] - v[0], u[1] - v[1], u[2] - v[2]];
+export const mul = (c, v) => [c * v[0], c * v[1], c * v[2]];
+export const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+export const cross = (u, v) => [
+  u[1] * v[2] - u[2] * v[1],
+  u[2] * v[0] - u[0] * v[2],
+  u[0] * v[1] - u[1] * v[0],
+];
+const unit = (v) => {
+  const size = Math.hypot(...v);
+  return size ? mul(1 / size, v) : v;
+};
+
+// The cross-section k pitches from the middle of the beam at a load angle per pitch: axes, and o, the middle of its
+// scaled edge. In twisting it is turned by k phi about z; in bending the scaled face bends and keeps its length.
+export function frame(d, load, k) {
+  if (d.kind === "twisting") {
+    const turn = d.sense * load * k;
+    const [c, s] = [Math.cos(turn), Math.sin(turn)];
+    return { o: [d.lam * s, d.lam * c, k], x: [c, -s, 0], y: [s, c, 0], z: [0, 0, 1] };
+  }
+  const turn = load * k;
+  const [c, s, half] = [Math.cos(turn), Math.sin(turn), Math.sin(turn / 2)];
+  const [rise, run] = load ? [(2 * half * half) / load, s / load] : [0, k];
+  return { o: [0, d.lam + rise, run], x: [1, 0, 0], y: [0, c, -s], z: [0, s, c] };
+}
+
+// Place of the base, n_X and n_Y of a scale on a hinge, in the axes of its cross-section.
+function hinged(d, theta) {
+  const [ca, sa, ct, st] = [Math.cos(d.alpha), Math.sin(d.alpha), Math.cos(theta), Math.sin(theta)];
+  return [[0, 0, 0], [-sa * ct, st, ca * ct], [ca, 0, sa]];
+}
+
+function placed(d, o, x, y) {
+  const m = add(o, mul(d.eta, x));
+  const half = mul(d.beta, y);
+  const corners = [sub(o, half), add(o, half), add(m, half), sub(m, half)];
+  return { x, y, z: cross(x, y), o, m, corners };
+}
+
+// The scale k pitches from the middle: axes, o and m the middles of base and tip edge, corners D, A, B, C. theta is its
+// inclination on a hinge, or place of the base, n_X and n_Y in the axes of the cross-section.
+export function scale(d, load, theta, k) {
+  const f = frame(d, load, k);
+  const [o, x, y] = (Array.isArray(theta) ? theta : hinged(d, theta)).map(([across, out, along]) =>
+    add(add(mul(across, f.x), mul(out, f.y)), mul(along, f.z)),
+  );
+  return placed(d, add(f.o, o), x, y);
+}
+
+// The contact of scale k's tip with its neighbour, as the common normal of tip edge and side edge. In bending the
+// tip's middle meets the neighbour's face, and s is its distance from the base.
+export function contact(d, load, theta, k) {
+  const one = scale(d, load, theta, k);
+  const two = scale(d, load, theta, k + d.neighbour);
+  if (d.kind !== "twisting") return { point: one.m, on_tip: one.m, p: 0, s: dot(sub(one.m, two.o), two.x) };
+  const corner = two.corners[d.sense > 0 ? 0 : 1];
+  const normal = cross(one.y, two.x);
+  const away = sub(corner, one.m);
+  const size = dot(normal, normal);
+  const p = dot(cross(away, two.x), normal) / size;
+  const s = dot(cross(away, one.y), normal) / size;
+  return { point: add(corner, mul(s, two.x)), on_tip: add(one.m, mul(p, one.y)), p: d.sense * p, s };
+}
+
+// Unit vectors of the normal and the friction force on scale k where it rests on its neighbour. slip: sliding rates
+// along the side edge and along the tip edge. By the plate law the normal is the plate's, and friction lies in it.
+export function directions(d, load, theta, slip, k) {
+  const one = scale(d, load, theta, k);
+  const two = scale(d, load, theta, k + d.neighbour);
+  let friction = add(mul(slip[0], two.x), mul(d.sense * slip[1], one.y));
+  let normal = two.z;
+  if (d.kind === "twisting" && d.law === "plate") friction = sub(friction, mul(dot(friction, normal), normal));
+  else if (d.kind === "twisting") normal = unit(cross(two.x, one.y));
+  return { normal, friction: unit(friction) };
+}
+
+// Length of the arrow of a force x in units of K_theta/d.
+export const arrow = (x) => (LONGEST * x) / (1 + x);
+
+// Cross-sections of the bar from end to end: four corners each, the scaled edge first.
+export function bar(d, load) {
+  const n = STEPS * d.scales;
+  const sections = [];
+  for (let i = 0; i <= n; i++) {
+    const f = frame(d, load, -d.scales / 2 + (d.scales * i) / n);
+    const side = mul(d.half, f.x);
+    const low = mul(-2 * d.lam, f.y);
+    const [left, right] = [sub(f.o, side), add(f.o, side)];
+    sections.push([left, right, add(right, low), add(left, low)]);
+  }
+  return sections;
+}
+
+// Place of the first scale; the others follow at distances of one pitch.
+export const first = (d) => -(d.scales - 1) / 2;

@@ -1,0 +1,272 @@
+// The beam as a three.js scene. It gets a design and a state and makes every vertex from them (geometry.js).
+// It draws when something has changed, never on its own.
+import { OrbitControls, THREE } from "nicegui-scene";
+import { arrow, bar, contact, directions, first, scale } from "./geometry.js";
+
+const MOST = 64; // scales that can be drawn
+const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
+const [HEAD, SHAFT, DOT] = [0.13, 0.042, 0.07];
+
+// turns around and over (rad) and zooms by key
+const KEYS = {
+  ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
+  "+": [0, 0, 1.15], "=": [0, 0, 1.15], "-": [0, 0, 1 / 1.15],
+}; // prettier-ignore
+
+export class BeamScene {
+  // palette: {states, themes}, the colours of the scales by their state and of the rest on a light and a dark page
+  constructor(canvas, palette, { onDraw } = {}) {
+    this.canvas = canvas;
+    this.palette = palette;
+    this.onDraw = onDraw;
+    this.arrows = true;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(32, 1, 0.1, 2000);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener("change", () => this.request());
+    this.controls.addEventListener("start", () => (this.chosen = true));
+    this.scene.add(new THREE.AmbientLight(0xffffff, 1.5));
+    const sun = new THREE.DirectionalLight(0xffffff, 2.1);
+    this.camera.add(sun);
+    sun.position.set(-1, 2, 2);
+    this.scene.add(this.camera);
+    this.make();
+    this.theme("light");
+  }
+
+  // Everything that is drawn, made once; `set` only moves it.
+  make() {
+    const both = { side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+    const solid = () => new THREE.MeshLambertMaterial();
+    const many = (shape, material) => {
+      const mesh = new THREE.InstancedMesh(shape, material, MOST);
+      mesh.frustumCulled = false;
+      this.scene.add(mesh);
+      return mesh;
+    };
+    // what lies behind a scale is seen through it, pale
+    const through = (shape, material) => {
+      const mesh = many(shape, material);
+      const pale = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, depthTest: false });
+      mesh.pale = many(shape, pale);
+      mesh.pale.instanceMatrix = mesh.instanceMatrix;
+      mesh.pale.material.color = material.color;
+      return mesh;
+    };
+    this.plate = new THREE.MeshLambertMaterial(both);
+    // the unit square from base edge to tip edge: x from 0 to 1, y from -1 to 1
+    this.scales = many(new THREE.PlaneGeometry(1, 2).translate(0.5, 0, 0), this.plate);
+    this.rims = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
+    this.bar = new THREE.Mesh(
+      new THREE.BufferGeometry(),
+      new THREE.MeshLambertMaterial({ ...both, flatShading: true }),
+    );
+    this.barEdges = new THREE.LineSegments(new THREE.BufferGeometry(), this.rims.material);
+    for (const part of [this.rims, this.bar, this.barEdges]) {
+      part.frustumCulled = false;
+      this.scene.add(part);
+    }
+    this.points = through(new THREE.SphereGeometry(DOT, 12, 8), solid());
+    const shaft = new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0);
+    const head = new THREE.ConeGeometry(1, 1, 14).translate(0, 0.5, 0);
+    this.forces = {};
+    for (const name of ["normal", "friction"]) {
+      const material = solid();
+      this.forces[name] = [through(shaft, material), through(head, material)];
+    }
+  }
+
+  theme(name) {
+    const colours = this.palette.themes[name];
+    this.scene.background = new THREE.Color(colours.background);
+    this.rims.material.color.set(colours.edge);
+    this.bar.material.color.set(colours.bar);
+    this.points.material.color.set(colours.point);
+    for (const name of ["normal", "friction"]) this.forces[name][0].material.color.set(colours[name]);
+    this.request();
+  }
+
+  // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose}; a pose stands for theta
+  set(design, state) {
+    const shape = JSON.stringify([design.kind, design.scales, design.half]);
+    const sizes = JSON.stringify([design.eta, design.beta, design.lam]);
+    this.design = design;
+    this.state = state;
+    this.plate.color.set(this.palette.states[state.name]);
+    this.moveBar();
+    this.moveScales();
+    this.moveContacts();
+    // another beam is seen whole; changes of this one leave the place that was chosen
+    if (shape !== this.shape || (sizes !== this.sizes && !this.chosen)) this.reset();
+    [this.shape, this.sizes] = [shape, sizes];
+    this.request();
+  }
+
+  moveBar() {
+    const sections = bar(this.design, this.state.load);
+    const [n, flat] = [sections.length, sections.flat(2)];
+    if (this.sections !== n) {
+      this.sections = n;
+      const [faces, edges] = [[0, 1, 2, 0, 2, 3], []];
+      const last = 4 * (n - 1);
+      for (let i = 0; i < last; i += 4)
+        for (let j = 0; j < 4; j++) {
+          const [a, b] = [i + j, i + ((j + 1) % 4)];
+          faces.push(a, a + 4, b + 4, a, b + 4, b);
+          edges.push(a, a + 4);
+        }
+      faces.push(last, last + 2, last + 1, last, last + 3, last + 2);
+      for (const end of [0, last]) for (let j = 0; j < 4; j++) edges.push(end + j, end + ((j + 1) % 4));
+      for (const [part, index] of [[this.bar, faces], [this.barEdges, edges]]) {
+        part.geometry.dispose();
+        part.geometry = new THREE.BufferGeometry();
+        part.geometry.setIndex(index);
+        part.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(12 * n), 3));
+      }
+    }
+    for (const part of [this.bar, this.barEdges]) {
+      part.geometry.attributes.position.array.set(flat);
+      part.geometry.attributes.position.needsUpdate = true;
+    }
+  }
+
+  moveScales() {
+    const { design: d, state } = this;
+    const rims = new Float32Array(24 * d.scales);
+    const matrix = new THREE.Matrix4();
+    for (let i = 0; i < d.scales; i++) {
+      const one = scale(d, state.load, state.pose ?? state.theta, first(d) + i);
+      matrix.set(
+        d.eta * one.x[0], d.beta * one.y[0], one.z[0], one.o[0],
+        d.eta * one.x[1], d.beta * one.y[1], one.z[1], one.o[1],
+        d.eta * one.x[2], d.beta * one.y[2], one.z[2], one.o[2],
+        0, 0, 0, 1,
+      ); // prettier-ignore
+      this.scales.setMatrixAt(i, matrix);
+      for (let j = 0; j < 4; j++) rims.set([...one.corners[j], ...one.corners[(j + 1) % 4]], 24 * i + 6 * j);
+    }
+    this.scales.count = d.scales;
+    this.scales.instanceMatrix.needsUpdate = true;
+    this.rims.geometry.setAttribute("position", new THREE.BufferAttribute(rims, 3));
+  }
+
+  // Contact points of every scale that has its neighbour, and the forces on it.
+  moveContacts() {
+    const { design: d, state } = this;
+    const count = state.x > 0 ? Math.max(0, d.scales - d.neighbour) : 0;
+    const drawn = this.arrows ? count : 0;
+    const matrix = new THREE.Matrix4();
+    this.contacts = [];
+    for (let i = 0; i < count; i++) {
+      const k = first(d) + i;
+      const at = state.pose ?? state.theta;
+      const { point } = contact(d, state.load, at, k);
+      this.contacts.push(point);
+      this.points.setMatrixAt(i, matrix.makeTranslation(...point));
+      const ways = directions(d, state.load, at, state.slip, k);
+      const long = arrow(state.x);
+      this.place(this.forces.normal, i, point, ways.normal, long);
+      this.place(this.forces.friction, i, point, ways.friction, long * state.mu);
+    }
+    const friction = state.mu ? drawn : 0;
+    const counts = [[[this.points], count], [this.forces.normal, drawn], [this.forces.friction, friction]];
+    for (const [meshes, n] of counts)
+      for (const mesh of meshes) {
+        mesh.count = mesh.pale.count = n;
+        mesh.instanceMatrix.needsUpdate = true;
+      }
+  }
+
+  place([shaft, head], i, from, way, long) {
+    const tip = Math.min(2.6 * HEAD, long);
+    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...way));
+    const at = (along, thick, size) =>
+      new THREE.Matrix4().compose(
+        new THREE.Vector3(...from).addScaledVector(new THREE.Vector3(...way), along),
+        turn,
+        new THREE.Vector3(thick, size, thick),
+      );
+    shaft.setMatrixAt(i, at(0, SHAFT, Math.max(long - tip, 1e-6)));
+    head.setMatrixAt(i, at(long - tip, HEAD * Math.min(1, tip / HEAD), tip));
+  }
+
+  // From where the whole beam is seen, straight and as it is.
+  reset() {
+    const d = this.design;
+    if (!d) return;
+    this.chosen = false;
+    const seen = [0, this.state.load].flatMap((load) => [
+      ...bar(d, load).flat(),
+      ...[first(d), 0, -first(d)].flatMap((k) => scale(d, load, this.state.pose ?? this.state.theta, k).corners),
+    ]);
+    const box = new THREE.Box3().setFromPoints(seen.map((p) => new THREE.Vector3(...p)));
+    const middle = box.getCenter(new THREE.Vector3());
+    const back = new THREE.Vector3(...LOOK).normalize();
+    const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
+    const up = back.clone().cross(right);
+    const slope = Math.tan((this.camera.fov * Math.PI) / 360);
+    let away = 0;
+    for (const point of seen) {
+      const q = new THREE.Vector3(...point).sub(middle);
+      const needed = Math.max(Math.abs(q.dot(right)) / this.camera.aspect, Math.abs(q.dot(up)));
+      away = Math.max(away, q.dot(back) + needed / slope);
+    }
+    away *= 1.1;
+    this.controls.target.copy(middle);
+    this.camera.position.copy(middle).addScaledVector(back, away);
+    this.camera.far = 20 * away;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.request();
+  }
+
+  // Turn by angles (rad) and come nearer by a factor, for the keyboard.
+  orbit(around, over, nearer) {
+    this.chosen = true;
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const ball = new THREE.Spherical().setFromVector3(offset);
+    ball.theta += around;
+    ball.phi = Math.min(Math.PI - 0.05, Math.max(0.05, ball.phi + over));
+    ball.radius /= nearer;
+    this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(ball));
+    this.controls.update();
+    this.request();
+  }
+
+  // Do what a key stands for; say whether it stands for something.
+  key(name) {
+    if (name === "Home") this.reset();
+    else if (name in KEYS) this.orbit(...KEYS[name]);
+    else return false;
+    return true;
+  }
+
+  resize(width, height) {
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+    this.renderer.setSize(width, height, false);
+    const before = this.camera.aspect;
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (Math.abs(before - this.camera.aspect) > 0.01 && !this.chosen) this.reset();
+    this.request();
+  }
+
+  request() {
+    if (this.waiting || this.gone) return;
+    this.waiting = requestAnimationFrame(() => this.draw());
+  }
+
+  draw() {
+    this.waiting = null;
+    this.renderer.render(this.scene, this.camera);
+    this.onDraw?.(this);
+  }
+
+  dispose() {
+    this.gone = true;
+    this.controls.dispose();
+    this.renderer.dispose();
+  }
+}

@@ -1,0 +1,54 @@
+// The page of the stand-alone view: a slider over the states inside the file, and an animation of them.
+import * as geometry from "./geometry.js";
+import { BeamScene } from "./scene.js";
+
+const find = (id) => document.getElementById(id);
+const data = JSON.parse(find("data").textContent);
+const { design, states, palette } = data;
+const canvas = document.querySelector("canvas");
+const beam = new BeamScene(canvas, palette);
+const slider = find("load");
+const dark = matchMedia("(prefers-color-scheme: dark)");
+let [playing, way] = [null, 1];
+
+function show(i) {
+  const state = states[i];
+  slider.value = i;
+  beam.set(design, state);
+  const degrees = (state.theta * 180) / Math.PI;
+  find("now").value = `${state.load.toFixed(4)} rad per pitch, inclination ${degrees.toFixed(1)}°: ${palette.words[state.name]}`;
+}
+
+// the load goes up and down evenly; the states lie closer together towards a lock
+function play() {
+  let load = states[slider.value].load;
+  const last = states[states.length - 1].load;
+  playing = setInterval(() => {
+    load += (way * last) / 90;
+    if (load >= last || load <= 0) way = -way;
+    load = Math.min(last, Math.max(0, load));
+    show(states.findIndex((state) => state.load >= load - 1e-12));
+  }, 40);
+}
+
+function toggle() {
+  if (playing) playing = clearInterval(playing);
+  else play();
+  find("play").textContent = playing ? "Stop" : "Play";
+}
+
+const theme = () => beam.theme(dark.matches ? "dark" : "light");
+const resize = () => beam.resize(find("stage").clientWidth, find("stage").clientHeight);
+slider.max = states.length - 1;
+slider.addEventListener("input", () => show(Number(slider.value)));
+find("play").addEventListener("click", toggle);
+canvas.addEventListener("keydown", (event) => beam.key(event.key) && event.preventDefault());
+find("reset").addEventListener("click", () => beam.reset());
+find("name").textContent = data.angle;
+find("end").textContent = `${data.end}: ${data.sentence}`;
+dark.addEventListener("change", theme);
+new ResizeObserver(resize).observe(find("stage"));
+resize();
+show(data.first);
+theme();
+Object.assign(window, { squamaView: beam, squamaGeometry: geometry, squamaData: data });

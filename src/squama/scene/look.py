@@ -1,0 +1,131 @@
+"""How a beam is looked at: the camera, as ``js/scene.js`` has it, and the picture that is drawn through it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.plot import raster
+from squama.scene.geometry import Attitude, Design, bar, first, scale
+from squama.types import Array
+
+LOOK = np.array([-0.75, 0.72, -0.16])
+"""From where one looks."""
+FIELD = np.radians(32.0)
+"""Angle of view, from the lower to the upper edge of the picture."""
+AWAY = 1.1
+"""How much farther away one stands than the beam needs."""
+SAMPLES = 2
+"""Every pixel is drawn as SAMPLES x SAMPLES, which smooths edges."""
+PALE = 0.3
+"""How strongly something shows through what is in front of it, where it is asked to."""
+NEARER = 0.997
+"""Lines are drawn this much nearer than the faces they bound."""
+
+
+class Camera(NamedTuple):
+    """Where one stands; unit vectors ``right``, ``up``, ``back``; ``slope`` tangent of half the angle of view."""
+
+    eye: Array
+    right: Array
+    up: Array
+    back: Array
+    slope: float
+    aspect: float
+
+    def seen(self, points: Array) -> Array:
+        """Return places in the picture: across and up from -1 to 1, and distance from the eye along the view."""
+        q = points - self.eye
+        depth = -(q @ self.back)
+        across, up = q @ self.right / (depth * self.slope * self.aspect), q @ self.up / (depth * self.slope)
+        return np.stack([across, up, depth], axis=-1)
+
+
+def outline(d: Design, load: float, theta: Attitude) -> Array:
+    """Return points (n, 3) that surround the beam: bar, first, middle and last scale, straight and as it is."""
+    seen = []
+    for at in (0.0, load):
+        seen.append(bar(d, at)[0].reshape(-1, 3))
+        seen += [scale(d, at, theta, k).corners for k in (first(d), 0.0, -first(d))]
+    return np.concatenate(seen)
+
+
+def fitted(points: Array, aspect: float) -> Camera:
+    """Return the camera that sees all points from `LOOK`, as near as can be, in a picture of this width over height."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    back = LOOK / np.linalg.norm(LOOK)
+    right = np.cross([0.0, 1.0, 0.0], back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    slope = float(np.tan(FIELD / 2))
+    q = points - middle
+    needed = np.maximum(np.abs(q @ right) / aspect, np.abs(q @ up))
+    away = AWAY * max(0.0, float(np.max(q @ back + needed / slope)))
+    return Camera(middle + away * back, right, up, back, slope, aspect)
+
+
+class Canvas:
+    """A picture of ``width`` x ``height`` pixels that is being drawn, on a ground of one colour (3), 0 to 1."""
+
+    def __init__(self, width: int, height: int, camera: Camera, background: Array) -> None:
+        self.size = np.array([width, height]) * SAMPLES
+        self.camera = camera
+        self.colour = np.empty((self.size[1], self.size[0], 3))
+        self.colour[:] = background
+        self.near = np.zeros((self.size[1], self.size[0]))
+
+    def place(self, points: Array) -> Array:
+        """Return points (..., 3) as pixels across, pixels down, distance."""
+        seen = self.camera.seen(points)
+        x = (seen[..., 0] + 1) / 2 * self.size[0]
+        y = (1 - seen[..., 1]) / 2 * self.size[1]
+        return np.stack([x, y, seen[..., 2]], axis=-1)
+
+    def triangles(self, corners: Array, colours: Array, *, through: bool = False) -> None:
+        """Fill triangles (n, 3, 3) in space with colours (n, 3); ``through``: pale where something is in front."""
+        self.fill(self.place(corners), colours, through=through)
+
+    def lines(self, starts: Array, ends: Array, colour: Array, thick: float, *, through: bool = False) -> None:
+        """Draw lines between points (n, 3), ``thick`` pixels wide."""
+        a, b = self.place(starts), self.place(ends)
+        way = b[:, :2] - a[:, :2]
+        size = np.linalg.norm(way, axis=1, keepdims=True)
+        way = np.divide(way, size, out=np.zeros_like(way), where=size > 0)
+        aside = np.zeros_like(a)
+        aside[:, 0], aside[:, 1] = -way[:, 1], way[:, 0]
+        aside *= thick * SAMPLES / 2
+        # a little longer, so that lines meet at corners
+        reach = np.zeros_like(a)
+        reach[:, :2] = way * thick * SAMPLES / 2
+        near = np.array([1, 1, NEARER])
+        p, q = (a - reach) * near, (b + reach) * near
+        quads = np.stack([p - aside, p + aside, q + aside, q - aside], axis=1)
+        self.fill(quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3), colour, through=through)
+
+    def discs(self, centres: Array, radius: float, colour: Array, *, through: bool = False) -> None:
+        """Draw discs around points (n, 3) that face the eye; the radius is a length in space."""
+        middle = self.place(centres) * np.array([1, 1, NEARER])
+        turn = np.linspace(0, 2 * np.pi, 13)
+        across = self.size[1] / (2 * self.camera.slope * middle[:, 2]) * radius
+        rim = middle[:, None] + across[:, None, None] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
+        fans = np.stack([np.broadcast_to(middle[:, None], rim[:, 1:].shape), rim[:, :-1], rim[:, 1:]], axis=2)
+        self.fill(fans.reshape(-1, 3, 3), colour, through=through)
+
+    def fill(self, placed: Array, colours: Array, *, through: bool) -> None:
+        """Fill triangles that are already placed in the picture, with a colour for each or for all."""
+        ahead = (placed[..., 2] > 0).all(axis=1)
+        colours = np.broadcast_to(colours, (len(placed), 3))[ahead]
+        # the inverse of the distance is linear in the picture
+        corners = np.concatenate([placed[ahead, :, :2], 1 / placed[ahead, :, 2:]], axis=-1)
+        for one in raster.fill(self.near, corners):
+            pixels, colour = self.colour[one.window], colours[one.number]
+            if through:
+                pixels[one.behind] += PALE * (colour - pixels[one.behind])
+            pixels[one.front] = colour
+
+    def pixels(self) -> Array:
+        """Return the picture as bytes (height, width, 3)."""
+        height, width = self.size[1] // SAMPLES, self.size[0] // SAMPLES
+        mean = self.colour.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3))
+        return np.asarray(np.round(255 * np.clip(mean, 0, 1)), np.uint8)

@@ -1,0 +1,223 @@
+"""What a picture of a loaded beam needs to know: inclination, contact, slip and forces at any load."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves import follow, hinge
+from squama.curves.path import Curve
+from squama.fe import plate
+from squama.loads import LOADS
+from squama.model import twisting
+from squama.model.outcome import SENTENCES, End
+from squama.model.paths import ARRAY
+from squama.scene.geometry import Attitude
+from squama.types import Array
+
+MOST_SCALES = 60
+"""A longer beam is drawn with this many scales."""
+FREE, SLIDING, LOCKED, ENDED = "free", "sliding", "locked", "ended"
+"""States of the scales: not in contact; in contact; locked; at an end that is no lock."""
+ROOM = 1.1
+"""How far beyond its end a beam may be asked to go, over the load of the end."""
+
+
+WALKED = 121
+"""Points of a curve that is walked; states between them are interpolated."""
+_STATE = ("load", "theta", "N", "f", "torque")
+
+
+class Setting(NamedTuple):
+    """A beam and how it is loaded; ``joint`` as of :func:`squama.twist`."""
+
+    beam: Beam
+    mu: float
+    load: str = "twisting"
+    law: str = "edge"
+    margin: float = 0.01
+    sense: str = "+"
+    joint: str = "hinge"
+
+
+class State(NamedTuple):
+    """One state: load angle per pitch and inclination (rad), normal and friction force (N), slip, what it is called.
+
+    ``slip`` are the rates along the side edge and along the tip edge; ``x`` is N d/K_theta, by which arrows are drawn;
+    ``pose`` of scales that move and turn in more ways than on a hinge: place of the base, n_X and n_Y, in pitches in
+    the axes of the cross-section.
+    """
+
+    load: float
+    theta: float
+    N: float
+    f: float
+    torque: float
+    x: float
+    slip: tuple[float, float]
+    name: str
+    pose: list[list[float]] | None = None
+
+    @property
+    def attitude(self) -> Attitude:
+        """How the scales stand, as the geometry takes it."""
+        return self.theta if self.pose is None else self.pose
+
+
+class Motion:
+    """A beam's curve, and its state at any load.
+
+    Raises InputError: the law, margin, sense, friction or joint is out of range, or they do not go together.
+    """
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+        mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
+        self.kind = LOADS[arguments.one_of("load", setting.load, tuple(LOADS))]
+        margin, sense, joint = arguments.margin(setting.margin), setting.sense, setting.joint
+        load = self.kind.name
+        self.path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint)
+        self.rigidity, self.stiffness = self.path.case.rigidity, self.path.case.stiffness
+        self.hinge = self.path if isinstance(self.path, hinge.Path) else None
+
+    @functools.cached_property
+    def _walked(self) -> Curve:
+        """The curve of a model that is walked: states between its points are interpolated."""
+        found = self.path.curve(points=WALKED)
+        reached = np.isfinite(found.along["torque"])
+        return Curve({role: values[reached] for role, values in found.along.items()}, found.figures)
+
+    @functools.cached_property
+    def figures(self) -> dict[str, Any]:
+        """Single figures of the curve, by their roles in :mod:`squama.loads`."""
+        return (self.path.curve(points=3) if self.hinge else self._walked).figures
+
+    def along(self, points: int) -> dict[str, Array]:
+        """Every variable along the curve, from no load to the cut-off."""
+        if self.hinge:
+            return self.hinge.curve(points=points).along
+        loads = np.linspace(0.0, self.last, points)
+        return {role: np.interp(loads, self._walked.along["load"], v) for role, v in self._walked.along.items()}
+
+    @property
+    def end(self) -> End:
+        """Why the curve ends."""
+        return End(self.figures["end"])
+
+    @property
+    def sentence(self) -> str:
+        """The end in words."""
+        return SENTENCES[self.end]
+
+    @property
+    def neighbour(self) -> int:
+        """Neighbour whose contact is followed; 0 for none."""
+        return int(self.figures["neighbour"])
+
+    @property
+    def load_e(self) -> float:
+        """Load angle at engagement; inf for none."""
+        return float(self.figures["load_e"])
+
+    @property
+    def engaged(self) -> bool:
+        """Whether part of the curve is in contact."""
+        return self.hinge.engaged if self.hinge else self.load_e < self.last
+
+    @functools.cached_property
+    def last(self) -> float:
+        """Load angle of the last state that is drawn: the cut-off before a lock, or the end."""
+        return self.hinge.last if self.hinge else float(self._walked.along["load"][-1])
+
+    @property
+    def most(self) -> float:
+        """Largest load angle that may be asked for: a little beyond the last state."""
+        return ROOM * self.last
+
+    def state(self, load: float) -> State:
+        """Return the state at a load angle per pitch; beyond the last one, the last one."""
+        held, touching = load >= self.last, self.engaged and load > self.load_e
+        name = self._named(load) if held else SLIDING if touching else FREE
+        if self.hinge is None:
+            return self._between(min(load, self.last), name)
+        if not touching:
+            # a beam that locks as it engages goes no further than that
+            return self._straight(min(load, self.last), name)
+        x = np.array([self.hinge.x_c]) if held else self.hinge.place(np.array([load]))
+        return self._states(self.hinge, x, name)[0]
+
+    def samples(self, points: int) -> list[State]:
+        """Return states from no load to the last one, closer together where the inclination changes fast."""
+        if self.hinge:
+            load, x = hinge.samples(self.hinge, points)
+            states = [self._straight(float(v), FREE) for v in load]
+            states += self._states(self.hinge, x, SLIDING) if x.size else []
+        else:
+            states = [self.state(float(v)) for v in np.linspace(0.0, self.last, points)]
+        states[-1] = states[-1]._replace(name=self._named(self.most))
+        return states
+
+    def _named(self, load: float) -> str:
+        if self.end.locks:
+            return LOCKED
+        return FREE if self.end is End.NONE and load < self.last else ENDED
+
+    def _straight(self, load: float, name: str) -> State:
+        beam = self.setting.beam
+        return State(load, beam.scale.theta0, 0.0, 0.0, self.rigidity * load / beam.pitch, 0.0, (0.0, 0.0), name)
+
+    def _states(self, path: hinge.Path, x: Array, name: str) -> list[State]:
+        """States at path parameters."""
+        v = hinge.evaluate(path, np.empty(0), x)
+        force = v["N"] * self.setting.beam.pitch / self.stiffness if self.stiffness else 0 * x
+        columns = np.stack([*(v[role] for role in _STATE), force, *self._slip(path, x)], axis=1)
+        return [
+            State(phi, theta, N, f, torque, drawn, (along, across), name)
+            for phi, theta, N, f, torque, drawn, along, across in columns.tolist()
+        ]
+
+    def _between(self, load: float, name: str) -> State:
+        """State between the points of a walked curve; the slip follows from the places of its contact."""
+        v = self._walked.along
+        load_, theta, N, f, torque = (float(np.interp(load, v["load"], v[role])) for role in _STATE)
+        rates = [np.nan_to_num(np.gradient(v[role], v["load"])) for role in ("s", "p")]
+        s, p = (float(np.interp(load, v["load"], rate)) for rate in rates)
+        beam, d = self.setting.beam, self.setting.beam.pitch
+        rest = plate.Rest.at(beam.eta, beam.beta, beam.lam, beam.scale.alpha, beam.scale.theta0)
+        moves = np.array([np.interp(load, v["load"], v[role]) for role in plate.MOTIONS]) / ([d] * 3 + [1.0] * 3)
+        c, R = plate.pose(rest, moves)
+        pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
+        return State(load_, theta, N, f, torque, N * d / self.stiffness, (-s, p), name, pose)
+
+    def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
+        """Sliding rates along the side edge (a) and along the tip edge (c), per unit of the path parameter."""
+        row = path.row
+        if not self.kind.sided:
+            # the tip runs towards the base of the next scale
+            rate = row.point(x + 1e-30j, "edge", ARRAY).s.imag
+            return -rate, 0 * x
+        with np.errstate(all="ignore"):
+            _, root, q, _ = row.solve(x, ARRAY)
+            c = twisting.contact(root, q, *getattr(row, "open", row).ratios)
+        return np.asarray(c.a_rate), np.asarray(c.c_rate)
+
+
+def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
+    """Return what the geometry needs of a design: ratios (lengths in pitches, rad), kind of loading, sense, law."""
+    beam, kind = setting.beam, LOADS[setting.load]
+    return {
+        "kind": setting.load,
+        "eta": beam.eta,
+        "beta": beam.beta,
+        "lam": beam.lam,
+        "alpha": kind.slant(beam.scale.alpha),
+        "half": beam.substrate.width / 2 / beam.pitch,
+        "sense": -1 if setting.sense == "-" and kind.sided else 1,
+        "law": kind.law(setting.law),
+        "neighbour": max(1, neighbour),
+        "scales": min(beam.scales, MOST_SCALES),
+    }

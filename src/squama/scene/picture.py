@@ -1,0 +1,292 @@
+"""Still pictures and animations of a beam in space, without a browser."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.errors import Problems, naming, refuse
+from squama.io import files
+from squama.loads import LOADS
+from squama.model.outcome import End
+from squama.plot.palette import STATES, THEMES, WORDS
+from squama.scene import geometry, standalone
+from squama.scene.look import Camera, Canvas, fitted, outline
+from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shape
+from squama.types import Array
+from squama.units import torque_unit
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+FORMATS = (".png", ".gif", ".html")
+"""Endings of the files that can be written."""
+SIZE, SMALL = (1600, 760), (800, 400)
+"""Width and height of a picture and of an animation, pixels."""
+FRAMES = 36
+"""Pictures of an animation, there and back."""
+PAUSE = 60
+"""Milliseconds between two of them."""
+HEAD, SHAFT, DOT = 0.13, 0.042, 0.07
+"""Sizes of arrows and contact points, in pitches."""
+FIRST = 0.7
+"""A beam is first shown at this fraction of the way to its end."""
+_LIGHT = np.array([-1.0, 2.0, 2.0]) / 3
+"""Where the light comes from, in the axes of the camera."""
+
+
+class View(NamedTuple):
+    """What :func:`view` shows.
+
+    ``files`` that were written; the ``state`` that is shown; load angle per pitch that was ``asked`` and that of the
+    ``last`` state before the ``end`` of the curve, rad.
+    """
+
+    files: tuple[Path, ...]
+    state: State
+    asked: float
+    last: float
+    end: End
+
+
+def view(
+    beam: Beam,
+    *paths: str | os.PathLike[str],
+    to: float | str | None = None,
+    load: str = "twisting",
+    mu: float | None = None,
+    law: str = "edge",
+    sense: str = "+",
+    margin: float = 0.01,
+    joint: str = "hinge",
+    dark: bool = False,
+    forces: bool = True,
+    frames: int = FRAMES,
+) -> View:
+    """Draw a beam in space under load: pictures, animations from rest and back, pages that turn it.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    *paths
+        Where to write: .png, .gif or .html (needs the extra ``web``); with none only the state is returned.
+    to
+        How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
+        if not given. Beyond the end of the curve the last state is shown.
+    load
+        "twisting" or "bending".
+    mu
+        Coefficient of friction; the beam's own if not given.
+    law, sense, margin, joint
+        As in :func:`squama.twist`; on the compliant joint the scales are drawn in the pose of their six motions.
+    dark, forces
+        On a dark ground; with contact forces.
+    frames
+        Number of pictures of an animation, 2 to 500.
+
+    Returns
+    -------
+    View
+        Files, state, load angles.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, or a file cannot be written.
+
+    Examples
+    --------
+    >>> import squama
+    >>> shown = squama.view(squama.Beam.from_ratios(mu=0.5), to="0.2 rad/pitch")
+    >>> print(f"{shown.state.name}, theta = {shown.state.theta:.3f}; {shown.end} at {shown.last:.3f} rad per pitch")
+    sliding, theta = 0.798; frictional lock at 0.268 rad per pitch
+    """
+    names = LOADS[arguments.one_of("load", load, tuple(LOADS))]
+    problems = Problems()
+    for path in paths:
+        if (ending := Path(path).suffix.lower()) not in FORMATS:
+            problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
+    problems.settle()
+    count = arguments.whole("frames", frames, 2, 500)
+    friction = float(arguments.frictions(beam.friction.mu, mu))
+    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint))
+    asked = FIRST * motion.last
+    if to is not None:
+        with naming("to"):
+            asked = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+        if asked < 0:
+            reason = "must be 0 or more" + names.other_way("sense -")
+            refuse("to", f"{asked / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
+    written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
+    return View(tuple(written), motion.state(asked), asked, motion.last, motion.end)
+
+
+def save(motion: Motion, load: float, path: str | os.PathLike[str], *, frames: int = FRAMES, **looks: bool) -> Path:
+    """Write a picture (.png), an animation there and back (.gif) or a page (.html) at a load angle per pitch (rad).
+
+    ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
+    """
+    ending = Path(path).suffix.lower()
+    if ending == ".html":
+        text = standalone.page(motion, load)
+        return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
+    if ending == ".gif":
+        pictures = animation(motion, load, SMALL, frames=frames, **looks)
+        more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": PAUSE, "loop": 0}
+    else:
+        pictures, more = [draw(motion, load, SIZE, **looks)], {"optimize": True}
+    return files.atomic_write(path, lambda place: pictures[0].save(place, format=ending[1:].upper(), **more))
+
+
+def draw(motion: Motion, load: float, size: tuple[int, int] = SIZE, **looks: bool) -> Image.Image:
+    """Return the picture of a beam under load."""
+    return _drawn(motion, [motion.state(load)], size, **looks)[0]
+
+
+def animation(
+    motion: Motion, load: float, size: tuple[int, int] = SMALL, *, frames: int = FRAMES, **looks: bool
+) -> list[Image.Image]:
+    """Return the pictures of a beam that is loaded and let back, evenly in load, from one place."""
+    last, there = motion.state(load), max(1, frames // 2)
+    done = _drawn(motion, [*(motion.state(last.load * i / there) for i in range(there)), last], size, **looks)
+    return [*done, *done[-2:0:-1]]
+
+
+def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
+    """Return the pictures of states, seen from where the last one is seen whole."""
+    around = outline(shape(motion.setting, motion.neighbour), states[-1].load, states[-1].attitude)
+    camera = fitted(around, size[0] / (size[1] - _bottom(size)))
+    return [_framed(motion, state, camera, size, **looks) for state in states]
+
+
+def _bottom(size: tuple[int, int]) -> int:
+    """Height of the words below the beam."""
+    return size[1] // 8
+
+
+def render(design: geometry.Design, state: State, mu: float, camera: Camera, size: tuple[int, int], *,
+           dark: bool = False, forces: bool = True) -> Array:  # fmt: skip
+    """Return the pixels (height, width, 3) of a beam in a state."""
+    theme = {name: _rgb(value) for name, value in THEMES["dark" if dark else "light"].items()}
+    canvas = Canvas(*size, camera, theme["background"])
+    sections, _ = geometry.bar(design, state.load)
+    _bar(canvas, sections, theme)
+    plates = np.array([geometry.scale(design, state.load, state.attitude, geometry.first(design) + i).corners
+                       for i in range(design["scales"])])  # fmt: skip
+    faces = plates[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    canvas.triangles(faces, _lit(normals, _rgb(STATES[state.name]), camera))
+    thick = size[1] / 600
+    canvas.lines(plates.reshape(-1, 3), np.roll(plates, -1, axis=1).reshape(-1, 3), theme["edge"], thick)
+    if state.x > 0:
+        _contacts(canvas, design, state, mu, theme, forces=forces)
+    return canvas.pixels()
+
+
+def _bar(canvas: Canvas, sections: Array, theme: dict[str, Array]) -> None:
+    a, b = sections[:-1], sections[1:]
+    quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=2).reshape(-1, 4, 3)
+    quads = np.concatenate([quads, sections[[0, -1]]])
+    faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    # one colour a quadrilateral: twisted ones are not flat, and stripes would show
+    normals = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+    canvas.triangles(faces, np.repeat(_lit(normals, theme["bar"], canvas.camera), 2, axis=0))
+    ends = sections[[0, -1]].reshape(-1, 3)
+    thick = canvas.size[1] / 1200
+    canvas.lines(a.reshape(-1, 3), b.reshape(-1, 3), theme["edge"], thick)
+    canvas.lines(ends, np.roll(sections[[0, -1]], -1, axis=1).reshape(-1, 3), theme["edge"], thick)
+
+
+def _contacts(
+    canvas: Canvas, design: geometry.Design, state: State, mu: float, theme: dict[str, Array], *, forces: bool
+) -> None:
+    """Draw contact points, and the normal and the friction force on each tip."""
+    places = [geometry.first(design) + i for i in range(design["scales"] - design["neighbour"])]
+    points = np.array([geometry.contact(design, state.load, state.attitude, k).point for k in places]).reshape(-1, 3)
+    canvas.discs(points, DOT, theme["point"], through=True)
+    ways = [geometry.directions(design, state.load, state.attitude, state.slip, k) for k in places]
+    for name, i, share in (("normal", 0, 1.0), ("friction", 1, mu)):
+        long = geometry.arrow(state.x) * share
+        if not (forces and long > 0 and places):
+            continue
+        way = np.array([pair[i] for pair in ways])
+        tip = min(2.6 * HEAD, long)
+        neck = points + (long - tip) * way
+        # as thick as in the middle of the beam
+        thick = canvas.size[1] / 2 * SHAFT / (canvas.camera.slope * float(np.median(canvas.place(points)[:, 2])))
+        canvas.lines(points, neck, theme[name], max(1.5, thick), through=True)
+        aside = np.cross(way, canvas.camera.back)
+        aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
+        wide = HEAD * min(1.0, tip / HEAD) * aside
+        heads = np.stack([neck - wide, neck + wide, points + long * way], axis=1)
+        canvas.triangles(heads, theme[name], through=True)
+
+
+def _lit(normal: Array, colour: Array, camera: Camera) -> Array:
+    """Return the colour of faces with these normals (n, 3) by their angle to the light, on whichever side."""
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+    normal = normal * np.where(normal @ camera.back < 0, -1.0, 1.0)[:, None]
+    light = _LIGHT @ np.array([camera.right, camera.up, camera.back])
+    strength = 0.62 + 0.4 * np.clip(normal @ light, 0, 1)
+    return np.asarray(np.clip(strength[:, None] * colour, 0, 1))
+
+
+def _rgb(text: str) -> Array:
+    return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+
+
+def _framed(
+    motion: Motion, state: State, camera: Camera, size: tuple[int, int], *, dark: bool = False, forces: bool = True
+) -> Image.Image:
+    """Return the picture with its words below."""
+    from PIL import Image, ImageDraw
+
+    width, height = size
+    room = _bottom(size)
+    design = shape(motion.setting, motion.neighbour)
+    beam = render(design, state, motion.setting.mu, camera, (width, height - room), dark=dark, forces=forces)
+    theme = THEMES["dark" if dark else "light"]
+    whole = Image.new("RGB", size, theme["background"])
+    whole.paste(Image.fromarray(beam), (0, 0))
+    pen = ImageDraw.Draw(whole)
+    letters = _font(room // 3.2)
+    pen.text((width * 0.02, height - room * 0.95), _words(motion, state), font=letters, fill=theme["edge"])
+    x, y = width * 0.02, height - room * 0.48
+    end = f" ({motion.end})" if state.name in (LOCKED, ENDED) else ""
+    keys = [(STATES[state.name], f"scales: {WORDS[state.name]}{end}")]
+    if forces and state.x > 0:
+        keys += [(theme["normal"], "normal force on the tip")]
+        keys += [(theme["friction"], "friction on the tip")] if motion.setting.mu else []
+    for colour, words in keys:
+        box = room // 5
+        pen.rectangle((x, y + box * 0.5, x + box, y + box * 1.5), fill=colour)
+        pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])
+        x += 3.5 * box + pen.textlength(words, font=letters)
+    return whole
+
+
+def _words(motion: Motion, state: State) -> str:
+    beam, names = motion.setting.beam, LOADS[motion.setting.load]
+    total = math.degrees(state.load) * beam.scales
+    factor, unit = torque_unit(state.torque)
+    torque = f"{names.torque_words} {factor * state.torque:.4g} {unit}"
+    return (
+        f"{names.verb.capitalize()} {state.load:.4f} rad per pitch ({total:.0f}° over {beam.scales} scales), "
+        f"inclination {math.degrees(state.theta):.1f}°, {torque}, "
+        f"µ = {motion.setting.mu:g}"
+    )
+
+
+def _font(size: float) -> Any:
+    import matplotlib as mpl
+    from PIL import ImageFont
+
+    return ImageFont.truetype(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), int(size))

@@ -1,0 +1,74 @@
+"""The view as one HTML file that opens without a server: inside are the scripts and the three.js of NiceGUI."""
+
+from __future__ import annotations
+
+import base64
+import json
+from html import escape
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+
+from squama.errors import refuse
+from squama.loads import LOADS
+from squama.plot.palette import SCENE, variables
+from squama.scene.motion import Motion, shape
+
+LIBRARY = Path("elements", "scene", "dist")
+"""Folder of the module inside NiceGUI."""
+REMEDY = "install it with: pip install 'squama[web]'"
+SCRIPTS = ("geometry", "scene", "standalone")
+SAMPLES = 240
+"""States inside the file; between them the slider has nothing to show."""
+
+
+def find() -> Path:
+    """Return the file with three.js as a module.
+
+    Raises InputError: NiceGUI is not installed, or it has no such file.
+    """
+    spec = find_spec("nicegui")
+    places = spec.submodule_search_locations if spec is not None else None
+    path = Path(next(iter(places))) / LIBRARY / "index.js" if places else None
+    if path is None or not path.is_file():
+        refuse("", "", "the view in a browser needs NiceGUI 3.16 or newer", REMEDY)
+    return path
+
+
+def page(motion: Motion, load: float) -> str:
+    """Return the HTML of a motion, which first shows a load angle per pitch (rad); nothing in it is fetched.
+
+    Raises InputError: three.js is not installed.
+    """
+    library = find().read_bytes()
+    # inside a data address a module has no folder: its neighbours are named in the import map
+    scripts = {f"{name}.js": _own(f"{name}.js").replace('from "./', 'from "squama/') for name in SCRIPTS}
+    imports = {"nicegui-scene": _data(library)}
+    imports |= {f"squama/{name}": _data(text.encode()) for name, text in scripts.items()}
+    setting = motion.setting
+    states = [{**s._asdict(), "mu": setting.mu} for s in motion.samples(SAMPLES)]
+    data = {
+        "design": shape(setting, motion.neighbour),
+        "states": states,
+        "first": min(range(len(states)), key=lambda i: abs(states[i]["load"] - load)),
+        "end": str(motion.end),
+        "sentence": motion.sentence,
+        "palette": SCENE,
+        "angle": LOADS[setting.load].verb,
+    }
+    # "<" inside a script would end it early
+    return _own("standalone.html").format(
+        imports=json.dumps({"imports": imports}),
+        data=json.dumps(data).replace("<", "\\u003c"),
+        light=variables("light"),
+        dark=variables("dark"),
+        title=escape(f"{setting.beam.scales} scales, mu = {setting.mu:g}: {motion.end}"),
+    )
+
+
+def _own(name: str) -> str:
+    return files("squama.scene").joinpath("js", name).read_text(encoding="utf-8")
+
+
+def _data(content: bytes) -> str:
+    return f"data:text/javascript;base64,{base64.b64encode(content).decode()}"

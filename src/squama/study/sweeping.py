@@ -1,0 +1,341 @@
+"""Sweeps: a response for every combination of some parameters, tile by tile, into a store that can be resumed.
+
+Memory is that of one tile and of what works on it, however large the sweep is.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import os
+import re
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.batch.answers import FEW
+from squama.beam import joint_law
+from squama.beam.design import Beam
+from squama.errors import refuse
+from squama.interrupt import Interrupted, until_interrupted
+from squama.io import files
+from squama.loads import LOADS
+from squama.study import cluster, columns, parameters, store
+from squama.study.plan import VARIABLES, Plan, Tile, tile_shape, versions
+from squama.types import Array
+from squama.units import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Ranges = Mapping[str, Any]
+_FAR = np.iinfo(np.int16).max
+SMALLEST_TILE, LARGEST_TILE, PARTS = 1024, 65536, 16
+"""Cells of a tile unless asked for: a sixteenth of the sweep within these bounds."""
+MOST_TILES = 1_000_000
+
+
+class State(NamedTuple):
+    """Where a run stands: tiles and cells of its share, those done (also by earlier runs), seconds gone and left."""
+
+    tiles: int
+    tiles_done: int
+    cells: int
+    cells_done: int
+    elapsed_s: float
+    left_s: float | None
+
+
+Listener = Callable[[State], None]
+
+
+def sweep(
+    beam: Beam,
+    over: Ranges,
+    *,
+    law: str | Sequence[str] = "edge",
+    sense: str = "+",
+    margin: float = 0.01,
+    load: str = "twisting",
+    out: str | os.PathLike[str] = "map.zarr",
+    tile: int | None = None,
+    shard: str | None = None,
+    dask: Any = None,
+    progress: str | Listener | None = None,
+) -> xr.Dataset:
+    """Solve a beam for every combination of some parameters, into a zarr store.
+
+    The same call goes on where an earlier one was stopped or killed; the store is in the end the same, byte for byte.
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam; what is not swept stays as it is.
+    over : mapping
+        Parameters and their values: ``(low, high, count)`` with both ends, a list or an array of increasing values,
+        or text such as ``"15deg:75deg:601"``. Names: eta, beta, lam, zeta, slenderness, alpha, theta0, mu, margin, or
+        a value of the beam file such as ``scale.length``.
+    law : str or sequence of str
+        "edge", "plate", or both, which adds a dimension ``law``. Without effect in bending.
+    sense, margin : str, float
+        As in :func:`squama.twist`.
+    load : {"twisting", "bending"}
+        Kind of loading.
+    out : path
+        The store, ending in .zarr: made, or continued.
+    tile : int, optional
+        Largest number of cells of a tile, which is solved and written at once.
+    shard : str, optional
+        "1/4": only every fourth tile, beginning with the first; for job arrays.
+    dask : str or distributed.Client, optional
+        "local:2", "tcp://host:8786" or a client: solve the tiles there. Workers need the same folder.
+    progress : str or callable, optional
+        "bar", "json" (lines on standard error), or a function of :class:`squama.study.sweeping.State`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Opened from the store, values read when used: ``phi_e``, ``theta_end``, ``phi_end``, ``end`` (codes, with
+        flag_meanings), ``neighbour``, and at the cut-off ``f0``, ``torque`` (N m), ``U_el``, ``W_fr`` (J/m), ``RED``;
+        ``status`` of each tile. In bending ``psi`` stands for ``phi``.
+
+    Raises
+    ------
+    InputError
+        An argument or a cell is not usable, or the store is not this sweep's; it is then as it was.
+    KeyboardInterrupt
+        After Ctrl-C, when the running tile is done.
+
+    Examples
+    --------
+    >>> import squama, tempfile
+    >>> beam = squama.Beam.from_ratios()
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     r = squama.sweep(beam, {"mu": (0, 1, 3), "alpha": ("15 deg", "75 deg", 5)}, out=f"{folder}/map.zarr")
+    ...     print(dict(r.sizes), f"{float(r.RED.sel(mu=0.5)[2]):.3f}")
+    {'mu': 3, 'alpha': 5, 'tile_mu': 1, 'tile_alpha': 1} 0.740
+    """
+    plan = make_plan(beam, over, law=law, sense=sense, margin=margin, load=load, tile=tile)
+    run(plan, Path(out), shard=shard, dask=dask, progress=progress)
+    return store.open_sweep(out)
+
+
+def make_plan(
+    beam: Beam,
+    over: Ranges,
+    *,
+    law: str | Sequence[str] = "edge",
+    sense: str = "+",
+    margin: float = 0.01,
+    load: str = "twisting",
+    tile: int | None = None,
+    bare: bool = True,
+) -> Plan:
+    """Check the arguments of :func:`sweep` and every corner of its grid; return what is to be computed."""
+    arguments.one_of("load", load, tuple(LOADS))
+    arguments.sense(sense)
+    laws = (law,) if isinstance(law, str) else tuple(law)
+    for name in laws:
+        arguments.law(name)
+    if len(set(laws)) != len(laws) or not laws:
+        refuse("law", ", ".join(laws) or "nothing", "give each law once")
+    margin = arguments.margin(margin)
+    if tile is not None and (isinstance(tile, bool) or not isinstance(tile, int | np.integer) or tile < 1):
+        refuse("tile", shown(tile), "must be a whole number of cells, 1 or more")
+    swept = parameters.axes(over, bare=bare)
+    names = {axis.name for axis in swept}
+    if not LOADS[load].sided:
+        laws, sense = (LOADS[load].law(laws[0]),), "+"
+        if "alpha" in names:
+            refuse("alpha", "", f"has no effect in {load}", "leave it out")
+    if "mu" not in names:
+        arguments.friction(beam.friction.mu, None, "sweep it")
+    columns.check(beam, load, swept)
+    margins = None if "margin" in names else margin
+    plan = Plan(beam.to_toml(), load, laws, sense, margins, tuple(swept), (), versions())
+    asked = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
+    plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, asked))
+    if (tiles := math.prod(plan.grid)) > MOST_TILES:
+        refuse("tile", str(asked), f"makes {tiles:,} tiles, more than {MOST_TILES:,}", "give larger tiles")
+    return plan
+
+
+class Clock:
+    """Counts finished tiles and tells a listener; time left follows from the cells that this run has solved."""
+
+    def __init__(self, state: State, listener: Listener) -> None:
+        self.state, self._listener = state, listener
+        self._start, self._before = time.monotonic(), state.cells_done
+        listener(state)
+
+    def done(self, cells: int) -> None:
+        """Count a tile."""
+        was, gone = self.state, time.monotonic() - self._start
+        solved = was.cells_done + cells
+        left = gone / (solved - self._before) * (was.cells - solved)
+        self.state = State(was.tiles, was.tiles_done + 1, was.cells, solved, gone, left)
+        self._listener(self.state)
+
+
+def run(
+    plan: Plan, path: Path, *, shard: str | None = None, dask: Any = None, progress: str | Listener | None = None
+) -> tuple[int, int]:
+    """Compute the tiles of a plan that are not done; return how many of the store's tiles are done, and of how many."""
+    mine = read_shard(shard)
+    if dask is not None:
+        cluster.check(dask)
+    shown_by = listener(progress)
+    with ExitStack() as stack:
+        # a cluster that does not answer leaves no store behind
+        found = stack.enter_context(cluster.client(dask)) if dask is not None and cluster.remote(dask) else None
+        done = store.prepare(path, plan)
+        sizes = [(plan.size(tile), bool(done[tile])) for tile in plan.tiles(mine)]
+        share, old = len(sizes), sum(was for _, was in sizes)
+        todo = (tile for tile in plan.tiles(mine) if not done[tile])
+        with shown_by as tell, until_interrupted() as stopped:
+            cells, solved = sum(n for n, _ in sizes), sum(n for n, was in sizes if was)
+            clock = Clock(State(share, old, cells, solved, 0.0, 0.0 if solved == cells else None), tell)
+
+            def finished(tile: Tile, wrote: bool) -> None:
+                if wrote:
+                    clock.done(plan.size(tile))
+
+            try:
+                if dask is None:
+                    for tile in todo:
+                        finished(tile, one_tile(str(path), tile))
+                        if stopped():
+                            break
+                elif old < share:
+                    found = found or stack.enter_context(cluster.client(dask))
+                    cluster.run(found, one_tile, path, todo, finished, stopped)
+            except OSError as error:
+                raise store.refused(path, error) from None
+            if stopped() and (now := clock.state.tiles_done) < share:
+                message = f"stopped after {now} of {share} tiles; the same command goes on from there"
+                raise Interrupted(message)
+    store.sweep_orphans(path, plan)
+    # others may have finished tiles meanwhile
+    return int(store.marked(path, plan).sum()), done.size
+
+
+@functools.lru_cache(maxsize=4)
+def _beam(text: str) -> Beam:
+    return Beam.from_toml_text(text)
+
+
+def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
+    """Solve the cells of a tile: every variable of the store, in N m, J/m and rad and the shape of the tile."""
+    place = dict(zip(plan.dims, plan.place(tile), strict=True))
+    law = plan.laws[place.pop("law").start if "law" in place else 0]
+    mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
+    values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
+    margin = float(values.pop("margin").item() if plan.margin is None else plan.margin)
+    c = columns.columns(_beam(plan.beam_toml), values, load=plan.load, each=joint_law.one_by_one)
+    few = FEW if plan.cells <= FEW else 0
+    s = columns.solved(c, law=law, sense=plan.sense, margin=margin, load=plan.load, few=few)
+    found = columns.in_si(c, s)
+    found["neighbour"] = np.minimum(s.neighbour, _FAR)
+    shape = tuple(part.stop - part.start for part in plan.place(tile))
+    whole = tuple(n for n, dim in zip(shape, plan.dims, strict=True) if dim != "law")
+    return {
+        name: np.broadcast_to(found[variable.field], whole).astype(variable.dtype).reshape(shape)
+        for name, variable in VARIABLES[plan.load].items()
+    }
+
+
+@functools.lru_cache(maxsize=2)
+def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another sweep of the same name is another store
+    place = Path(path)
+    plan = store.read_plan(place)
+    here = versions()
+    if here != plan.versions:
+        # on another machine; a store must not mix them
+        both = "; ".join(f"{n} {v} against {here[n]}" for n, v in plan.versions.items() if v != here[n])
+        refuse(files.label(place), "", f"a worker has other versions: {both} (stored against the worker's)")
+    return store.Writer(place, plan)
+
+
+def one_tile(path: str, tile: Tile) -> bool:
+    """Solve and write one tile of a store; False if it is done or another process is at it.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    place = Path(path)
+    try:
+        writer = _writer(path, store.read_plan(place).digest)
+        with writer.claim(tile) as mine:
+            if mine:
+                writer.write(tile, compute(writer.plan, tile))
+            return mine
+    except OSError as error:
+        raise store.refused(place, error) from None
+
+
+def read_shard(text: str | None) -> tuple[int, int]:
+    """Return i and n of "i/n", 1 <= i <= n."""
+    match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text or "1/1"))
+    if match is None:
+        refuse("shard", shown(text), "is not i/n", "write e.g. 1/4")
+    i, n = map(int, match.groups())
+    if not 1 <= i <= n:
+        refuse("shard", shown(text), f"must be from 1/{max(n, 1)} to {max(n, 1)}/{max(n, 1)}", "the first is 1")
+    return i, n
+
+
+# ---- progress: a bar, lines of JSON, or nothing --------------------------------------------------------------
+
+
+def _json_lines(state: State) -> None:
+    """Write the state as a line of JSON on standard error."""
+    record = {k: round(v, 3) if isinstance(v, float) else v for k, v in state._asdict().items()}
+    sys.stderr.write(json.dumps(record) + "\n")
+    sys.stderr.flush()
+
+
+@contextmanager
+def _bar() -> Iterator[Listener]:
+    """Show a bar on standard error, with the time left."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("tiles, left:"), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("", total=None)
+
+        def tell(state: State) -> None:
+            bar.update(task, total=state.tiles, completed=state.tiles_done)
+
+        yield tell
+
+
+def known(name: str) -> None:
+    """Refuse a name that is none of a listener.
+
+    Raises
+    ------
+    InputError
+        Neither "bar" nor "json" nor "none".
+    """
+    if name not in ("bar", "json", "none"):
+        refuse("progress", shown(name), "must be bar, json or none")
+
+
+def listener(asked: str | Listener | None) -> AbstractContextManager[Listener]:
+    """Return the listener of a name, or of a function, to be used within ``with``."""
+    if callable(asked):
+        return nullcontext(asked)
+    known(asked or "none")
+    if asked == "bar":
+        return _bar()
+    return nullcontext(_json_lines if asked == "json" else lambda _: None)

@@ -1,0 +1,1 @@
+"""What tolerances do to a beam: distributions, samples, statistics, and all of it as one dataset."""

@@ -1,0 +1,259 @@
+"""How the dimensions of a beam scatter: distributions, and how they are written.
+
+"60 deg +- 1 deg" are limits, between which every value is as likely as any other (the rule of the Guide to the
+Expression of Uncertainty in Measurement, 4.3.7, where nothing else is known); a word behind tells otherwise.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from operator import attrgetter
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from squama.beam import beamfile
+from squama.beam.design import Beam
+from squama.errors import Problems, refuse
+from squama.study.parameters import PARAMETERS, canonical, meant, text_of
+from squama.types import Array
+from squama.units import Dimension, QuantityError, quantity, shown
+
+MOST_CUT = 0.1
+"""Largest share of a normal distribution that may lie outside a parameter's bounds."""
+_NOTED = 1e-9
+KINDS = {"normal": "mean, sd", "uniform": "low, high", "triangular": "low, most likely, high"}
+"""Distributions, and the values by which each is given."""
+KEYS = tuple(
+    f"{table}.{key}" for table, keys in beamfile.TABLES.items() for key, k in keys.items() if k.dimension is not None
+)
+"""What may scatter: every dimension, angle and modulus of a beam file."""
+_SHORT = {key.partition(".")[2]: key for key in ("scale.alpha", "scale.theta0", "friction.mu", "beam.pitch")}
+_SHOWN = {
+    Dimension.LENGTH: ("mm", 1e-3),
+    Dimension.ANGLE: ("deg", np.pi / 180),
+    Dimension.PRESSURE: ("MPa", 1e6),
+    Dimension.TORQUE: ("N m", 1.0),
+}
+_CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
+_PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)
+_WORD = re.compile(r"(.*?)\s*(?:(uniform|triangular)|([\d.]*)\s*sd)\s*", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+class Tolerance(NamedTuple):
+    """Distribution of one parameter, SI units.
+
+    ``name`` as in the beam file; ``kind`` of :data:`KINDS`; ``numbers``: mean and sd, limits, or limits with the most
+    likely value in between; ``low``, ``high``: what the parameter may be at all, to which a normal distribution is
+    truncated; ``outside``: share of the normal distribution that this leaves out.
+    """
+
+    name: str
+    kind: str
+    numbers: tuple[float, ...]
+    low: float
+    high: float
+    outside: float = 0.0
+
+    def at(self, u: Array) -> Array:
+        """Return the quantiles at the probabilities ``u``, above 0 and below 1."""
+        if self.kind == "uniform":
+            a, b = self.numbers
+            return a + (b - a) * u
+        if self.kind == "triangular":
+            a, c, b = self.numbers
+            rising = a + np.sqrt(u * (b - a) * (c - a))
+            return np.asarray(np.where(u * (b - a) < c - a, rising, b - np.sqrt((1 - u) * (b - a) * (b - c))))
+        from scipy.special import ndtr, ndtri
+
+        mean, sd = self.numbers
+        below, most = ndtr((np.array([self.low, self.high]) - mean) / sd)
+        x = mean + sd * ndtri(below + u * (most - below))
+        return np.asarray(np.clip(x, self.low, self.high))
+
+    @property
+    def text(self) -> str:
+        """The distribution with units, such as "normal(0.25, 0.02)"."""
+        unit, size = _SHOWN.get(PARAMETERS[canonical(self.name)].dimension, ("", 1.0))
+        return f"{self.kind}({', '.join(f'{v / size:.6g} {unit}'.strip() for v in self.numbers)})"
+
+    @property
+    def notes(self) -> list[str]:
+        """Say that something was cut off, if it was."""
+        if self.outside < _NOTED:
+            return []
+        bounds = PARAMETERS[canonical(self.name)].bounds
+        return [f"{self.name} = {self.text}: truncated to {bounds.allowed}, which leaves out {self.outside:.2g} of it"]
+
+
+def tolerances(given: Mapping[str, Any], beam: Beam, *, bare: bool = True) -> list[Tolerance]:
+    """Read distributions by the names of the beam file; nested tables are taken as their keys.
+
+    A value is text as in the module's head or ``(kind, number, ..)``; "+- 1 deg" alone refers to the beam's own value,
+    and a number without a unit is SI (``bare``) or refused.
+
+    Raises
+    ------
+    InputError
+        One line per mistake.
+    """
+    found: dict[str, Tolerance] = {}
+    problems = Problems()
+    for name, value in _flat(given):
+        with problems.caught():
+            key = _key(name)
+            if key in found:
+                refuse(name, "", "is given twice", "give each tolerance once")
+            found[key] = _Reader(key, name, value).read(beam, bare)
+    if not given:
+        problems.add("tolerances", "", "there are none", 'give at least one, e.g. scale.alpha = "60 deg +- 1 deg"')
+    problems.settle()
+    return list(found.values())
+
+
+def _flat(given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for name, value in given.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{name}.{key}", v) for key, v in value.items())
+        else:
+            yield str(name), value
+
+
+def _key(name: str) -> str:
+    """Return the name as in the beam file."""
+    key = _SHORT.get(name, name)
+    if name in PARAMETERS and key not in KEYS and "." not in name:
+        instead = "give tolerances of lengths, e.g. scale.length"
+        refuse(name, "", "is a ratio or a setting, no dimension that is made", instead)
+    if key not in KEYS:
+        remedy = f"{meant(name, KEYS, _SHORT)}allowed: {', '.join(KEYS)}"
+        refuse(shown(name).strip('"'), "", "nothing of that name can have a tolerance", remedy)
+    return key
+
+
+class _Reader(NamedTuple):
+    """Reads the distribution of a parameter that was given by a name."""
+
+    key: str
+    name: str
+    value: Any
+
+    def read(self, beam: Beam, bare: bool) -> Tolerance:
+        """Return the distribution; a number without a unit is SI or (not ``bare``) refused."""
+        text = shown(self.value)
+        try:
+            kind, items, sds = self.form()
+            if sds is not None and items[0] == "":
+                items[0] = _nominal(self.key, beam)
+                if items[0] is None:
+                    self.refuse(f"the beam has no {self.key} of its own to which this belongs", "write the value too")
+            numbers = _numbers(
+                items, PARAMETERS[canonical(self.key)].dimension, bare, kind == "normal" or sds is not None
+            )
+        except QuantityError as error:
+            (problem,) = error.problems
+            # a part of the text may be wrong alone
+            own = problem.value in ("", text)
+            self.refuse(problem.reason if own else str(problem), problem.remedy if own else "")
+        if sds is not None:
+            middle, spread = numbers
+            if spread <= 0:
+                self.refuse("what stands behind +- must be more than 0")
+            limits = [middle - spread, middle + spread]
+            numbers = {"normal": [middle, spread / (sds or 1)], "uniform": limits}.get(
+                kind, [limits[0], middle, limits[1]]
+            )
+        return self.checked(kind, tuple(numbers))
+
+    def refuse(self, reason: str, remedy: str | None = None) -> NoReturn:
+        """Refuse what is given, with an example unless there is better advice."""
+        dimension = PARAMETERS[canonical(self.key)].dimension
+        value, spread = {
+            Dimension.LENGTH: ("20 mm", "0.1 mm"),
+            Dimension.ANGLE: ("60 deg", "1 deg"),
+            Dimension.PRESSURE: ("1.5 MPa", "5 %"),
+            Dimension.TORQUE: ("0.02 N m", "10 %"),
+        }.get(dimension, ("0.25", "0.03"))
+        example = f'write e.g. "{value} +- {spread}" (limits), "{value} +- {spread} sd" or "normal({value}, {spread})"'
+        refuse(self.name, shown(self.value), reason, example if remedy is None else remedy)
+
+    def form(self) -> tuple[str, list[Any], float | None]:
+        """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
+        value = self.value
+        if isinstance(value, list | tuple) and value and isinstance(value[0], str):
+            kind, items = value[0], list(value[1:])
+        elif isinstance(value, str) and (call := _CALL.fullmatch(value)):
+            kind, items = call[1].lower(), [part.strip() for part in call[2].split(",")]
+        elif isinstance(value, str) and (both := _PLUS_MINUS.fullmatch(value)):
+            word = _WORD.fullmatch(both[2])
+            spread = word[1] if word else both[2]
+            if word is None or word[2]:
+                return word[2] if word else "uniform", [both[1], spread], 0.0
+            # a plain number before "sd" is the spread
+            spread, sds = (spread, word[3] or "1") if spread else (word[3], "1")
+            if not _NUMBER.fullmatch(sds) or float(sds) == 0:
+                self.refuse("does not say how many standard deviations")
+            return "normal", [both[1], spread], float(sds)
+        else:
+            self.refuse("is no tolerance")
+        if kind not in KINDS:
+            self.refuse(f'"{kind}" is no distribution that is known')
+        wanted = KINDS[kind].split(", ")
+        if len(items) != len(wanted):
+            self.refuse(f"{kind} takes {len(wanted)} values: {kind}({KINDS[kind]})", "")
+        return kind, items, None
+
+    def checked(self, kind: str, numbers: tuple[float, ...]) -> Tolerance:
+        """Return the distribution, or refuse one that reaches out of the parameter's bounds."""
+        bounds = PARAMETERS[canonical(self.key)].bounds
+        low, high = bounds.low, bounds.high
+        if not bounds.closed:
+            low, high = float(np.nextafter(low, high)), float(np.nextafter(high, low))
+        outside = 0.0
+        if kind == "normal":
+            from scipy.special import ndtr
+
+            mean, sd = numbers
+            if sd <= 0:
+                self.refuse("the standard deviation must be more than 0")
+            outside = float(ndtr((low - mean) / sd) + ndtr((mean - high) / sd))
+            if outside > MOST_CUT:
+                out = f"{outside:.0%} of it would be out of range ({bounds.allowed})"
+                self.refuse(f"{out}, at most {MOST_CUT:.0%} may be cut off", "make it narrower or write limits")
+        elif not numbers[0] < numbers[-1] or list(numbers) != sorted(numbers):
+            self.refuse(f"the values of {kind} must grow from the first to the last")
+        else:
+            for number in numbers:
+                if not low <= number <= high:
+                    at = text_of(canonical(self.key), number)
+                    self.refuse(f"it reaches to {at}, which is out of range ({bounds.allowed})", "make it narrower")
+        return Tolerance(self.key, kind, numbers, low, high, outside)
+
+
+def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -> list[float]:
+    """Return values in SI units; a unit serves those without one, and a spread may be in % of the first."""
+    texts = [item for item in items if isinstance(item, str) and not item.endswith("%")]
+    units = [unit for text in texts if (unit := _NUMBER.sub("", text, count=1).strip())]
+    found: list[float] = []
+    for i, item in enumerate(items):
+        if isinstance(item, str) and item.endswith("%") and spread and i == 1:
+            found.append(abs(found[0]) * quantity(item[:-1].strip(), Dimension.RATIO) / 100)
+        elif isinstance(item, str) and units and _NUMBER.fullmatch(item):
+            found.append(quantity(f"{item} {units[-1]}", dimension, bare=bare))
+        else:
+            # what the beam has is in SI units already
+            found.append(quantity(item, dimension, bare=bare or not isinstance(item, str)))
+    return found
+
+
+def _nominal(key: str, beam: Beam) -> float | None:
+    value = attrgetter(key.removeprefix("beam."))(beam)
+    return None if value is None else float(value)
+
+
+def nominal(tolerance: Tolerance, beam: Beam) -> float:
+    """Return the beam's own value of a parameter, or the median of its distribution where the beam has none."""
+    own = _nominal(tolerance.name, beam)
+    return float(tolerance.at(np.array([0.5]))[0]) if own is None else own

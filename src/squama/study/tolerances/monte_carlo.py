@@ -1,0 +1,295 @@
+"""What tolerances do: Monte Carlo over the dimensions of a beam and its friction, through :mod:`squama.batch`.
+
+Samples come in :data:`REPLICATES` independent sets, so that the scatter between the sets gives the standard error of
+every statistic, for scrambled Sobol points as for random ones. A sample depends on the seed and its number alone, not
+on chunks or threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from squama import arguments
+from squama.arrays import edge_contacts
+from squama.beam.design import Beam
+from squama.errors import InputError, naming, refuse
+from squama.loads import LOADS
+from squama.model import mechanics
+from squama.model.bending import Bend
+from squama.model.paths import ARRAY, Twist
+from squama.study import columns
+from squama.study.tolerances import statistics
+from squama.study.tolerances.distributions import nominal, tolerances
+from squama.study.tolerances.statistics import LOCKS, NONE, REPLICATES, Case, Indices, Limit, dataset, figures_of
+from squama.types import Array
+from squama.units import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+SAMPLES, FEWEST = 2**17, 3200
+CHUNK = 65_536
+"""Samples that are computed at a time; what is kept of them is 8 bytes a figure."""
+MOST = 2**24
+SAMPLERS = ("sobol", "random")
+_BITS = 30
+ENGAGED, LOCKED, BEFORE = "engaged", "locked", "locked before"
+"""Properties of a sample, beside its figures, that have probabilities and Sobol indices."""
+
+
+def uncertainty(
+    beam: Beam,
+    vary: Mapping[str, Any],
+    *,
+    before: float | str | None = None,
+    mu: float | None = None,
+    load: str = "twisting",
+    law: str = "edge",
+    sense: str = "+",
+    margin: float = 0.01,
+    samples: int = SAMPLES,
+    sampler: str = "sobol",
+    seed: int = 0,
+    levels: Sequence[float] = LEVELS,
+    indices: int = 0,
+    keep: bool = False,
+    bare: bool = True,
+) -> xr.Dataset:
+    """Say what the tolerances of a beam do to its engagement, end, torque and dissipation.
+
+    Parameters
+    ----------
+    beam
+        The nominal beam.
+    vary
+        Distributions by the names of the beam file, independent of each other: "60 deg +- 1 deg" (limits, every value
+        between them equally likely), "+- 1 deg" (about the beam's own), "60 deg +- 1 deg triangular",
+        "60 deg +- 2 deg 2 sd" (normal), "normal(0.25, 0.03)", "uniform(..)", "triangular(low, most likely, high)", or
+        ``("normal", 0.25, 0.03)``; a spread may be in %. Limits must be possible for the parameter; a normal
+        distribution is truncated to what is possible, and a note says how much that leaves out.
+    before
+        Twist (curvature in bending) for the probability of locking before it: a rate in rad/m or text such as
+        "120 deg total", "0.2 rad/pitch". An angle per pitch or in total does not change with the pitch of a sample.
+    mu
+        Coefficient of friction in place of the beam's own.
+    load, law, sense, margin
+        As in :func:`squama.solve`.
+    samples
+        How many at least; Sobol points come as 32 sets of a power of two each, others as 32 equal sets.
+    sampler
+        "sobol" (scrambled Sobol points) or "random" (PCG64).
+    seed
+        The same seed gives the same samples, whatever the number of threads.
+    levels
+        Probabilities of the quantiles.
+    indices
+        Base number N of Sobol indices, a power of two such as 4096, or 0 for none: N (D + 2) more beams are solved for
+        D tolerances. Needs the extra ``fit``.
+    keep
+        Whether the samples are part of the dataset.
+    bare
+        Whether a number without a unit is SI.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``figure``: ``mean``, ``sd``, ``quantile`` (by ``level``), each with its standard error ``*_se``,
+        ``low``, ``high``, ``nominal``, ``units``, and ``share`` of the samples in which the figure exists, over which
+        the statistics are. Dimension ``end``:
+        ``probability``. Single figures: ``P_engaged``, ``P_locked``, ``P_locked_before``, ``P_ended_before``. Dimension
+        ``bin``: ``count`` of the end twist, by ``end``. Dimension ``indexed``: ``S1``, ``ST`` by ``parameter``.
+        Dimension ``sample``: dimensions and figures of each beam.
+
+    Raises
+    ------
+    InputError
+        A distribution or an argument cannot be used, or a sample is no beam: a line each.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(mu=0.3)
+    >>> u = squama.uncertainty(beam, {"alpha": "+- 1 deg", "mu": "normal(0.3, 0.03)"}, samples=4096)
+    >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
+    0.283 +- 0.006 rad/pitch
+    """
+    arguments.one_of("load", load, tuple(LOADS))
+    arguments.law(law)
+    arguments.sense(sense)
+    arguments.one_of("sampler", sampler, SAMPLERS)
+    margin = arguments.margin(margin)
+    each = size(arguments.whole("samples", samples, FEWEST, MOST), sampler)
+    seed = arguments.whole("seed", seed, 0, 2**31)
+    quantiles = _levels(levels, each)
+    base = arguments.whole("indices", indices, 0, 2**20)
+    if base:
+        if base < 64 or base & (base - 1):
+            refuse("indices", str(base), "must be 0 or a power of two from 64 to 1048576", "write e.g. 4096")
+        statistics.needed()
+    if mu is not None:
+        beam = beam.replace(friction={"mu": mu})
+    known = tuple(tolerances(vary, beam, bare=bare))
+    if "friction.mu" not in [t.name for t in known]:
+        arguments.friction(beam.friction.mu, None, "pass mu=0.3 or its tolerance")
+    limit = None if before is None else _limit(before, load, beam)
+    case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed)
+    at = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
+    found = dataset(case, _run(case, each, keep), at, _indices(case, base) if base else None, keep)
+    found.attrs["notes"] = "\n".join(_notes(case, found.figure.values.tolist()))
+    return found
+
+
+def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
+    given = np.atleast_1d(arguments.numbers("levels", levels))
+    if given.ndim != 1 or not given.size or np.any((given <= 0) | (given >= 1)) or np.any(np.diff(given) <= 0):
+        refuse("levels", "", "must be probabilities above 0 and below 1 that grow", "write e.g. (0.05, 0.5, 0.95)")
+    rare = float(min(given.min(), 1 - given.max()))
+    if rare * each < 1:
+        need = int(np.ceil(1 / rare)) * REPLICATES
+        refuse("levels", "", f"a quantile of {rare:g} needs {need} samples or more, for its standard error")
+    return tuple(float(v) for v in given)
+
+
+def _limit(given: float | str, load: str, beam: Beam) -> Limit:
+    with naming("before"):
+        rate, other = (LOADS[load].read(given, pitch=d, scales=beam.scales) for d in (1.0, 2.0))
+    if rate <= 0:
+        refuse("before", shown(given), "must be more than 0", 'write e.g. "0.2 rad/pitch"')
+    text = given if isinstance(given, str) else f"{given:g} rad/m"
+    # what depends on the pitch is an angle over it, or over all of them
+    return Limit(text, rate, "rate_end" if rate == other else "load_end")
+
+
+def _run(case: Case, each: int, keep: bool) -> dict[str, Array]:
+    """Return every figure of every sample by role, set after set; with ``keep`` the dimensions by name too."""
+    found: dict[str, Array] = {}
+    done = 0
+    for points in _points(len(case.tolerances), each, case.sampler, case.seed):
+        place = slice(done, done := done + len(points))
+        part = figures(case, points, keep=keep)
+        for name, v in part.items():
+            if name not in found:
+                found[name] = np.empty(each * REPLICATES, np.int8 if name == "code" else float)
+            found[name][place] = v
+    return found
+
+
+def _indices(case: Case, base: int) -> Indices:
+    def evaluate(points: Array) -> dict[str, Array]:
+        chunks = range(0, len(points), CHUNK)
+        parts = [figures(case, points[i : i + CHUNK]) for i in chunks]
+        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        locks = np.isin(found["code"], LOCKS)
+        named = {f.name: found[f.role] for f in figures_of(case.load)}
+        named |= {ENGAGED: (found["code"] != NONE).astype(float), LOCKED: locks.astype(float)}
+        if case.limit is not None:
+            named[BEFORE] = (locks & (found[case.limit.role] < case.limit.value)).astype(float)
+        return named
+
+    return statistics.indices(tuple(t.name for t in case.tolerances), base, case.seed, evaluate)
+
+
+def _notes(case: Case, summarised: Sequence[str]) -> list[str]:
+    notes = [line for t in case.tolerances for line in t.notes]
+    rare = [f.name for f in figures_of(case.load) if f.name not in summarised]
+    if rare:
+        notes.append(f"no statistics of {', '.join(rare)}: too few samples have {'it' if len(rare) == 1 else 'them'}")
+    limits = {t.name: tuple(t.at(np.array([2**-_BITS, 1 - 2**-_BITS])).tolist()) for t in case.tolerances}
+    notes += columns.matrix_warnings(case.beam, case.load, limits)
+    if LOADS[case.load].sided:
+        mu = next((nominal(t, case.beam) for t in case.tolerances if t.name == "friction.mu"), case.beam.friction.mu)
+        assert mu is not None
+        e = edge_contacts.ends(**case.beam.ratios, mu=mu, law=case.law, sense=case.sense, contacts="all")
+        if e.other.item():
+            notes.append(
+                f"in the nominal beam another contact comes in at {float(e.phi_touch):.4g} rad/pitch "
+                f"({e.other.item()}); samples follow the tip-side contact alone"
+            )
+    return notes
+
+
+def size(wanted: int, sampler: str) -> int:
+    """Return the number of samples of a replicate: Sobol points are balanced by powers of two."""
+    each = -(-wanted // REPLICATES)
+    return 1 << (each - 1).bit_length() if sampler == "sobol" else each
+
+
+def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Array]:
+    """Yield points strictly inside the unit cube, set after set, about a chunk of them at a time."""
+    from scipy.stats.qmc import Sobol
+
+    edge, together = 2.0 ** -(_BITS + 1), max(1, CHUNK // each)
+    for first in range(0, REPLICATES, together):
+        sets = []
+        for r in range(first, min(first + together, REPLICATES)):
+            rng = np.random.default_rng([seed, r])
+            sobol = Sobol(dimensions, scramble=True, bits=_BITS, rng=rng) if sampler == "sobol" else None
+            sets.append(rng.random((each, dimensions)) if sobol is None else sobol.random(each))
+        points = np.clip(np.concatenate(sets), edge, 1 - edge)
+        yield from (points[start : start + CHUNK] for start in range(0, len(points), CHUNK))
+
+
+def figures(case: Case, points: Array, *, keep: bool = False) -> dict[str, Array]:
+    """Solve the samples at points (n, parameters) of the unit cube; with ``keep`` their dimensions too, by name."""
+    dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
+    return {**solved(case, dimensions), **(dimensions if keep else {})}
+
+
+def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
+    """Solve samples of some dimensions, (n,) each in SI units.
+
+    Figures come by role: ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it
+    locks there), ``code`` that of the end. NaN, besides those of the stiffness, where nothing engages.
+
+    Raises
+    ------
+    InputError
+        A sample is no beam; one line.
+    """
+    c = columns.columns(case.beam, dimensions, load=case.load)
+    n = next(iter(dimensions.values())).size
+    _refuse(case, np.broadcast_to(columns.valid(c), n), dimensions)
+    s = columns.solved(c, law=case.law, sense=case.sense, margin=case.margin, load=case.load, few=0)
+    si = columns.in_si(c, s)
+    code = np.broadcast_to(s.code, n)
+    engaged = code != NONE
+    found = {name: si[name] for name in ("load_e", "load_end", "torque", "RED", "U_el", "W_fr")}
+    found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
+    found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, s.neighbour)
+    found = {name: np.where(engaged, v, np.nan) for name, v in found.items()}
+    return {**found, "stiffness": np.broadcast_to(c.rigidity, n), "code": code}
+
+
+def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
+    """Scales' torque per load angle right after engagement, over K_theta; inf where friction locks them there.
+
+    There the lift is zero, so the derivative of the torque has no other term.
+    """
+    row: Bend | Twist = Bend(c.eta, c.theta0)
+    if LOADS[case.load].sided:
+        sa = np.sin(c.alpha) * (-1 if case.sense == "-" else 1)
+        row = Twist(c.eta, c.beta, c.lam, sa, np.cos(c.alpha), c.theta0, np.maximum(neighbour, 1))
+    with np.errstate(all="ignore"):
+        pt = row.point(c.theta0, case.law, ARRAY)
+        D = mechanics.forces(pt, c.theta0, c.mu).D
+        slope = (pt.theta_rate + c.mu * pt.slip_rate / D) * pt.theta_rate / pt.load_rate**2
+    return np.asarray(np.where(D > 0, slope, np.inf))
+
+
+def _refuse(case: Case, good: Array, dimensions: dict[str, Array]) -> None:
+    """Refuse samples that are no beam, with the words of the first of them."""
+    if good.all():
+        return
+    i = int(np.flatnonzero(~good)[0])
+    here = {name: float(v[i]) for name, v in dimensions.items()}
+    try:
+        columns.beam_at(case.beam, case.load, here)
+        why = "its joint has no stiffness that is a number"
+    except InputError as error:
+        why = "; ".join(map(str, error.problems))
+    reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
+    refuse("tolerances", "", reason, "make the tolerances narrower")

@@ -1,0 +1,348 @@
+"""Statistics of samples that come in independent sets, with standard errors; Sobol indices; all of it as a dataset.
+
+A statistic is that of all samples together. It is also taken of each of the R sets; the sets are independent and
+alike, so their standard deviation over the root of R is the standard error, for scrambled Sobol points as for random
+ones. For R = 32 it is itself known to some 13 %; for Sobol points, which are far off now and then, to a factor of two.
+
+Sobol indices say how much of a figure's variance comes from each tolerance, alone (S1) and with all others (ST): by
+Saltelli's scheme (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259) as SALib draws and evaluates it, (D + 2) N
+samples for D tolerances, with bootstrap confidence intervals.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama._version import __version__
+from squama.beam.design import Beam
+from squama.errors import refuse
+from squama.loads import LOADS
+from squama.model.outcome import CODES, End, named
+from squama.study.parameters import PARAMETERS, canonical
+from squama.study.tolerances.distributions import Tolerance
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REPLICATES = 32
+"""Sets of samples."""
+LEAST = 20
+"""Samples of a figure that every set must have for statistics of it."""
+RESAMPLES = 200
+CONFIDENCE = 0.95
+
+
+class Summary(NamedTuple):
+    """Statistics of one figure over the samples in which it exists; ``*_se`` are standard errors.
+
+    ``share`` of samples in which it exists; ``quantile`` at the levels asked for; ``low``, ``high`` smallest and
+    largest value.
+    """
+
+    share: float
+    mean: float
+    mean_se: float
+    sd: float
+    sd_se: float
+    quantile: Array
+    quantile_se: Array
+    low: float
+    high: float
+
+
+class Probability(NamedTuple):
+    """Share of the samples with some property, and its standard error; ``number`` of them."""
+
+    value: float
+    se: float
+    number: int
+
+
+def summary(x: Array, levels: Sequence[float], replicates: int) -> Summary | None:
+    """Summarise a figure; None if some set has fewer than :data:`LEAST` values.
+
+    Values (n,) come set after set, not finite where the figure does not exist; ``levels`` are those of the quantiles.
+    """
+    sets = x.reshape(replicates, -1)
+    there = np.isfinite(sets)
+    counts = there.sum(axis=1)
+    if counts.min() < LEAST:
+        return None
+    # what does not exist goes to the end of its set
+    ordered = np.sort(np.where(there, sets, np.inf), axis=1)
+    parts = [row[:count] for row, count in zip(ordered, counts, strict=True)]
+    whole = np.sort(ordered, axis=None)[: counts.sum()]
+    of_sets = np.array([[p.mean(), p.std(ddof=1)] for p in parts])
+    se = of_sets.std(axis=0, ddof=1) / np.sqrt(replicates)
+    quantiles = np.quantile(whole, levels)
+    quantiles_se = _quantile_errors(whole, parts, levels, quantiles)
+    # a figure that is the same in all samples has no scatter, not that of rounding
+    same = whole[0] == whole[-1]
+    mean, sd = (float(whole[0]), 0.0) if same else (float(whole.mean()), float(whole.std(ddof=1)))
+    se, quantiles_se = se * (not same), quantiles_se * (not same)
+    return Summary(
+        float(counts.sum() / x.size), mean, float(se[0]), sd, float(se[1]), quantiles, quantiles_se,
+        float(whole[0]), float(whole[-1]),
+    )  # fmt: skip
+
+
+def _quantile_errors(whole: Array, parts: list[Array], levels: Sequence[float], quantiles: Array) -> Array:
+    """Return standard errors of quantiles: that of the share below each, over the density there.
+
+    (The quantiles of a small set of Sobol points scatter less than their share in the whole does.)
+    """
+    shares = np.array([np.searchsorted(p, quantiles) / p.size for p in parts])
+    # a place between two samples is all that is known
+    of_share = np.maximum(shares.std(axis=0, ddof=1) / np.sqrt(len(parts)), 0.5 / whole.size)
+    p = np.asarray(levels, float)
+    above, below = (np.quantile(whole, np.clip(p + side * of_share, 0, 1)) for side in (1, -1))
+    return np.asarray(above - below) / 2
+
+
+def probability(has: Array, replicates: int) -> Probability:
+    """Return the share of samples (n,), set after set, that have a property.
+
+    Where none or all have it the sets do not differ; then the standard error is that of one sample more or less,
+    about 1/n.
+    """
+    n, count = has.size, int(np.count_nonzero(has))
+    if count in (0, n):
+        p = (count + 1) / (n + 2)
+        return Probability(count / n, float(np.sqrt(p * (1 - p) / n)), count)
+    shares = has.reshape(replicates, -1).mean(axis=1)
+    # a handful of samples in one set or another scatter as any counts do
+    least = 0.0 if count * (n - count) / n > replicates else np.sqrt(count * (n - count) / n**3)
+    return Probability(count / n, float(max(shares.std(ddof=1) / np.sqrt(replicates), least)), count)
+
+
+class Indices(NamedTuple):
+    """Indices of the figures that have them, (figures, parameters) each; ``*_conf`` half widths of 95 % intervals."""
+
+    figures: tuple[str, ...]
+    S1: Array
+    S1_conf: Array
+    ST: Array
+    ST_conf: Array
+    left_out: dict[str, str]
+
+
+def needed() -> None:
+    """Refuse where SALib is missing."""
+    if find_spec("SALib") is None:
+        refuse("Sobol indices", "", "SALib is not installed", "pip install squama[fit]")
+
+
+def indices(names: tuple[str, ...], base: int, seed: int, evaluate: Callable[[Array], dict[str, Array]]) -> Indices:
+    """Draw Saltelli's samples, evaluate them and return the indices.
+
+    ``base`` is N, a power of two; ``evaluate`` takes points (n, parameters) of the unit cube and returns figures (n,)
+    by name, not finite where one does not exist. A figure that does not exist in all samples, or does not vary, has
+    none; ``left_out`` says why.
+    """
+    from SALib.analyze import sobol as analyze
+    from SALib.sample import sobol as sample
+
+    problem: dict[str, Any] = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
+    with warnings.catch_warnings():
+        # of what SALib hands on to SciPy and pandas
+        warnings.simplefilter("ignore")
+        points = sample.sample(problem, base, calc_second_order=False, seed=np.random.default_rng([seed, base]))
+        found = evaluate(points)
+        rows: dict[str, Any] = {}
+        left_out: dict[str, str] = {}
+        for name, values in found.items():
+            there = np.isfinite(values).mean()
+            if there < 1:
+                left_out[name] = f"exists in {there:.4g} of the samples only"
+            elif np.ptp(values) <= 1e-12 * np.abs(values).max():
+                left_out[name] = "does not vary"
+            else:
+                # a seed of 0 means none to SALib
+                how = {"num_resamples": RESAMPLES, "conf_level": CONFIDENCE, "seed": seed + 1}
+                rows[name] = analyze.analyze(problem, values, calc_second_order=False, **how)
+
+    def table(key: str) -> Array:
+        return np.array([rows[name][key] for name in rows], float).reshape(len(rows), len(names))
+
+    return Indices(tuple(rows), table("S1"), table("S1_conf"), table("ST"), table("ST_conf"), left_out)
+
+
+# ---- the dataset -------------------------------------------------------------------------------------------
+
+_FIGURES = (
+    ("load_e", "rad", "{} per pitch at engagement"),
+    ("rate_e", "rad/m", "{} rate at engagement"),
+    ("load_end", "rad", "{} per pitch at the end"),
+    ("rate_end", "rad/m", "{} rate at the end"),
+    ("torque", "N m", "load at the cut-off"),
+    ("RED", "1", "relative energy dissipation at the cut-off"),
+    ("U_el", "J/m", "elastic energy per length at the cut-off"),
+    ("W_fr", "J/m", "frictional work per length at the cut-off"),
+    ("stiffness", "N m2", "stiffness before contact"),
+    ("stiffness_e", "N m2", "tangent stiffness right after engagement"),
+)
+_NAMES = {"torque": "torque_c", "RED": "RED_c", "U_el": "U_el_c", "W_fr": "W_fr_c"}
+_NAMES |= {"stiffness": "K_0", "stiffness_e": "K_e"}
+LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
+NONE = CODES.index(End.NONE)
+BINS = 120
+
+
+class Limit(NamedTuple):
+    """What a lock is compared with: the text given, its value and the role of the figure."""
+
+    text: str
+    value: float
+    role: str
+
+
+class Case(NamedTuple):
+    """What is asked of every sample and of all together."""
+
+    beam: Beam
+    tolerances: tuple[Tolerance, ...]
+    load: str
+    law: str
+    sense: str
+    margin: float
+    levels: tuple[float, ...]
+    limit: Limit | None
+    sampler: str
+    seed: int
+
+
+class Figure(NamedTuple):
+    """A figure of a sample: its role in the calculation, name, unit and meaning."""
+
+    role: str
+    name: str
+    unit: str
+    meaning: str
+
+
+def figures_of(load: str) -> tuple[Figure, ...]:
+    """Return the figures of a kind of loading."""
+    of = LOADS[load]
+    return tuple(
+        Figure(role, of.variable(_NAMES.get(role, role)), unit, text.format(of.verb)) for role, unit, text in _FIGURES
+    )
+
+
+MIXED = "as units(figure)"
+_OF_FIGURES = {
+    "mean": ("mean", MIXED),
+    "mean_se": ("standard error of the mean", MIXED),
+    "sd": ("standard deviation", MIXED),
+    "sd_se": ("standard error of the standard deviation", MIXED),
+    "low": ("smallest value", MIXED),
+    "high": ("largest value", MIXED),
+    "share": ("share of the samples in which the figure exists", "1"),
+    "quantile": ("quantile", MIXED),
+    "quantile_se": ("standard error of the quantile", MIXED),
+}
+_INDICES = {
+    "S1": "first-order Sobol index",
+    "S1_conf": "half width of its 95 % interval",
+    "ST": "total Sobol index",
+    "ST_conf": "half width of its 95 % interval",
+}
+
+
+def dataset(
+    case: Case, found: Mapping[str, Array], nominal: Mapping[str, Array], found_indices: Indices | None, keep: bool
+) -> xr.Dataset:
+    """Return statistics, probabilities, histogram, indices and samples with their names and units.
+
+    ``found`` holds the figures of the samples by role, with ``keep`` their dimensions by name too; ``nominal`` those of
+    the beam without tolerances.
+    """
+    import xarray as xr
+
+    figures = figures_of(case.load)
+    summaries = {f: s for f in figures if (s := summary(found[f.role], case.levels, REPLICATES)) is not None}
+    code, load_end = found["code"], found["load_end"]
+    there = {str(e): code == i for i, e in enumerate(CODES) if np.any(code == i)}
+    coords: dict[Hashable, Any] = {
+        "figure": [f.name for f in summaries],
+        "level": list(case.levels),
+        "end": list(there),
+        "parameter": [t.name for t in case.tolerances],
+    }
+    data: dict[Hashable, Any] = {}
+
+    def put(name: str, dims: Sequence[str], values: Any, words: str, unit: str | None = None) -> None:
+        data[name] = (dims, np.asarray(values), {"long_name": words} | ({} if unit is None else {"units": unit}))
+
+    for key, (words, unit) in _OF_FIGURES.items():
+        dims = ["figure", "level"] if key.startswith("quantile") else ["figure"]
+        values = np.array([getattr(s, key) for s in summaries.values()], float)
+        put(key, dims, values.reshape([len(coords[dim]) for dim in dims]), words, unit)
+    put("nominal", ["figure"], [float(nominal[f.role][0]) for f in summaries], "value of the nominal beam", MIXED)
+    put("units", ["figure"], np.array([f.unit for f in summaries], "U8"), "unit of the figure")
+    put("meaning", ["figure"], np.array([f.meaning for f in summaries], "U64"), "what it is")
+    shares = [probability(has, REPLICATES) for has in there.values()]
+    put("probability", ["end"], [p.value for p in shares], "share of the samples", "1")
+    put("probability_se", ["end"], [p.se for p in shares], "its standard error", "1")
+    locks = np.isin(code, LOCKS)
+    single = {"P_engaged": (code != NONE, "scales engage"), "P_locked": (locks, "the beam locks")}
+    if case.limit is not None:
+        early, text = found[case.limit.role] < case.limit.value, case.limit.text
+        single["P_locked_before"] = early & locks, f"the beam locks before {text}"
+        single["P_ended_before"] = early & ~locks, f"the curve ends before {text} without a lock"
+    for name, (has, words) in single.items():
+        p = probability(has, REPLICATES)
+        put(name, [], p.value, f"probability that {words}", "1")
+        put(f"{name}_se", [], p.se, "its standard error", "1")
+    put("distribution", ["parameter"], [t.text for t in case.tolerances], "distribution of the parameter")
+    about = {f.role: f for f in figures}
+    edges = _edges(load_end[np.isfinite(load_end)])
+    put("bin_low", ["bin"], edges[:-1], about["load_end"].meaning, about["load_end"].unit)
+    put("bin_high", ["bin"], edges[1:], about["load_end"].meaning, about["load_end"].unit)
+    counts = np.zeros((len(there), max(edges.size - 1, 0)), np.int64)
+    for row, (end, has) in zip(counts, there.items(), strict=True):
+        if edges.size and end != End.NONE:
+            row[:] = np.histogram(load_end[has], edges)[0]
+    put("count", ["end", "bin"], counts, "samples by end and end twist", "1")
+    if found_indices is not None:
+        coords["indexed"] = list(found_indices.figures)
+        for key, words in _INDICES.items():
+            put(key, ["indexed", "parameter"], getattr(found_indices, key), words, "1")
+    if keep:
+        for name in coords["parameter"]:
+            put(name, ["sample"], found[name], name, PARAMETERS[canonical(name)].symbol.unit)
+        for f in figures:
+            put(f.name, ["sample"], found[f.role], f.meaning, f.unit)
+        # the coordinate of the probabilities is called end
+        put("sample_end", ["sample"], named(code), "how the curve of the sample ends")
+    attrs = {
+        "title": f"uncertainty of a scale-covered beam in {case.load}",
+        **{key: getattr(case, key) for key in ("load", "law", "sense", "margin")},
+        "samples": code.size,
+        "sets": REPLICATES,
+        **{key: getattr(case, key) for key in ("sampler", "seed")},
+        "nominal_end": str(CODES[int(nominal["code"][0])]),
+        "tolerances": json.dumps({t.name: [t.kind, *t.numbers] for t in case.tolerances}),
+        "without_indices": json.dumps(found_indices.left_out if found_indices else {}),
+        "before": case.limit.text if case.limit else "",
+        "before_figure": about[case.limit.role].name if case.limit else "",
+        "beam": case.beam.to_toml(),
+        "squama_version": __version__,
+        "notes": "",
+        "warnings": "\n".join(case.beam.warnings(case.load)),
+    }
+    return xr.Dataset(data, coords, attrs)
+
+
+def _edges(values: Array) -> Array:
+    """Return the bounds of the bins of some values; none where there are no values."""
+    if not values.size:
+        return np.zeros(0)
+    low, high = float(values.min()), float(values.max())
+    return np.linspace(low, high if high > low else low * (1 + 1e-9) + 1e-12, BINS + 1)

@@ -1,0 +1,176 @@
+"""A beam by every model there is, beside finite elements: what `squama verify` does."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama import arguments, units
+from squama.beam import matrixfile
+from squama.curves import compliant, doors, finite_rows
+from squama.errors import naming
+from squama.fe import runs, stiffness
+from squama.fe.agreement import compare
+from squama.fe.geometry import geometry
+from squama.fe.mesh import pitch_mesh
+from squama.io import datasets, files
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from squama.beam.design import Beam
+
+REACH = 0.3
+"""Farthest twist to go to unless asked otherwise, rad per pitch."""
+_HINGED = [0, 1, 2, 4, 6]
+
+
+class Verified(NamedTuple):
+    """What was found: ``table`` as from :func:`squama.fe.agreement.compare`, the ``elements``' run, and all files."""
+
+    table: xr.Dataset
+    elements: xr.Dataset
+    written: list[Path]
+
+
+def default_reach(beam: Beam, mu: float, sense: str = "+") -> float:
+    """Return the twist rate (rad/m) to go to: where the hinge's curve is cut off, at most 0.3 rad per pitch."""
+    answer = doors.twist(beam, mu=mu, sense=sense, points=3)
+    last = float(answer["Phi"].values[-1])
+    return min(last, REACH / beam.pitch) if np.isfinite(last) and last > 0 else REACH / beam.pitch
+
+
+def verify(
+    beam: Beam,
+    folder: str | os.PathLike[str],
+    *,
+    mu: float | None = None,
+    to: float | str | None = None,
+    sense: str = "+",
+    mesh: str | tuple[float, float] = "medium",
+    increment: float = runs.INCREMENT,
+    hinged: bool = False,
+    scales: int | None = None,
+    beam_mesh: str | tuple[float, float] = "coarse",
+    progress: runs.Listener | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Verified:
+    """Run finite elements and set the hinge (both laws), the compliant joint and, if asked, finite beams beside them.
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    folder : path
+        Where all files go; made if need be. Runs of elements leave their restart files there, and the same call goes
+        on from them.
+    mu, to, sense, mesh, increment, hinged, progress
+        As for :func:`squama.cell`; without ``to`` see :func:`default_reach`.
+    scales : int, optional
+        Run the elements' beam of so many scales too, and the row of as many hinges (theta: the middle scale, the one
+        nearer to the turned end where there are two).
+    beam_mesh : str or (float, float)
+        Its mesh.
+    announce : callable, optional
+        Told in words what comes next.
+
+    Returns
+    -------
+    Verified
+
+    Raises
+    ------
+    InputError
+        As from :func:`squama.cell`, or the folder cannot be used.
+    KeyboardInterrupt
+        Ctrl-C; what is done stays in the folder.
+    """
+    place = files.make_folder(folder)
+    say = announce or (lambda _: None)
+    friction = arguments.friction(beam.friction.mu, mu)
+    if to is None:
+        to = default_reach(beam, friction, sense)
+    # a twist "total" is one of the beam that is described, not of fewer scales
+    with naming("to"):
+        to = units.twist(to, pitch=beam.pitch, scales=beam.scales)
+    say("periodic cell of finite elements")
+    common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged}
+    elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
+    written = [datasets.save(elements, place / "elements.nc")]
+    rates = np.asarray(elements["Phi"].values, float)
+    asked: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates}
+    K = own_matrix(beam, mesh)
+    own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
+    models = {
+        "edge": ("hinge, edge law", doors.twist(beam, law="edge", **asked)),
+        "plate": ("hinge, plate law", doors.twist(beam, law="plate", **asked)),
+        "own": ("hinge, edge law, K_theta and C_f of this mesh", doors.twist(own, law="edge", **asked)),
+    }
+    if not hinged:
+        say("compliant joint")
+        free = doors.twist(beam, joint="compliant", **asked)
+        models["compliant"] = "compliant joint, stiffness for elements of no size", free
+        models["mesh"] = "compliant joint, stiffness of this mesh", compliant_curve(beam, K, friction, rates, sense)
+    if scales is not None:
+        say(f"finite beam of {scales} scales")
+        asked_of_it: dict[str, Any] = {"scales": scales, "mesh": beam_mesh, "restart": place / "beam.npz"}
+        data = runs.cell(beam, progress=progress, announce=say, **asked_of_it, **common)
+        written.append(datasets.save(data, place / "beam.nc"))
+        row = finite_rows.row(beam, scales=scales, mu=friction, to=to, sense=sense)
+        middle = scales // 2
+        which = f"of {scales} scales, theta of scale {middle + 1}"
+        models["beam"] = f"finite beam {which}", data.assign(theta=data["theta"].isel(scale=middle))
+        models["row"] = f"row {which.replace('scales', 'hinges', 1)}", row.assign(theta=row["theta"].isel(scale=middle))
+    blocked = ", roll and yaw blocked" if hinged else ""
+    title = f"Models beside finite elements{blocked}, sense {sense}, mu = {friction:g}"
+    table = compare(elements, models, title=title)
+    table.attrs["beam"] = beam.to_toml()
+    table.attrs["warnings"] = "" if scales is None else data.attrs["warnings"]
+    written.append(datasets.save(flat(table), place / "comparison.csv"))
+    from squama import plot
+
+    written.append(plot.save_figure(plot.compare_figure(table), place / "comparison.png"))
+    return Verified(table, elements, written)
+
+
+def flat(table: xr.Dataset) -> xr.Dataset:
+    """Return a table in which every row has its twist and the elements' values, as a CSV file wants them."""
+    loose = table.reset_coords("phi")
+    along = [name for name in ("phi", "T_elements", "theta_elements") if loose[name].dims == ("point",)]
+    first = {name: loose[name].broadcast_like(table["dT"]) for name in along}
+    return loose.drop_vars(along).assign(first)[[*along, *(name for name in loose.data_vars if name not in along)]]
+
+
+def own_matrix(beam: Beam, mesh: str | tuple[float, float]) -> Array:
+    """Return the stiffness (7, 7) that one mesh (as for :func:`squama.cell`) gives, E = 1 and d = 1."""
+    shape = geometry(beam)
+    return stiffness.condensed(pitch_mesh(shape, *runs.mesh_sizes(mesh)), shape)
+
+
+def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
+    """Stiffness (N m) and inclusion factor of the hinge that a matrix (7, 7) makes; roll and yaw blocked or not."""
+    if hinged:
+        K = K[np.ix_(_HINGED, _HINGED)]
+    unit = beam.substrate.youngs_modulus * beam.pitch**3
+    # inclination is the fifth motion, the fourth of those left by a hinge
+    return {
+        "stiffness": matrixfile.inclination_stiffness(K, 3 if hinged else 4) * unit,
+        "inclusion_factor": matrixfile.twisting_stiffness(K) * unit * beam.pitch / (beam.G_B * beam.J),
+    }
+
+
+def compliant_curve(beam: Beam, K: Array, mu: float, rates: Array, sense: str = "+") -> xr.Dataset:
+    """Return phi, T and theta of rigid scales on a stiffness matrix at twist rates (rad/m)."""
+    import xarray as xr
+
+    given = hinge_of(K, beam)
+    joint = compliant.Stiffness(K, given["stiffness"], given["inclusion_factor"] * beam.G_B * beam.J)
+    sign = arguments.sense(sense)
+    along = compliant.curve(beam, joint, mu, rates * beam.pitch, sign=sign).along
+    names = {"phi": "load", "T": "torque", "theta": "theta"}
+    return xr.Dataset({name: ("point", np.asarray(along[role], float)) for name, role in names.items()})

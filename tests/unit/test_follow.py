@@ -1,0 +1,120 @@
+"""The spine: load paths, one solved path for all coefficients of friction, and the table of models."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import squama
+from squama.batch import solution
+from squama.curves import doors, follow, hinge
+from squama.curves.path import Asked, LoadPath
+from squama.errors import InputError
+from squama.loads import LOADS
+
+MUS = [0.0, 0.1, 0.3, 0.6, 1.0, 3.0]
+
+
+def designs(n: int, seed: int) -> list[squama.Beam]:
+    """Beams about the paper's and over wide ranges: locks, folds, edges, neighbours, other contacts, no engagement."""
+    rng = np.random.default_rng(seed)
+    near = (1.5, 0.5, 0.3, 0.4, 0.05), (4, 1.5, 0.7, 1.4, 0.3)
+    far = (1, 0.1, 0.05, 0.05, 0.02), (8, 2.5, 1.5, 1.5, 0.8)
+    names = ("eta", "beta", "lam", "alpha", "theta0")
+    rows = [rng.uniform(*(near if i % 3 else far)) for i in range(n)]
+    # of the last the tip-side pair engages in the other sense too
+    rows.append([1.0683, 0.80579, 1.034, 0.15793, 0.11])
+    return [squama.Beam.from_ratios(**dict(zip(names, row, strict=True)), zeta=0.02) for row in rows]
+
+
+def paths(beam: squama.Beam, load: str, mus: list[float], law: str = "edge", sense: str = "+") -> list[hinge.Path]:
+    way = LoadPath.of(load, [math.inf if sense == "+" else -math.inf])
+    return hinge.solve(Asked(beam, way, np.array(mus), law, 0.01, 3))[0]
+
+
+@pytest.mark.parametrize("law", ["edge", "plate"])
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_several_frictions_together_are_each_by_itself(law: str, sense: str) -> None:
+    ends = set()
+    for beam in designs(30, seed=4):
+        together = paths(beam, "twisting", MUS, law, sense)
+        for mu, p in zip(MUS, together, strict=True):
+            (one,) = paths(beam, "twisting", [mu], law, sense)
+            assert (p.end, p.neighbour, p.other) == (one.end, one.neighbour, one.other)
+            ends.add(p.end)
+            for name in ("load_e", "load_end", "theta_end", "x0", "x_end", "x_c", "touch"):
+                here, there = np.asarray(getattr(p, name)), np.asarray(getattr(one, name))
+                np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-12)
+    assert len(ends) >= (5 if sense == "+" else 2), ends
+
+
+def test_what_touches_when_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = {"touch": 0}
+
+    def counted(name: str, function):
+        def count(*args, **kwargs):
+            asked[name] += 1
+            return function(*args, **kwargs)
+
+        return count
+
+    monkeypatch.setattr(solution, "touch", counted("touch", solution.touch))
+    family = squama.twist(squama.Beam.from_ratios(), mu=MUS)
+    assert asked == {"touch": 1}
+    for i, mu in enumerate(MUS):
+        one = squama.twist(squama.Beam.from_ratios(), mu=mu)
+        np.testing.assert_allclose(family.T[i], one["T"], rtol=1e-9)
+
+
+def test_a_load_path_knows_its_load_and_its_sense() -> None:
+    back = LoadPath.of("bending", [0.0, 0.2, -0.1])
+    assert back.points == ((0.0, 0.0), (0.2, 0.0), (-0.1, 0.0))
+    assert (back.load.name, back.values, back.sense) == ("bending", [0.0, 0.2, -0.1], "+")
+    far = LoadPath.of("twisting", [-math.inf])
+    assert (far.load.name, far.values, far.sense) == ("twisting", [-math.inf], "-")
+
+
+@pytest.mark.parametrize("load", ["twisting", "bending"])
+def test_the_solved_path_is_that_of_the_door(load: str) -> None:
+    beam = squama.Beam.from_ratios(mu=0.3)
+    path = follow.solved(beam, load, mu=0.3, to=0.1)
+    answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch")
+    curve = path.curve(points=7)
+    torque = (answer.attrs["load"] == "twisting" and "T") or "M"
+    np.testing.assert_array_equal(curve.along["torque"], answer[torque])
+    assert curve.figures["end"] == answer["end"].item()
+    kind = LOADS[load]
+    assert (path.case.rigidity, path.case.stiffness) == (kind.rigidity(beam), kind.stiffness(beam))
+
+
+def test_bent_away_the_scales_spread() -> None:
+    beam = squama.Beam.from_ratios()
+    (away,) = paths(beam, "bending", [0.3], sense="-")
+    assert (str(away.end), away.load_e, away.load_end) == ("no engagement", math.inf, solution.SEARCH)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"joint": "glue"}, 'joint = "glue": must be "hinge" or "compliant"'),
+        (
+            {"joint": "compliant", "law": "plate"},
+            'law = "plate": is not covered by joint="compliant"; write law="edge"',
+        ),
+    ],
+)
+def test_what_no_model_covers_is_refused(asked: dict[str, str], words: str) -> None:
+    beam = squama.Beam.from_ratios(mu=0.3)
+    for door in (lambda: squama.twist(beam, **asked), lambda: squama.cycle(beam, "0.1 rad/pitch", **asked)):
+        with pytest.raises(InputError) as caught:
+            door()
+        assert str(caught.value) == words
+    with pytest.raises(InputError, match='load = "bending": is not covered by joint="compliant"'):
+        follow.solved(beam, "bending", mu=0.3, joint="compliant")
+
+
+def test_the_package_shows_its_public_names_only() -> None:
+    assert dir(squama) == sorted(squama.__all__)
+    assert all(hasattr(squama, name) for name in dir(squama))
