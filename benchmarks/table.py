@@ -141,13 +141,13 @@ of each counts. The figure for two threads means little unless both cores were f
 """
 REASONS = """## `squama.ends` and a single curve
 
-`squama.ends` gives engagement and end only. Against the careful script it is 270 to 390 times faster per CPU second
-where the script integrates the frictional work too (`quad`), and 115 to 165 times where it leaves that out: 2.6 to
-3.5 µs a design against 980 and 415 µs. `benchmarks/test_ends.py` measures both.
+`squama.ends` gives engagement and end only. Against the careful script it is some 430 times faster per CPU second
+where the script integrates the frictional work too (`quad`), and some 180 times where it leaves that out: 2.3 µs
+a design against 990 and 410 µs. `benchmarks/test_ends.py` measures both.
 
-A curve of 200 points, warm: the solved path with all its variables takes 1.0 to 1.1 ms (0.4 ms of it for the
+A curve of 200 points, warm: the solved path with all its variables takes 0.9 to 1.0 ms (0.4 ms of it for the
 evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` looks for every other contact
-of the plates and labels the answer as well, which makes 2.1 to 2.6 ms. `benchmarks/test_curve.py` measures all three.
+of the plates and labels the answer as well, which makes 2.3 to 2.7 ms. `benchmarks/test_curve.py` measures all three.
 
 ## Fits, designs, tolerances and the explorer
 
@@ -155,12 +155,12 @@ Measured one after the other on two free cores; imports and compiled code loaded
 
 | what | figure | by |
 |---|---|---|
-| fit of a loop, 202 points, 3 parameters | 0.03 s CPU | `benchmarks/test_fit.py` |
-| design for a lock (4096 starts screened, 36 refined) | 0.4 s CPU | `benchmarks/test_design.py` |
-| design for five goals that contradict each other | 2.6 s CPU | `benchmarks/test_design.py` |
-| front of 20 000 evaluations | 3.0 to 3.2 s, one thread | `squama.pareto("examples/front.toml")` |
-| 1 048 576 beams within their tolerances, with all statistics | 0.9 to 1.0 s CPU | `benchmarks/test_uncertainty.py` |
-| Sobol indices of 8 tolerances, 40 960 beams | 3.1 s CPU | `benchmarks/test_uncertainty.py` |
+| fit of a loop, 202 points, 3 parameters | 0.04 s CPU | `benchmarks/test_fit.py` |
+| design for a lock (4096 starts screened, 36 refined) | 0.5 s CPU | `benchmarks/test_design.py` |
+| design for five goals that contradict each other | 3.0 s CPU | `benchmarks/test_design.py` |
+| front of 20 000 evaluations | 3.6 s CPU | `benchmarks/test_design.py` |
+| 1 048 576 beams within their tolerances, with all statistics | 2.7 to 2.8 s CPU | `benchmarks/test_uncertainty.py` |
+| Sobol indices of 8 tolerances, 40 960 beams | 4.0 s | `benchmarks/test_uncertainty.py` |
 | explorer, from slider to picture in Chromium, median of 30 | 108 to 123 ms | `benchmarks/test_explorer.py` |
 | the same, to the plots | 142 to 189 ms | `benchmarks/test_explorer.py` |
 
