@@ -131,13 +131,14 @@ docs: .venv/.dev ## the documentation, in docs/_build/html
 	$(RUN) -m sphinx -q -W --keep-going -b html -d docs/_build/doctrees docs docs/_build/html
 
 .PHONY: verify
-verify: .venv/.dev browser fig6b ## the long checks: stored results of elements anew, slow tests, then the planted errors
+verify: .venv/.dev browser fig6b ## the long checks: stored results of elements anew, slow tests, random campaigns, then the planted errors
 	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable -m slow tests
-	$(RUN) tests/mutants/run.py
+	$(RUN) tests/campaigns/run.py
+	$(RUN) tests/mutants/run.py --sample 400 --jobs $(JOBS)
 
 .PHONY: mutants
-mutants: .venv/.dev ## plant one error at a time and show that the tests catch it
-	$(RUN) tests/mutants/run.py
+mutants: .venv/.dev ## plant 400 errors, one at a time, and show that the tests catch each
+	$(RUN) tests/mutants/run.py --sample 400 --jobs $(JOBS)
 
 .PHONY: bench
 bench: .venv/.dev browser ## how fast it is; writes docs/benchmarks.md

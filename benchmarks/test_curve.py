@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import squama
-from squama.batch.solution import solve_twisting
+from squama.arrays.solution import solve
 from squama.curves.hinge import path
 from squama.curves.path import Case
 
@@ -14,10 +14,10 @@ BEAM = squama.Beam.from_ratios()
 
 def test_curve_of_200_points(benchmark) -> None:
     case = Case.of(BEAM, "twisting")
-    columns = [np.array([v]) for v in BEAM.ratios.values()]
+    columns = {name: np.array([v]) for name, v in {**BEAM.ratios, "mu": 0.5}.items()}
 
     def run() -> None:
-        solved = solve_twisting(*columns, np.array([0.5]), law="edge", sense="+")
+        solved = solve(columns, law="edge", sense="+")
         path(case, solved, None, 0.5, "edge", 0.01).curve(points=200)
 
     benchmark(run)
@@ -25,8 +25,8 @@ def test_curve_of_200_points(benchmark) -> None:
 
 def test_evaluation_of_200_points(benchmark) -> None:
     case = Case.of(BEAM, "twisting")
-    columns = [np.array([v]) for v in BEAM.ratios.values()]
-    solved = path(case, solve_twisting(*columns, np.array([0.5]), law="edge", sense="+"), None, 0.5, "edge", 0.01)
+    columns = {name: np.array([v]) for name, v in {**BEAM.ratios, "mu": 0.5}.items()}
+    solved = path(case, solve(columns, law="edge", sense="+"), None, 0.5, "edge", 0.01)
     benchmark(lambda: solved.curve(points=200))
 
 

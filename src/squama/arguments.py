@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squama.errors import refuse
+from squama.loads import LOADS, Load
 from squama.model import reach
 from squama.model.laws import LAWS
 from squama.types import Array
@@ -36,26 +37,14 @@ def _refuse(name: str, array: Array, bad: Array, allowed: str, remedy: str = "")
         first = float(np.ravel(array)[np.flatnonzero(np.ravel(bad))[0]])
         count = int(np.count_nonzero(bad))
         more = f" (and {count - 1} more)" if count > 1 else ""
-        refuse(name, f"{first:.6g}{more}", f"must be {allowed}", remedy or _remedy(name))
-
-
-def _remedy(name: str) -> str:
-    return f"write e.g. {EXAMPLES[name]}" if name in EXAMPLES else ""
+        remedy = remedy or (f"write e.g. {EXAMPLES[name]}" if name in EXAMPLES else "")
+        refuse(name, f"{first:.6g}{more}", f"must be {allowed}", remedy)
 
 
 def positive(name: str, value: ArrayLike) -> Array:
     """Return numbers above zero."""
     array = numbers(name, value)
     _refuse(name, array, array <= 0, "above 0")
-    return array
-
-
-def ratio(name: str, value: ArrayLike) -> Array:
-    """Return a ratio above zero; eta and beta not so large that neighbours without end are within reach."""
-    if name not in ("eta", "beta"):
-        return positive(name, value)
-    array = numbers(name, value)
-    _refuse(name, array, (array <= 0) | (array > reach.MOST), reach.ALLOWED)
     return array
 
 
@@ -94,8 +83,12 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
             given.append(between(name, value, 0.0, np.pi / 2))
         elif name in ("mu", "stiffness_ratio"):
             given.append(not_negative(name, value))
+        elif name in ("eta", "beta"):
+            # beyond that, neighbours without end are within reach
+            given.append(numbers(name, value))
+            _refuse(name, given[-1], (given[-1] <= 0) | (given[-1] > reach.MOST), reach.ALLOWED)
         else:
-            given.append(ratio(name, value))
+            given.append(positive(name, value))
     cols = together(dict(zip(columns, given, strict=True)))
     return [np.ascontiguousarray(c, float).ravel() for c in cols], cols[0].shape
 
@@ -112,6 +105,11 @@ def law(value: str) -> str:
     return one_of("law", value, tuple(LAWS))
 
 
+def load(value: str) -> Load:
+    """Return a kind of loading by its name."""
+    return LOADS[one_of("load", value, tuple(LOADS))]
+
+
 def joint(value: str) -> str:
     """Return the name of a kind of joint."""
     return one_of("joint", value, ("hinge", "compliant"))
@@ -125,9 +123,8 @@ def sense(value: str) -> int:
 def whole(name: str, value: ArrayLike, low: float, high: float) -> int:
     """Return one whole number with low <= value <= high."""
     allowed = f"a whole number from {low:g} to {high:g}"
-    number = scalar(name, value, low, high + 1, allowed)
-    if number != int(number):
-        refuse(name, f"{number:.6g}", f"must be {allowed}", _remedy(name))
+    number = np.asarray(scalar(name, value, low, high + 1, allowed))
+    _refuse(name, number, number != np.floor(number), allowed)
     return int(number)
 
 

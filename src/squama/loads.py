@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from squama import units
-
-if TYPE_CHECKING:
-    from squama.batch.solution import Solution
-    from squama.types import Array
 
 
 class Load(NamedTuple):
@@ -93,18 +89,6 @@ class Load(NamedTuple):
     def other_way(self, remedy: str) -> str:
         """Return advice for a negative load; none where there is no other way."""
         return f"; for the other way round write {remedy}" if self.sided else ""
-
-    def solve(self, columns: Callable[[str], Array], *, law: str, sense: str, margin: float | None = None) -> Solution:
-        """Solve designs whose columns (1-D arrays of one length, by name) are asked for one after the other.
-
-        With a ``margin`` the frictional work up to the cut-off is computed too.
-        """
-        from squama.batch import solution
-
-        given = [columns(name) for name in self.contact]
-        if self.sided:
-            return solution.solve_twisting(*given, law=law, sense=sense, margin=margin)
-        return solution.solve_bending(*given, margin=margin)
 
 
 _TWISTING = Load(

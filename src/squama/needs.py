@@ -9,10 +9,14 @@ from squama.errors import InputError, Problem
 
 _PACKAGES = {"netgen": "netgen-mesher"}
 _EXTRAS = {"build123d": "step", **dict.fromkeys(("lxml", "manifold3d", "networkx", "trimesh"), "export")}
+_EXTRAS |= {"zarr": "sweep", "distributed": "sweep", "emcee": "fit"}
 _WORDS = {
     "fe": "finite elements need {}; install them with",
     "export": "solids need {}; install it with",
     "step": "STEP files need {}; install it with",
+    "sweep": "a sweep needs {}; install it with",
+    "fit": "posterior samples need {}, which is not installed; install it with",
+    "distributed": "dask needs dask.{}; install it with",
 }
 
 
@@ -23,5 +27,5 @@ def need(module: str) -> Any:
     except ImportError:
         top = module.split(".", maxsplit=1)[0]
         extra = _EXTRAS.get(top, "fe")
-        words = _WORDS[extra].format(_PACKAGES.get(top, top))
+        words = _WORDS[top if top in _WORDS else extra].format(_PACKAGES.get(top, top))
         raise InputError(Problem(reason=f"{words}: pip install 'squama[{extra}]'")) from None

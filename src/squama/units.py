@@ -80,6 +80,15 @@ def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
     return None
 
 
+def is_number(text: str) -> bool:
+    """Say whether a text is a number without a unit."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 class QuantityError(InputError):
     """A value that is not usable; its one problem has no place yet: `squama.errors.naming` gives it one."""
 
@@ -127,9 +136,10 @@ class _Kind(NamedTuple):
         text = f"{number or self.number} {self.unit}".strip()
         return f'"{text}"' if self.unit else text
 
-    def error(self, value: object, reason: str, remedy: str = "") -> QuantityError:
-        """Return the error for a value; without a remedy the example is one."""
-        return QuantityError(Problem("", shown(value), reason, remedy or f"write e.g. {self.example()}"))
+    def error(self, value: object, reason: str, remedy: str | None = None) -> QuantityError:
+        """Return the error for a value; where no remedy is given the example is one."""
+        remedy = f"write e.g. {self.example()}" if remedy is None else remedy
+        return QuantityError(Problem("", shown(value), reason, remedy))
 
 
 _KINDS = {
@@ -166,6 +176,11 @@ def shown(value: object, limit: int = 60) -> str:
 def example(dimension: Dimension | str) -> str:
     """Return what to write: the example of a dimension."""
     return _KINDS[Dimension(dimension)].example()
+
+
+def si_unit(dimension: Dimension | str) -> str:
+    """Return the unit in which a dimension is kept, "1" for a ratio."""
+    return _KINDS[Dimension(dimension)].si or "1"
 
 
 def quantity(value: object, dimension: Dimension | str, *, bare: bool = True) -> float:
@@ -220,7 +235,7 @@ def bounded(value: object, dimension: Dimension | str, bounds: Bounds, *, bare: 
     raise QuantityError(Problem("", text, f"is out of range ({bounds.allowed})", remedy))
 
 
-def twist(value: object, *, pitch: float, scales: int, bare: bool = True) -> float:
+def twist(value: object, *, pitch: float, scales: int, bare: bool = True, what: str = "a twist") -> float:
     """Read a twist and return the twist rate Phi.
 
     Parameters
@@ -234,6 +249,8 @@ def twist(value: object, *, pitch: float, scales: int, bare: bool = True) -> flo
         Number N of scales; the beam is N d long.
     bare : bool
         Whether a number without a unit is taken as rad/m.
+    what : str
+        What it is called.
 
     Returns
     -------
@@ -245,12 +262,29 @@ def twist(value: object, *, pitch: float, scales: int, bare: bool = True) -> flo
     QuantityError
         As `quantity`; a bare angle ("90 deg") is refused, because it does not say over which length.
     """
-    return _rate(value, pitch, scales, bare, "a twist")
+    if isinstance(value, str):
+        for ending, length in ((r"(?:/|\bper\b)\s*(?:pitch|scale)", pitch), (r"\btotal", scales * pitch)):
+            if match := re.fullmatch(rf"(.*?)\s*{ending}", value.strip(), re.DOTALL):
+                # "0.2 1/pitch" is 0.2 rad per pitch
+                angle = re.sub(r"(?<=\d)\s+1$", " rad", match[1])
+                try:
+                    return quantity(angle, Dimension.ANGLE) / length
+                except QuantityError as error:
+                    raise _RATE.error(value, f"does not start with an angle: {error}", "") from None
+        number, unit, (found, _, _) = _split(value, _RATE)
+        if found is Dimension.ANGLE or not unit:
+            n = f"{number} {unit or 'rad'}"
+            remedy = f'write {what} as a rate "{n}/m", per pitch "{n}/pitch", or over the {scales} scales "{n} total"'
+            raise NoLengthError(Problem("", shown(value), "does not say over which length", remedy))
+    elif isinstance(value, Real) and not isinstance(value, bool) and not bare:
+        n = shown(value)
+        raise _RATE.error(value, "has no unit", f'write "{n} rad/m", "{n} rad/pitch" or "{n} rad total"')
+    return quantity(value, Dimension.TWIST_RATE, bare=bare)
 
 
 def curvature(value: object, *, pitch: float, scales: int, bare: bool = True) -> float:
     """Read a bending curvature and return it in 1/m; what may be written is as in `twist`, and "2 1/m"."""
-    return _rate(value, pitch, scales, bare, "a curvature")
+    return twist(value, pitch=pitch, scales=scales, bare=bare, what="a curvature")
 
 
 def as_text(value: float, dimension: Dimension | str) -> str:
@@ -290,37 +324,6 @@ def _read(value: object, kind: _Kind, bare: bool) -> float:
     if not bare and kind.dimension is not Dimension.RATIO:
         raise kind.error(value, "has no unit", _advice(si, kind, shown(value)))
     return si
-
-
-def _rate(value: object, pitch: float, scales: int, bare: bool, what: str) -> float:
-    if isinstance(value, str):
-        per_length = _over_length(value, pitch, scales, what)
-        if per_length is not None:
-            return per_length
-    elif isinstance(value, Real) and not isinstance(value, bool) and not bare:
-        n = shown(value)
-        raise _RATE.error(value, "has no unit", f'write "{n} rad/m", "{n} rad/pitch" or "{n} rad total"')
-    return quantity(value, Dimension.TWIST_RATE, bare=bare)
-
-
-def _over_length(value: str, pitch: float, scales: int, what: str) -> float | None:
-    """Return the rate of "angle/pitch" and "angle total", None for other text; refuse a bare angle."""
-    body = value.strip()
-    for ending, length in ((r"(?:/|\bper\b)\s*(?:pitch|scale)", pitch), (r"\btotal", scales * pitch)):
-        if match := re.fullmatch(rf"(.*?)\s*{ending}", body, re.DOTALL):
-            # "0.2 1/pitch" is 0.2 rad per pitch
-            angle = re.sub(r"(?<=\d)\s+1$", " rad", match[1])
-            try:
-                return quantity(angle, Dimension.ANGLE) / length
-            except QuantityError as error:
-                reason = f"does not start with an angle: {error}"
-                raise QuantityError(Problem("", shown(value), reason)) from None
-    number, unit, (found, _, _) = _split(value, _RATE)
-    if found is Dimension.ANGLE or not unit:
-        n = f"{number} {unit or 'rad'}"
-        remedy = f'write {what} as a rate "{n}/m", per pitch "{n}/pitch", or over the {scales} scales "{n} total"'
-        raise NoLengthError(Problem("", shown(value), "does not say over which length", remedy))
-    return None
 
 
 def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, float]]:
@@ -385,3 +388,16 @@ def prefix(largest: float) -> tuple[float, str]:
 def torque_unit(largest: float) -> tuple[float, str]:
     """Return factor and unit of a torque in a line of text: N mm, in which joints and load cells are given, or N m."""
     return (1e3, "N mm") if 0 < abs(largest) < 0.1 else (1.0, "N m")
+
+
+def moment(value: float, digits: int = 4) -> str:
+    """Return a torque for people, in N m or N mm."""
+    factor, unit = torque_unit(value)
+    return f"{factor * value:.{digits}g} {unit}"
+
+
+def number(value: float, unit: str = "") -> str:
+    """Return a number for people: four digits; infinity is "never"."""
+    if math.isinf(value):
+        return "never"
+    return "-" if math.isnan(value) else f"{value:.4g} {unit}".strip()

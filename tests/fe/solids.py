@@ -1,4 +1,4 @@
-"""A cube of quadratic tetrahedra, made without a mesher."""
+"""A cube of quadratic tetrahedra, made without a mesher; the energy of a contact."""
 
 import itertools
 
@@ -45,3 +45,10 @@ def stiffness(nodes, tets, material):
 
     elements = Elements(nodes, tets, material)
     return elements.matrix(elements(nodes).values).tocsr()
+
+
+def barrier_energy(contact, corners, kappa):
+    """Energy of the barrier between scales with corners (n, 3)."""
+    V = np.asfortranarray(corners)
+    barrier = contact._ipc.BarrierPotential(contact.dhat, kappa)
+    return barrier(contact._found(V, contact.dhat), contact._mesh, V)

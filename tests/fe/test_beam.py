@@ -17,7 +17,7 @@ from squama.beam.design import Beam
 from squama.cli import main
 from squama.errors import InputError
 from squama.fe import assembly, solver
-from squama.fe.assembly import ALONG, EACH, beam_body, make_beam
+from squama.fe.assembly import beam_body, make_walk
 from squama.fe.body import mean_turns
 from squama.fe.mesh import tile
 from squama.fe.runs import cell
@@ -28,28 +28,25 @@ GJ = 0.4 * 0.22868 * 1.28 * 0.64**3
 """Saint-Venant's stiffness of the section 2 : 1, over E d^4."""
 
 
-def table(walk, n):
-    """The rows by name: (points,) along the beam, (points, n) for the scales."""
-    rows = np.array(walk.rows)
-    out = dict(zip(ALONG, rows.T, strict=False))
-    each = rows[:, len(ALONG) :].reshape(len(rows), len(EACH), n)
-    return out | {name: each[:, i] for i, name in enumerate(EACH)}
+def table(walk):
+    """What was recorded, by name: (points,) along the beam, (points, n) for the scales."""
+    return {name: np.array(values) for name, values in walk.columns.items()}
 
 
 @pytest.fixture(scope="module")
 def three(fig6b, pitch):
     """Three scales, twisted well into contact."""
-    walk = make_beam(pitch, fig6b, 3, MU)
+    walk = make_walk(pitch, fig6b, MU, scales=3)
     ended = walk.run(0.14, 0.014)
     assert ended.reached, ended.sentence
     yield walk
-    walk.body.close()
+    walk.body.solver.close()
 
 
 def relaxed(body, z, v, phi):
     for _ in range(12):
         r = body.reduce(z, v, phi)
-        change = r.correction
+        change = r.update(0 * r.s)
         z = z + change
         if np.abs(change).max() < 1e-11:
             return z, body.reduce(z, v, phi)
@@ -57,7 +54,7 @@ def relaxed(body, z, v, phi):
 
 
 def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, pitch):
-    body, _ = beam_body(pitch, fig6b, 2)
+    body = beam_body(tile(pitch, 2), fig6b)
     dice, phi, h, dphi = np.random.default_rng(1), 0.06, 1e-5, 0.7
     v = dice.normal(size=18) * 0.001
     dv = dice.normal(size=v.shape)
@@ -66,18 +63,18 @@ def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, pitch):
         z, r = relaxed(body, z, share * v, share * phi)
         z = z + r.update(v / steps, phi / steps)
     z, r = relaxed(body, z, v, phi)
-    rate = r.update(dv, dphi) - r.correction
+    rate = r.update(dv, dphi) - r.update(0 * r.s)
     (z1, up), (z0, down) = (relaxed(body, z, v + sign * h * dv, phi + sign * h * dphi) for sign in (1, -1))
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(r.s @ dv + r.torque * dphi, rel=1e-6)
     np.testing.assert_allclose((up.s - down.s) / (2 * h), r.S @ dv + r.s_phi * dphi, atol=1e-6)
     assert (up.torque - down.torque) / (2 * h) == pytest.approx(r.s_phi @ dv + r.torque_phi * dphi, rel=1e-5)
     np.testing.assert_allclose((z1 - z0) / (2 * h), rate, atol=2e-6)
     np.testing.assert_allclose(r.S, r.S.T, atol=1e-12)
-    body.close()
+    body.solver.close()
 
 
 def test_work_is_energy_and_friction(three):
-    t = table(three, 3)
+    t = table(three)
     assert t["W_fr"][-1] > 0.004 * t["W"][-1]
     assert t["W"][-1] == pytest.approx(t["U_el"][-1] + t["W_fr"][-1], rel=0.01)
     assert (np.diff(t["W_fr"]) >= 0).all()
@@ -87,17 +84,17 @@ def test_work_is_energy_and_friction(three):
 def test_the_fixed_end_takes_the_torque(three):
     """Forces of the contacts balance in themselves, so the moment of the two ends is the same."""
     body = three.body
-    forces = body.forces(three.z, three.v, three.phi).forces
+    forces = body.elements(three.places(), three.phi).forces
     front = body.still
     moment = np.cross(body.rest[front], forces[front]).sum(0)
-    assert moment[2] == pytest.approx(table(three, 3)["T"][-1], rel=1e-5)
+    assert moment[2] == pytest.approx(table(three)["T"][-1], rel=1e-5)
     assert abs(forces[front].sum(0)[2]) < 1e-9
 
 
 def test_scales_touch_the_next_one(three):
-    t = table(three, 3)
-    assert three.words[-1] == "tip edge on the next scale's side edge DC: 1 to 2"
-    assert three.words[0] == ""
+    t = table(three)
+    assert three.columns["contact"][-1] == "tip edge on the next scale's side edge DC: 1 to 2"
+    assert three.columns["contact"][0] == ""
     assert (t["N"][-1, :2] > 1e-5).all()
     np.testing.assert_allclose(t["f"][-1, :2], MU * t["N"][-1, :2], rtol=0.01)
     assert np.isnan(t["N"][-1, 2])
@@ -110,7 +107,7 @@ def test_scales_touch_the_next_one(three):
 
 
 def test_the_local_twist_adds_up(three):
-    t = table(three, 3)
+    t = table(three)
     np.testing.assert_allclose(t["twist"].sum(1), 3 * t["phi"], atol=1e-12)
     # grips stiffen the ends
     assert t["twist"][-1, 1] > t["twist"][-1].mean()
@@ -118,8 +115,8 @@ def test_the_local_twist_adds_up(three):
 
 def test_before_contact_the_middle_is_a_bar_with_inclusions(three):
     """Torque over local twist against G J; the inclusion factor is 1.42 (a coarse mesh is a little stiffer)."""
-    t = table(three, 3)
-    before = np.array(three.words) == ""
+    t = table(three)
+    before = np.array(three.columns["contact"]) == ""
     assert before[:4].all()
     factor = t["T"][1:4] / (GJ * t["twist"][1:4, 1])
     np.testing.assert_allclose(factor, 1.43, rtol=0.04)
@@ -127,46 +124,46 @@ def test_before_contact_the_middle_is_a_bar_with_inclusions(three):
 
 def test_the_turned_end_free_or_held(fig6b, pitch, three):
     """A twisted bar shortens unless it is held; the torque differs in the second order."""
-    free = table(three, 3)
-    walk = make_beam(pitch, fig6b, 3, MU, ends="held")
+    free = table(three)
+    walk = make_walk(pitch, fig6b, MU, scales=3, ends="held")
     walk.run(0.028, 0.014)
-    held = table(walk, 3)
+    held = table(walk)
     assert not held["u_end"].any()
     assert free["u_end"][2] < 0
     assert held["T"][2] == pytest.approx(free["T"][2], rel=5e-3)
-    walk.body.close()
+    walk.body.solver.close()
 
 
 def test_hinged_scales_neither_roll_nor_yaw(fig6b, pitch):
-    walk = make_beam(pitch, fig6b, 2, MU, hinged=True)
+    walk = make_walk(pitch, fig6b, MU, scales=2, hinged=True)
     walk.run(0.02, 0.02)
     v = walk.v[:12].reshape(2, 6)
     assert not v[:, [3, 5]].any()
     assert v[:, 4].any()
-    walk.body.close()
+    walk.body.solver.close()
 
 
 def test_tiles_join_where_the_cuts_are(fig6b, pitch):
-    body, cuts = beam_body(pitch, fig6b, 2)
     mesh = tile(pitch, 2)
-    np.testing.assert_array_equal(cuts[0], mesh.front)
+    body, cuts = beam_body(mesh, fig6b), mesh.cuts
+    np.testing.assert_array_equal(body.still, cuts[0])
     np.testing.assert_allclose(body.rest[cuts[1]], body.rest[cuts[0]] + [0, 0, 1], atol=1e-12)
     np.testing.assert_allclose(body.rest[cuts[2]], body.rest[cuts[0]] + [0, 0, 2], atol=1e-12)
     c, s = np.cos(0.4), np.sin(0.4)
     turned = body.rest @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T + [0.1, -0.2, 0.3]
-    np.testing.assert_allclose(mean_turns(body.rest, turned, cuts, pitch.section[1]), 0.4, atol=1e-12)
-    body.close()
+    np.testing.assert_allclose(mean_turns(body.rest, turned, cuts, pitch.shares), 0.4, atol=1e-12)
+    body.solver.close()
 
 
 def test_a_beam_that_does_not_fit_is_refused(fig6b, pitch, monkeypatch):
     monkeypatch.setattr(solver, "available", lambda: 5e7)
     with pytest.raises(InputError, match=r"40 scales .* GB of memory and 0.05 GB are free: take a coarser mesh"):
-        make_beam(pitch, fig6b, 40, MU)
+        make_walk(pitch, fig6b, MU, scales=40)
     # what is known after the analysis counts too
     monkeypatch.setattr(assembly, "estimate", lambda unknowns, scales: 0.0)
     if find_spec("pypardiso") is not None:
         with pytest.raises(InputError, match="2 scales"):
-            make_beam(pitch, fig6b, 2, MU)
+            make_walk(pitch, fig6b, MU, scales=2)
 
 
 def test_free_memory_is_read(monkeypatch, tmp_path):
@@ -236,14 +233,14 @@ def test_the_command_says_what_is_wrong(arguments, words, tmp_path, monkeypatch,
 @pytest.mark.slow
 def test_five_scales(fig6b, pitch):
     """Into contact of all; the middle twists as a bar with inclusions before."""
-    walk = make_beam(pitch, fig6b, 5, 0.2)
+    walk = make_walk(pitch, fig6b, 0.2, scales=5)
     ended = walk.run(0.12, 0.01)
     assert ended.reached, ended.sentence
-    t = table(walk, 5)
+    t = table(walk)
     assert t["W"][-1] == pytest.approx(t["U_el"][-1] + t["W_fr"][-1], rel=0.01)
-    assert walk.words[-1].endswith("1 to 4")
+    assert walk.columns["contact"][-1].endswith("1 to 4")
     assert t["T"][1] / (GJ * t["twist"][1, 2]) == pytest.approx(1.43, rel=0.02)
-    walk.body.close()
+    walk.body.solver.close()
 
 
 @pytest.mark.slow
@@ -257,14 +254,14 @@ def test_twenty_five_scales_as_far_as_the_time_goes(fig6b, pitch, tmp_path):
     place, key = cache / "beam-of-25.npz", {"nodes": float(pitch.nodes.sum()), "version": squama.__version__}
     unknowns = 3 * 25 * len(pitch.images[2])
     print(f"\n25 scales, {unknowns} unknowns: about {solver.estimate(unknowns, 25) / 1e9:.2g} GB of memory")
-    walk = make_beam(pitch, fig6b, 25, 0.2)
+    walk = make_walk(pitch, fig6b, 0.2, scales=25)
     try:
         walk.resume(place, key)
     except InputError:
         place.unlink(missing_ok=True)
     begun, until = walk.phi, time.process_time() + 60 * float(os.environ.get("SQUAMA_BEAM_MINUTES", "15"))
-    ended = walk.run(0.2, 0.01, told=lambda _: walk.save(place, key), stop=lambda: time.process_time() > until)
-    t = table(walk, 25)
+    ended = walk.run(0.2, 0.01, told=lambda: walk.save(place, key), stop=lambda: time.process_time() > until)
+    t = table(walk)
     middle = np.degrees(t["theta"][-1, 12])
     print(
         f"25 scales: phi = {begun:.4f} to {walk.phi:.4f}, T = {t['T'][-1]:.5f} E d^3, theta 13 = {middle:.2f} deg; "
@@ -276,4 +273,4 @@ def test_twenty_five_scales_as_far_as_the_time_goes(fig6b, pitch, tmp_path):
     # far from the ends all pitches twist alike
     np.testing.assert_allclose(t["twist"][1, 10:15], t["twist"][1, 12], rtol=1e-3)
     assert t["T"][1] / (GJ * t["twist"][1, 12]) == pytest.approx(1.43, rel=0.02)
-    walk.body.close()
+    walk.body.solver.close()

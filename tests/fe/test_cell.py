@@ -11,7 +11,7 @@ pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 from squama.errors import InputError
 from squama.fe import runs
-from squama.fe.assembly import COLUMNS, make_cell
+from squama.fe.assembly import make_walk
 from squama.fe.contact import DHAT, SLIP
 from squama.fe.elements import Elements, Material
 from squama.fe.geometry import geometry
@@ -48,10 +48,10 @@ def mesh(shape):
 
 def walked(pitch, geometry, goal, mu=0.2, increment=0.02, **options):
     """Columns of a run to a twist, and the run."""
-    walk = make_cell(pitch, geometry, mu, **options)
+    walk = make_walk(pitch, geometry, mu, **options)
     ended = walk.run(goal, increment)
     assert ended.reached, ended.sentence
-    return dict(zip(COLUMNS, np.array(walk.rows).T, strict=True)), walk
+    return {name: np.array(values) for name, values in walk.columns.items()}, walk
 
 
 def test_the_work_of_the_torque_is_stored_or_rubbed_away(whole):
@@ -145,7 +145,7 @@ def test_the_distance_of_contact_and_frictions_onset_hardly_matter(whole, mesh, 
 
 def test_predictions_that_invert_elements_are_shortened(mesh, shape):
     usual, _ = walked(mesh, shape, 0.12)
-    walk = make_cell(mesh, shape, 0.2)
+    walk = make_walk(mesh, shape, 0.2)
     assert walk.run(0.1, 0.02).reached
     # the last but one state as if all free nodes had been elsewhere: the way on leads through inverted elements
     state, phi, rest = walk.trail.past[-2]
@@ -155,7 +155,7 @@ def test_predictions_that_invert_elements_are_shortened(mesh, shape):
     assert walk.body.reduce(*np.split(walk.trail.expected(0.12), [walk.z.size]), 0.12) is None
     ended = walk.run(0.12, 0.02)
     assert ended.reached, ended.sentence
-    assert walk.rows[-1][COLUMNS.index("T")] == pytest.approx(usual["T"][-1], rel=1e-3)
+    assert walk.columns["T"][-1] == pytest.approx(usual["T"][-1], rel=1e-3)
 
 
 def test_a_turned_pitch_gives_turned_forces(mesh, shape):
@@ -216,10 +216,10 @@ def test_the_last_state_is_that_of_the_curve_and_reads_back(beam, tmp_path):
 @pytest.mark.parametrize("mu", [0.2, 0.5])
 def test_no_element_inverts_before_the_end_of_fig_6b(beam, shape, mu):
     """Small elements at the corners of the embedded scale are crushed to a few percent, and do not snap through."""
-    walk = make_cell(pitch_mesh(shape, 0.2, 0.02), shape, mu)
+    walk = make_walk(pitch_mesh(shape, 0.2, 0.02), shape, mu)
     ended = walk.run(0.3, 0.01)
     assert ended.reached, ended.sentence
-    least = walk.body.forces(walk.z, walk.v, walk.phi).least
+    least = walk.body.elements(walk.places(), walk.phi).least
     assert 0 < least < 0.1
 
 

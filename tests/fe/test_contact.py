@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("ipctk", reason="needs the extra fe")
 
 from scipy.spatial.transform import Rotation
+from solids import barrier_energy
 
 from squama.fe.contact import Contact, RowContact, stiffness
 from squama.fe.plate import Rest, Row
@@ -46,7 +47,7 @@ def test_without_friction_forces_are_the_derivative_of_the_energy(helix):
     load = helix.load(q[:6], q[6], None, KAPPA)
 
     def energy(q):
-        return helix.load(q[:6], q[6], None, KAPPA).push.energy
+        return barrier_energy(helix, helix.corners(q[:6], q[6]), KAPPA)
 
     found = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(7)]
     np.testing.assert_allclose(load.total, found, atol=1e-6 * np.abs(load.total).max())
@@ -57,7 +58,7 @@ def test_without_friction_forces_are_the_derivative_of_the_energy(helix):
 def test_action_is_reaction(helix):
     before = slid_from(helix, 1e-3)
     corners = helix.corners(np.zeros(6), PHI)
-    push = helix.contact.push(corners, before, KAPPA)
+    push = helix.push(corners, before, KAPPA)
     for forces, arm in ((push.gradient, 0.0), (push.friction, DHAT)):
         assert np.abs(forces).max() > 1e-4
         np.testing.assert_allclose(forces.sum(0), 0, atol=1e-15)
@@ -69,27 +70,29 @@ def test_action_is_reaction(helix):
 def test_moved_together_the_scales_feel_the_same(helix):
     before, corners = slid_from(helix, 1e-3), helix.corners(np.zeros(6), PHI)
     R, shift = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix(), np.array([2.0, -1.0, 0.5])
-    push = helix.contact.push(corners, before, KAPPA)
-    moved = helix.contact.push(corners @ R.T + shift, before @ R.T + shift, KAPPA)
-    assert moved.energy == pytest.approx(push.energy, rel=1e-8)
+    push = helix.push(corners, before, KAPPA)
+    moved = helix.push(corners @ R.T + shift, before @ R.T + shift, KAPPA)
+    energy, there = (barrier_energy(helix, x, KAPPA) for x in (corners, corners @ R.T + shift))
+    assert there == pytest.approx(energy, rel=1e-8)
     np.testing.assert_allclose(moved.gradient, push.gradient @ R.T, atol=1e-8 * np.abs(push.gradient).max())
     np.testing.assert_allclose(moved.friction, push.friction @ R.T, atol=1e-8 * np.abs(push.friction).max())
 
 
 def test_friction_is_mu_N_against_the_slip(helix):
     load = helix.load(np.zeros(6), PHI, slid_from(helix, 1e-3), KAPPA)
-    k, N, f = load.resultant
-    assert k == 1
-    assert f == pytest.approx(MU * N, rel=1e-9)
+    most = load.strongest
+    assert (most.first, most.second) == (0, 1)
+    assert most.f == pytest.approx(MU * most.N, rel=1e-9)
     assert load.slid > 0
-    stuck = helix.load(np.zeros(6), PHI, slid_from(helix, 1e-7), KAPPA).resultant
+    stuck = helix.load(np.zeros(6), PHI, slid_from(helix, 1e-7), KAPPA).strongest
     assert stuck.f < 0.1 * MU * stuck.N
 
 
 def test_without_contact_nothing_acts(helix):
     load = helix.load(np.zeros(6), 0.01, None, KAPPA)
     assert not load.total.any()
-    assert load.resultant == (0, 0.0, 0.0)
+    assert load.pairs == []
+    assert (load.strongest.N, load.strongest.f) == (0, 0)
 
 
 def test_stiffness_keeps_half_the_distance_at_the_given_force():
@@ -110,13 +113,14 @@ def above(gap):
 
 
 def test_places_are_named(helix):
-    touch = helix.contact.touches(helix.corners(np.zeros(6), PHI), KAPPA)[0]
+    touch = helix.touches(helix.corners(np.zeros(6), PHI), KAPPA)[0]
     assert touch.pair == "tip edge C1B1 on side edge D2C2"
     assert (touch.first, touch.second) == (0, 1)
-    resultant = helix.load(np.zeros(6), PHI, None, KAPPA).resultant
+    resultant = helix.load(np.zeros(6), PHI, None, KAPPA).strongest
     np.testing.assert_allclose(touch.N, resultant.N, rtol=1e-9)
-    D2, n_X = helix.corners(np.zeros(6), PHI)[4], helix.corners(np.zeros(6), PHI)[[4, 7]]
-    np.testing.assert_allclose(D2 + touch.s * (n_X[1] - n_X[0]) / 3.0, touch.place, atol=DHAT)
+    _, _, B1, C1, D2, _, _, C2 = helix.corners(np.zeros(6), PHI)[:8]
+    on_tip = (B1 + C1) / 2 + touch.p * (B1 - C1) / np.linalg.norm(B1 - C1)
+    np.testing.assert_allclose(D2 + touch.s * (C2 - D2) / 3.0, on_tip, atol=DHAT)
     corners, _ = above(0.5e-3)
     lowest = "DABC"[int(np.argmin(corners[4:, 1]))]
     touch = Contact(corners, [(0, 1)], 0.0, dhat=DHAT).touches(corners, KAPPA)[0]
@@ -131,10 +135,14 @@ def test_no_motion_goes_through():
     end[4:, 1] -= 0.5
     share = contact.free(corners, end)
     assert 0.8 * gap / 0.5 < share < gap / 0.5
-    assert contact.crossed(end)
-    assert not contact.crossed(corners)
+    assert crosses(contact, end)
+    assert not crosses(contact, corners)
     end[4:, 1] += 0.4
     assert contact.free(corners, end) == 1
+
+
+def crosses(contact, corners):
+    return contact._ipc.has_intersections(contact._mesh, np.asfortranarray(corners))
 
 
 def test_only_the_given_pairs_meet():

@@ -13,7 +13,7 @@ pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 import squama
 from squama.fe import stiffness as joint
-from squama.fe.assembly import COLUMNS, make_body, make_cell
+from squama.fe.assembly import make_body, make_walk
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.paper import parameters as par
@@ -32,7 +32,7 @@ class Lines:
 
     def place(self, at, u, w):
         c, s = np.cos(w), np.sin(w)
-        return self.shape.base + (u + np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ at) @ self.shape.axes
+        return self.shape.rest.base + (u + np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ at) @ self.shape.rest.axes
 
     def image(self, at, u, w, phi):
         c, s = np.cos(phi), np.sin(phi)
@@ -96,7 +96,7 @@ class SpringHinge:
         rate = du_phi - slope(du_phi, 1) / slope(along, 0) * along
         dq = np.append(du, 0) + turn * along
         change, share = r.update(motions(dq)), 1.0
-        while not self.body.forces(self.z + share * change, motions(self.q + share * dq), phi).least > 0:
+        while not least(self.body, self.z + share * change, self.q + share * dq, phi) > 0:
             share /= 2
         self.z, self.q = self.z + share * change, self.q + share * dq
         return r, rate, max(np.abs(dq).max(), np.abs(change[: 3 * self.body.free.size]).max())
@@ -124,6 +124,11 @@ def motions(q):
     return np.array([*q[:3], 0, q[3], 0])
 
 
+def least(body, z, q, phi):
+    """The least det F of the elements."""
+    return body.elements(body.places(z, motions(q), phi), phi, tangent=False).least
+
+
 def spring_hinge(mesh, shape, phis, *, moves=True):
     """Torque, turn and moment at twists beyond engagement."""
     hinge, rows, past = SpringHinge(mesh, shape, moves), [], []
@@ -134,25 +139,24 @@ def spring_hinge(mesh, shape, phis, *, moves=True):
                 for share in (1.0, 0.5, 0.25, 0.0):
                     far = share * (phi - b) / (b - a)
                     hinge.z, hinge.q = (x + far * (x - y) for x, y in zip(new, old, strict=True))
-                    if hinge.body.forces(hinge.z, motions(hinge.q), phi).least > 0:
+                    if least(hinge.body, hinge.z, hinge.q, phi) > 0:
                         break
             rows.append(hinge.at(phi))
             past.append((phi, hinge.z, hinge.q))
     finally:
-        hinge.body.close()
+        hinge.body.solver.close()
     return np.array(rows).T
 
 
 def elements(mesh, shape, phis, increment=0.01):
     """Torque and inclination of the elements in contact."""
-    walk = make_cell(mesh, shape, MU, hinged=True)
+    walk = make_walk(mesh, shape, MU, hinged=True)
     rows = []
     for phi in phis:
         ended = walk.run(phi, increment)
         assert ended.reached, ended.sentence
-        rows.append(walk.rows[-1])
-    table = dict(zip(COLUMNS, np.array(rows).T, strict=True))
-    return table["T"], table["theta"]
+        rows.append((walk.columns["T"][-1], walk.columns["theta"][-1]))
+    return np.array(rows).T
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,7 @@ def test_the_axes_at_rest_are_those_of_the_theory():
     np.testing.assert_allclose(n_X, [-np.sin(ALPHA) * np.cos(THETA0), np.sin(THETA0), np.cos(ALPHA) * np.cos(THETA0)])
     np.testing.assert_allclose(n_Y, [np.cos(ALPHA), 0, np.sin(ALPHA)])
     np.testing.assert_allclose(n_Z, np.cross(n_X, n_Y))
-    D, A, B, C = Row(REST).corners(np.zeros(6), 0.0)[:4]
+    D, A, B, C = Placed(Row(REST), np.zeros(6), 0.0).corners[:4]
     np.testing.assert_allclose([D, A], [REST.base - 0.6 * n_Y, REST.base + 0.6 * n_Y])
     np.testing.assert_allclose([C, B], [D + 3 * n_X, A + 3 * n_X])
 
@@ -71,7 +71,7 @@ def test_attached_points_follow_the_pose_with_right_derivatives(rng):
 def test_images_are_turned_clockwise_and_moved_by_a_pitch(rng):
     row, v, phi = Row(REST), rng.normal(size=6) * 0.2, 0.37
     assert row.reach == 4
-    corners = row.corners(v, phi).reshape(-1, 4, 3)
+    corners = Placed(row, v, phi).corners.reshape(-1, 4, 3)
     c, s = np.cos(phi), np.sin(phi)
     R = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     for k in range(row.reach):
@@ -83,10 +83,9 @@ def test_images_are_turned_clockwise_and_moved_by_a_pitch(rng):
 def test_derivatives_of_the_corners_by_motions_and_twist(rng, size, row):
     # motions of other bodies may follow those of the scales
     q = np.append(rng.normal(size=6 * row.moving + (0 if row.endless else 6)) * size, 0.2)
-    forces = rng.normal(size=row.corners(q[:-1], q[-1]).shape)
     placed = Placed(row, q[:-1], q[-1])
-    np.testing.assert_array_equal(placed.corners, row.corners(q[:-1], q[-1]))
-    by_q = differences(lambda q: row.corners(q[:-1], q[-1]), q)
+    forces = rng.normal(size=placed.corners.shape)
+    by_q = differences(lambda q: Placed(row, q[:-1], q[-1]).corners, q)
     np.testing.assert_allclose(placed.rates, by_q.reshape(-1, q.size), atol=1e-7)
     second = differences(lambda q: forces.ravel() @ Placed(row, q[:-1], q[-1]).rates, q)
     np.testing.assert_allclose(placed.curvature(forces), second, atol=1e-6)

@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("ipctk", reason="needs the extra fe")
 
 from scipy.spatial.transform import Rotation
+from solids import barrier_energy
 
 from squama.fe.contact import RowContact, ranges, stiffness, where
 from squama.fe.plate import Rest, Row
@@ -50,7 +51,7 @@ def test_without_friction_forces_are_the_derivative_of_the_energy(row):
     q, h = np.append(motions(), PHI), 1e-8
 
     def energy(q):
-        return row.load(q[:-1], q[-1], None, KAPPA).push.energy
+        return barrier_energy(row, row.corners(q[:-1], q[-1]), KAPPA)
 
     load = row.load(q[:-1], q[-1], None, KAPPA)
     found = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(q.size)]
@@ -84,7 +85,8 @@ def test_moved_together_the_scales_feel_the_same(row):
     assert np.abs(push.friction).max() > 1e-4
     for a, b in ((push.gradient, other.gradient), (push.friction, other.friction)):
         np.testing.assert_allclose(b, a @ R.T, atol=1e-7 * np.abs(a).max())
-    assert other.energy == pytest.approx(push.energy, rel=1e-7)
+    energy, turned = (barrier_energy(row, row.corners(motion, PHI), KAPPA) for motion in (v, there))
+    assert turned == pytest.approx(energy, rel=1e-7)
 
 
 def test_action_is_reaction_pair_by_pair(row):
@@ -106,26 +108,28 @@ def test_equal_scales_touch_as_along_a_helix(row):
     one = helix.load(v[:6], PHI, helix.corners(v[:6], PHI - 1e-3), KAPPA)
     load = row.load(v, PHI, row.corners(v, PHI - 1e-3), KAPPA)
     for pair in load.pairs:
-        assert (pair.N, pair.f) == pytest.approx((one.resultant.N, one.resultant.f), rel=1e-6)
+        assert (pair.N, pair.f) == pytest.approx((one.strongest.N, one.strongest.f), rel=1e-6)
     # two contacts in the row, one a pitch along the helix; a shift of all motions moves both
     # slips are counted in space, so the second pair's is turned by the increment
     for part, ours, slack in ((one.normal, load.normal, 1e-6), (one.friction, load.friction, 2e-3)):
         np.testing.assert_allclose(ours[:-1].reshape(N, 6).sum(0), 2 * part[:6], atol=slack * np.abs(part).max())
         assert ours[-1] == pytest.approx(2 * part[6], rel=slack)
-    assert load.push.energy == pytest.approx(2 * one.push.energy, rel=1e-6)
+    both, single = (barrier_energy(c, c.corners(motion, PHI), KAPPA) for c, motion in ((row, v), (helix, v[:6])))
+    assert both == pytest.approx(2 * single, rel=1e-6)
 
 
 def test_contacts_are_named(row):
-    p, s, words = where(row.contact.touches(row.corners(np.zeros(6 * N), PHI), KAPPA), N)
+    p, s, words = where(row.touches(row.corners(np.zeros(6 * N), PHI), KAPPA), N)
     assert words == "tip edge on the next scale's side edge DC: 1 to 2"
     assert np.isfinite(p[:2]).all()
     assert s[0] == pytest.approx(s[1], rel=1e-6)
     assert np.isnan(p[2])
-    assert where(row.contact.touches(row.corners(np.zeros(6 * N), 0.0), KAPPA), N)[2] == ""
+    assert where(row.touches(row.corners(np.zeros(6 * N), 0.0), KAPPA), N)[2] == ""
     assert ranges([3, 1, 2, 7, 5]) == "1 to 3, 5, 7"
 
 
 def test_without_contact_nothing_acts(row):
     load = row.load(np.zeros(6 * N), 0.01, None, KAPPA)
     assert not load.total.any()
-    assert load.resultant == (0, 0.0, 0.0)
+    assert load.pairs == []
+    assert (load.strongest.N, load.strongest.f) == (0, 0)

@@ -26,7 +26,7 @@ def stopped(beta, lam, goal, ways):
     K = np.diag([1.1, 0.8, 1.1, 0.17, 0.021, 0.15, 0.05])
     K[2, 4] = K[4, 2] = 0.096
     walk = condense.Walk(Rest.at(3, beta, lam, np.pi / 4, np.radians(10)), K, 0.5, ways, DHAT, SLIP)
-    assert not walk.to(goal, condense.INCREMENT)
+    assert not walk.run(goal, condense.INCREMENT).reached
     return walk
 
 

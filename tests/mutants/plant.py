@@ -40,6 +40,8 @@ PARTNERS = (
 )
 """Names that are easily taken for each other: each is put in the other's place."""
 SWAP = dict(PARTNERS) | {b: a for a, b in PARTNERS if b not in dict(PARTNERS)}
+UNSEEN = {"strict", "frozen", "kw_only", "eq", "flush", "stacklevel", "maxsize"}
+"""Arguments that no result depends on; what stands for them is left alone."""
 PERIODS = ("k", "j")
 """Names of the neighbour: a factor or divisor k is also dropped."""
 
@@ -126,6 +128,10 @@ class _Finder(ast.NodeVisitor):
 
     def visit_Import(self, node: ast.Import) -> None:
         pass
+
+    def visit_keyword(self, node: ast.keyword) -> None:
+        if node.arg not in UNSEEN:
+            self.generic_visit(node)
 
     def visit_Raise(self, node: ast.Raise) -> None:
         pass

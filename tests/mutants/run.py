@@ -1,12 +1,14 @@
 """Plant errors in the kernel, one at a time, in a copy of the tree, and show that the tests catch each of them.
 
-python tests/mutants/run.py [--only FILE] [--list] [--sample N] [--jobs N] [--all]
+python tests/mutants/run.py [--only FILE ...] [--list] [--sample N] [--log FILE] [--jobs N] [--all]
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib
+import itertools
 import os
 import random
 import shutil
@@ -18,14 +20,28 @@ import traceback
 from pathlib import Path
 from typing import NamedTuple
 
-from known import BY_HAND, EQUIVALENT, HAND_TESTS, TESTS
+from known import BY_HAND, EQUIVALENT, TESTS
 from plant import Mutant, by_hand, mutants
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "squama"
 LIMIT = 180
 """Seconds that the tests may take with an error in place; a loop without end counts as caught."""
-LEFT_OUT = ("-k", "not numba and not bad_arguments")
+FEW = 3
+"""Errors that a sample takes from each file before it takes more of the long ones."""
+LIBRARIES = ("pytest", "hypothesis.extra.numpy", "numba", "mpmath", "pydantic", "pint", "scipy.optimize", "scipy.stats")
+LIBRARIES += (
+    "scipy.sparse.linalg",
+    "xarray",
+    "h5netcdf",
+    "zarr",
+    "matplotlib.pyplot",
+    "cyclopts",
+    "rich.table",
+    "ipctk",
+)
+"""What the package and its tests import."""
+LEFT_OUT = ("-k", "not numba and not memory_is and not killed and not ctrl_c")
 
 
 class Running(NamedTuple):
@@ -38,11 +54,26 @@ class Running(NamedTuple):
     started: float
 
 
-def planted(only: str | None) -> list[Mutant]:
+def planted(only: list[str]) -> list[Mutant]:
     """Return every error, by hand and by the tree, file after file."""
     found: list[Mutant] = [by_hand(PACKAGE, *row) for row in BY_HAND]
     found += [m for file in TESTS for m in mutants(PACKAGE, file)]
-    return [m for m in found if only is None or only in m.file]
+    return [m for m in found if not only or any(part in m.file for part in only)]
+
+
+def drawn(found: list[Mutant], number: int) -> list[Mutant]:
+    """Draw errors, FEW of each file and then in proportion; a file's draw is the same in every run, more hold fewer."""
+    ranked = []
+    for file, group in itertools.groupby(sorted(found), key=lambda m: m.file):
+        mixed = list(group)
+        random.Random(file).shuffle(mixed)
+        ranked += [(i - FEW if i < FEW else i / len(mixed), m) for i, m in enumerate(mixed)]
+    return [m for _, m in sorted(ranked)[:number]]
+
+
+def row(m: Mutant) -> str:
+    """Name an error in the log, as long as its line stays as it is."""
+    return f"{m.file}\t{m.change}\t{m.text}"
 
 
 def reason(m: Mutant) -> str | None:
@@ -54,7 +85,7 @@ def reason(m: Mutant) -> str | None:
 def copy(place: Path) -> Path:
     """Copy what the tests need; compiled files stay behind, so that no stale one is found."""
     skip = shutil.ignore_patterns("__pycache__", "mutants")
-    for folder in ("src", "tests"):
+    for folder in ("src", "tests", "examples"):
         shutil.copytree(ROOT / folder, place / folder, ignore=skip)
     for file in ("pyproject.toml", "CITATION.cff"):
         shutil.copy2(ROOT / file, place / file)
@@ -67,19 +98,20 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...] = ()) -
 
     os.chdir(tree)
     sys.path.insert(0, str(tree / "src"))
+    os.environ["PYTHONPATH"] = str(tree / "src")  # of what the tests start
     sys.dont_write_bytecode = not extra
     options = ["-x", "-q", "--no-header", "--no-summary", "--hypothesis-profile=mutants", "--benchmark-disable"]
     # the libraries are there before pytest
     options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
-    for test in tests:
-        if not (tree / "tests" / test).exists():
-            continue
-        status = pytest.main([*options, *LEFT_OUT, *extra, "-p", "no:cacheprovider", f"tests/{test}"])
+    for file, some in itertools.groupby(tests, key=lambda test: test.partition("::")[0]):
+        status = pytest.main(
+            [*options, *LEFT_OUT, *extra, "-p", "no:cacheprovider", *(f"tests/{test}" for test in some)]
+        )
         import squama
 
         assert str(tree) in str(squama.__file__)
         if status not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
-            print(test, flush=True)
+            print(file, flush=True)
             return int(status)
     return 0
 
@@ -110,8 +142,8 @@ def plant(m: Mutant, tree: Path) -> tuple[str, os.stat_result]:
     path = tree / "src" / "squama" / m.file
     source, stamp = path.read_text(encoding="utf-8"), path.stat()
     path.write_text(m.apply(source), encoding="utf-8")
-    # not the time of the original, whose compiled file must not be taken for this one
-    os.utime(path, (stamp.st_atime, stamp.st_mtime + 7))
+    # a time of its own: neither the original's compiled file nor another error's must be taken for this one
+    os.utime(path, (stamp.st_atime, stamp.st_mtime + 7 + m.start))
     return source, stamp
 
 
@@ -124,36 +156,24 @@ def restore(done: Running) -> None:
 
 def preload() -> None:
     """Import the libraries once, before the first fork."""
-    import hypothesis.extra.numpy  # noqa: F401
-    import mpmath  # noqa: F401
-    import numpy as np  # noqa: F401
-    import pydantic  # noqa: F401
-    import pytest  # noqa: F401
-    import xarray  # noqa: F401
-    from scipy.optimize import brentq, elementwise  # noqa: F401
-
+    for name in LIBRARIES:
+        importlib.import_module(name)
     assert "squama" not in sys.modules
 
 
-def tests_of(m: Mutant) -> tuple[str, ...]:
-    return HAND_TESTS.get(m.file) or TESTS[m.file]
-
-
 def baseline(tree: Path, todo: list[Mutant]) -> bool:
-    """Run the tests without an error; they must pass. Leaves the tests' compiled files behind, not the package's."""
+    """Run the tests without an error; they must pass. Leaves compiled files behind."""
     log = tree.with_suffix(".log")
-    every = tuple(dict.fromkeys(t for m in todo for t in tests_of(m)))
+    every = tuple(dict.fromkeys(t for m in todo for t in TESTS[m.file]))
     pid = child(tree, every, log, ("--maxfail=100", "--tb=short"), limit=0)
     good = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0
     if not good:
         print(log.read_text(encoding="utf-8")[-5000:])
-    for stale in (tree / "src").rglob("__pycache__"):
-        shutil.rmtree(stale)
     return good
 
 
-def try_all(todo: list[Mutant], trees: list[Path]) -> list[Mutant]:
-    """Run every error, as many at once as there are trees; returns the survivors."""
+def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mutant]:
+    """Run every error, as many at once as there are trees, and log each; returns the survivors."""
     free, running, survivors, count = list(trees), {}, [], 0
     queue = list(reversed(todo))
     width = max((len(f"{m.file}:{m.line}") for m in todo), default=0)
@@ -161,7 +181,7 @@ def try_all(todo: list[Mutant], trees: list[Path]) -> list[Mutant]:
         while queue and free:
             m, tree = queue.pop(), free.pop()
             source, stamp = plant(m, tree)
-            pid = child(tree, tests_of(m), tree.with_suffix(".log"))
+            pid = child(tree, TESTS[m.file], tree.with_suffix(".log"))
             running[pid] = Running(m, tree, source, stamp, time.monotonic())
         pid, status = os.wait()
         done = running.pop(pid)
@@ -177,23 +197,32 @@ def try_all(todo: list[Mutant], trees: list[Path]) -> list[Mutant]:
             f"{count:4}/{len(todo)} {word:8} {place:{width + 11}} {m.change:28} [{seconds:.1f} s] | {m.text}",
             flush=True,
         )
+        if log:
+            with log.open("a", encoding="utf-8") as out:
+                out.write(f"{row(m)}\t{word}\t{seconds:.1f}\n")
     return survivors
 
 
 def main() -> int:
     """Plant, run, tell; the exit status is 1 if an error was not caught."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", metavar="FILE", help="errors in files whose path holds this")
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="FILE", help="errors in files whose path holds one of these"
+    )
     parser.add_argument("--list", action="store_true", help="list the errors and plant none")
-    parser.add_argument("--sample", type=int, metavar="N", help="N errors drawn by chance, the same in every run")
+    parser.add_argument("--sample", type=int, metavar="N", help="N errors drawn by chance, some of every file")
+    parser.add_argument("--log", type=Path, metavar="FILE", help="keep results here; what is there already is left out")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="tests at the same time (2)")
     parser.add_argument("--all", action="store_true", help="also those that are known to be no error")
     given = parser.parse_args()
     found = planted(given.only)
     same = [m for m in found if reason(m)]
     todo = found if given.all else [m for m in found if not reason(m)]
-    if given.sample is not None and given.sample < len(todo):
-        todo = sorted(random.Random(0).sample(todo, given.sample))
+    if given.sample is not None:
+        todo = drawn(todo, given.sample)
+    if given.log and given.log.exists():
+        known = {line.rsplit("\t", 2)[0] for line in given.log.read_text(encoding="utf-8").splitlines()}
+        todo = [m for m in todo if row(m) not in known]
     if given.list:
         for m in found:
             print(
@@ -215,7 +244,7 @@ def main() -> int:
         # with the tests' compiled files
         more = (Path(folder) / f"tree{i}" for i in range(1, min(given.jobs, len(todo))))
         trees = [first, *(shutil.copytree(first, place) for place in more)]
-        survivors = try_all(todo, trees)
+        survivors = try_all(todo, trees, given.log)
     with contextlib.suppress(BrokenPipeError):
         for m in survivors:
             print(f"SURVIVED src/squama/{m.file}:{m.line}  {m.change}  | {m.text}")

@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from oracle.vectors import Design as Rigid
-from squama.batch import solution
+from squama.arrays import solution
 from squama.model import energy, mechanics
 from squama.model.outcome import CODES
 from squama.model.paths import FLOAT, Point
@@ -102,16 +102,16 @@ class Followed(NamedTuple):
 
 def follow(d: Drawn, law: str = "edge", sense: str = "+") -> Followed | None:
     """Solve one design by the package; None where nothing engages."""
-    columns = [np.array([v]) for v in d]
-    s = solution.solve_twisting(*columns, law=law, sense=sense)
-    if not s.tracks:
+    columns = {name: np.array([v]) for name, v in zip(solution.COLUMNS, d, strict=True)}
+    s, crossings, tracks = solution.solve(columns, law=law, sense=sense)
+    if not tracks:
         return None
-    t = s.tracks[0][1]
+    t = tracks[0][1]
     one = (s.theta_end, s.load_e, s.load_end)
     theta_end, load_e, load_end = (float(v[0]) for v in one)
-    code, k, crossing = CODES[int(s.code[0])], int(s.neighbour[0]), int(s.crossing[0])
+    code, k, crossing = CODES[int(s.code[0])], int(s.neighbour[0]), int(crossings[0])
     row, x0, x_end = scalar(t.row), float(t.x0[0]), float(t.x_end[0])
-    pole = float(energy.pole(t.row, t.x_end, columns[-1], law, t.x0)[0])
+    pole = float(energy.pole(t.row, t.x_end, columns["mu"], law, t.x0)[0])
     return Followed(row, x0, x_end, code, theta_end, load_e, load_end, k, crossing, pole)
 
 

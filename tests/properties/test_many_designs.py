@@ -10,7 +10,7 @@ import pytest
 
 import squama
 from properties.designs import balance, each, follow, many, mirrored
-from squama.batch import solution
+from squama.arrays import solution
 from squama.errors import InputError
 from squama.model import energy, neighbours
 from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Twist
@@ -130,7 +130,7 @@ def test_engagement_of_each_neighbour_is_a_contact_on_both_edges(sense: int) -> 
         near = (abs(c.p) <= columns["beta"]) & (c.s > columns["eta"])
         assert np.all(np.isinf(phi[near & clear]))
         first = np.minimum(first, want)
-    sol = solution.solve_twisting(*columns.values(), law="edge", sense="+" if sense > 0 else "-")
+    sol = solution.solve(columns, law="edge", sense="+" if sense > 0 else "-").found
     k, phi = sol.neighbour, sol.load_e
     np.testing.assert_allclose(phi, first, rtol=1e-12)
     assert np.all((k == 0) == np.isinf(phi))

@@ -16,8 +16,9 @@ import pytest
 
 import squama
 from squama import arguments
-from squama.batch import Solved, figures, solved
+from squama.batch import Solved, solved
 from squama.batch.answers import FEW, answers
+from squama.model import figures
 
 RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "twisting.json").read_text(encoding="utf-8"))
 FIGURES = ("load_e", "theta_end", "load_end", "theta_c", "load_c", "f0", "torque", "U_el", "W_fr", "RED")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import squama
 from oracle import bending as oracle
 from oracle.vectors import MP
-from squama.batch import solution
+from squama.arrays import solution
 from squama.model import mechanics
 from squama.model.bending import Bend, bend_at
 from squama.model.outcome import CODES
@@ -21,8 +21,10 @@ from squama.model.paths import ARRAY, FLOAT
 etas, angles = st.floats(1.05, 8), st.floats(math.radians(0.1), math.radians(60))
 
 
-def solve(eta: float, theta0: float, mu: float) -> solution.Solution:
-    return solution.solve_bending(*(np.array([float(v)]) for v in (eta, theta0, mu)))
+def solve(eta: float | list[float], theta0: float, mu: float) -> squama.Solved:
+    etas = np.atleast_1d(np.asarray(eta, float))
+    columns = {"eta": etas, "theta0": np.full(etas.size, float(theta0)), "mu": np.full(etas.size, float(mu))}
+    return solution.solve(columns, load="bending", law="edge", sense="+").found
 
 
 @pytest.mark.parametrize(("mu", "lock"), [(0.0, 1.00507), (0.3, 0.96228), (0.6, 0.86068), (1.0, 0.70889)])
@@ -159,7 +161,7 @@ def test_newton_takes_few_steps(eta: float, theta: float) -> None:
 
 
 def test_short_scales_do_not_engage() -> None:
-    s = solution.solve_bending(np.array([0.9, 1.0, 2.0]), np.full(3, 0.1), np.full(3, 0.3))
+    s = solve([0.9, 1.0, 2.0], 0.1, 0.3)
     assert [str(CODES[c]) for c in s.code] == ["no engagement", "frictional lock", "frictional lock"]
     assert s.neighbour.tolist() == [0, 1, 1]
     assert np.isinf(s.load_e[0])

@@ -29,7 +29,7 @@ HISTORY = "0, 0.15, 0.05, 0.2, 0 rad/pitch"
 @pytest.fixture
 def one_pair(monkeypatch):
     """Leave out the test of the plates against each other, which ends such paths before."""
-    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
+    monkeypatch.setattr("squama.arrays.solution.touch", lambda *_, **__: None)
 
 
 def along(c, branch):

@@ -11,12 +11,11 @@ import squama
 from oracle.path import path_end
 from oracle.vectors import MP, Design
 from oracle.work import red, work
-from squama.batch import figures
-from squama.batch.figures import Rules
-from squama.batch.solution import solve_twisting
+from squama.arrays import solution
 from squama.errors import ValidityWarning
-from squama.model import energy, mechanics
+from squama.model import energy, figures, mechanics
 from squama.model.evaluation import NAMES, OPEN, Room
+from squama.model.figures import Rules
 from squama.model.follow import FRICTIONAL, Followed, follow
 from squama.model.paths import ARRAY, FLOAT, Twist
 
@@ -249,7 +248,7 @@ def test_a_sharp_corner_of_the_slip_is_cut_out(monkeypatch: pytest.MonkeyPatch) 
         "theta0": 0.29224458450728935,
         "mu": 1.2876723256122566,
     }
-    sol = solve_twisting(*(np.array([v]) for v in d.values()), law="edge", sense="+")
+    sol = solution.solve({name: np.array([v]) for name, v in d.items()}, law="edge", sense="+")
     ((_, t),) = sol.tracks
     x, w = np.polynomial.legendre.leggauss(20)
     half = (t.x_end - t.x0) / 12_000

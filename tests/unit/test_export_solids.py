@@ -128,7 +128,7 @@ def test_the_plates_sit_where_the_elements_have_them(plan):
         held |= described.in_slot(local[:, [1, 2, 0]] / tight.pitch + [0, described.lam, 0], slack=0)
     assert 0.05 < held.mean() < 0.95
     assert (inside(mesh.build(bodies.substrate(tight)), points) == ~held).all()
-    np.testing.assert_allclose(tight.axes, described.axes, atol=1e-15)
+    np.testing.assert_allclose(tight.axes, described.rest.axes, atol=1e-15)
 
 
 @PLANS

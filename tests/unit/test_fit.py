@@ -87,7 +87,7 @@ def test_bending_and_a_folded_path_and_the_other_sense():
 
 
 def test_the_other_sense_of_twist(monkeypatch):
-    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
+    monkeypatch.setattr("squama.arrays.solution.touch", lambda *_, **__: None)
     both = squama.Beam.from_ratios(
         eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02, mu=0.2, youngs_modulus="2 MPa"
     )

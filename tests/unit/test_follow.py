@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.batch import solution
+from squama.arrays import solution
 from squama.curves import doors, follow, hinge
 from squama.curves.path import Asked, LoadPath
 from squama.errors import InputError

@@ -7,11 +7,13 @@ import pytest
 
 import squama
 from squama.beam import joint_law, matrixfile
-from squama.inverse.space import Space, Variable, of_beam, stepped
+from squama.inverse.space import Space, Variable, stepped
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
 from squama.study.columns import beam_at, columns, in_si, solved
+from squama.study.parameters import of_beam
 from squama.web import map as regimes
+from squama.web.fields import FIELDS
 from squama.web.state import State
 
 PLAIN = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(friction={"mu": 0.5})
@@ -59,12 +61,16 @@ def test_inverse_design_takes_the_matrix(torque):
 def test_the_map_takes_the_matrix():
     twist = squama.twist(OTHER)
     key = regimes.key(State(OTHER, 0.1), "mu", "alpha")
-    v = {**dict(key.fixed), "mu": 0.5, "alpha": OTHER.scale.alpha}
-    ratio = regimes._ratio(v, "twisting", key.matrix)
-    assert ratio == pytest.approx(OTHER.torsional_rigidity / (OTHER.joint_stiffness * D), rel=1e-12)
-    assert regimes.grid(key).RED.shape == (29, 37)
-    assert key != regimes.key(State(PLAIN, 0.1), "mu", "alpha")
-    assert not np.array_equal(regimes.grid(key).RED, regimes.grid(key._replace(matrix=None)).RED)
+    plain = regimes.key(State(PLAIN, 0.1), "mu", "alpha")
+    assert key != plain
+    red = regimes.grid(key).RED
+    assert red.shape == (29, 37)
+    assert not np.array_equal(red, regimes.grid(plain).RED)
+    ratio = OTHER.torsional_rigidity / (OTHER.joint_stiffness * D)
+    mu, alpha = (axis.values * FIELDS[axis.name].factor for axis in regimes.drawn("mu", "alpha"))
+    assert red[14, 9] == pytest.approx(
+        squama.solve(**OTHER.ratios | {"alpha": alpha[14]}, mu=mu[9], stiffness_ratio=ratio).RED, rel=1e-9
+    )
     design = squama.solve(**OTHER.ratios, mu=0.5, stiffness_ratio=ratio)
     assert float(design.RED) == pytest.approx(float(twist.RED_c), rel=1e-9)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import squama
+from squama.arrays.solution import solve
 from squama.loads import LOADS
 from squama.symbols import SYMBOLS
 
@@ -46,6 +47,7 @@ def test_figures_are_those_of_the_beam():
 @pytest.mark.parametrize("load", LOADS.values(), ids=list(LOADS))
 def test_the_solver_asks_for_what_the_contact_depends_on(load):
     beam = squama.Beam.from_ratios(mu=0.3)
-    sol = load.solve(lambda name: np.array([{**beam.ratios, "mu": 0.3}[name]]), law="edge", sense="+")
+    columns = {name: np.array([value]) for name, value in {**beam.ratios, "mu": 0.3}.items()}
+    sol = solve({name: columns[name] for name in load.contact}, load=load.name, law="edge", sense="+")
     curve = squama.twist(beam) if load.sided else squama.bend(beam)
-    assert float(sol.load_e[0]) == pytest.approx(float(curve[load.variable("load_e")]), rel=1e-12)
+    assert float(sol.found.load_e[0]) == pytest.approx(float(curve[load.variable("load_e")]), rel=1e-12)

@@ -10,7 +10,7 @@ import xarray as xr
 
 import squama
 from properties.designs import Drawn
-from squama.batch import solution
+from squama.arrays import solution
 from squama.curves.hinge import path
 from squama.curves.path import Case
 
@@ -298,7 +298,7 @@ def test_plates_that_touch_before_the_contact_engages() -> None:
 def released(law: str):
     """A path through its fold and back to theta0, with the plates of other pairs left out."""
     d = Drawn(1.292, 0.92, 0.744, math.radians(4.3), math.radians(12.22), 0.2)
-    sol = solution.solve_twisting(*(np.array([v]) for v in d), law=law, sense="+")
+    sol = solution.solve({name: np.array([v]) for name, v in d._asdict().items()}, law=law, sense="+")
     case = Case(1.0, 2.0, 3.0, d.eta, d.theta0)
     p = path(case, sol, None, d.mu, law, 0.01)
     return d, case, p, p.curve(points=200)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.batch.solution import solve_twisting
+from squama.arrays import solution
 from squama.model import energy
 from squama.model.outcome import CODES, End
 from squama.model.tracks import scalar
@@ -33,7 +33,7 @@ def designs(n: int, seed: int = 3) -> dict[str, np.ndarray]:
 def test_work_of_many_paths_is_that_of_each(law: str, margin: float) -> None:
     d = designs(160)
     solved = solve(**d, law=law, margin=margin)
-    sol = solve_twisting(*d.values(), law=law, sense="+")
+    sol = solution.solve(d, law=law, sense="+")
     seen = 0
     for index, t in sol.tracks:
         locks = np.isin(t.code, [CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC)])

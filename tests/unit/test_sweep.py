@@ -125,7 +125,7 @@ def test_labels(both):
     assert (attrs["margin"], attrs["law"], attrs["load"], attrs["sense"]) == (0.01, "edge plate", "twisting", "+")
     assert squama.Beam.from_toml_text(attrs["beam"]) == BEAM
     assert len(attrs["configuration_sha256"]) == 64
-    assert set(attrs["versions"]) == {"squama", "numpy", "scipy"}
+    assert set(attrs["versions"]) == {"squama", "numba", "numpy", "scipy"}
     document = json.loads((place / "RED" / "zarr.json").read_text())
     assert document["chunk_grid"]["configuration"]["chunk_shape"] == list(store.read_plan(place).tile)
     assert not data.RED.variable._in_memory

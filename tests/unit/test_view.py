@@ -48,7 +48,7 @@ def contact_load(motion: Motion, fraction: float) -> float:
 @pytest.fixture
 def one_pair(monkeypatch):
     """Leave out the test of the plates against each other, which ends some of these paths before."""
-    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
+    monkeypatch.setattr("squama.arrays.solution.touch", lambda *_, **__: None)
 
 
 @pytest.mark.parametrize("sense", [1, -1])

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import squama
+from squama.beam.parts import RATIOS
 from squama.cli import main
 from squama.errors import InputError
 from squama.paper import parameters
@@ -37,7 +38,7 @@ def test_presets_are_the_papers_beams_and_the_example() -> None:
         assert 0 < one.twist < live.motion(one.setting).last
 
 
-@pytest.mark.parametrize("name", [n for n, f in FIELDS.items() if f.place[0] == "ratio"])
+@pytest.mark.parametrize("name", [n for n, f in FIELDS.items() if f.place in RATIOS])
 def test_a_ratio_changes_its_dimension_and_nothing_else(name: str) -> None:
     before = START.value(name)
     changed = START.change(name, f"{0.8 * before:.17g}")

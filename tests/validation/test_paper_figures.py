@@ -195,7 +195,7 @@ def test_bending_lock_line_is_a_translate(table):
 def test_kinematic_lock_is_where_the_edge_law_locks_without_friction():
     r = maps.sweep(par.main(), "eta", [2.0, 3.0, 5.0])
     phi, theta = maps.kinematic_lock(r)
-    sol = maps.ends(r, 0.0, "edge")
+    sol = maps.ends(r, 0.0, "edge").found
     np.testing.assert_allclose(phi, sol.load_end, rtol=1e-12)
     np.testing.assert_allclose(theta, sol.theta_end, rtol=1e-7)
 

@@ -35,7 +35,7 @@ CAMERA = """() => { squamaView.reset(); const c = squamaView.camera; c.updateMat
 
 @pytest.fixture
 def states(monkeypatch) -> list:
-    monkeypatch.setattr("squama.batch.solution.touch", lambda *_, **__: None)
+    monkeypatch.setattr("squama.arrays.solution.touch", lambda *_, **__: None)
     found = []
     for setting in CASES:
         motion = Motion(setting)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import arguments
-from squama.batch.solution import Solution, solve_bending, solve_twisting
+from squama.arrays import solution
+from squama.batch import Solved
 from squama.model.outcome import named
 from squama.model.sensitivity import STEP, Moved, Tracked, move, seed, tracked
 from squama.types import Array
@@ -23,7 +23,6 @@ OUTPUTS = ("load_e", "theta_end", "load_end", "theta_c", "load_c", "f0", "torque
 """Outputs that have derivatives; names as in :class:`squama.Solved`."""
 PARAMETERS = ("eta", "beta", "lam", "alpha", "theta0", "mu", "stiffness_ratio", "margin")
 """Parameters of :func:`squama.solve`."""
-_BENDING = ("eta", "theta0", "mu", "stiffness_ratio", "margin")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,27 +98,26 @@ def gradient(
     [-0.04412 -0.08261]
     """
     of, wrt = _names("of", of, OUTPUTS), _names("wrt", wrt, PARAMETERS)
-    arguments.one_of("load", load, ("twisting", "bending"))
+    kind = arguments.load(load)
     columns, shape = arguments.designs(
         eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
     )
     margin = arguments.margin(margin)
-    e, b, la, al, t0, m, ratio = columns
-    arguments.law(law)
-    sign = arguments.sense(sense)
+    given = dict(zip(PARAMETERS, columns, strict=False))
+    mu, sign = given["mu"], arguments.sense(sense)
     cut = margin if {"W_fr", "RED"} & set(of) else None
-    if load == "bending":
-        sol = solve_bending(e, t0, m, margin=cut)
-    else:
-        sol = solve_twisting(e, b, la, al, t0, m, law=law, sense=sense, margin=cut)
-    array = np.zeros((len(of), len(wrt), e.size))
+    sol = solution.solve(given, load=load, law=arguments.law(law), sense=sense, margin=cut)
+    array = np.zeros((len(of), len(wrt), mu.size))
     with np.errstate(all="ignore"):
-        figures = _Figures(sol, t0, ratio, of, with_work=cut is not None)
-        tracks = [(index, tracked(t, m[index], margin, law, sol.work[index])) for index, t in sol.tracks]
+        tracks = [(index, tracked(t, mu[index], margin, law, sol.found.W_fr[index])) for index, t in sol.tracks]
+        known = (*kind.contact, *PARAMETERS[6:])
         for j, name in enumerate(wrt):
-            known = _BENDING if load == "bending" else PARAMETERS
-            array[:, j] = figures.derivatives(tracks, name if name in known else "", sign)
-    return Gradient(of, wrt, array.reshape(len(of), len(wrt), *shape), sol.code.reshape(shape))
+            asked = name if name in known else ""
+            moved = _derivatives(
+                sol.found, given["theta0"], given["stiffness_ratio"], tracks, asked, sign, cut is not None
+            )
+            array[:, j] = [moved[key] for key in of]
+    return Gradient(of, wrt, array.reshape(len(of), len(wrt), *shape), sol.found.code.reshape(shape))
 
 
 def _names(what: str, given: str | Sequence[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
@@ -129,33 +127,27 @@ def _names(what: str, given: str | Sequence[str] | None, known: tuple[str, ...])
     return names
 
 
-@dataclass(frozen=True)
-class _Figures:
-    """From the moved results of the tracks to the outputs; ``with_work`` if the work, which costs most, is asked."""
+def _derivatives(
+    found: Solved, theta0: Array, ratio: Array, tracks: list[tuple[Array, Tracked]], name: str, sign: int, work: bool
+) -> dict[str, Array]:
+    """Differentiate the outputs with respect to one parameter ("" for one that has no part in this load).
 
-    sol: Solution
-    theta0: Array
-    ratio: Array
-    of: tuple[str, ...]
-    with_work: bool
-
-    def derivatives(self, tracks: list[tuple[Array, Tracked]], name: str, sign: int) -> Array:
-        """Differentiate the outputs with respect to one parameter ("" for one that has no part in this load)."""
-        ih = STEP * 1j
-        theta0 = self.theta0 + ih * (name == "theta0")
-        ratio = self.ratio + ih * (name == "stiffness_ratio")
-        out: dict[str, Any] = {key: np.zeros(theta0.size, complex) for key in Moved._fields}
-        # what does not engage stays where it is
-        engaged = np.isfinite(self.sol.load_e)
-        out["theta_end"], out["theta_c"] = theta0.copy(), theta0.copy()
-        out["load_e"][~engaged] = out["load_end"][~engaged] = complex(0, np.nan)
-        for index, t in tracks:
-            moved = move(t, seed(t, name, sign), with_work=self.with_work)
-            for key, values in zip(Moved._fields, moved, strict=True):
-                out[key][index] = values
-        out["torque"] = out["scales"] + ratio * out["load_c"]
-        lift = out["theta_c"] - theta0
-        out["U_el"] = (ratio * out["load_c"] ** 2 + lift * lift) / 2
-        total = out["U_el"] + out["W_fr"]
-        out["RED"] = np.divide(out["W_fr"], total, out=np.zeros_like(total), where=total.real > 0)
-        return np.array([out[key].imag for key in self.of]) / STEP
+    From the moved results of the tracks; with ``work`` that of friction, which costs most, too.
+    """
+    ih = STEP * 1j
+    theta0, ratio = theta0 + ih * (name == "theta0"), ratio + ih * (name == "stiffness_ratio")
+    out: dict[str, Array] = {key: np.zeros(theta0.size, complex) for key in Moved._fields}
+    # what does not engage stays where it is
+    engaged = np.isfinite(found.load_e)
+    out["theta_end"], out["theta_c"] = theta0.copy(), theta0.copy()
+    out["load_e"][~engaged] = out["load_end"][~engaged] = complex(0, np.nan)
+    for index, t in tracks:
+        moved = move(t, seed(t, name, sign), with_work=work)
+        for key, values in zip(Moved._fields, moved, strict=True):
+            out[key][index] = values
+    out["torque"] = out["scales"] + ratio * out["load_c"]
+    lift = out["theta_c"] - theta0
+    out["U_el"] = (ratio * out["load_c"] ** 2 + lift * lift) / 2
+    total = out["U_el"] + out["W_fr"]
+    out["RED"] = np.divide(out["W_fr"], total, out=np.zeros_like(total), where=total.real > 0)
+    return {key: value.imag / STEP for key, value in out.items()}

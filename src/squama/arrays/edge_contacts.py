@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import arguments
-from squama.batch import solution
+from squama.arrays import solution
 from squama.model import mechanics, twisting
-from squama.model.outcome import End, named
+from squama.model.outcome import End
 from squama.model.paths import ARRAY, Twist
-from squama.model.plates import Touch
 from squama.types import Array
 
 
@@ -49,7 +48,7 @@ class Forces(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """Engagement and end of many designs; every field has the broadcast shape of the inputs.
+    """Engagement and end of many designs, a view of :class:`squama.Solved`; fields have the inputs' broadcast shape.
 
     ``phi_e`` twist per pitch at engagement (inf where it never engages), ``theta_end``, ``phi_end``, ``end`` (the words
     of :class:`squama.End`), ``neighbour`` whose contact is followed (0 for none), ``other`` pair that ends the path or
@@ -230,23 +229,22 @@ def ends(
     """
     flat, shape = arguments.designs(eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu)
     law = arguments.law(law)
-    sign = arguments.sense(sense)
+    mirrored = arguments.sense(sense) < 0
     arguments.one_of("contacts", contacts, ("tip", "all"))
-    sol = solution.solve_twisting(*flat, law=law, sense=sense)
-    touches: list[Touch | None] = []
+    sol, touched = solution.solve(dict(zip(solution.COLUMNS, flat, strict=True)), law=law, sense=sense), {}
     if contacts == "all":
         sol, touches = solution.with_touches(sol, flat[:5], sense=sense)
-    other = np.full(flat[0].size, "", dtype="U96")
-    for i in range(flat[0].size) if touches else np.flatnonzero(sol.crossing):
-        other[i] = solution.other_words(sol, touches, int(i), mirrored=sign < 0)
-    came = sol.crossing > 0
-    phi_touch, theta_touch = np.where(came, sol.load_end, np.nan), np.where(came, sol.theta_end, np.nan)
-    for i, hit in enumerate(touches):
-        if hit is not None:
-            phi_touch[i], theta_touch[i] = hit.phi, hit.theta
-    fields = (sol.load_e, sol.theta_end, sol.load_end, named(sol.code), sol.neighbour, other)
-    senses = np.full(other.size, sense)
-    return Ends(*(f.reshape(shape) for f in (*fields, senses, phi_touch, theta_touch)))
+        touched = {i: hit for i, hit in enumerate(touches) if hit is not None}
+    found, came = sol.found, sol.crossing > 0
+    phi_touch, theta_touch = np.where(came, found.load_end, np.nan), np.where(came, found.theta_end, np.nan)
+    other = np.full(came.size, "", dtype="U96")
+    for i in {*np.flatnonzero(came).tolist(), *touched}:
+        other[i] = solution.other_words(touched.get(i), int(sol.crossing[i]), mirrored=mirrored)
+    for i, hit in touched.items():
+        phi_touch[i], theta_touch[i] = hit.phi, hit.theta
+    view = (found.load_e, found.theta_end, found.load_end, found.end, found.neighbour)
+    more = (other, np.full(came.size, sense), phi_touch, theta_touch)
+    return Ends(*(f.reshape(shape) for f in (*view, *more)))
 
 
 __all__ = ["Contact", "End", "Ends", "Forces", "contact", "ends", "forces"]

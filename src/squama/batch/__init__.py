@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import arguments
-from squama.batch.answers import answers
+from squama.batch.answers import FEW, Answers, answers
 from squama.model.evaluation import FOLDED
 from squama.model.outcome import named
 from squama.types import Array
@@ -24,7 +24,7 @@ class Solved(NamedTuple):
     ``load_e``, ``theta_end``, ``load_end`` (rad; load = twist phi or bend psi per pitch), ``code`` of the end (see
     ``end``), ``neighbour``; at the cut-off ``theta_c``, ``load_c``, ``f0`` = f l/K_theta, ``torque`` over K_theta,
     ``U_el`` d/K_theta, ``W_fr`` d/K_theta, ``RED``. Where nothing engages: load_e = load_end = inf, and the figures at
-    the cut-off are those of the unloaded beam.
+    the cut-off are those of the unloaded beam. :class:`squama.Ends` is a view of it.
     """
 
     load_e: Array
@@ -44,6 +44,27 @@ class Solved(NamedTuple):
     def end(self) -> Array:
         """Ends in words."""
         return named(self.code)
+
+    @classmethod
+    def of(cls, a: Answers, theta0: Array, ratio: Array | float = 0.0) -> Solved:
+        """Return what was answered of designs at rest at ``theta0``, of a ``ratio`` of stiffness; all flat."""
+        theta_end = np.where(a.kind == FOLDED, a.theta_f - a.x_end**2, a.x_end)
+        elastic = (ratio * a.load_c**2 + (a.theta_c - theta0) ** 2) / 2
+        total = elastic + a.work
+        return cls(
+            load_e=a.load_e,
+            theta_end=np.where(a.x_end == a.x0, theta0, theta_end),
+            load_end=a.load_end,
+            code=a.code,
+            neighbour=a.neighbour,
+            theta_c=a.theta_c,
+            load_c=a.load_c,
+            f0=a.f0,
+            torque=a.torque + ratio * a.load_c,
+            U_el=elastic,
+            W_fr=a.work,
+            RED=np.divide(a.work, total, out=0 * total, where=total > 0),
+        )
 
 
 def solve(
@@ -91,7 +112,7 @@ def solve(
     >>> print(s.end[1], f"W_fr d/K_theta = {s.W_fr[1]:.5f}")
     frictional lock W_fr d/K_theta = 1.77519
     """
-    arguments.one_of("load", load, ("twisting", "bending"))
+    arguments.load(load)
     columns, shape = arguments.designs(
         eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
     )
@@ -112,23 +133,7 @@ def solved(
     few: int | None = None,
 ) -> Solved:
     """Solve flat columns eta, beta, lam, alpha, theta0, mu, stiffness ratio; ``threads``, ``few`` as for answers."""
-    theta0, ratio = columns[4], columns[6]
-    given = {} if few is None else {"few": few}
-    a = answers(columns[:6], law=law, sense=sense, load=load, margin=margin, threads=threads, **given)
-    theta_end = np.where(a.kind == FOLDED, a.theta_f - a.x_end**2, a.x_end)
-    elastic = (ratio * a.load_c**2 + (a.theta_c - theta0) ** 2) / 2
-    total = elastic + a.work
-    return Solved(
-        load_e=a.load_e,
-        theta_end=np.where(a.x_end == a.x0, theta0, theta_end),
-        load_end=a.load_end,
-        code=a.code,
-        neighbour=a.neighbour,
-        theta_c=a.theta_c,
-        load_c=a.load_c,
-        f0=a.f0,
-        torque=a.torque + ratio * a.load_c,
-        U_el=elastic,
-        W_fr=a.work,
-        RED=np.divide(a.work, total, out=np.zeros(total.size), where=total > 0),
+    a = answers(
+        columns[:6], law=law, sense=sense, load=load, margin=margin, threads=threads, few=FEW if few is None else few
     )
+    return Solved.of(a, columns[4], columns[6])

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import logging
-import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.figures import Common, Rules, fill, legendre_rules, pole_rules
+from squama.loads import LOADS
 from squama.model.evaluation import BENT, NAMES, OPEN, Room
+from squama.model.figures import Common, Rules, fill, legendre_rules, pole_rules
 from squama.types import Array
 
 FEW = 128
@@ -58,7 +58,7 @@ def answers(
     Parameters
     ----------
     margin
-        Fraction of the path left before a lock; None leaves the figures at the cut-off out.
+        Fraction of the path left before a lock; None leaves the figures at the cut-off out (NaN).
     threads
         Threads to work with: by default as many as there are cores, or as NUMBA_NUM_THREADS says.
     few
@@ -67,9 +67,9 @@ def answers(
     designs = np.ascontiguousarray(np.stack(columns), float)
     n = designs.shape[1]
     cut, plain = (NO_RULE, NO_RULE) if margin is None else (pole_rules(margin), legendre_rules())
-    kind, sign = BENT if load == "bending" else OPEN, 1.0 if sense == "+" else -1.0
+    kind, sign = OPEN if LOADS[load].sided else BENT, 1.0 if sense == "+" else -1.0
     common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
-    out, whole = np.zeros((FLOATS, n)), np.empty((4, n), np.int64)
+    out, whole = np.full((FLOATS, n), np.nan), np.empty((4, n), np.int64)
     if n <= few:
         with np.errstate(all="ignore"):
             fill(designs, 0, n, common, Room(), out, whole)
@@ -79,13 +79,14 @@ def answers(
 
 
 def _in_parts(designs: Array, common: Common, out: Array, whole: Array, threads: int | None) -> None:
+    from numba import config
+
     from squama.batch import entry
 
     if not entry.ready():
         logging.getLogger("squama").warning("squama: compiling the code for many designs, once; some seconds")
     n = designs.shape[1]
-    cores = int(os.environ.get("NUMBA_NUM_THREADS", "0")) or len(os.sched_getaffinity(0))
-    workers = max(1, min(threads or cores, n // LEAST))
+    workers = max(1, min(threads or int(getattr(config, "NUMBA_NUM_THREADS", 1)), n // LEAST))
     parts = iter(range(0, n, size := max(LEAST, min(PART, n // (2 * workers)))))
 
     def work() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from squama import model
 from squama.batch import kernel
-from squama.batch.figures import Common
+from squama.model.figures import Common
 from squama.types import Array
 
 SOURCES = [f for room in (__file__, str(model.__file__)) for f in sorted(Path(room).parent.glob("*.py"))]
@@ -26,7 +26,7 @@ def _sources() -> str:
 
 def _entry(stamp: str) -> Any:
     def fill(designs: Array, low: int, high: int, common: Common, rooms: Array, out: Array, whole: Array) -> str:
-        """Answer the designs low..high, as :func:`squama.batch.figures.fill`."""
+        """Answer the designs low..high, as :func:`squama.model.figures.fill`."""
         _answer(designs, low, high, common, rooms[0], out, whole)
         return stamp
 

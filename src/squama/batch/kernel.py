@@ -2,7 +2,7 @@
 
 Numba is told that ``twisting.root``, ``laws.edge``, ``Twist.solve`` and so on are implemented by themselves, so that
 compiled code calls them by their names and methods and executes their very source. The steps from a design to its
-answer (:mod:`squama.model.follow`, :mod:`squama.batch.figures`) are copied with compiled functions in place of those
+answer (:mod:`squama.model.follow`, :mod:`squama.model.figures`) are copied with compiled functions in place of those
 that they name.
 """
 
@@ -21,8 +21,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.extending import overload, overload_attribute, overload_method
 
-from squama.batch import figures
-from squama.model import bending, bracket, energy, evaluation, follow, laws, mechanics, neighbours, twisting
+from squama.model import bending, bracket, energy, evaluation, figures, follow, laws, mechanics, neighbours, twisting
 from squama.model.bending import Bend
 from squama.model.evaluation import BENT, FIELDS, FOLDED, NAMES, SIZE, Design, Spot
 from squama.model.paths import FoldedTwist, Ops, Twist
@@ -152,9 +151,8 @@ _BARE = OPS._replace(atan=_inlined(_same))
 """Without the arc tangent, which would keep LLVM from taking several places in one instruction."""
 
 for _f in (
-    twisting.root, twisting.contact, laws.edge, laws.plate, mechanics.forces, mechanics.pressed,
-    energy.beyond, neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.meeting, neighbours.within,
-    neighbours.engages, neighbours.on_edges,
+    twisting.root, twisting.contact, laws.edge, laws.plate, mechanics.forces, energy.beyond,
+    neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.engages, neighbours.on_edges,
 ):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)
 _bend_at = _itself(bending.bend_at, np=_Single(_inlined(_same)))

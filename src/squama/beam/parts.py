@@ -266,13 +266,8 @@ class Assembly(Part):
     @property
     def ratios(self) -> dict[str, float]:
         """What the contact depends on: eta, beta, lam, and alpha, theta0 in rad."""
-        return {
-            "eta": self.eta,
-            "beta": self.beta,
-            "lam": self.lam,
-            "alpha": self.scale.alpha,
-            "theta0": self.scale.theta0,
-        }
+        angles = {"alpha": self.scale.alpha, "theta0": self.scale.theta0}
+        return {"eta": self.eta, "beta": self.beta, "lam": self.lam, **angles}
 
     @property
     def length(self) -> float:
@@ -313,19 +308,9 @@ class Assembly(Part):
     def sizes(self) -> joint_law.Sizes:
         """What the laws of joint and section depend on."""
         bar, scale = self.substrate, self.scale
-        return joint_law.Sizes(
-            bar.youngs_modulus,
-            bar.poisson_ratio,
-            bar.width,
-            bar.thickness,
-            self.pitch,
-            scale.width / 2,
-            scale.thickness,
-            scale.embedded,
-            self.beta,
-            self.lam,
-            self.zeta,
-        )
+        core = (bar.youngs_modulus, bar.poisson_ratio, bar.width, bar.thickness)
+        plate = (scale.width / 2, scale.thickness, scale.embedded)
+        return joint_law.Sizes(*core, self.pitch, *plate, self.beta, self.lam, self.zeta)
 
     @property
     def given(self) -> joint_law.Given:

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from squama.errors import InputError
+from squama.errors import InputError, SquamaError
 
 __all__ = ["main"]
 
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = _run(list(sys.argv[1:] if arguments is None else arguments))
         sys.stdout.flush()
-    except InputError as error:
+    except SquamaError as error:
         for line in str(error).splitlines():
             print(f"squama: error: {line}", file=sys.stderr)
         return WRONG

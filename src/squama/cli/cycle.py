@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.output import moment, number
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.units import shown
+from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
+_HISTORY = 'Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'
 _KEYS = "load law joint margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Loops in the table of the summary at most."""
@@ -30,10 +30,7 @@ def cycle(
     /,
     *,
     to: Annotated[str | None, flag(f"Twist to and back: {flags.TWISTS}.")] = None,
-    history: Annotated[
-        str | None,
-        flag('Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'),
-    ] = None,
+    history: Annotated[str | None, flag(_HISTORY)] = None,
     loops: Annotated[int, flag("How many times it is gone through (1).", read=whole(1, 10_000, "3"))] = 1,
     load: flags.Load = "twisting",
     law: flags.Law = "edge",
@@ -64,7 +61,7 @@ def _twists(name: str, text: str) -> str:
     """Refuse numbers without a unit, which in Python are rates in rad/m, and more than one twist in --to."""
     if name == "--to" and "," in text:
         refuse(name, shown(text), "is more than one twist", "give them to --history")
-    if flags.is_number(text.rpartition(",")[2]):
+    if is_number(text.rpartition(",")[2]):
         refuse(name, shown(text), "has no unit", f'write "{text} rad/m", "{text} rad/pitch" or "{text} rad total"')
     return text
 

@@ -30,17 +30,7 @@ MOST = 8
 Out = Annotated[str | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
 _DESIGNS, _STARTS = whole(1, 100, "5"), whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
-
-
-_number = whole(1, 100_000, "1,40,200")
-
-
-def _numbers(name: str, text: str) -> tuple[int, ...]:
-    return tuple(dict.fromkeys(_number(name, part) for part in text.split(",")))
-
-
-_PICK = flags.Reader[tuple[int, ...]](_numbers, ())
-_POPULATION = whole(8, 10_000, "200")
+_PICK, _POPULATION = flags.several(whole(1, 100_000, "1,40,200")), whole(8, 10_000, "200")
 
 
 def design(
@@ -192,16 +182,17 @@ def pareto(
     many = found.sizes["design"]
     folder: list[Path] = []
     if out is not None:
-        if far := [str(i) for i in pick if i > many]:
+        chosen = dict.fromkeys(pick or range(1, many + 1))
+        if far := [str(i) for i in chosen if i > many]:
             print(f"squama: warning: --pick: the front has {many} designs, no {', '.join(far)}", file=sys.stderr)
-        beams, wanted = inverse.beams(found), [i for i in pick or range(1, many + 1) if i <= many]
-        folder = output.write_beams(out, {i: _text(label(target), found, beams[i - 1], i) for i in wanted})
+        beams = inverse.beams(found)
+        texts = {i: _text(label(target), found, beams[i - 1], i) for i in chosen if i <= many}
+        folder = output.write_beams(out, texts)
     files = output.write(common, lambda: found, "front_figure")
     wrote = [f"wrote {len(folder)} beam files into {label(out)}"] if out is not None else []
     wrote += [f"wrote {label(path)}" for path in files]
-    return output.report(
-        common.json, target, [*folder, *files], lambda: _front(found), lambda: _front_shown(found), wrote
-    )
+    written = [*folder, *files]
+    return output.report(common.json, target, written, lambda: _front(found), lambda: _front_shown(found), wrote)
 
 
 def _text(file: str, front: xr.Dataset, beam: Beam, number: int) -> str:
@@ -230,9 +221,9 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
     columns |= {str(name): shown_in(str(name)) for name in front.data_vars if "." in str(name)}
-    several = np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int))
-    values = [[f"{factor * x:.4g}" for x in front[name].values[several]] for name, (factor, _) in columns.items()]
-    rows = zip(front.design.values[several].astype(str).tolist(), *values, strict=True)
+    few = front.isel(design=np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int)))
+    values = [[f"{factor * x:.4g}" for x in few[name].values] for name, (factor, _) in columns.items()]
+    rows = zip(few.design.values.astype(str).tolist(), *values, strict=True)
     heads = (f"{name.replace('.', '.' + chr(10))} {unit}".strip() for name, (_, unit) in columns.items())
     yield output.table(("design", *heads), rows, left=0)
     for name in names:

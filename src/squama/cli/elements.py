@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
 from squama.errors import refuse
@@ -151,7 +152,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
         f"{data.attrs['mesh']}"
     )
     yield str(data.attrs["sentence"])
-    torque = f"torque T = {output.moment(float(last['T']))}"
+    torque = f"torque T = {units.moment(float(last['T']))}"
     if finite:
         along = "free to move along the axis" if data.attrs["ends"] == "free" else "held along the axis"
         yield f"{turned}, means over the beam"
@@ -173,7 +174,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
 
 
 def _of(data: xr.Dataset, name: str, unit: str, factor: float = 1.0) -> str:
-    return output.number(factor * float(data[name]), unit)
+    return units.number(factor * float(data[name]), unit)
 
 
 def _one_scale(one: xr.Dataset, i: int, n: int) -> str:
@@ -230,7 +231,8 @@ def verify(
             progress=None if quiet else print_progress,
             announce=None if quiet else announce,
         )
-    return output.report(base.json, beam, found.written, lambda: _verified(found), lambda: _beside(found))
+    written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
+    return output.report(base.json, beam, written, lambda: _verified(found), lambda: _beside(found))
 
 
 def _verified(found: Verified) -> dict[str, object]:
@@ -254,23 +256,21 @@ def _beside(found: Verified) -> Iterable[str | Table]:
     yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
     yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
     yield ""
-    for name, factor, words in (
-        ("dT", 100.0, "torque over the elements', less 1 (%)"),
-        ("dtheta", math.degrees(1.0), "inclination less the elements' (deg)"),
-    ):
-        yield words
-        yield _table(data, name, factor)
-        yield ""
+    yield "torque over the elements', less 1 (%)"
+    yield _table(data, "dT", 100.0, "T_elements", "N m", 1.0)
+    yield ""
+    yield "inclination less the elements' (deg)"
+    yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", "deg", math.degrees(1.0))
+    yield ""
     yield from ranges(data)
     yield from finite(data)
     yield from output.warnings(data.attrs["warnings"])
 
 
-def _table(data: xr.Dataset, name: str, factor: float) -> Table:
+def _table(data: xr.Dataset, name: str, factor: float, own: str, unit: str, scale: float) -> Table:
     """Return the differences of all models at some twists, beside the elements' own value."""
     import numpy as np
 
-    own, unit, scale = ("T_elements", "N m", 1.0) if name == "dT" else ("theta_elements", "deg", math.degrees(1.0))
     models, phi = [str(model) for model in data["model"].values], data["phi"].values
     rows = []
     for i in np.unique(np.linspace(0, phi.size - 1, ROWS + 1).round().astype(int))[1:]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +10,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled
-from squama.errors import InputError, SquamaError
 from squama.io.files import label
 
 if TYPE_CHECKING:
@@ -52,8 +50,7 @@ _CLEARANCE = "Room between tab and slot, and between blades and the mould's lid,
 _BED = "Longest part that the printer takes; longer moulds are made in pieces (no limit)."
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@flags.group
 class Made:
     """What is made, and its sizes: arguments of :func:`squama.export`."""
 
@@ -98,12 +95,7 @@ def export(
 
     from squama.fabrication import exporting
 
-    try:
-        found = exporting.export(described, out, force=force, **vars(made))
-    except InputError:
-        raise
-    except SquamaError as error:
-        raise InputError(str(error)) from None
+    found = exporting.export(described, out, force=force, **vars(made))
     written = [*found.files, *output.draw(picture, "solids_figure", found)]
     wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written)]
     return output.report(base.json, beam, written, lambda: _record(found), lambda: _shown(found), wrote)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import refuse
 from squama.io.files import label
 from squama.loads import LOADS
-from squama.units import shown
+from squama.units import is_number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +32,7 @@ def _with_unit(unit: str) -> flags.Reader[str]:
     """Return a reader that refuses numbers without a unit, which in Python are SI."""
 
     def read(name: str, text: str) -> str:
-        if flags.is_number(text):
+        if is_number(text):
             refuse(name, text, "has no unit", f'write e.g. "{text} {unit}"')
         return text
 
@@ -49,11 +46,11 @@ _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may 
 _NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm"; from the residuals if not given.'
 _TO = 'Twist beyond which points are not used, e.g. "0.1 rad/pitch".'
 _REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg total".'
+_POSTERIOR = "Number of posterior samples to draw (0; extra fit)."
 _STICK = 'Way after a reversal on which points are not used, e.g. "0.002 rad/pitch".'
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@flags.group
 class Search:
     """How the parameters are looked for: arguments of :func:`squama.fit`."""
 
@@ -64,9 +61,7 @@ class Search:
     reversal: Annotated[str | None, flag(_REVERSAL, read=_twist)] = None
     stick: Annotated[str | None, flag(_STICK, read=_twist)] = None
     starts: Annotated[int, flag("Number of starts of the search (6).", read=whole(1, 1000, "6"))] = 6
-    posterior: Annotated[
-        int, flag("Number of posterior samples to draw (0; extra fit).", read=whole(0, 1_000_000, "4000"))
-    ] = 0
+    posterior: Annotated[int, flag(_POSTERIOR, read=whole(0, 1_000_000, "4000"))] = 0
     seed: Annotated[int, flag("Seed of the samples (1).", read=whole(0, 2**32 - 1, "1"))] = 1
     joint: flags.Joint = "hinge"
 
@@ -102,13 +97,12 @@ def fit(
 
     from squama.identify import fitting, sentences
 
-    # what mistakes are laid to, by the names of the arguments
-    names = {name: f"--{name}" for name in ("load", "law", "joint", "to", "noise", "reversal", "stick")}
+    names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data)}
+    parted = {name: text.partition(":") for name, text in limits.items()}
     given = {name: value for name, value in vars(search).items() if value is not None}
     with flags.laid(names):
-        parted = {name: [part.strip() for part in text.split(":")] for name, text in limits.items()}
-        low_high = {name: (low, high) for name, (low, high) in parted.items()}
+        low_high = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted.items()}
         found = fitting.fit(data, beam, find, bounds=low_high, **given)
     written = output.write(common, found.dataset, "fit_figure", flat)
     if corner:
@@ -133,9 +127,9 @@ def _count(beams: list[str], data: list[str]) -> None:
     """Keep as mistakes what is missing of beam and data, or given twice."""
     usage = "write: squama fit test.csv beam.toml"
     if not data:
-        flags.problems().add(reason="no measured points are given", where="", remedy=usage)
+        flags.problems().add("", "", "no measured points are given", usage)
     if not beams:
-        flags.problems().add(reason="no beam file (.toml) is given", where="", remedy=usage)
+        flags.problems().add("", "", "no beam file (.toml) is given", usage)
     if len(beams) > 1:
         flags.problems().add(beams[1], "", "is a second beam file", "give one")
     for path in dict.fromkeys(data):

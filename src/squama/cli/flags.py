@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, dataclass_transform
 
 from cyclopts import Parameter
 
@@ -97,8 +97,9 @@ def flag(words: str, *names: str, read: Reader[T] | None = None, many: bool = Fa
     ``words`` are its help, ``names`` its names if they are not the argument's; ``read`` makes the value, without one it
     is the text; of a flag that may be repeated (``many``) the value is a tuple.
     """
+    plain = Parameter(name=names or None, help=words, allow_leading_hyphen=True)
     if read is None:
-        return Parameter(name=names or None, help=words, allow_leading_hyphen=True)
+        return plain
 
     def convert(_: object, tokens: Sequence[Token]) -> object:
         found = []
@@ -112,9 +113,7 @@ def flag(words: str, *names: str, read: Reader[T] | None = None, many: bool = Fa
             problems().flags.add(name)
         return tuple(found) if many else found[0] if found else read.failed
 
-    return Parameter(
-        name=names or None, help=words, allow_leading_hyphen=True, converter=convert, n_tokens=1, accepts_keys=False
-    )
+    return Parameter.combine(plain, Parameter(converter=convert, n_tokens=1, accepts_keys=False))
 
 
 def within(bounds: Bounds) -> Reader[float]:
@@ -156,15 +155,6 @@ def one_of(*allowed: str) -> Reader[str]:
     return Reader(read, allowed[0])
 
 
-def is_number(text: str) -> bool:
-    """Say whether a text is a number without a unit."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 class Pair(NamedTuple):
     """What stands before and after the sign of equality."""
 
@@ -188,13 +178,11 @@ def pair(form: str, example: str) -> Reader[Pair]:
 def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return pairs as a mapping; a name that is there twice, by an alias too, is kept as a mistake of the flag."""
     found: dict[str, str] = {}
-    known: set[str] = set()
+    same = aliases or {}
     for key, text in pairs:
-        same = (aliases or {}).get(key, key)
-        if same in known:
+        if same.get(key, key) in (same.get(other, other) for other in found):
             problems().add(f"{name} {key}", "", "is given twice", "keep one of them")
         else:
-            known.add(same)
             found[key] = text
     return found
 
@@ -211,31 +199,31 @@ def _setting(name: str, text: str) -> Setting:
     place, equals, right = text.partition("=")
     table, dot, key = place.strip().partition(".")
     value = right.strip().strip('"')
-    where = f"{name} {shown(text)}"
+    where, known = f"{name} {shown(text)}", beamfile.TABLES
     if not (equals and dot and value):
         refuse(where, "", "is not table.key=value", 'write e.g. scale.alpha="30 deg"')
-    if table not in beamfile.TABLES:
-        raise InputError(beamfile.unknown_table(table, {}).at(where))
-    if key not in beamfile.TABLES[table]:
-        raise InputError(beamfile.unknown_key(table, key).at(where))
+    if key not in known.get(table, ()):
+        wrong = beamfile.unknown_key(table, key) if table in known else beamfile.unknown_table(table, {})
+        raise InputError(wrong.at(where))
     digits = value.lstrip("+-").isdecimal() and len(value) < 20
     return Setting(table, key, int(value) if digits else value)
+
+
+def several(one: Reader[T]) -> Reader[tuple[T, ...]]:
+    """Return a reader of values with commas between them."""
+    return Reader(lambda name, text: tuple(one(name, part) for part in text.split(",")), ())
 
 
 _mu = number(0.0, 10.0, "0.25")
 
 
 def _family(name: str, text: str) -> tuple[float, ...]:
-    values = [_mu(name, part) for part in text.split(",")]
+    values = several(_mu)(name, text)
     twice = [f"{mu:g}" for mu in dict.fromkeys(values) if values.count(mu) > 1]
     if twice:
         kept = ",".join(f"{mu:g}" for mu in dict.fromkeys(values))
         refuse(name, text, f"{' and '.join(twice)} is given twice", f"write {name} {kept}")
-    return tuple(values)
-
-
-_several_mu = Reader[tuple[float, ...]](_family, ())
-_set = Reader(_setting, Setting("", "", ""))
+    return values
 
 
 def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: bool = False) -> float:
@@ -249,6 +237,12 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
     return found
 
 
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def group(flags: type[T]) -> type[T]:
+    """Make a frozen class of flags, which stand among the others of a command."""
+    return Parameter(name="*")(dataclass(frozen=True, kw_only=True)(flags))
+
+
 # ---- flags that several commands have ---------------------------------------------------------------------
 
 TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
@@ -256,7 +250,8 @@ TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
 BeamFile = Annotated[str, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
 Mu = Annotated[float | None, flag("Coefficient of friction in place of the file's, e.g. 0.25.", read=_mu)]
 Family = Annotated[
-    tuple[float, ...], flag("Coefficient of friction, e.g. 0.25; 0,0.2,0.5 draws a family of curves.", read=_several_mu)
+    tuple[float, ...],
+    flag("Coefficient of friction, e.g. 0.25; 0,0.2,0.5 draws a family of curves.", read=Reader(_family, ())),
 ]
 Load = Annotated[
     str, flag("twisting or bending; in bending the twists are curvatures (twisting).", read=one_of(*LOADS))
@@ -293,12 +288,13 @@ def scales(most: int, words: str, least: int = 2) -> Parameter:
 _SET = 'A value in place of the beam file\'s, e.g. scale.alpha="30 deg"; may be repeated.'
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@group
 class Base:
     """Flags of every command that reads a beam."""
 
-    set_: Annotated[tuple[Setting, ...], flag(_SET, "--set", read=_set, many=True)] = ()
+    set_: Annotated[
+        tuple[Setting, ...], flag(_SET, "--set", read=Reader(_setting, Setting("", "", "")), many=True)
+    ] = ()
     json: Json = False
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
@@ -346,8 +342,7 @@ class Base:
         return found, twist
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@group
 class Common(Base):
     """Flags of every command that computes a dataset of a beam."""
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.output import moment
 from squama.interrupt import kept
+from squama.units import moment
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,38 +31,28 @@ MOTIONS = (
     ("w_Z", "yaw (about n_Z)"),
 )
 """Symbols of the six motions, and in words."""
+_EDGES = "Elements along the embedded scale's edges in the coarsest mesh, pitches (a fifth of the embedded length)."
+_LEVELS = "Number of meshes, each with half the size of the one before (3)."
+_TOML = "Beam file to write: this beam with K_theta and C_f from the elements under [joint]."
+_MATRIX = 'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
+_table = partial(output.table, bold=False)
+_size = flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches")
 
 
 def joint(
     beam: flags.BeamFile,
     /,
     *,
-    edge_size: Annotated[
-        float | None,
-        flag(
-            "Elements along the embedded scale's edges in the coarsest mesh, pitches (a fifth of the embedded length).",
-            read=flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches"),
-        ),
-    ] = None,
-    levels: Annotated[
-        int, flag("Number of meshes, each with half the size of the one before (3).", read=whole(1, 6, "3"))
-    ] = 3,
-    toml: Annotated[
-        str | None, flag("Beam file to write: this beam with K_theta and C_f from the elements under [joint].")
-    ] = None,
-    matrix: Annotated[
-        str | None,
-        flag(
-            'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
-        ),
-    ] = None,
+    edge_size: Annotated[float | None, flag(_EDGES, read=_size)] = None,
+    levels: Annotated[int, flag(_LEVELS, read=whole(1, 6, "3"))] = 3,
+    toml: Annotated[str | None, flag(_TOML)] = None,
+    matrix: Annotated[str | None, flag(_MATRIX)] = None,
     quiet: flags.Quiet = False,
     fresh: Annotated[bool, Parameter(help="Compute anew, without the results kept in the cache.")] = False,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe."""
-    wanted = ((toml, (".toml",)), (matrix, (".csv",)))
-    flags.check_places([(path, allowed) for path, allowed in wanted if path is not None], [])
+    flags.check_places([(toml, (".toml",)), (matrix, (".csv",))], [])
     described = settled(base.beam(beam, friction=False))
 
     from squama.beam import matrixfile
@@ -70,9 +61,8 @@ def joint(
 
     rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
     with kept(label(beam), rest):
-        found = stiffness.joint(
-            described, edge_size=edge_size, levels=levels, fresh=fresh, progress=None if quiet else tell
-        )
+        told = None if quiet else tell
+        found = stiffness.joint(described, edge_size=edge_size, levels=levels, fresh=fresh, progress=told)
     written = []
     if toml is not None:
         own = {"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value, "matrix": None}
@@ -177,7 +167,3 @@ def _motions(beam: Beam, K: Array) -> list[tuple[str, ...]]:
         texts = [f"{x * E * d:.4g} N/m" if shift else moment(x * E * d**3) for x in (free[i], K[i, i])]
         rows.append((words, *texts, f"{rates[i] * d * 1e3:+.4g} mm" if shift else f"{rates[i]:+.4g} rad"))
     return rows
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    return output.table(head, rows, bold=False)

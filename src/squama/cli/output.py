@@ -68,9 +68,9 @@ def write_text(path: str | Path, text: str) -> Path:
     return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
 
 
-def check_folder(folder: str, *, force: bool, name: str = "-o") -> None:
+def check_folder(folder: str, *, force: bool) -> None:
     """Refuse a folder that cannot be made, or that holds files ``design_*.toml`` where they are not to go."""
-    place, where = Path(folder), f"{name} {label(folder)}"
+    place, where = Path(folder), f"-o {label(folder)}"
     if place.exists() and not place.is_dir():
         refuse(where, "", "is a file", "give the name of a folder")
     if not place.exists() and not place.resolve().parent.is_dir():
@@ -116,10 +116,19 @@ def report(
     """
     paths = list(written)
     if as_json:
-        show_json({"file": label(file), **record(), "written": [str(path) for path in paths]})
-        return 0
-    title, *rest = shown()
-    show(f"{label(file)}{title}", *rest, *(wrote or (f"wrote {label(path)}" for path in paths)))
+        return say(True, {"file": label(file), **record(), "written": [str(path) for path in paths]}, ())
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False, emoji=False)
+    # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
+    console.width = max(console.width, 100)
+    title, *parts = shown()
+    console.print(f"{label(file)}{title}", style="bold", soft_wrap=True)
+    for part in (*parts, *(wrote or (f"wrote {label(path)}" for path in paths))):
+        if isinstance(part, str):
+            console.print(part, style="yellow" if part.startswith("warning: ") else None, soft_wrap=True)
+        else:
+            console.print(part)
     return 0
 
 
@@ -172,21 +181,6 @@ def say(as_json: bool, record: Mapping[str, object], lines: Iterable[str]) -> in
     return 0
 
 
-def show(title: str, *parts: str | Table) -> None:
-    """Print a title, then lines and tables; plain text when it is not a terminal."""
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False, emoji=False)
-    # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
-    console = Console(highlight=False, markup=False, emoji=False, width=max(console.width, 100))
-    console.print(title, style="bold", soft_wrap=True)
-    for part in parts:
-        if isinstance(part, str):
-            console.print(part, style="yellow" if part.startswith("warning: ") else None, soft_wrap=True)
-        else:
-            console.print(part)
-
-
 def table(
     head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1, gap: int = 2, bold: bool = True
 ) -> Table:
@@ -206,15 +200,3 @@ def warnings(text: str | Iterable[str]) -> list[str]:
     """Return the lines of warnings as they are printed."""
     lines = text.splitlines() if isinstance(text, str) else text
     return [f"warning: {line}" for line in lines if line]
-
-
-def number(value: float, unit: str = "") -> str:
-    """Return a number for people: four digits; infinity is "never"."""
-    if math.isinf(value):
-        return "never"
-    return "-" if math.isnan(value) else f"{value:.4g} {unit}".strip()
-
-
-def moment(value: float) -> str:
-    """Return a torque for people, in N m or N mm."""
-    return f"{value * 1e3:.4g} N mm" if 0 < abs(value) < 0.1 else f"{value:.4g} N m"

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squama.cli import output
-from squama.cli.output import moment, number, table, warnings
+from squama.cli.output import table, warnings
 from squama.fe.agreement import SHARE, holds
 from squama.loads import LOADS, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
+from squama.units import moment, number
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -158,13 +159,11 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
                 found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{mu:g}")
     lines = []
     for text, by_law in found.items():
-        pieces = by_law
-        frictions = list(dict.fromkeys(tuple(mus) for mus in by_law.values()))
-        if len(frictions) == 1 and len(by_law) == len(laws):
-            pieces = {"": list(frictions[0])}
-        for name, mus in pieces.items():
-            of_law = f"{column(name)}, " if name else ""
-            lines.append(f"other contact ({of_law}mu = {', '.join(mus)}): {text}")
+        frictions = [", ".join(mus) for mus in by_law.values()]
+        pieces = [f"{column(name)}, mu = {mus}" for name, mus in zip(by_law, frictions, strict=True)]
+        if len(by_law) == len(laws) and len(set(frictions)) == 1:
+            pieces = [f"mu = {frictions[0]}"]
+        lines += [f"other contact ({piece}): {text}" for piece in pieces]
     return lines
 
 
@@ -185,28 +184,19 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
     ``figures`` are single figures of the curve, a list of them each for a family over ``mu``; ``laws`` the same for
     each law; ``curve`` the points, a list of lists for a family; ``derived`` what follows from the beam.
     """
-    data = laws[law]
-    kind = LOADS[data.attrs["load"]]
-    derived: dict[str, object] = {
-        **beam.ratios,
-        **{key: getattr(beam, key) for key in ("zeta", "slenderness", "length")},
-        "K_theta": kind.stiffness(beam),
-        "rigidity": kind.rigidity(beam),
-    }
+    data, kind = laws[law], LOADS[laws[law].attrs["load"]]
+    derived: dict[str, object] = {**beam.ratios}
+    derived |= {key: getattr(beam, key) for key in ("zeta", "slenderness", "length")}
+    derived |= {"K_theta": kind.stiffness(beam), "rigidity": kind.rigidity(beam)}
     if kind.sided:
         derived |= {key: getattr(beam, key) for key in ("C_f", "C_w", "J", "I", "G_B")}
     if data.attrs.get("joint") == "compliant":
         derived |= {key: data.attrs[key] for key in ("K_theta", "rigidity")}
-        derived["hinge"] = compared(laws)
-    return output.record(
-        beam,
-        data,
-        "load law joint sense margin squama_version",
-        derived=derived,
-        figures=_figures(data),
-        laws={name: _figures(response) for name, response in laws.items()},
-        curve=data.curves,
-    )
+        # how far the hinges are off, a record per coefficient of friction
+        derived["hinge"] = {name: [d._asdict() for d in differences(laws[name], data)] for name in ("hinge", "matched")}
+    figures = {name: _figures(response) for name, response in laws.items()}
+    keys, parts = "load law joint sense margin squama_version", {"laws": figures, "curve": data.curves}
+    return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 
 def _figures(data: Answer) -> dict[str, object]:
@@ -241,11 +231,6 @@ def beside_hinges(beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> 
         "hinge": respond(beam, "twisting", sense=sense, at=rates, **same),
         "matched": respond(alike, "twisting", sense=sense, at=rates, **same),
     }
-
-
-def compared(laws: Mapping[str, Answer]) -> dict[str, list[dict[str, float]]]:
-    """Return how far the hinges are from the compliant joint, a record per coefficient of friction."""
-    return {name: [d._asdict() for d in differences(laws[name], laws["compliant"])] for name in ("hinge", "matched")}
 
 
 def _compliant(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
@@ -304,9 +289,6 @@ def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(phi > 0, T / T0 - 1, np.nan)
         within, end = holds(phi, off, share)
-        if np.isnan(within):
-            found.append(Difference(float(mu), np.nan, np.nan, np.nan, np.nan))
-            continue
-        theta = float(one["theta"][end] - two["theta"][end])
-        found.append(Difference(float(mu), within, float(phi[end]), float(off[end]), theta))
+        last = np.array([phi[end], off[end], one["theta"][end] - two["theta"][end]])
+        found.append(Difference(float(mu), within, *(last if math.isfinite(within) else np.full(3, np.nan)).tolist()))
     return found

@@ -18,24 +18,25 @@ if TYPE_CHECKING:
     from squama.study.slices import Slice
 
 _OVER = "Parameter and its values: mu=0:2:401, alpha=15deg:75deg:601, margin=0.001,0.01,0.1; may be repeated."
+_RANGE, _AT = pair("name=low:high:count", "mu=0:2:401"), pair("name=value", "eta=3")
+_TILE = "Largest number of cells solved and written at once."
+_DRAWN = "What is drawn: RED, torque, f0, U_el, W_fr, phi_e, phi_end, theta_end, end or lock (RED)."
+_HELD = "Value of another dimension, e.g. eta=3; may be repeated."
+_PATHS = "With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg."
 
 
 def sweep(
     beam: flags.BeamFile,
     /,
     *,
-    over: Annotated[
-        tuple[flags.Pair, ...], flag(_OVER, read=pair("name=low:high:count", "mu=0:2:401"), many=True)
-    ] = (),
+    over: Annotated[tuple[flags.Pair, ...], flag(_OVER, read=_RANGE, many=True)] = (),
     out: Annotated[str, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
     load: flags.Load = "twisting",
     law: Annotated[str, flag("Force law: edge, plate, or edge,plate for both (edge).")] = "edge",
     sense: flags.Sense = "+",
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
-    tile: Annotated[
-        int | None, flag("Largest number of cells solved and written at once.", read=whole(1, 10**9, "16384"))
-    ] = None,
+    tile: Annotated[int | None, flag(_TILE, read=whole(1, 10**9, "16384"))] = None,
     shard: Annotated[str | None, flag("Only a share of the tiles, for job arrays: 1/4 to 4/4.")] = None,
     dask: Annotated[str | None, flag("Solve on dask.distributed: local:2 or tcp://host:8786.")] = None,
     progress: Annotated[str | None, flag("bar, json or none; on standard error (bar on a terminal).")] = None,
@@ -77,7 +78,6 @@ def sweep(
 
 
 MOST_ROWS = 5_000_000
-_AT = pair("name=value", "eta=3")
 _NAMES = ("x", "y", "panels", "at", "lines", "paths", "variable")
 
 
@@ -87,19 +87,13 @@ def map(  # noqa: A001 - the command's name
     *,
     plot: flags.Plot = (),
     csv: Annotated[str | None, flag("CSV file to write: a row per cell of the slice, units in the header.")] = None,
-    variable: Annotated[
-        str, flag("What is drawn: RED, torque, f0, U_el, W_fr, phi_e, phi_end, theta_end, end or lock (RED).")
-    ] = "RED",
+    variable: Annotated[str, flag(_DRAWN)] = "RED",
     x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
     y: Annotated[str | None, flag("Dimension of the vertical axis; with --variable lock that of the lines.")] = None,
     panels: Annotated[str | None, flag("Dimension with a panel for each value, e.g. margin.")] = None,
-    at: Annotated[
-        tuple[flags.Pair, ...], flag("Value of another dimension, e.g. eta=3; may be repeated.", read=_AT, many=True)
-    ] = (),
+    at: Annotated[tuple[flags.Pair, ...], flag(_HELD, read=_AT, many=True)] = (),
     lines: Annotated[str | None, flag("With --variable lock: the lines to draw, e.g. 0.2,0.5,1.")] = None,
-    paths: Annotated[
-        str | None, flag("With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg.")
-    ] = None,
+    paths: Annotated[str | None, flag(_PATHS)] = None,
     json: flags.Json = False,
 ) -> int:
     """Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.
@@ -159,10 +153,9 @@ def _whole_chunks(name: str) -> Iterator[None]:
     """Refuse a store whose chunks do not fit their checksums: zarr says so in a ValueError."""
     try:
         yield
-    except InputError:
-        raise
     except (ValueError, RuntimeError) as error:
-        if "checksum" not in str(error) and "decompress" not in str(error).lower():
+        damaged = "checksum" in str(error) or "decompress" in str(error).lower()
+        if isinstance(error, InputError) or not damaged:
             raise
         refuse(name, "", "is damaged (a chunk does not fit its checksum)", "remove it and run the sweep again")
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.cli.output import moment, number
 from squama.model.outcome import SENTENCES, End
+from squama.units import moment, number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +18,11 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+_DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
+_TO = f"Where to stop: {flags.TWISTS} (where the endless beam's curve is cut off)."
+
+
+@flags.group
 class Curve:
     """Flags of both commands."""
 
@@ -30,9 +30,7 @@ class Curve:
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
     to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
-    data: Annotated[
-        str | None, flag('Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".')
-    ] = None
+    data: Annotated[str | None, flag(_DATA)] = None
 
 
 CURVE = Curve()
@@ -94,9 +92,7 @@ def row(
     *,
     scales: Annotated[int | None, flags.scales(2000, "Number of scales of the row (that of the file)")] = None,
     mu: flags.Mu = None,
-    to: Annotated[
-        str | None, flag(f"Where to stop: {flags.TWISTS} (where the endless beam's curve is cut off).")
-    ] = None,
+    to: Annotated[str | None, flag(_TO)] = None,
     sense: flags.Sense = "+",
     points: Annotated[int, flags.points(100)] = 100,
     common: flags.Common = flags.COMMON,

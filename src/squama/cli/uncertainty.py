@@ -6,17 +6,14 @@ import json
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
-from squama.cli.output import number
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
 from squama.loads import LOADS
+from squama.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,19 +27,18 @@ INFLUENCES = 4
 _VARY = pair("name=tolerance", '--vary scale.alpha="60 deg +- 1 deg"')
 _FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
 _TOLERANCE = 'A tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
+_FILE = "TOML file with tolerances under [tolerance]; --vary goes before it."
+_SAMPLER = "sobol (scrambled Sobol points) or random (PCG64) (sobol)."
 _INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for none (0); extra fit."
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@flags.group
 class Study:
     """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
 
     before: Annotated[str | None, flag('Probability of locking before this twist, e.g. "120 deg total".')] = None
     samples: Annotated[int, flag("Number of beams at least (131072).", read=whole(3200, 1 << 24, "131072"))] = 131072
-    sampler: Annotated[
-        str, flag("sobol (scrambled Sobol points) or random (PCG64) (sobol).", read=one_of("sobol", "random"))
-    ] = "sobol"
+    sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
     seed: Annotated[int, flag("Seed of the samples (0).", read=whole(0, 2**31, "7"))] = 0
     indices: Annotated[int, flag(_INDICES, read=whole(0, 2**20, "4096"))] = 0
     law: flags.Law = "edge"
@@ -58,9 +54,7 @@ def uncertainty(
     /,
     *,
     vary: Annotated[tuple[flags.Pair, ...], flag(_TOLERANCE, read=_VARY, many=True)] = (),
-    tolerances: Annotated[
-        str | None, flag("TOML file with tolerances under [tolerance]; --vary goes before it.")
-    ] = None,
+    tolerances: Annotated[str | None, flag(_FILE)] = None,
     study: Study = STUDY,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
@@ -158,12 +152,10 @@ def _record(u: xr.Dataset) -> dict[str, object]:
     figures: dict[str, object] = {}
     for name in u["figure"].values:
         f = u.sel(figure=name)
-        levels = zip(f["level"].values, f["quantile"].values, f["quantile_se"].values, strict=True)
-        figures[str(name)] = {
-            "unit": f["units"].item(),
-            **{key: f[key].item() for key in _FIGURE},
-            "quantiles": [{"level": float(p), "value": float(q), "se": float(se)} for p, q, se in levels],
-        }
+        levels = zip(*(f[key].values.tolist() for key in ("level", "quantile", "quantile_se")), strict=True)
+        quantiles = [dict(zip(("level", "value", "se"), row, strict=True)) for row in levels]
+        known = {key: f[key].item() for key in _FIGURE}
+        figures[str(name)] = {"unit": f["units"].item(), **known, "quantiles": quantiles}
     before = u.attrs["before"] and {
         "twist": u.attrs["before"],
         "compared_with": u.attrs["before_figure"],
@@ -173,11 +165,8 @@ def _record(u: xr.Dataset) -> dict[str, object]:
     names = u["parameter"].values.tolist()
     indices: dict[str, object] | None = None
     if "S1" in u:
-        keys = ("S1", "S1_conf", "ST", "ST_conf")
-        indices = {
-            str(figure): {name: {key: float(u[key][i, j]) for key in keys} for j, name in enumerate(names)}
-            for i, figure in enumerate(u["indexed"].values)
-        }
+        table = u[["S1", "S1_conf", "ST", "ST_conf"]].reset_coords(drop=True).to_dataframe()
+        indices = {str(figure): table.loc[figure].to_dict("index") for figure in u["indexed"].values}
         indices["without"] = json.loads(u.attrs["without_indices"])
     same = ("load", "law", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
     return {

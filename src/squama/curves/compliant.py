@@ -49,8 +49,8 @@ class Stiffness(NamedTuple):
 def stiffness(beam: Beam) -> Stiffness:
     """Return the stiffness of a beam's joint: the beam's own matrix, or one from finite elements."""
     K = matrix(beam)
-    unit = beam.substrate.youngs_modulus * beam.pitch**3
-    return Stiffness(K, matrixfile.inclination_stiffness(K) * unit, condense.rigidity(K) * unit * beam.pitch)
+    unit, rigidity = beam.substrate.youngs_modulus * beam.pitch**3, matrixfile.twisting_stiffness(K)
+    return Stiffness(K, matrixfile.inclination_stiffness(K) * unit, rigidity * unit * beam.pitch)
 
 
 def matrix(beam: Beam) -> Array:
@@ -132,9 +132,10 @@ def curve(
     """
     order, back = np.unique(loads, return_inverse=True)
     c = condense.curve(rest(beam), joint.K, mu, sign * order, increment=increment)
-    own = {"torque": sign * c.T, "p": c.p, "s": c.s, "theta": c.theta, "N": c.N, "f": c.f, "U_el": c.U, "W_fr": c.W_fr}
-    v = in_si(beam, joint, order, {**own, **dict(zip(MOTIONS, c.v.T, strict=True)), "gap": c.gap})
-    reached, v["tangent"] = np.isfinite(c.T), np.full(order.size, np.nan)
+    own = {role: values for role, values in c.along.items() if role not in ("phi", "T", "W")}
+    own["torque"] = sign * c.along["T"]
+    v = in_si(beam, joint, order, own)
+    reached, v["tangent"] = np.isfinite(own["torque"]), np.full(order.size, np.nan)
     if reached.sum() > 1:
         v["tangent"][reached] = np.gradient(v["torque"][reached], v["rate"][reached])
     v["f0"], total = v["f"] * beam.scale.length / joint.K_theta, v["U_el"] + v["W_fr"]

@@ -54,7 +54,7 @@ class _Point(NamedTuple):
     T: float
     N: float
     f: float
-    U: float
+    U_el: float
     W_fr: float
     W: float
     gap: float
@@ -86,7 +86,7 @@ def walk(asked: Asked, increment: float | None = None) -> States:
         ("point",): _along(way, beam, joint),
         ("loop",): _loops(way, values, d, E, increment),
         ("sense",): _senses(beam, joint.K, way, values),
-        (): {"energy_error": np.asarray((last.W - last.U - last.W_fr) / max(last.W_fr, last.U, 1e-300))},
+        (): {"energy_error": np.asarray((last.W - last.U_el - last.W_fr) / max(last.W_fr, last.U_el, 1e-300))},
     }
     attrs = {"increment": increment, "K_theta": joint.K_theta, "rigidity": joint.rigidity}
     return States(by_dim, attrs, compliant.warnings(beam, max(map(abs, values))))
@@ -114,7 +114,7 @@ def _walked(beam: Beam, K: Array, mu: float, values: list[float], points: int, i
     for i, (start, stop) in enumerate(itertools.pairwise(values)):
         stuck = i in reversals and walk.N > 0 and mu > 0
         for goal, most in _goals(start, stop, values[: i + 1], points, increment, turned=i in reversals):
-            if not walk.to(goal, most):
+            if not walk.run(goal, most).reached:
                 if most < increment:
                     # right after a reversal a longer step may find the way
                     continue
@@ -123,7 +123,7 @@ def _walked(beam: Beam, K: Array, mu: float, values: list[float], points: int, i
             branch = "stick" if stuck else "loading" if outward else "unloading"
             found.append(_point(walk, i + 1, branch if walk.N > 0 else "straight"))
             # until its friction has come up again
-            stuck = stuck and walk.f < mu * walk.N * (1 - _SLIDES)
+            stuck = stuck and walk.load.strongest.f < mu * walk.N * (1 - _SLIDES)
         turns.append(len(found) - 1)
         states.append(_copy(walk))
     return _Way(found, turns, states, walk)
@@ -158,8 +158,7 @@ def _copy(walk: condense.Walk) -> condense.Walk:
 
 
 def _point(walk: condense.Walk, leg: int, branch: str) -> _Point:
-    theta, *v, T, N, f, U, W_fr, W, gap, p, s = walk.row()
-    return _Point(leg, branch, walk.phi, theta, np.array(v), T, N, f, U, W_fr, W, gap, p, s)
+    return _Point(leg, branch, v=walk.v, **{k: x for k, x in walk.endless().items() if k not in MOTIONS})
 
 
 def _refuse(walk: condense.Walk, stop: float, most: float) -> None:
@@ -179,8 +178,8 @@ def _along(way: _Way, beam: Beam, joint: compliant.Stiffness) -> dict[str, Array
     columns = {name: np.array([getattr(p, name) for p in way.points]) for name in _Point._fields}
     phi = columns["phi"]
     inward = np.diff(np.abs(phi), prepend=0.0) < 0
-    own = {"torque": columns["T"], "U_el": columns["U"], **dict(zip(MOTIONS, columns["v"].T, strict=True))}
-    own |= {role: columns[role] for role in ("theta", "N", "p", "s", "W_fr", "gap")}
+    own = {"torque": columns["T"], **dict(zip(MOTIONS, columns["v"].T, strict=True))}
+    own |= {role: columns[role] for role in ("theta", "N", "p", "s", "U_el", "W_fr", "gap")}
     v = compliant.in_si(beam, joint, phi, {**own, "f": columns["f"] * np.where(inward, -1, 1)})
     v["tangent"] = np.full(phi.size, np.nan)
     for a, b in itertools.pairwise(way.turns):
@@ -236,7 +235,7 @@ def _loops(way: _Way, values: list[float], d: float, E: float, increment: float)
                 (one.loop.base, one.loop.top),
                 d,
                 dissipated=dissipated * (E * d**2),
-                elastic=point[top].U * E * d**2,
+                elastic=point[top].U_el * E * d**2,
                 torques=(point[top].T * E * d**3, point[stuck].T * E * d**3, point[base].T * E * d**3),
                 residual=_residual(way, top, increment),
             )
@@ -251,7 +250,7 @@ def _residual(way: _Way, top: int, increment: float) -> float:
     goals = _goals(at.phi, 0.0, [], max(3, int(abs(at.phi) / increment / 4)), increment, turned=True)
     before = walk.phi, walk.T
     for goal, most in goals:
-        if not walk.to(goal, most):
+        if not walk.run(goal, most).reached:
             if most < increment:
                 continue
             # what jumps does not hold

@@ -21,7 +21,7 @@ from squama.curves import follow
 from squama.curves.labelled import Answer
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LOADS
+from squama.loads import LOADS, Load
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -149,13 +149,10 @@ def respond(
     joint: str = "hinge",
 ) -> Answer:
     """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
-    kind, d = LOADS[arguments.one_of("load", load, tuple(LOADS))], beam.pitch
+    kind, d = arguments.load(load), beam.pitch
     sign = arguments.sense(sense) if kind.sided else 1
     arguments.law(law)
-    with naming("to"):
-        stop = math.inf if to is None else kind.read(to, pitch=d, scales=beam.scales) * d
-    if stop <= 0:
-        refuse("to", f"{stop / d:.6g} rad/m", "must be above 0", "twist the other way with sense")
+    stop = math.inf if to is None else far(to, kind, beam.pitch, beam.scales)
     mus, margin = arguments.frictions(beam.friction.mu, mu), arguments.margin(margin)
     loads = None
     if at is not None:
@@ -165,6 +162,15 @@ def respond(
     way = LoadPath.of(load, [sign * stop])
     asked = Asked(beam, way, mus, kind.law(law), margin, arguments.whole("points", points, 3, 1e6), loads)
     return follow.curves(asked, joint)
+
+
+def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
+    """Return the load angle per pitch, above 0, at which to stop."""
+    with naming("to"):
+        stop = load.read(to, pitch=pitch, scales=scales) * pitch
+    if stop <= 0:
+        refuse("to", f"{stop / pitch:.6g} rad/m", "must be above 0", "twist the other way with sense")
+    return stop
 
 
 def _rates(at: Rates, load: str, beam: Beam) -> ArrayLike:
@@ -257,7 +263,7 @@ def cycled(
     joint: str = "hinge",
 ) -> Answer:
     """Return what :func:`cycle` returns, before it is a dataset."""
-    kind = LOADS[arguments.one_of("load", load, tuple(LOADS))]
+    kind = arguments.load(load)
     law = kind.law(arguments.law(law))
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)

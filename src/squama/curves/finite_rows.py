@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from squama import arguments, units
-from squama.batch.solution import SEARCH
+from squama import arguments
+from squama.arrays.solution import SEARCH
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.curves.hinge import LINEAR
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
-from squama.errors import naming, refuse
+from squama.loads import LOADS
 from squama.model import chain, chain_track
 from squama.model.outcome import End
 from squama.types import Array
@@ -27,13 +27,6 @@ MOST = 2000
 """Largest number of scales of a row."""
 STEPS = 40
 """Steps that a row takes at least, however few points are asked for."""
-
-
-class _Rows(NamedTuple):
-    """Values along the twist, in SI units: ``along`` of shape (points,), ``each`` (points, scales)."""
-
-    along: dict[str, Array]
-    each: dict[str, Array]
 
 
 def row(
@@ -92,32 +85,38 @@ def row(
     sign = arguments.sense(sense)
     m = arguments.friction(beam.friction.mu, mu)
     d = beam.pitch
-    with naming("to"):
-        stop = None if to is None else units.twist(to, pitch=d, scales=n) * d
-    if stop is not None and stop <= 0:
-        refuse("to", f"{stop / d:.6g} rad/m", "must be above 0", "twist the other way with sense")
+    stop = None if to is None else doors.far(to, LOADS["twisting"], d, n)
     endless = doors.respond(beam, "twisting", mu=m, points=3, sense=sense)
-    if stop is None:
-        stop = float(endless["Phi_c"]) * d
+    stop = float(endless["Phi_c"]) * d if stop is None else stop
     alpha = sign * beam.scale.alpha
     design = chain.Row(beam.eta, beam.beta, beam.lam, math.sin(alpha), math.cos(alpha), beam.scale.theta0, m, n)
     phi_e = float(endless["phi_e"])
     path = _path(design, endless, phi_e, stop, points)
-    values = _values(beam, design, path, phi_e, points)
-    rates = values.along["Phi"]
-    same = doors.respond(beam, "twisting", mu=m, at=rates, sense=sense)
-    values.along["T_periodic"], values.along["theta_periodic"] = same["T"], same["theta"]
+    along, each = _values(beam, design, path, phi_e, points)
+    same = doors.respond(beam, "twisting", mu=m, at=along["Phi"], sense=sense)
+    along |= {"T_periodic": same["T"], "theta_periodic": same["theta"]}
+    phi_end = math.inf if path.end is End.NONE else path.phi_end
     figures: dict[str, float | int | str] = {
         "phi_e": phi_e,
         "Phi_e": phi_e / d,
-        "phi_end": math.inf if path.end is End.NONE else path.phi_end,
-        "Phi_end": math.inf if path.end is End.NONE else path.phi_end / d,
+        "phi_end": phi_end,
+        "Phi_end": phi_end / d,
         "end": str(path.end),
         "scale_end": 0 if path.end in (End.RANGE, End.NONE) else path.scale + 1,
         "other_contact": path.other,
         "decay": _decay(design, phi_e),
     }
-    return _dataset(beam, design, values, figures, sense)
+    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+        ("point",): {"phi": along["Phi"] * d, **along},
+        ("point", "scale"): each,
+        (): {name: np.asarray(value) for name, value in figures.items()},
+    }
+    asked = Asked(beam.replace(scales=n), LoadPath.of("twisting", [0.0]), np.asarray(m), "edge", 0.0, points)
+    attrs = attributes(asked, "twisting of a row of scales", sense)
+    variables = labelled(asked.path.load, States(by_dim), asked.mus)
+    counted = {"long_name": "scale, counted along the beam"}
+    variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), counted)
+    return Answer(variables, {**attrs, "load": "row", "mu": m, "sense": sense}).dataset().set_coords("phi")
 
 
 def _path(design: chain.Row, endless: Answer, phi_e: float, stop: float, points: int) -> chain_track.Track:
@@ -146,8 +145,13 @@ def _straight(points: int) -> int:
     return max(1, points // LINEAR)
 
 
-def _values(beam: Beam, design: chain.Row, path: chain_track.Track, phi_e: float, points: int) -> _Rows:
-    """Return everything along the twist: the straight part, then the states of the row."""
+def _values(
+    beam: Beam, design: chain.Row, path: chain_track.Track, phi_e: float, points: int
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return everything along the twist in SI units, of the row (points,) and of each scale (points, scales).
+
+    The straight part comes first, then the states of the row.
+    """
     d, K, n = beam.pitch, beam.joint_stiffness, design.scales
     before = _straight(points) if path.states else points
     straight = np.linspace(0.0, min(phi_e, path.phi_end), before, endpoint=not path.states)
@@ -181,7 +185,7 @@ def _values(beam: Beam, design: chain.Row, path: chain_track.Track, phi_e: float
         "RED": np.divide(work, total, out=np.zeros(size), where=total > 0),
     }
     each = {"theta": theta, "N": N * K / d, "f": design.mu * N * K / d, "p": places[0] * d, "s": places[1] * d}
-    return _Rows(along, {**each, "Q": Q * K})
+    return along, {**each, "Q": Q * K}
 
 
 def _decay(design: chain.Row, phi_e: float) -> float:
@@ -190,22 +194,3 @@ def _decay(design: chain.Row, phi_e: float) -> float:
         return math.nan
     c = chain.pair(design, chain.frame(design, phi_e), design.theta0, design.theta0)
     return float(-c.g_b / c.g_a)
-
-
-def _dataset(
-    beam: Beam, design: chain.Row, values: _Rows, figures: dict[str, float | int | str], sense: str
-) -> xr.Dataset:
-    along = {"phi": values.along["Phi"] * beam.pitch, **values.along}
-    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): along,
-        ("point", "scale"): values.each,
-        (): {name: np.asarray(value) for name, value in figures.items()},
-    }
-    mu = np.asarray(design.mu)
-    described = beam.replace(scales=design.scales)
-    asked = Asked(described, LoadPath.of("twisting", [0.0]), mu, "edge", 0.0, along["phi"].size)
-    attrs = attributes(asked, "twisting of a row of scales", sense)
-    variables = labelled(asked.path.load, States(by_dim), mu)
-    counted = {"long_name": "scale, counted along the beam"}
-    variables["scale"] = Labelled(("scale",), np.arange(1, design.scales + 1), counted)
-    return Answer(variables, {**attrs, "load": "row", "mu": design.mu, "sense": sense}).dataset().set_coords("phi")

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.batch import solution
+from squama.arrays import solution
 from squama.curves.path import Asked, Case, Curve, States, figures
 from squama.model import energy, history, mechanics
 from squama.model.mechanics import Row
@@ -27,13 +27,11 @@ SAME = 1e-12
 """Relative difference of load angles that is rounding."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 """Ends towards which a curve steepens."""
+_NOT_MET = (np.nan, np.nan)
 
 
 class Path(NamedTuple):
-    """The solved path of one design, cut to the asked range; ``touch`` twist and inclination of the other contact.
-
-    Without engagement ``load_end`` is how far the straight part goes.
-    """
+    """The solved path of one design, cut to the asked range; ``touch`` twist and inclination of the other contact."""
 
     case: Case
     row: Any
@@ -49,12 +47,19 @@ class Path(NamedTuple):
     other: str
     mu: float
     law: str
-    touch: tuple[float, float] = (np.nan, np.nan)
+    touch: tuple[float, float] = _NOT_MET
 
     @property
     def engaged(self) -> bool:
         """Whether part of the path is in contact."""
         return self.row is not None and self.x_c > self.x0
+
+    @classmethod
+    def straight(
+        cls, case: Case, far: float, mu: float, law: str, other: str = "", touch: tuple[float, float] = _NOT_MET
+    ) -> Path:
+        """Return the path of a design that does not engage: ``load_end`` is how far it goes."""
+        return cls(case, None, 0, 0, 0, 1, np.inf, far, case.theta0, End.NONE, 0, other, mu, law, touch)
 
     @property
     def side(self) -> history.Side:
@@ -64,9 +69,9 @@ class Path(NamedTuple):
     @property
     def last(self) -> float:
         """Load angle of the last state of the curve: the cut-off before a lock, or the end."""
-        return (
-            float(self.row.point(self.x_c, self.law, FLOAT).load) if self.engaged else min(self.load_e, self.load_end)
-        )
+        if not self.engaged:
+            return min(self.load_e, self.load_end)
+        return float(self.row.point(self.x_c, self.law, FLOAT).load)
 
     def place(self, load: Array) -> Array:
         """Return the path parameters at which the path reaches load angles, all between its ends."""
@@ -100,23 +105,15 @@ class Path(NamedTuple):
 
 def solve(asked: Asked) -> tuple[list[Path], States]:
     """Solve what is asked in one sense, up to the one load angle of its path, for each coefficient of friction."""
-    beam, way, mus, law, margin = (
-        asked.beam,
-        asked.path,
-        np.atleast_1d(np.asarray(asked.mus, float)),
-        asked.law,
-        asked.margin,
-    )
+    beam, way, law, margin, mus = asked.beam, asked.path, asked.law, asked.margin, np.atleast_1d(asked.mus)
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
     more = States({}, {"margin": margin})
     if case.mirrored and not kind.sided:
         # bent away from the scales, they spread: nothing touches
         far = solution.SEARCH if to == math.inf else to
-        return [
-            Path(case, None, 0, 0, 0, 1, np.inf, far, case.theta0, End.NONE, 0, "", float(m), law) for m in mus
-        ], more
+        return [Path.straight(case, far, float(m), law) for m in mus], more
     columns = {name: mus if name == "mu" else np.full(mus.size, beam.ratios[name]) for name in kind.contact}
-    sol = kind.solve(columns.__getitem__, law=law, sense=way.sense)
+    sol = solution.solve(columns, load=kind.name, law=law, sense=way.sense)
     touches: list[Touch | None] = [None] * mus.size
     if kind.sided:
         shapes = [columns[name] for name in kind.contact if name != "mu"]
@@ -129,14 +126,14 @@ def path(
     case: Case, sol: solution.Solution, touch: Touch | None, mu: float, law: str, margin: float, to: float = math.inf
 ) -> Path:
     """Cut the path of a single solved design at ``to`` (load angle per pitch) and place its cut-off."""
-    end = CODES[int(sol.code[0])]
-    load_e, load_end, theta_end = float(sol.load_e[0]), float(sol.load_end[0]), float(sol.theta_end[0])
-    other = solution.other_words(sol, [touch], 0, mirrored=case.mirrored)
+    found = sol.found
+    end = CODES[int(found.code[0])]
+    load_e, load_end, theta_end = float(found.load_e[0]), float(found.load_end[0]), float(found.theta_end[0])
+    other = solution.other_words(touch, int(sol.crossing[0]), mirrored=case.mirrored)
     if end is End.NONE:
         # the straight part reaches to the other contact that comes first, or to the end of the search
         stop = min(touch.phi if touch else solution.SEARCH, to)
-        met = (touch.phi, case.theta0) if touch else (np.nan, np.nan)
-        return Path(case, None, 0, 0, 0, 1, np.inf, stop, case.theta0, end, 0, other, mu, law, met)
+        return Path.straight(case, stop, mu, law, other, (touch.phi, case.theta0) if touch else _NOT_MET)
     t = sol.tracks[0][1]
     row = scalar(t.row)
     x0, x_end = float(t.x0[0]), float(t.x_end[0])
@@ -148,8 +145,8 @@ def path(
         theta_end = float(row.theta(x_end))
     locks = np.array([end in LOCKS])
     x_c = float(energy.cutoff(t.row, t.x0, np.array([x_end]), locks, margin)[0])
-    met = (load_end, theta_end) if other else (np.nan, np.nan)
-    k = int(sol.neighbour[0])
+    met = (load_end, theta_end) if other else _NOT_MET
+    k = int(found.neighbour[0])
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
 
 

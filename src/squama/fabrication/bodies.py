@@ -69,12 +69,7 @@ def seat(plan: Plan, k: int, thickness: float) -> tuple[Array, Array]:
     """Return rotation and shift that bring a flat scale or blade to its place k on the bar (along, across, up; mm)."""
     turn = BENCH @ plan.axes.T
     low = np.array([0.0, 0.0, -thickness / 2])
-    return turn, turn @ low + bench(plan, plan.base(k))
-
-
-def bench(plan: Plan, point: Array) -> Array:
-    """Return a point of the beam as (along, across, up), the bar's lower face at height 0."""
-    return np.asarray(BENCH @ point + [0.0, 0.0, plan.height / 2])
+    return turn, turn @ low + (BENCH @ plan.base(k) + [0.0, 0.0, plan.height / 2])
 
 
 def on_bench(plan: Plan, solid: Recipe) -> Recipe:
@@ -152,14 +147,10 @@ def blade(plan: Plan) -> Recipe:
     """Return a blade lying flat: its shank has the slot's width and thickness, its head rests on the lid."""
     deep, across, t = plan.slot
     _, wide, _ = plan.blade
-    end = plan.blade[0] - deep
+    end, side = plan.blade[0] - deep, wide / 2 + BEYOND
     whole = block((-deep, -wide / 2, 0), (end, wide / 2, t))
-    low, high = (-deep - BEYOND, -BEYOND), (plan.shank, t + BEYOND)
-    side = wide / 2 + BEYOND
-    cuts = (
-        block((low[0], across / 2, low[1]), (high[0], side, high[1])),
-        block((low[0], -side, low[1]), (high[0], -across / 2, high[1])),
-    )
+    beside = ((across / 2, side), (-side, -across / 2))
+    cuts = tuple(block((-deep - BEYOND, a, -BEYOND), (plan.shank, b, t + BEYOND)) for a, b in beside)
     volume = t * (wide * (end - plan.shank) + across * (plan.shank + deep))
     return Recipe("blade", whole, cuts, volume)
 
@@ -172,25 +163,22 @@ def trays(plan: Plan) -> list[Recipe]:
     slope, y, half = tan(plan.draft), plan.height / 2, tray_half(plan)
     over = y * slope + plan.wall
     start, stop = -over, plan.total + over
-    cuts = np.linspace(start, stop, _count(plan, stop - start) + 1)
-    top = y + BEYOND
-    grow = (-y * slope, top * slope)
+    pieces = 1 if plan.bed is None else ceil((stop - start) / plan.bed * (1 - 1e-12))
+    grow = (-y * slope, (y + BEYOND) * slope)
     sides = [(-plan.width / 2 - g, plan.width / 2 + g) for g in grow]
     found = []
-    for i in range(cuts.size - 1):
-        low, high = float(cuts[i]), float(cuts[i + 1])
-        first, last = i == 0, i == cuts.size - 2
+    for i, (low, high) in enumerate(itertools.pairwise(np.linspace(start, stop, pieces + 1).tolist())):
+        first, last = i == 0, i == pieces - 1
         along = [(-g if first else low - BEYOND, plan.total + g if last else high + BEYOND) for g in grow]
         whole = block((-half, -y - plan.wall, low), (half, y, high))
         # exact for sides that are plane: prismatoid over bottom, middle and rim
-        areas = []
-        for g in (-y * slope, 0.0, y * slope):
-            length = (plan.total + g if last else high) - (-g if first else low)
-            areas.append((plan.width + 2 * g) * length)
-        cavity = plan.height * (areas[0] + 4 * areas[1] + areas[2]) / 6
+        levels = (-y * slope, 0.0, y * slope)
+        lengths = [(plan.total + g if last else high) - (-g if first else low) for g in levels]
+        floor, middle, rim = ((plan.width + 2 * g) * length for g, length in zip(levels, lengths, strict=True))
+        cavity = plan.height * (floor + 4 * middle + rim) / 6
         volume = 2 * half * (plan.height + plan.wall) * (high - low) - cavity
-        solid = Recipe(_name("tray", i, cuts.size - 1), whole, (tapered(sides, (-y, top), along),), volume)
-        found.append(on_bench(plan, solid))
+        hollow = tapered(sides, (-y, y + BEYOND), along)
+        found.append(on_bench(plan, Recipe(numbered("tray", i, pieces), whole, (hollow,), volume)))
     return found
 
 
@@ -202,6 +190,8 @@ def lids(plan: Plan) -> list[Recipe]:
     skirts = 2 * (lid.outer - lid.inner) * lid.skirt
     middle = (2 * lid.outer * plan.wall * plan.wall - skirts * lid.skirt) / 2 / area
     x, high = (-lid.outer, lid.outer), (-lid.skirt, plan.wall)
+    # a slit is an oblique prism
+    oblique = plan.slit[0] * plan.slit[1] * plan.wall / sin(plan.theta0)
     seams = _between(plan, lid, lid_counts(plan) or [plan.scales])
     pieces = []
     for i, (front, back) in enumerate(itertools.pairwise(seams)):
@@ -210,16 +200,9 @@ def lids(plan: Plan) -> list[Recipe]:
         channel = block((-lid.inner, y - lid.skirt - BEYOND, far[0]), (lid.inner, y, far[1]))
         cuts = (channel, *(_slit(plan, k) for k in range(front.before, back.before)))
         # the ends are planes, so it is their distance at the section's middle that counts
-        volume = area * (back.at(0, middle) - front.at(0, middle))
-        volume -= (back.before - front.before) * slit_volume(plan)
-        pieces.append(on_bench(plan, Recipe(_name("lid", i, len(seams) - 1), whole, cuts, volume)))
+        volume = area * (back.at(0, middle) - front.at(0, middle)) - (back.before - front.before) * oblique
+        pieces.append(on_bench(plan, Recipe(numbered("lid", i, len(seams) - 1), whole, cuts, volume)))
     return pieces
-
-
-def slit_volume(plan: Plan) -> float:
-    """Return the volume of a slit of the lid: an oblique prism."""
-    across, t = plan.slit
-    return across * t * plan.wall / sin(plan.theta0)
 
 
 def _slit(plan: Plan, k: int) -> Array:
@@ -272,9 +255,6 @@ def _between(plan: Plan, lid: Lid, counts: list[int]) -> list[Seam]:
     return [*found, Seam(lid.high, 0.0, 0.0, plan.scales)]
 
 
-def _count(plan: Plan, length: float) -> int:
-    return 1 if plan.bed is None else ceil(length / plan.bed * (1 - 1e-12))
-
-
-def _name(word: str, i: int, n: int) -> str:
+def numbered(word: str, i: int, n: int) -> str:
+    """Return the name of the i-th of n pieces; of a single one the word alone."""
     return word if n == 1 else f"{word}-{i + 1:0{len(str(n))}d}"

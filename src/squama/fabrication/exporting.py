@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -183,10 +184,7 @@ def export(
     solids = made.make(plan, wanted)
     _settle(solids.checks)
     bill = _rows(plan, solids.counts, *densities)
-    contents: dict[str, bytes] = {}
-    for stem, items in solids.files.items():
-        for kind in kinds:
-            contents[f"{stem}.{kind}"] = _bytes(stem, items, kind)
+    contents = {f"{stem}.{kind}": _bytes(stem, items, kind) for stem, items in solids.files.items() for kind in kinds}
     contents["bill.csv"] = _table(bill).encode()
     _check_folder(folder, [*contents, RECORD], force=force)
     found = list(solids.checks)
@@ -229,23 +227,21 @@ def _settle(checks: Iterable[Check]) -> None:
 
 def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast: float) -> list[Row]:
     """Return the bill of solids, each with its number, and of the silicone that the slots' clearance takes up."""
-    kinds = {True: ("silicone", "cast", cast), False: ("PLA", "printed", printed)}
     found = []
     for solid, count in solids:
-        material, how, density = kinds[solid.name == "substrate"]
+        bar = solid.name == "substrate"
+        material, how, density = ("silicone", "cast", cast) if bar else ("PLA", "printed", printed)
         found.append(Row(solid.name, material, how, count, solid.volume, density))
-    if any(solid.name == "substrate" for solid, _ in solids) and plan.clearance > 0:
-        deep, across, t = plan.slot
-        glue = deep * across * t - plan.embedded * plan.breadth * plan.thickness
+    if plan.clearance > 0 and "substrate" in {row.part for row in found}:
+        glue = math.prod(plan.slot) - plan.embedded * plan.breadth * plan.thickness
         found.append(Row("glue in a slot", "silicone", "filled in", plan.scales, glue, cast))
     return found
 
 
 def _table(bill: Sequence[Row]) -> str:
     """Return the bill as CSV."""
-    lines = [",".join(bill[0].record())] if bill else []
-    lines += [",".join(v if isinstance(v, str) else f"{v:.10g}" for v in row.record().values()) for row in bill]
-    return "\n".join(lines) + "\n"
+    rows = [",".join(v if isinstance(v, str) else f"{v:.10g}" for v in row.record().values()) for row in bill]
+    return "\n".join([",".join(bill[0].record()), *rows]) + "\n"
 
 
 def _bytes(stem: str, items: list[Item], kind: str) -> bytes:
@@ -261,16 +257,15 @@ def _read(path: Path, kind: str, items: list[Item]) -> list[tuple[str, Trimesh, 
     volumes = {name: item.recipe.volume for item in items for name, _, _ in item.copies}
     data = io.BytesIO(path.read_bytes())
     if kind == "stl":
-        mesh = trimesh.load_mesh(data, file_type="stl")
-        return [(next(iter(volumes)) if len(volumes) == 1 else "", mesh, sum(volumes.values()))]
+        name = next(iter(volumes)) if len(volumes) == 1 else ""
+        return [(name, trimesh.load_mesh(data, file_type="stl"), sum(volumes.values()))]
     scene = trimesh.load_scene(data, file_type="3mf")
     seen = {node: scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry}
     if len(seen) != len(volumes):
         message = f"{path.name}: {len(seen)} solids are in the file, not {len(volumes)}"
         raise SquamaError(message)
-    copies = [item.recipe.volume for item in items for _ in item.copies]
     found = sorted(seen.items(), key=lambda pair: pair[1].volume)
-    return [(name, mesh, volume) for (name, mesh), volume in zip(found, sorted(copies), strict=True)]
+    return [(name, mesh, volume) for (name, mesh), volume in zip(found, sorted(volumes.values()), strict=True)]
 
 
 def _digest(data: bytes) -> str:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from squama.errors import SquamaError
 from squama.fabrication.bodies import QUADS, Recipe
@@ -106,39 +108,36 @@ class Faces(NamedTuple):
 
 def open_edges(mesh: Mesh) -> int:
     """Return how many edges are not run through once in each direction; 0: closed, oriented and manifold."""
-    directed = np.concatenate([mesh.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
-    key = directed[:, 0] * len(mesh.vertices) + directed[:, 1]
-    back = directed[:, 1] * len(mesh.vertices) + directed[:, 0]
+    start, stop = _edges(mesh.triangles)
+    key, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
     unique, counts = np.unique(key, return_counts=True)
     return int((counts > 1).sum() + (~np.isin(back, unique)).sum())
 
 
+def _edges(triangles: Index) -> Index:
+    """Return starts and ends (2, 3 m) of the edges: of all triangles the first, then the second, the third."""
+    return np.stack([triangles.T.ravel(), np.roll(triangles, -1, axis=1).T.ravel()])
+
+
 def closed(triangles: Index) -> bool:
     """Say whether every edge is run through as often in one direction as in the other, at least once."""
-    edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
-    low, high = edges.min(axis=1), edges.max(axis=1)
+    edges = _edges(triangles)
+    low, high = edges.min(axis=0), edges.max(axis=0)
     _, which = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
-    return bool(edges.size and not np.bincount(which, np.where(edges[:, 0] == low, 1.0, -1.0)).any())
+    return bool(edges.size and not np.bincount(which, np.where(edges[0] == low, 1.0, -1.0)).any())
 
 
 def pinched(mesh: Mesh) -> int:
     """Return at how many vertices several sheets of the surface meet in the point alone; 0 for a manifold."""
-    count = np.zeros(len(mesh.vertices), int)
-    around: dict[int, dict[int, int]] = {}
-    for a, b, c in mesh.triangles.tolist():
-        for corner, start, stop in ((a, b, c), (b, c, a), (c, a, b)):
-            around.setdefault(corner, {})[start] = stop
-            count[corner] += 1
-    bad = 0
-    for corner, ring in around.items():
-        start = place = next(iter(ring))
-        for _ in range(len(ring)):
-            place = ring.get(place, start)
-            if place == start:
-                break
-            count[corner] -= 1
-        bad += count[corner] != 1
-    return bad
+    start, stop = _edges(mesh.triangles)
+    key, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
+    order = np.argsort(key)
+    other = order[np.searchsorted(key, back, sorter=order) % key.size]
+    # a sheet goes on from the corner where an edge starts to that of the other triangle where it ends
+    corner, on = np.arange(key.size), (other + key.size // 3) % key.size
+    _, sheet = connected_components(coo_array((np.ones(key.size), (corner, on)), shape=(key.size, key.size)), False)
+    sheets = np.bincount(np.unique(np.stack([start, sheet]), axis=1)[0])
+    return int((sheets > 1).sum())
 
 
 def faces(mesh: Mesh) -> list[Faces]:

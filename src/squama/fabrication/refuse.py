@@ -76,11 +76,8 @@ def _section(plan: Plan) -> Iterator[Problem]:
 
 def _along(plan: Plan) -> Iterator[Problem]:
     """Slots beside each other, and the bar's ends."""
-    gap = between(plan, plan.slot_profile, plan.slot[1])
-    if plan.scales > 1 and gap < plan.feature - SLACK:
-        least = mm_up(_pitch(plan, lambda p: between(p, p.slot_profile, p.slot[1]) >= plan.feature))
-        reason = f"the slots of neighbouring tabs {_apart(gap)} in the bar, they need {mm(plan.feature)}"
-        yield Problem("beam.pitch", mm(plan.pitch), reason, f"write at least {least}, or a smaller scale.embedded")
+    slots = "the slots of neighbouring tabs {} in the bar", "or a smaller scale.embedded"
+    yield from _ligament(plan, lambda p: between(p, p.slot_profile, p.slot[1]), *slots)
     low = plan.corners(plan.slot_profile, plan.slot[1], 0)[:, 2].min()
     high = plan.corners(plan.slot_profile, plan.slot[1], plan.scales - 1)[:, 2].max()
     short = plan.feature - min(float(low), plan.total - float(high))
@@ -98,15 +95,11 @@ def _at_rest(plan: Plan) -> Iterator[Problem]:
         gap = abs(plan.step[2]) * k - plan.thickness
         if gap < plan.clearance - SLACK:
             words = "lie in each other" if gap < 0 else f"are only {mm(gap)} apart"
-            reason = f"the pitch lifts them by d sin(theta0) cos(alpha) = {mm(lift)}"
+            reason = f"{words} at rest, the pitch lifts them by d sin(theta0) cos(alpha) = {mm(lift)}"
             thinner = _at_most(lift - plan.clearance, "write a larger scale.theta0")
             least = mm_up((plan.thickness + plan.clearance) / plan.slope / k)
-            yield Problem(
-                "scale.thickness",
-                mm(plan.thickness),
-                f"neighbouring scales {words} at rest, {reason}",
-                f"{thinner}, or a beam.pitch of at least {least}",
-            )
+            remedy = f"{thinner}, or a beam.pitch of at least {least}"
+            yield Problem("scale.thickness", mm(plan.thickness), f"neighbouring scales {reason}", remedy)
             return
         k += 1
 
@@ -129,18 +122,15 @@ def _mould(plan: Plan) -> Iterator[Problem]:
         steepest = np.floor(degrees(np.arctan(max(most, 0))) * 100) / 100
         reason = f"the blades come to {mm(float(inside.min()))} from the tray's sides, they need {mm(plan.feature)}"
         yield Problem(*draft, reason, f"write at most {steepest:g} deg")
-    pitch, otherwise = ("beam.pitch", mm(plan.pitch)), "a smaller clearance, or leave out the mould"
-    ligament = between(plan, plan.slit_profile, plan.slit[0])
-    if plan.scales > 1 and ligament < plan.feature - SLACK:
-        least = mm_up(_pitch(plan, lambda p: between(p, p.slit_profile, p.slit[0]) >= plan.feature))
-        reason = f"the slits of the mould's lid {_apart(ligament)}, they need {mm(plan.feature)}"
-        yield Problem(*pitch, reason, f"write at least {least}, {otherwise}")
+    otherwise = "a smaller clearance, or leave out the mould"
+    slits = "the slits of the mould's lid {}", otherwise
+    yield from _ligament(plan, lambda p: between(p, p.slit_profile, p.slit[0]), *slits)
     long, wide, t = plan.blade
     x, y, z = np.abs(plan.step)
     if plan.scales > 1 and x < long and y < wide and z - t < plan.clearance - SLACK:
         least = mm_up((t + plan.clearance) / plan.slope)
         reason = f"the mould's blades, {mm(t)} thick, do not fit beside each other"
-        yield Problem(*pitch, reason, f"write at least {least}, {otherwise}")
+        yield Problem("beam.pitch", mm(plan.pitch), reason, f"write at least {least}, {otherwise}")
     lid = bodies.lid_sizes(plan)
     opening = min(lid.low, plan.total - lid.high)
     if opening < plan.wall - SLACK:
@@ -161,32 +151,31 @@ def _on_bed(plan: Plan, bed: float, lid: bodies.Lid) -> Iterator[Problem]:
             yield Problem("bed", mm(bed), f"the mould's {name} measures {mm(size)}", remedy)
     if bodies.lid_counts(plan) is None:
         length = lid.high - lid.low
-        reason = f"its slits are skewed by alpha = {degrees(plan.alpha):.4g} deg"
-        yield Problem(
-            "bed",
-            mm(bed),
-            f"the mould's lid is {mm(length)} long and cannot be cut into pieces that fit, {reason}",
-            f"write at least {mm_up(length)}, fewer scales, or leave out the mould",
-        )
+        skewed = f"its slits are skewed by alpha = {degrees(plan.alpha):.4g} deg"
+        reason = f"the mould's lid is {mm(length)} long and cannot be cut into pieces that fit, {skewed}"
+        remedy = f"write at least {mm_up(length)}, fewer scales, or leave out the mould"
+        yield Problem("bed", mm(bed), reason, remedy)
 
 
-def _pitch(plan: Plan, holds: Callable[[Plan], bool]) -> float:
-    """Return the least pitch for which a condition holds that gets easier as the pitch grows."""
+def _ligament(plan: Plan, gap: Callable[[Plan], float], words: str, otherwise: str) -> Iterator[Problem]:
+    """Cuts of neighbours, whose ``gap`` grows with the pitch."""
+    found = gap(plan)
+    if plan.scales < 2 or found >= plan.feature - SLACK:
+        return
     low, high = plan.pitch, plan.pitch
-    while not holds(plan._replace(pitch=high)):
+    while gap(plan._replace(pitch=high)) < plan.feature:
         low, high = high, 2 * high
     for _ in range(60):
         middle = (low + high) / 2
-        low, high = (low, middle) if holds(plan._replace(pitch=middle)) else (middle, high)
-    return high
-
-
-def _apart(gap: float) -> str:
-    return f"are only {mm(gap)} apart" if gap > 0 else "meet"
+        low, high = (low, middle) if gap(plan._replace(pitch=middle)) >= plan.feature else (middle, high)
+    reason = words.format(f"are only {mm(found)} apart" if found > 0 else "meet")
+    remedy = f"write at least {mm_up(high)}, {otherwise}"
+    yield Problem("beam.pitch", mm(plan.pitch), f"{reason}, they need {mm(plan.feature)}", remedy)
 
 
 def _at_most(value: float, otherwise: str) -> str:
-    return f"write at most {mm_down(value)}" if value > 0.0005 else otherwise
+    """Advise a length rounded down to a thousandth, so that it is not too much."""
+    return f"write at most {np.floor(value * 1000 + 1e-6) / 1000:g} mm" if value > 0.0005 else otherwise
 
 
 def mm(value: float) -> str:
@@ -197,8 +186,3 @@ def mm(value: float) -> str:
 def mm_up(value: float) -> str:
     """Return a length rounded up to a thousandth, so that it is enough."""
     return f"{np.ceil(value * 1000 - 1e-6) / 1000:g} mm"
-
-
-def mm_down(value: float) -> str:
-    """Return a length rounded down to a thousandth, so that it is not too much."""
-    return f"{np.floor(value * 1000 + 1e-6) / 1000:g} mm"

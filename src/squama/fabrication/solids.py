@@ -132,4 +132,4 @@ def _plates(plan: Plan) -> Iterator[tuple[str, list[Copy]]]:
             (name, np.eye(3), np.array([j // columns * long, j % columns * wide, 0.0]))
             for j, (_, name) in enumerate(plate)
         ]
-        yield ("scales" if len(plates) == 1 else f"scales-{i + 1:0{len(str(len(plates)))}d}"), copies
+        yield bodies.numbered("scales", i, len(plates)), copies

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -68,27 +68,23 @@ def compare(
     dtheta = ours("theta") - theta
     within, ends = zip(*(holds(phi, off, share) for off in dT), strict=True)
     last = np.arange(len(order)), np.array(ends)
-    along, both, twist = ("point",), ("model", "point"), SYMBOLS["phi"].attrs
-
-    def off(dims: str | tuple[str, ...], values: Array, words: str, unit: str) -> Any:
-        return dims, values, {"long_name": words, "units": unit}
-
+    both, twist, rad = ("model", "point"), SYMBOLS["phi"].attrs, {"units": "rad"}
     reach = f"twist per pitch up to which the torque is within {share:.0%}"
     return xr.Dataset(
         {
-            "T_elements": off(along, T, "torque of the elements", SYMBOLS["T"].unit),
-            "theta_elements": off(along, theta, "inclination of the elements' scale", SYMBOLS["theta"].unit),
+            "T_elements": ("point", T, {"long_name": "torque of the elements", "units": "N m"}),
+            "theta_elements": ("point", theta, {"long_name": "inclination of the elements' scale", **rad}),
             "T": (both, ours("T"), SYMBOLS["T"].attrs),
             "theta": (both, ours("theta"), SYMBOLS["theta"].attrs),
-            "dT": off(both, dT, "torque over the elements', less 1", "1"),
-            "dtheta": off(both, dtheta, "inclination less the elements'", "rad"),
+            "dT": (both, dT, {"long_name": "torque over the elements', less 1", "units": "1"}),
+            "dtheta": (both, dtheta, {"long_name": "inclination less the elements'", **rad}),
             "words": ("model", np.array([words for words, _ in models.values()], dtype=str), {"long_name": "model"}),
             "within": ("model", np.array(within), {**twist, "long_name": reach}),
             "last": ("model", phi[last[1]], {**twist, "long_name": "last twist per pitch that both curves have"}),
-            "dT_last": off("model", dT[last], "difference of the torque there", "1"),
-            "dtheta_last": off("model", dtheta[last], "difference of the inclination there", "rad"),
+            "dT_last": ("model", dT[last], {"long_name": "difference of the torque there", "units": "1"}),
+            "dtheta_last": ("model", dtheta[last], {"long_name": "difference of the inclination there", **rad}),
         },
-        coords={"model": ("model", np.array(order, dtype=str)), "phi": (along, phi, twist)},
+        coords={"model": ("model", np.array(order, dtype=str)), "phi": ("point", phi, twist)},
         attrs={"title": title, "elements": str(elements.attrs.get("mesh", "")), "share": share},
     )
 

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.errors import InputError
-from squama.fe.elements import Elements, Helical, Index, Result
+from squama.fe.elements import Elements, Helical, Result
+from squama.fe.mesh import Index
 from squama.fe.plate import Carried, Turn
 from squama.fe.solver import Solver
 from squama.types import Array
@@ -36,27 +37,29 @@ class Section:
         used = weights != 0
         self.nodes, self.rest, self.weights = nodes[used], places[used], weights[used] / weights.sum()
         self._radius = float(self.weights @ (self.rest[:, :2] ** 2).sum(1))
-        # rows of x, y, z and the turn; columns 3 k + axis
+        # derivatives of x, y, z and the turn by the places: rows, and columns 3 k + axis
         k = np.arange(self.nodes.size)
         self.rows = np.repeat([0, 1, 2, 3, 3], k.size)
         self.columns = np.concatenate([3 * k, 3 * k + 1, 3 * k + 2, 3 * k, 3 * k + 1])
 
-    def twisted(self, phi: float) -> tuple[Array, Array, Array]:
-        """Places of the twisted frame and two derivatives, each (k, 3)."""
-        z = self.rest[:, 2:]
-        x, dx, ddx = (np.einsum("kij,kj->ki", turns, self.rest) for turns in Turn.at(phi * z[:, 0]))
-        return x, dx * z, ddx * z**2
+    def means(self, y: Array, phi: float) -> tuple[list[Array], list[Array]]:
+        """Return derivatives of the four means by the places and their rates with phi; the means with two rates.
 
-    def entries(self, frame: Array) -> Array:
-        """Return the derivatives of the four means by the places, in the order of ``rows`` and ``columns``."""
-        w, turn = self.weights, self.weights / self._radius
-        return np.concatenate([w, w, w, turn * frame[:, 1], -turn * frame[:, 0]])
-
-    def values(self, y: Array, frame: Array) -> Array:
-        """Return the four means at places (k, 3), zero where the section is held; linear in the frame."""
-        away = self.weights @ (y - frame)
-        turn = self.weights @ (y[:, 0] * frame[:, 1] - y[:, 1] * frame[:, 0]) / self._radius
-        return np.append(away, turn)
+        The means (4,) at places y (k, 3) are zero where the section is held; derivatives are in the order of ``rows``.
+        """
+        z, w, turn = self.rest[:, 2:], self.weights, self.weights / self._radius
+        # the twisted frame
+        frames = [(Q @ self.rest[..., None])[..., 0] * z**n for n, Q in enumerate(Turn.at(phi * z[:, 0]))]
+        # shifts are counted from the frame, the turn is linear in it
+        entries = [
+            np.concatenate([own * w, own * w, own * w, turn * x[:, 1], -turn * x[:, 0]])
+            for own, x in zip((1, 0), frames, strict=False)
+        ]
+        means = [
+            np.append(w @ (own * y - x), turn @ (y[:, 0] * x[:, 1] - y[:, 1] * x[:, 0]))
+            for own, x in zip((1, 0, 0), frames, strict=True)
+        ]
+        return entries, means
 
 
 class Reduced(NamedTuple):
@@ -64,7 +67,9 @@ class Reduced(NamedTuple):
 
     ``s`` (m,) and ``S`` (m, m) are the force on the motions and its tangent once the free nodes are in balance, m = 6
     for each rigid body; ``s_phi`` the rate of s with phi; ``torque`` and ``torque_phi`` the same of dU/dphi. ``energy``
-    is the strain energy, ``unbalanced`` the largest force on a free node, ``least`` the least det F.
+    is the strain energy, ``unbalanced`` the largest force on a free node.
+    ``update(dv, dphi=0)`` is the change of the free unknowns that goes with one of the motions and the twist, until the
+    next state is condensed.
     """
 
     v: Array
@@ -76,21 +81,11 @@ class Reduced(NamedTuple):
     torque_phi: float
     energy: float
     unbalanced: float
-    least: float
-    change: Callable[[Array, float], Array]
+    update: Callable[..., Array]
 
     def linear(self, v: Array, phi: float) -> tuple[Array, Array, Array]:
         """Return the force at motions v (m,) and a twist by the tangent, and its derivatives by both."""
         return self.s + self.S @ (v - self.v) + self.s_phi * (phi - self.phi), self.S, self.s_phi
-
-    @property
-    def correction(self) -> Array:
-        """Change of the free unknowns at motions that stay."""
-        return self.update(np.zeros(len(self.s)))
-
-    def update(self, dv: Array, dphi: float = 0.0) -> Array:
-        """Return the change that goes with one of the motions and the twist, until the next state is condensed."""
-        return self.change(dv, dphi)
 
 
 class Body:
@@ -111,6 +106,11 @@ class Body:
     axis : float, optional
         The free unknowns are places turned back by phi times the height over this place along z, so that predictions
         follow the twist; places in space if not given.
+
+    Attributes
+    ----------
+    places_free, unknowns, motions : int
+        Numbers of the free unknowns that are places, of all, and of the motions, six for each rigid body.
     """
 
     def __init__(
@@ -132,22 +132,9 @@ class Body:
             raise InputError(message)
         self.free = np.setdiff1d(np.arange(elements.size), fixed)
         self._heights = None if axis is None else rest[self.free, 2] - axis
+        self.places_free = 3 * self.free.size
+        self.unknowns, self.motions = self.places_free + (4 if section is not None else 0), 6 * len(rigid)
         self._number()
-
-    @property
-    def places_free(self) -> int:
-        """Number of the unknowns that are places."""
-        return 3 * self.free.size
-
-    @property
-    def unknowns(self) -> int:
-        """Number of free unknowns."""
-        return self.places_free + (4 if self.section is not None else 0)
-
-    @property
-    def motions(self) -> int:
-        """Number of motions, six for each rigid body."""
-        return 6 * len(self.rigid)
 
     def _number(self) -> None:
         """Find where the entries of the bordered matrix come from: tangent, section, zero, border, corner."""
@@ -156,6 +143,13 @@ class Body:
         elements, n, m = self.elements, self.unknowns, self.motions + 1
         last = elements.blocks * 9
         ids = elements.matrix(np.arange(1.0, last + 1).reshape(-1, 3, 3)).tocsr()
+
+        def numbered(rows: Array, columns: Array, shape: tuple[int, int]) -> sparse.csr_array:
+            nonlocal last
+            numbers = last + 1.0 + np.arange(rows.size)
+            last += rows.size
+            return sparse.csr_array((numbers, (rows, columns)), shape=shape)
+
         free, tied = _components(self.free), _components(self._tied_nodes)
         among = ids[free]
         self._tt = ids[tied][:, tied].tocsr()
@@ -164,13 +158,12 @@ class Body:
             place = np.full(elements.size, -1)
             place[self.free] = np.arange(self.free.size)
             columns = 3 * np.repeat(place[self.section.nodes], 3) + np.tile(np.arange(3), self.section.nodes.size)
-            numbers = last + 1.0 + np.arange(self.section.rows.size)
-            where = self.section.rows, columns[self.section.columns]
-            self._C = sparse.csr_array((numbers, where), shape=(4, free.size))
-            last += numbers.size + 1
+            self._held = columns[self.section.columns]
+            C = numbered(self.section.rows, self._held, (4, free.size))
+            last += 1
             # explicit zeros stand on the multipliers' diagonal
             zeros = sparse.csr_array(np.diag(np.full(4, float(last))))
-            inner = sparse.block_array([[inner, self._C.T], [None, zeros]])
+            inner = sparse.block_array([[inner, C.T], [None, zeros]])
         # each body moves the rows beside it: the border's blocks of six columns, and the last column of all
         self._beside: list[tuple[Index, Any]] = []
         blocks = []
@@ -178,16 +171,10 @@ class Body:
             part = among[:, _components(nodes)].tocsr()
             rows = np.flatnonzero(np.diff(part.indptr))
             self._beside.append((rows, part[rows]))
-            numbers = last + 1.0 + np.arange(6 * rows.size)
-            where = np.repeat(rows, 6), np.tile(np.arange(6), rows.size)
-            blocks.append(sparse.csr_array((numbers, where), shape=(n, 6)))
-            last += numbers.size
+            blocks.append(numbered(np.repeat(rows, 6), np.tile(np.arange(6), rows.size), (n, 6)))
         moved = [rows for rows, _ in self._beside] if isinstance(elements, Elements) else [np.arange(n)]
         self._by_phi = np.unique(np.concatenate(moved))
-        numbers = last + 1.0 + np.arange(self._by_phi.size)
-        where = self._by_phi, np.zeros(self._by_phi.size, np.int64)
-        blocks.append(sparse.csr_array((numbers, where), shape=(n, 1)))
-        last += numbers.size
+        blocks.append(numbered(self._by_phi, np.zeros_like(self._by_phi), (n, 1)))
         corner = sparse.csr_array(last + 1.0 + np.arange(m * m).reshape(m, m))
         del ids, among
         pattern = sparse.csr_array(
@@ -218,10 +205,6 @@ class Body:
             y[nodes] = rigid.places(motion, phi)
         return y
 
-    def forces(self, z: Array, v: Array, phi: float) -> Result:
-        """Evaluate the elements without a tangent."""
-        return self.elements(self.places(z, v, phi), phi, tangent=False)
-
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
         """Condense onto the motions and the twist; None where an element is inverted.
 
@@ -242,9 +225,11 @@ class Body:
         f, by_phi = r.forces[self.free].ravel(), r.forces_phi[self.free].ravel()
         if self.section is not None:
             multipliers = z[self.places_free :]
-            entries, held, held_phi, c_phi, c_second = self._held(y[self.section.nodes], multipliers, phi)
-            values.append(np.append(entries, 0.0))
-            f, by_phi = np.append(f + held[:-4], held[-4:]), np.append(by_phi + held_phi, c_phi)
+            entries, (means, c_phi, c_second) = self.section.means(y[self.section.nodes], phi)
+            values.append(np.append(entries[0], 0.0))
+            by = (multipliers[self.section.rows] * derivatives for derivatives in entries)
+            held, held_phi = (np.bincount(self._held, weights, minlength=self.places_free) for weights in by)
+            f, by_phi = np.append(f + held, means), np.append(by_phi + held_phi, c_phi)
             torque += float(multipliers @ c_phi)
             torque_phi += float(multipliers @ c_second)
         J, D = self._corner(v, phi, r)
@@ -261,7 +246,7 @@ class Body:
             pushed = rates.T @ r.forces[nodes].ravel()
             s[i], torque = pushed[:6] - b[:, :6].T @ x[rows], torque + float(pushed[6])
 
-        def changed(dv: Array, dphi: float) -> Array:
+        def changed(dv: Array, dphi: float = 0.0) -> Array:
             change = -(x + self.solver.spread(np.append(dv, dphi)))
             if self._heights is not None:
                 moved = self._turned(change.reshape(-1, 3), -phi)
@@ -270,24 +255,8 @@ class Body:
             return change
 
         unbalanced, torque_phi = float(np.abs(f).max()), float(S[-1, -1])
-        rest = torque, torque_phi, r.energy, unbalanced, r.least, changed
+        rest = torque, torque_phi, r.energy, unbalanced, changed
         return Reduced(v, phi, s.ravel(), S[:-1, :-1], S[:-1, -1], *rest)
-
-    def _held(self, where: Array, multipliers: Array, phi: float) -> tuple[Array, Array, Array, Array, Array]:
-        """Return the section's part in the matrix and in the forces, their rates by phi, and two rates of the means."""
-        section = self.section
-        assert section is not None
-        frame, rate, second = section.twisted(phi)
-        entries, turn_phi = section.entries(frame), section.entries(rate)
-        # the turn is linear in the frame and the shift too, so their rates are values of the rate
-        turn_phi[section.rows < 3] = 0.0
-        zero = np.zeros_like(where)
-        c_phi, c_second = (np.append(section.values(zero, d)[:3], section.values(where, d)[3]) for d in (rate, second))
-        first = self._C.data.astype(np.int64) - (self.elements.blocks * 9 + 1)
-        C, C_phi = self._C.copy(), self._C.copy()
-        C.data, C_phi.data = entries[first], turn_phi[first]
-        held = np.append(C.T @ multipliers, section.values(where, frame))
-        return entries, held, C_phi.T @ multipliers, c_phi, c_second
 
     def _corner(self, v: Array, phi: float, r: Result) -> tuple[list[Array], Array]:
         """Return rates (3 k, 7) of each body's nodes, and the tangent by (v, phi) at free nodes that stay."""
@@ -309,10 +278,6 @@ class Body:
             D[-1, part] += more[6, :6] + beside[:6]
             D[-1, -1] += more[6, 6] + 2 * beside[6]
         return J, D
-
-    def close(self) -> None:
-        """Give the solver's memory back."""
-        self.solver.close()
 
 
 class Matrix:
@@ -337,7 +302,7 @@ class Matrix:
         pushed = self._K @ q
         energy, stays = float(q @ pushed) / 2, float(self._K[6, 6])
         s, torque = pushed[:6], float(pushed[6])
-        return Reduced(v, phi, s, self._S, self._s_phi, torque, stays, energy, 0.0, 1.0, lambda dv, dphi: z)  # noqa: ARG005
+        return Reduced(v, phi, s, self._S, self._s_phi, torque, stays, energy, 0.0, lambda dv, dphi=0.0: z)  # noqa: ARG005
 
 
 def mean_turns(rest: Array, places: Array, cuts: Index, weights: Array) -> Array:

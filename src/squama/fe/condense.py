@@ -18,7 +18,7 @@ import numpy as np
 from squama.fe import walk
 from squama.fe.body import Matrix
 from squama.fe.contact import DHAT, SLIP, RowContact
-from squama.fe.plate import Row, Shape, inclination
+from squama.fe.plate import Rest, Row
 from squama.fe.walk import Contacts
 from squama.types import Array
 
@@ -35,43 +35,29 @@ FREE = np.eye(6)
 
 
 class Condensed(NamedTuple):
-    """A curve; arrays over its points, signed, units as the module says; NaN where it did not come to.
+    """A curve; units as the module says.
 
-    ``theta``: see :func:`squama.fe.plate.inclination`; ``v`` (n, 6) motions; ``N``, ``f`` of the neighbour that presses
-    most; ``U`` strain energy, ``W_fr`` frictional work and ``W`` the torque's, per pitch; ``gap`` between the
-    scales; ``p``, ``s`` place of a tip-side contact (NaN for another or none).
-    ``phi_e`` is the twist at engagement (inf if none), ``contacts`` what touches from where on, ``end`` a word for the
-    end at ``phi_end``, ``rigidity`` the torque per twist without contact, ``rounds`` the number of Newton steps.
+    ``along``: arrays over its points by the names of :meth:`squama.fe.walk.Walk.endless`, signed, NaN where it did not
+    come to; energy and works are per pitch, N and f those of the neighbour that presses most. ``phi_e`` is the twist at
+    engagement (inf if none), ``contacts`` what touches from where on, ``end`` a word for the end at ``phi_end``.
     """
 
-    phi: Array
-    theta: Array
-    v: Array
-    T: Array
-    N: Array
-    f: Array
-    U: Array
-    W_fr: Array
-    W: Array
-    gap: Array
-    p: Array
-    s: Array
+    along: dict[str, Array]
     phi_e: float
     phi_end: float
     end: str
     contacts: tuple[Contacts, ...]
-    rigidity: float
-    rounds: int
 
     @property
     def unbalanced(self) -> float:
         """Work of the torque less U and W_fr at the last point reached, over the work of the torque."""
-        i = np.flatnonzero(np.isfinite(self.T))[-1]
-        return float((self.W[i] - self.U[i] - self.W_fr[i]) / self.W[i]) if self.W[i] else 0.0
+        i = np.flatnonzero(np.isfinite(self.along["T"]))[-1]
+        W, U, W_fr = (float(self.along[name][i]) for name in ("W", "U_el", "W_fr"))
+        return (W - U - W_fr) / W if W else 0.0
 
 
 def curve(
-    rest: Shape,
+    rest: Rest,
     K: Array,
     mu: float,
     phi: Sequence[float] | Array,
@@ -85,8 +71,8 @@ def curve(
 
     Parameters
     ----------
-    rest : Shape
-        A scale at rest, e.g. :class:`squama.fe.plate.Rest` or a geometry.
+    rest : Rest
+        A scale at rest, e.g. :attr:`squama.fe.geometry.Geometry.rest`.
     K : (7, 7) array
         Stiffness over (u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi).
     mu : float
@@ -104,41 +90,26 @@ def curve(
     """
     way = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
     wanted = np.asarray(phi, float)
-    rows: list[tuple[float, ...]] = []
+    columns = {name: np.full(wanted.size, np.nan) for name in way.endless()}
     end = RANGE_END
-    for goal in wanted:
-        if not way.to(float(goal), increment):
+    for i, goal in enumerate(wanted):
+        if not way.run(float(goal), increment).reached:
             end = way.ending(increment)
             break
-        rows.append(way.row())
-    table = np.full((wanted.size, 16), np.nan)
-    table[: len(rows)] = np.array(rows).reshape(-1, 16)
+        for name, value in way.endless().items():
+            columns[name][i] = value
     engaged = engagement(rest, K, way.contacts[0].phi, hinge=hinge) if way.contacts else np.inf
-    T, N, f, U, W_fr, W, gap, p, s = table[:, 7:].T
-    return Condensed(
-        wanted, table[:, 0], table[:, 1:7], T, N, f, U, W_fr, W, gap, p, s,
-        engaged, float(way.phi), end, tuple(way.contacts), way.rigidity, way.rounds,
-    )  # fmt: skip
+    return Condensed({**columns, "phi": wanted}, engaged, float(way.phi), end, tuple(way.contacts))
 
 
-def free_rates(K: Array, ways: Array) -> Array:
-    """Return the motions (6,) per twist of a scale that touches nothing."""
-    return np.asarray(-ways @ np.linalg.solve(ways.T @ K[:6, :6] @ ways, ways.T @ K[:6, 6]))
-
-
-def rigidity(K: Array, *, hinge: bool = False) -> float:
-    """Return the torque per twist per pitch of a beam whose scales touch nothing, E d^3."""
-    r = free_rates(np.asarray(K, float), HINGE if hinge else FREE)
-    return float(K[6, 6] + K[6, :6] @ r)
-
-
-def engagement(rest: Shape, K: Array, near: float, *, hinge: bool = False) -> float:
+def engagement(rest: Rest, K: Array, near: float, *, hinge: bool = False) -> float:
     """Return the twist at which the scales first touch, given a twist at or a little beyond it."""
-    rates = free_rates(np.asarray(K, float), HINGE if hinge else FREE)
-    contact = RowContact(Row(rest), 0.0)
+    ways, contact = HINGE if hinge else FREE, RowContact(Row(rest), 0.0)
+    # motions per twist of a scale that touches nothing
+    rates = -ways @ np.linalg.solve(ways.T @ K[:6, :6] @ ways, ways.T @ K[:6, 6])
 
     def gap(x: float) -> float:
-        return contact.contact.gap(contact.corners(rates * x, x))
+        return contact.gap(contact.corners(rates * x, x))
 
     x = 0.0
     # to the neighbourhood along ways that are free, then along the gap's tangent, from below
@@ -161,8 +132,7 @@ def engagement(rest: Shape, K: Array, near: float, *, hinge: bool = False) -> fl
 class Walk(walk.Walk):
     """The state of a curve, led from twist to twist."""
 
-    def __init__(self, rest: Shape, K: Array, mu: float, ways: Array, dhat: float, slip: float) -> None:
-        self.rest, self.rigidity = rest, float(K[6, 6] + K[6, :6] @ free_rates(K, ways))
+    def __init__(self, rest: Rest, K: Array, mu: float, ways: Array, dhat: float, slip: float) -> None:
         contact = RowContact(Row(rest), mu, dhat=dhat, slip=slip)
         first = _FIRST * float(K[4, 4])
         super().__init__(Matrix(K), contact, ways, first=first, dhat=dhat, jump=JUMP, halvings=_HALVINGS)
@@ -171,13 +141,3 @@ class Walk(walk.Walk):
     def ending(self, most: float) -> str:
         """Say why no increment leads on: the scale leaves when it is let go a little farther on, or it stays."""
         return STOPPED if self.let_go(np.sign(self.phi) or 1.0, most) is None else SNAP
-
-    def row(self) -> tuple[float, ...]:
-        """Return what a curve shows of the state."""
-        touch = self.touch
-        gap = self.contact.contact.gap(self.contact.corners(self.v, self.phi))
-        p, s = (touch.p, touch.s) if touch else (np.nan, np.nan)
-        return (
-            inclination(self.rest, self.v), *self.v, self.T, self.N, self.f, self.reduced.energy, self.W_fr, self.W,
-            gap, p, s,
-        )  # fmt: skip

@@ -40,11 +40,10 @@ def stiffness(force: float, dhat: float) -> float:
 class Push(NamedTuple):
     """Contact at one place of the corners (n, 3).
 
-    ``energy`` of the barrier, its ``gradient`` (n, 3), the ``friction`` (n, 3; minus the friction forces), and the
+    ``gradient`` (n, 3) of the barrier's energy, the ``friction`` (n, 3; minus the friction forces), and the
     ``tangent`` (3 n, 3 n): derivative of gradient + friction, or None if not asked or without contact.
     """
 
-    energy: float
     gradient: Array
     friction: Array
     tangent: Array | None
@@ -54,7 +53,7 @@ class Touch(NamedTuple):
     """A place where two scales touch.
 
     ``first`` and ``second`` number the scales, ``pair`` says the features in words (scale i is called 1 + i), ``N`` is
-    the normal force, ``place`` (3,) the point, and ``p``, ``s`` the places of a contact of the tip edge of the first
+    the normal force, and ``p``, ``s`` the places of a contact of the tip edge of the first
     with side edge DC of the second: from the tip edge's middle towards B, and from D (NaN for others).
     """
 
@@ -62,7 +61,6 @@ class Touch(NamedTuple):
     second: int
     pair: str
     N: float
-    place: Array
     p: float
     s: float
 
@@ -122,7 +120,7 @@ class Contact:
         found = self._found(V, self.dhat)
         zero = np.zeros_like(corners)
         if len(found) == 0:
-            return Push(0.0, zero, zero, None)
+            return Push(zero, zero, None)
         barrier = self._ipc.BarrierPotential(self.dhat, kappa)
         gradient = barrier.gradient(found, self._mesh, V).reshape(-1, 3)
         H = barrier.hessian(found, self._mesh, V).toarray() if tangent else None
@@ -137,8 +135,7 @@ class Contact:
                 by = self._friction.DiffWRT
                 for wrt in (by.VELOCITIES, by.LAGGED_DISPLACEMENTS):
                     H -= self._friction.force_jacobian(*args, wrt).toarray()
-        energy = barrier(found, self._mesh, V)
-        return Push(float(energy), gradient, friction, H)
+        return Push(gradient, friction, H)
 
     def _found(self, V: Any, within: float) -> Any:
         found = self._ipc.NormalCollisions()
@@ -157,10 +154,6 @@ class Contact:
         t = self._near.compute_collision_free_stepsize(self._mesh, a, b, 0.0, self._ccd)
         return 1.0 if t >= 1 else _CLEAR * float(t)
 
-    def crossed(self, corners: Array) -> bool:
-        """Tell whether scales pass through each other."""
-        return bool(self._ipc.has_intersections(self._mesh, np.asfortranarray(corners)))
-
     def touches(self, corners: Array, kappa: float) -> list[Touch]:
         """Return the places of contact, strongest first."""
         V = np.asfortranarray(corners)
@@ -171,12 +164,10 @@ class Contact:
             ids = [i for i in collision.vertex_ids(self._mesh.edges, self._mesh.faces) if i >= 0]
             g = barrier.gradient(collision, V[ids].ravel()).reshape(-1, 3)
             N = float(np.linalg.norm(g[np.array(ids) // 4 == a].sum(0)))
-            weights = np.linalg.norm(g, axis=1) * (np.array(ids) // 4 == a)
-            place = weights @ V[ids] / weights.sum() if weights.sum() > 0 else V[ids[0]]
             p = s = np.nan
             if (kind_a, kind_b) == ("tip edge CB", "side edge DC"):
                 p, s = _along(V[4 * a : 4 * a + 4], V[4 * b : 4 * b + 4])
-            out.append(Touch(a, b, f"{_named(kind_a, a)} on {_named(kind_b, b)}", N, place, p, s))
+            out.append(Touch(a, b, f"{_named(kind_a, a)} on {_named(kind_b, b)}", N, p, s))
         return sorted(out, key=lambda t: -t.N)
 
 
@@ -221,14 +212,6 @@ def _along(first: Array, second: Array) -> tuple[float, float]:
     return float(p), float(s)
 
 
-class Resultant(NamedTuple):
-    """Force of the pair that presses most: its scales are k pitches apart (0: none), normal force N, friction f."""
-
-    k: int
-    N: float
-    f: float
-
-
 class Pair(NamedTuple):
     """Contact of two scales: their numbers, and the normal force and friction force (3,) on the first."""
 
@@ -265,7 +248,7 @@ class Load:
 
     def __init__(self, contact: RowContact, v: Array, phi: float, before: Array | None, kappa: float) -> None:
         placed = Placed(contact.row, v, phi)
-        push = contact.contact.push(placed.corners, before, kappa)
+        push = contact.push(placed.corners, before, kappa)
         self._contact, self._corners, self._before, self._kappa = contact, placed.corners, before, kappa
         m, self.slid = v.size + 1, 0.0
         self.push = None if push.tangent is None else push
@@ -285,11 +268,6 @@ class Load:
         """The pairs that touch."""
         if self.push is None:
             return []
-        if self._contact.row.endless:
-            # each image touches scale 0 only
-            parts = (self.push.gradient, self.push.friction)
-            N, f = (part.reshape(-1, 4, 3).sum(1) for part in parts)
-            return [Pair(0, k, N[k], f[k]) for k in range(1, len(N)) if N[k].any()]
         V, before, out = self._corners.reshape(-1, 4, 3), self._before, []
         for i, j in self._contact.row.pairs:
             then = None if before is None else before.reshape(-1, 4, 3)[[i, j]].reshape(-1, 3)
@@ -299,15 +277,12 @@ class Load:
         return out
 
     @cached_property
-    def resultant(self) -> Resultant:
-        """Resultant forces of the pair that presses most."""
-        if not self.pairs:
-            return Resultant(0, 0.0, 0.0)
-        most = max(self.pairs, key=lambda p: p.N)
-        return Resultant(most.second - most.first, most.N, most.f)
+    def strongest(self) -> Pair:
+        """The pair that presses most; without contact a scale and itself, and no forces."""
+        return max(self.pairs, key=lambda p: p.N, default=Pair(0, 0, np.zeros(3), np.zeros(3)))
 
 
-class RowContact:
+class RowContact(Contact):
     """Frictional contact of the scales of a row with all neighbours within reach.
 
     Parameters
@@ -320,22 +295,18 @@ class RowContact:
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row
-        rest = row.corners(np.zeros(6 * row.moving), 0.0)
-        self.contact = Contact(rest, row.pairs, mu, dhat=dhat, slip=slip)
+        rest = self.corners(np.zeros(6 * row.moving), 0.0)
+        super().__init__(rest, row.pairs, mu, dhat=dhat, slip=slip)
         # places at rest do not come in, so any two scales will do for every pair
         self.two = Contact(rest[:8], [(0, 1)], mu, dhat=dhat, slip=slip)
 
     def corners(self, v: Array, phi: float) -> Array:
-        """Return the corners of all scales, (n, 3)."""
+        """Return the corners of all scales, (n, 3), scale by scale in the order D, A, B, C."""
         return Placed(self.row, v, phi).corners
 
     def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Load:
         """Evaluate contact; ``before`` and ``kappa`` as in :meth:`Contact.push`."""
         return Load(self, v, phi, before, kappa)
-
-    def free(self, start: Array, end: Array) -> float:
-        """Return the fraction of a straight motion of the corners that no collision stops; see :meth:`Contact.free`."""
-        return self.contact.free(start, end)
 
 
 def where(touches: Iterable[Touch], scales: int) -> tuple[Array, Array, str]:
@@ -344,15 +315,15 @@ def where(touches: Iterable[Touch], scales: int) -> tuple[Array, Array, str]:
     p and s are NaN where the tip edge of a scale does not touch the side edge of the next.
     """
     p, s = np.full(scales, np.nan), np.full(scales, np.nan)
-    usual: set[int] = set()
+    usual: dict[int, Touch] = {}
     others: dict[str, None] = {}
     for touch in touches:
         if touch.second == touch.first + 1 and np.isfinite(touch.p):
-            if touch.first not in usual:
-                p[touch.first], s[touch.first] = touch.p, touch.s
-            usual.add(touch.first)
+            usual.setdefault(touch.first, touch)
         else:
             others[touch.pair] = None
+    for i, touch in usual.items():
+        p[i], s[i] = touch.p, touch.s
     words = [f"tip edge on the next scale's side edge DC: {ranges(1 + i for i in usual)}"] if usual else []
     return p, s, "; ".join([*words, *others])
 

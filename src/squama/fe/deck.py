@@ -10,22 +10,19 @@ about the axis by N times the twist per pitch, and free to move along it.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squama import arguments
 from squama._version import __version__
 from squama.fe.geometry import Geometry, geometry
-from squama.fe.mesh import Tiled, pitch_mesh, tile
+from squama.fe.mesh import Index, Tiled, pitch_mesh, tile
 from squama.types import Array
 
 if TYPE_CHECKING:
     from squama.beam.design import Beam
-
-Index = NDArray[np.int64]
 
 SIZE, EDGE_SIZE = 0.3, 0.08
 """Sizes of the substrate's elements, and along the embedded scales' edges, in pitches."""
@@ -137,7 +134,7 @@ def model(
     # the two edges of the face without scales tell the local twist
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
     edges = np.flatnonzero((abs(y + shape.lam) < 1e-6) & (abs(abs(x) - shape.width / 2) < 1e-6)) + 1
-    sets = {"FIXED": np.unique(mesh.front) + 1, "TURNED": np.unique(mesh.back) + 1, "EDGES": edges}
+    sets = {"FIXED": np.unique(mesh.cuts[0]) + 1, "TURNED": np.unique(mesh.cuts[-1]) + 1, "EDGES": edges}
     about = {"version": __version__, "scales": scales, "pitch_mm": d, "twist_per_pitch": twist, "E_MPa": E, "mu": mu}
     return Model(
         nodes=np.concatenate([mesh.nodes, points, middle, middle]) * d,
@@ -176,72 +173,17 @@ def _plates(shape: Geometry, mesh: Tiled, scales: int) -> tuple[Array, list[Plat
     corners = np.array([top[np.argmin(np.hypot(*(coarse[top, :2] - at).T))] for at in places])
     points, plates = [], []
     for i in range(scales):
-        points.append(shape.base + [0, 0, i] + own @ shape.axes)
+        points.append(shape.rest.base + [0, 0, i] + own @ shape.rest.axes)
         n = len(mesh.nodes) + 1 + i * len(own)
         bricks = plate + n, strip + n + len(coarse)
         plates.append(Plate(*bricks, n + np.arange(last), mesh.tied[i] + 1, corners + n, n + last, n + last + 1))
     return np.concatenate(points), plates
 
 
-# ---- what both dialects write alike ---------------------------------------------------------------------------------
-
-
 def rows(numbers: Iterable[int], each: int = 16) -> list[str]:
     """Return numbers as data lines of at most ``each`` entries."""
     flat = [str(int(n)) for n in numbers]
     return [", ".join(flat[i : i + each]) for i in range(0, len(flat), each)]
-
-
-def mesh_lines(m: Model, words: Sequence[str]) -> list[str]:
-    """Return the heading, nodes, elements and sets; marked comments are read back by `squama.fe.ccx`."""
-    said = f"scale-covered beam, {m.scales} scales, twisted to {m.about['twist_per_pitch']:.6g} rad per pitch"
-    axes = "mm, N, MPa; z is the torsion axis, y points out of the scaled face"
-    out = ["*HEADING", f"squama {__version__}: {said}", *(f"** {line}" for line in (said, axes, *words))]
-    out += [MARK + json.dumps({key: value}) for key, value in m.about.items()]
-    out.append("*NODE, NSET=NALL")
-    out += [f"{i}, {x:.9g}, {y:.9g}, {z:.9g}" for i, (x, y, z) in enumerate(m.nodes.tolist(), start=1)]
-    bodies = {f"{name}{i}": getattr(p, name.lower()) for i, p in enumerate(m.plates, 1) for name in ("PLATE", "STRIP")}
-    number = 1
-    for name, cells in {"SUBSTRATE": m.tets, **bodies}.items():
-        out.append(f"*ELEMENT, TYPE={'C3D10' if name == 'SUBSTRATE' else 'C3D8'}, ELSET={name}")
-        out += [", ".join(map(str, [i, *cell])) for i, cell in enumerate(cells.tolist(), start=number)]
-        number += len(cells)
-    for name, numbers in m.sets.items():
-        out += [f"*NSET, NSET={name}", *rows(numbers)]
-    return out
-
-
-def section_lines(m: Model) -> list[str]:
-    """Return materials, sections and the surfaces that meet."""
-    E, nu = m.about["E_MPa"], m.about["nu"]
-    if m.material == "elastic":
-        law = ["*ELASTIC", f"{E:.9g}, {nu:.9g}"]
-    else:
-        G, bulk = E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))
-        law = ["*HYPERELASTIC, NEO HOOKE", f"{G / 2:.9g}, {2 / bulk:.9g}"]
-    out = ["*MATERIAL, NAME=SUBSTRATE", *law, "*MATERIAL, NAME=RIGID", "*ELASTIC", f"{E:.9g}, 0.3"]
-    out.append("*SOLID SECTION, ELSET=SUBSTRATE, MATERIAL=SUBSTRATE")
-    numbers = range(1, m.scales + 1)
-    out += [f"*SOLID SECTION, ELSET={name}{i}, MATERIAL=RIGID" for i in numbers for name in ("PLATE", "STRIP")]
-    for i in numbers:
-        out += [f"*SURFACE, NAME=TIP{i}, TYPE=ELEMENT", f"STRIP{i}, S1"]
-        out += [f"*SURFACE, NAME=FACE{i}, TYPE=ELEMENT", f"PLATE{i}, S2"]
-    return out
-
-
-def contact_lines(m: Model, friction: str) -> list[str]:
-    """Return the law of contact, with a line of friction if there is any, and the pairs: tip strip on the next face."""
-    out = ["*SURFACE INTERACTION, NAME=DRY", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{m.penalty:.9g}"]
-    out += ["*FRICTION", friction] if m.about["mu"] > 0 else []
-    for i in range(1, m.scales):
-        out += ["*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE", f"TIP{i}, FACE{i + 1}"]
-    return out
-
-
-def step_lines(m: Model) -> list[str]:
-    """Return the beginning of the step."""
-    first = f"{1 / m.increments:.9g}"
-    return [f"*STEP, NLGEOM, INC={max(500, 20 * m.increments)}", "*STATIC", f"{first}, 1., 1e-6, {first}", "*BOUNDARY"]
 
 
 def write(m: Model, dialect: str) -> str:
@@ -263,6 +205,50 @@ def write(m: Model, dialect: str) -> str:
     return "\n".join(DIALECTS[dialect](m)) + "\n"
 
 
+def _lines(
+    m: Model, words: Iterable[str], sets: list[str], bodies: list[str], friction: str, held: list[str], moved: list[str]
+) -> list[str]:
+    """Return the lines of a deck; marked comments are read back by `squama.fe.ccx`.
+
+    What the dialects write in their own ways: words of the head, sets, rigid bodies, the line of friction, what is held
+    from the beginning, what is moved in the step and printed.
+    """
+    said = f"scale-covered beam, {m.scales} scales, twisted to {m.about['twist_per_pitch']:.6g} rad per pitch"
+    axes = "mm, N, MPa; z is the torsion axis, y points out of the scaled face"
+    out = ["*HEADING", f"squama {__version__}: {said}", *(f"** {line}" for line in (said, axes, *words))]
+    out += [MARK + json.dumps({key: value}) for key, value in m.about.items()]
+    out.append("*NODE, NSET=NALL")
+    out += [f"{i}, {x:.9g}, {y:.9g}, {z:.9g}" for i, (x, y, z) in enumerate(m.nodes.tolist(), start=1)]
+    parts = {f"{name}{i}": getattr(p, name.lower()) for i, p in enumerate(m.plates, 1) for name in ("PLATE", "STRIP")}
+    number = 1
+    for name, cells in {"SUBSTRATE": m.tets, **parts}.items():
+        out.append(f"*ELEMENT, TYPE={'C3D10' if name == 'SUBSTRATE' else 'C3D8'}, ELSET={name}")
+        out += [", ".join(map(str, [i, *cell])) for i, cell in enumerate(cells.tolist(), start=number)]
+        number += len(cells)
+    for name, numbers in m.sets.items():
+        out += [f"*NSET, NSET={name}", *rows(numbers)]
+    E, nu = m.about["E_MPa"], m.about["nu"]
+    if m.material == "elastic":
+        law = ["*ELASTIC", f"{E:.9g}, {nu:.9g}"]
+    else:
+        G, bulk = E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))
+        law = ["*HYPERELASTIC, NEO HOOKE", f"{G / 2:.9g}, {2 / bulk:.9g}"]
+    out += [*sets, "*MATERIAL, NAME=SUBSTRATE", *law, "*MATERIAL, NAME=RIGID", "*ELASTIC", f"{E:.9g}, 0.3"]
+    out.append("*SOLID SECTION, ELSET=SUBSTRATE, MATERIAL=SUBSTRATE")
+    out += [f"*SOLID SECTION, ELSET={name}, MATERIAL=RIGID" for name in parts]
+    for i in range(1, m.scales + 1):
+        out += [f"*SURFACE, NAME=TIP{i}, TYPE=ELEMENT", f"STRIP{i}, S1"]
+        out += [f"*SURFACE, NAME=FACE{i}, TYPE=ELEMENT", f"PLATE{i}, S2"]
+    out += [*bodies, "*SURFACE INTERACTION, NAME=DRY", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"]
+    out += [f"{m.penalty:.9g}", *(["*FRICTION", friction] if m.about["mu"] > 0 else [])]
+    # a tip's strip on the next face
+    for i in range(1, m.scales):
+        out += ["*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE", f"TIP{i}, FACE{i + 1}"]
+    first = f"{1 / m.increments:.9g}"
+    out += ["*BOUNDARY", "FIXED, 1, 3, 0.", *held, f"*STEP, NLGEOM, INC={max(500, 20 * m.increments)}", "*STATIC"]
+    return [*out, f"{first}, 1., 1e-6, {first}", "*BOUNDARY", *moved, "*END STEP"]
+
+
 # ---- the dialects ---------------------------------------------------------------------------------------------------
 
 
@@ -272,19 +258,16 @@ def _calculix(m: Model) -> list[str]:
         "for CalculiX 2.20 or later: run it with ccx and the name of this file without .inp",
         "every increment prints what squama.fe.ccx reads: corners of the scales, two edges of the bar, reactions",
     )
-    out = mesh_lines(m, words)
+    sets, bodies, moved = [], [], [f"{m.rot}, 3, 3, {-m.angle:.9g}"]
     for i, plate in enumerate(m.plates, start=1):
-        out += [f"*NSET, NSET=BODY{i}", *rows([*plate.tied, *plate.nodes])]
-    out += section_lines(m)
-    for i, plate in enumerate(m.plates, start=1):
-        out.append(f"*RIGID BODY, NSET=BODY{i}, REF NODE={plate.ref}, ROT NODE={plate.rot}")
-    out.append(f"*RIGID BODY, NSET=TURNED, REF NODE={m.ref}, ROT NODE={m.rot}")
-    out += contact_lines(m, f"{m.about['mu']:.9g}, {STICK * m.penalty:.9g}")
-    out += ["*BOUNDARY", "FIXED, 1, 3, 0.", f"{m.ref}, 1, 2, 0.", f"{m.rot}, 1, 2, 0."]
-    out += [*step_lines(m), f"{m.rot}, 3, 3, {-m.angle:.9g}"]
+        sets += [f"*NSET, NSET=BODY{i}", *rows([*plate.tied, *plate.nodes])]
+        bodies.append(f"*RIGID BODY, NSET=BODY{i}, REF NODE={plate.ref}, ROT NODE={plate.rot}")
+    bodies.append(f"*RIGID BODY, NSET=TURNED, REF NODE={m.ref}, ROT NODE={m.rot}")
     for name, what in (("CORNERS", "U"), ("EDGES", "U"), ("FIXED", "RF")):
-        out += [f"*NODE PRINT, NSET={name}", what]
-    return [*out, "*NODE FILE", "U", "*EL FILE", "S", "*END STEP"]
+        moved += [f"*NODE PRINT, NSET={name}", what]
+    moved += ["*NODE FILE", "U", "*EL FILE", "S"]
+    friction, held = f"{m.about['mu']:.9g}, {STICK * m.penalty:.9g}", [f"{m.ref}, 1, 2, 0.", f"{m.rot}, 1, 2, 0."]
+    return _lines(m, words, sets, bodies, friction, held, moved)
 
 
 def _abaqus(m: Model) -> list[str]:
@@ -293,22 +276,18 @@ def _abaqus(m: Model) -> list[str]:
         "for Abaqus/Standard: THIS DECK WAS NEVER RUN IN ABAQUS, only its syntax was checked; look at the contact in",
         "every increment before you trust a curve",
     )
-    out = mesh_lines(m, words)
+    moved = [f"HAND, 6, 6, {-m.angle:.9g}", "*OUTPUT, FIELD, FREQUENCY=1", "*NODE OUTPUT", "U, RF", "*ELEMENT OUTPUT"]
+    moved += ["S, LE", "*CONTACT OUTPUT", "CSTRESS, CDISP", "*OUTPUT, HISTORY, FREQUENCY=1"]
+    moved += ["*NODE OUTPUT, NSET=HAND", "UR3, RM3"]
+    sets, bodies = [], []
     for i, plate in enumerate(m.plates, start=1):
-        out += [f"*NSET, NSET=TIED{i}", *rows(plate.tied)]
-        out += [f"*NSET, NSET=REF{i}", str(plate.ref), f"*ELSET, ELSET=SCALE{i}", f"PLATE{i}, STRIP{i}"]
-    out += ["*NSET, NSET=HAND", str(m.ref), *section_lines(m)]
-    for i, plate in enumerate(m.plates, start=1):
-        out.append(f"*RIGID BODY, REF NODE={plate.ref}, ELSET=SCALE{i}, PIN NSET=TIED{i}")
-    out.append(f"*RIGID BODY, REF NODE={m.ref}, PIN NSET=TURNED")
-    out += contact_lines(m, f"{m.about['mu']:.9g}")
-    out += ["*BOUNDARY", "FIXED, 1, 3, 0.", "HAND, 1, 2, 0.", "HAND, 4, 5, 0."]
-    out += [*step_lines(m), f"HAND, 6, 6, {-m.angle:.9g}"]
-    out += ["*OUTPUT, FIELD, FREQUENCY=1", "*NODE OUTPUT", "U, RF", "*ELEMENT OUTPUT", "S, LE", "*CONTACT OUTPUT"]
-    out += ["CSTRESS, CDISP", "*OUTPUT, HISTORY, FREQUENCY=1", "*NODE OUTPUT, NSET=HAND", "UR3, RM3"]
-    for i in range(1, m.scales + 1):
-        out += [f"*NODE OUTPUT, NSET=REF{i}", "U1, U2, U3, UR1, UR2, UR3"]
-    return [*out, "*END STEP"]
+        sets += [f"*NSET, NSET=TIED{i}", *rows(plate.tied)]
+        sets += [f"*NSET, NSET=REF{i}", str(plate.ref), f"*ELSET, ELSET=SCALE{i}", f"PLATE{i}, STRIP{i}"]
+        bodies.append(f"*RIGID BODY, REF NODE={plate.ref}, ELSET=SCALE{i}, PIN NSET=TIED{i}")
+        moved += [f"*NODE OUTPUT, NSET=REF{i}", "U1, U2, U3, UR1, UR2, UR3"]
+    sets += ["*NSET, NSET=HAND", str(m.ref)]
+    bodies.append(f"*RIGID BODY, REF NODE={m.ref}, PIN NSET=TURNED")
+    return _lines(m, words, sets, bodies, f"{m.about['mu']:.9g}", ["HAND, 1, 2, 0.", "HAND, 4, 5, 0."], moved)
 
 
 DIALECTS: dict[str, Callable[[Model], list[str]]] = {"calculix": _calculix, "abaqus": _abaqus}

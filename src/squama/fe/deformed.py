@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squama.fe import elements
-from squama.fe.elements import Index, Material
+from squama.fe.elements import Material
 from squama.fe.geometry import geometry
-from squama.fe.mesh import Pitch
+from squama.fe.mesh import Index, Pitch
 from squama.fe.plate import Attached, Turn
 from squama.io import files
 from squama.types import Array
@@ -65,16 +65,15 @@ class Deformed(NamedTuple):
 
 
 def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
-    """Return where a run of :func:`squama.fe.assembly.make_cell` on a mesh of one pitch stands."""
+    """Return where a run of :func:`squama.fe.assembly.make_walk` on a mesh of one pitch stands."""
     shape, d, E = geometry(beam), beam.pitch, beam.substrate.youngs_modulus
     master, turned, _ = pitch.images
     moved = elements.images(walk.places(), master, turned, walk.phi)
-    F = gradients(pitch.nodes, pitch.tets, moved)
-    stretch, density, mises = (values.mean(axis=1) for values in _felt(F, Material(1.0, shape.nu)))
+    stretch, density, mises = _felt(pitch, moved, shape.nu)
     X, Y = (-shape.zeta, shape.eta), (-shape.beta, shape.beta)
     local = np.array([[X[0], Y[0], 0.0], [X[1], Y[0], 0.0], [X[1], Y[1], 0.0], [X[0], Y[1], 0.0]])
-    rest = shape.base + local @ shape.axes
-    now = Attached(shape, rest).places(walk.v)
+    rest = shape.rest.base + local @ shape.rest.axes
+    now = Attached(shape.rest, rest).places(walk.v)
 
     def corners(at: Array, phi: float) -> Array:
         return np.array([(at @ Turn.at(k * phi).Q.T + [0.0, 0.0, k]) * d for k in IMAGES])
@@ -85,24 +84,23 @@ def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
     return Deformed(*mesh, *felt, corners(rest, 0.0), corners(now, walk.phi), walk.phi, d, shape.eta * d)
 
 
-def gradients(nodes: Array, tets: Index, moved: Array) -> Array:
-    """Return the deformation gradients (m, 4, 3, 3) at four Gauss points of quadratic tetrahedra."""
+def _felt(pitch: Pitch, moved: Array, nu: float) -> Array:
+    """Return (3, m): largest stretch, energy density and von Mises stress, E = 1, of the solid of the elements module.
+
+    They are means over four Gauss points of each quadratic tetrahedron.
+    """
     a = (5 - sqrt(5)) / 20
-    points = np.full((4, 4), a) + (1 - 4 * a) * np.eye(4)
-    shapes = np.einsum("gnc,mcj->mgnj", elements.shape_rates(points), elements.gradients(nodes, tets)[0])
-    return np.asarray(np.einsum("mni,mgnj->mgij", moved[tets], shapes))
-
-
-def _felt(F: Array, material: Material) -> tuple[Array, Array, Array]:
-    """Return largest stretch, energy density and von Mises stress (E = 1) of the solid of the elements module."""
-    L, G = material.lame
-    B = F @ F.swapaxes(-1, -2)
-    J = np.linalg.det(F)
+    rates = elements.shape_rates(np.full((4, 4), a) + (1 - 4 * a) * np.eye(4))
+    shapes = np.einsum("gnc,mcj->mgnj", rates, elements.gradients(pitch.nodes, pitch.tets)[0])
+    F = np.einsum("mni,mgnj->mgij", moved[pitch.tets], shapes)
+    L, G = Material(1.0, nu).lame
+    B, J = F @ F.swapaxes(-1, -2), np.linalg.det(F)
     stretch = np.sqrt(np.linalg.eigvalsh(B)[..., -1])
     trace = np.trace(B, axis1=-2, axis2=-1)
     density = G / 2 * (trace - 3 - 2 * np.log(J)) + L / 2 * np.log(J) ** 2
     deviator = G * (B - trace[..., None, None] / 3 * np.eye(3)) / J[..., None, None]
-    return stretch, density, np.sqrt(1.5 * (deviator**2).sum(axis=(-2, -1)))
+    felt = stretch, density, np.sqrt(1.5 * (deviator**2).sum(axis=(-2, -1)))
+    return np.asarray(np.mean(felt, axis=-1))
 
 
 def write_vtu(state: Deformed, path: str | os.PathLike[str]) -> Path:

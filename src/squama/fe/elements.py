@@ -19,11 +19,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from squama.fe.mesh import EDGES, Index
 from squama.fe.plate import Turn
 from squama.needs import need
 from squama.types import Array
-
-Index = NDArray[np.int64]
 
 
 class Material(NamedTuple):
@@ -162,7 +161,6 @@ def images(y: Array, master: Index, turned: NDArray[np.bool_], phi: float) -> Ar
     return x
 
 
-_EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
 # rule of degree 5 with positive weights: points (1 - 3 a, a, a, a), (1 - 3 b, b, b, b) and (c, c, 1/2 - c, 1/2 - c) in
 # every order, and the weight of one point of each kind
 _A, _B, _C = 0.31088591926330061, 0.09273525031089123, 0.04550370412564965
@@ -170,7 +168,7 @@ _EACH = 0.11268792571801585, 0.07349304311636195, 0.04254602077708147
 _POINTS = np.concatenate(
     [
         *(np.full((4, 4), a) + (1 - 4 * a) * np.eye(4) for a in (_A, _B)),
-        [[_C if k in pair else 0.5 - _C for k in range(4)] for pair in _EDGES],
+        [[_C if k in pair else 0.5 - _C for k in range(4)] for pair in EDGES],
     ]
 )
 """Corner coordinates of the Gauss points."""
@@ -202,7 +200,7 @@ def shape_rates(points: Array) -> Array:
     out = np.zeros((len(points), 10, 4))
     for q, at in enumerate(points):
         out[q, range(4), range(4)] = 4 * at - 1
-        for e, (i, j) in enumerate(_EDGES):
+        for e, (i, j) in enumerate(EDGES):
             out[q, 4 + e, i], out[q, 4 + e, j] = 4 * at[j], 4 * at[i]
     return out
 

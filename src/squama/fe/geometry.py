@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squama.errors import Problems
-from squama.fe import plate
+from squama.fe.plate import Rest
 
 if TYPE_CHECKING:
     from squama.beam.design import Beam
@@ -42,14 +42,9 @@ class Geometry(NamedTuple):
     nu: float
 
     @property
-    def axes(self) -> NDArray[np.float64]:
-        """Axes n_X, n_Y, n_Z of scale 0 at rest, as rows."""
-        return plate.axes(self.alpha, self.theta0)
-
-    @property
-    def base(self) -> NDArray[np.float64]:
-        """Base midpoint O of scale 0."""
-        return np.array([0.0, self.lam, 0.0])
+    def rest(self) -> Rest:
+        """Scale 0 at rest."""
+        return Rest.at(self.eta, self.beta, self.lam, self.alpha, self.theta0)
 
     @property
     def footprint(self) -> tuple[float, float]:
@@ -70,7 +65,7 @@ class Geometry(NamedTuple):
 
     def local(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return points (n, 3) in the axes of scale 0 at rest, from O."""
-        return np.asarray((points - self.base) @ self.axes.T)
+        return np.asarray((points - self.rest.base) @ self.rest.axes.T)
 
     def in_slot(self, points: NDArray[np.float64], slack: float = 1e-7) -> NDArray[np.bool_]:
         """Say which points (n, 3) lie in the slot or on its walls."""

@@ -58,8 +58,8 @@ class Pitch(NamedTuple):
         return master, turned, self.nodes[~turned]
 
     @property
-    def section(self) -> tuple[Index, Array]:
-        """Front nodes and their shares (k,) of the section's area: the integral of their shape functions."""
+    def shares(self) -> Array:
+        """Shares (k,) of the front nodes of the section's area: the integral of their shape functions."""
         place = np.full(len(self.nodes), -1)
         place[self.front] = np.arange(self.front.size)
         faces = self.surface[(place[self.surface] >= 0).all(axis=1)]
@@ -67,18 +67,16 @@ class Pitch(NamedTuple):
         areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
         # in a quadratic triangle the corners' functions integrate to nothing
         weights = np.bincount(place[faces[:, 3:]].ravel(), np.repeat(areas / 3, 3), minlength=self.front.size)
-        return self.front, weights / weights.sum()
+        return np.asarray(weights / weights.sum())
 
 
 class Tiled(NamedTuple):
-    """Pitches in a row with shared nodes; ``tied``: an array for each scale, ``front``, ``back``: the ends."""
+    """Pitches in a row with shared nodes; ``tied``: an array for each scale, ``cuts`` (n + 1, k)."""
 
     nodes: Array
     tets: Index
     tied: list[Index]
-    front: Index
-    back: Index
-    surface: Index
+    cuts: Index
 
 
 def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE) -> Pitch:
@@ -101,13 +99,11 @@ def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_S
         The scale does not fit into a pitch, a size is not usable, or the mesher fails.
     """
     geometry.check()
-    _check_sizes(geometry, size, edge_size)
     return _mesh(geometry, size, edge_size)
 
 
 def bar_mesh(geometry: Geometry, size: float = SIZE) -> Pitch:
     """Mesh one pitch of the bare bar as :func:`pitch_mesh` does, cut along the same planes; nothing is tied."""
-    _check_sizes(geometry, size, size)
     return _mesh(geometry, size, None)
 
 
@@ -115,23 +111,15 @@ def tile(pitch: Pitch, n: int) -> Tiled:
     """Join n pitches, at least one, one behind the other."""
     master, turned, masters = pitch.images
     count, k = len(masters), np.arange(n)
-    # the last pitch keeps its own back
     number = master + count * (k[:, None] + turned)
-    last = np.unique(number[-1][pitch.back])
-    back = number[-1][pitch.back]
-    number[-1][pitch.back] = n * count + np.searchsorted(last, back)
+    # the last pitch keeps its own back
+    number[-1][pitch.back] = n * count + np.arange(pitch.back.size)
     moved = masters + np.array([0.0, 0.0, 1.0]) * k[:, None, None]
-    ends = np.empty((last.size, 3))
-    ends[np.searchsorted(last, back)] = pitch.nodes[pitch.back] + [0, 0, n - 1]
-    cuts = np.isin(pitch.surface, pitch.front).all(1), np.isin(pitch.surface, pitch.back).all(1)
-    surface = [number[i][pitch.surface[~((cuts[0] & (i > 0)) | (cuts[1] & (i < n - 1)))]] for i in range(n)]
     return Tiled(
-        nodes=np.concatenate([moved.reshape(-1, 3), ends]),
-        tets=np.concatenate([number[i][pitch.tets] for i in range(n)]),
-        tied=[number[i][pitch.tied] for i in range(n)],
-        front=number[0][pitch.front],
-        back=number[-1][pitch.back],
-        surface=np.concatenate(surface),
+        nodes=np.concatenate([moved.reshape(-1, 3), pitch.nodes[pitch.back] + [0, 0, n - 1]]),
+        tets=number[:, pitch.tets].reshape(-1, 10),
+        tied=list(number[:, pitch.tied]),
+        cuts=np.concatenate([number[:, pitch.front], number[-1:, pitch.back]]),
     )
 
 
@@ -147,6 +135,7 @@ def _check_sizes(geometry: Geometry, size: float, edge_size: float) -> None:
 
 
 def _mesh(geometry: Geometry, size: float, edge_size: float | None) -> Pitch:
+    _check_sizes(geometry, size, size if edge_size is None else edge_size)
     occ, meshing = need("netgen.occ"), need("netgen.meshing")
     meshing.SetMessageImportance(0)
     try:
@@ -179,11 +168,11 @@ def _cell(occ: Any, geometry: Geometry, edge_size: float | None) -> Any:
     ends = [(-half, c), (-half, c + 1), (half, c + 1), (half, c)]
     cell = _polygon(occ, [(x, -lam, z + x * slope) for x, z in ends]).Extrude(occ.Vec(0, 2 * lam, 0))
     if edge_size is not None:
-        x, y, z = geometry.axes
+        x, y, z = geometry.rest.axes
         # far enough to leave the substrate with its whole thickness
         out, beta, t = geometry.thickness / tan(geometry.theta0), geometry.beta, geometry.thickness
         around = [(-geometry.zeta, -beta), (out, -beta), (out, beta), (-geometry.zeta, beta)]
-        floor = _polygon(occ, [geometry.base + p * x + q * y - t / 2 * z for p, q in around])
+        floor = _polygon(occ, [geometry.rest.base + p * x + q * y - t / 2 * z for p, q in around])
         cell = cell - floor.Extrude(occ.Vec(*map(float, t * z)))
     if len(cell.solids) != 1:
         raise _failed(_PIECES)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,19 +40,6 @@ def axes(alpha: float, theta: float) -> Array:
     sa, ca, st, ct = math.sin(alpha), math.cos(alpha), math.sin(theta), math.cos(theta)
     x, y = np.array([-sa * ct, st, ca * ct]), np.array([ca, 0.0, sa])
     return np.array([x, y, np.cross(x, y)])
-
-
-class Shape(Protocol):
-    """What is asked of a geometry: ratios, and the axes (rows) and base midpoint of scale 0 at rest."""
-
-    @property
-    def eta(self) -> float: ...  # noqa: D102
-    @property
-    def beta(self) -> float: ...  # noqa: D102
-    @property
-    def axes(self) -> Array: ...  # noqa: D102
-    @property
-    def base(self) -> Array: ...  # noqa: D102
 
 
 class Rest(NamedTuple):
@@ -126,13 +113,13 @@ def rotation(w: Array) -> Rotation:
     return Rotation(_ONE + a * W + b * W2, dE, ddE)
 
 
-def pose(rest: Shape, v: Array) -> Pose:
+def pose(rest: Rest, v: Array) -> Pose:
     """Return the pose that six motions (6,) give to a scale."""
     A = rest.axes
     return Pose(rest.base + v[:3] @ A, A.T @ turned(v[3:]) @ A)
 
 
-def inclination(rest: Shape, v: Array) -> float:
+def inclination(rest: Rest, v: Array) -> float:
     """Inclination theta, rad: angle of n_X against the beam's face, seen along the width at rest.
 
     n_X is projected on the plane normal to n_Y at rest; in that plane theta is measured from the face (y = 0)
@@ -149,13 +136,13 @@ class Attached:
 
     Parameters
     ----------
-    rest : Shape
+    rest : Rest
         The scale.
     points : (n, 3) array
         Their places at rest.
     """
 
-    def __init__(self, rest: Shape, points: Array) -> None:
+    def __init__(self, rest: Rest, points: Array) -> None:
         self.axes, self.base = rest.axes, rest.base
         self.local = (np.asarray(points, float) - rest.base) @ rest.axes.T
 
@@ -206,7 +193,7 @@ class Carried:
 
     Parameters
     ----------
-    rest : Shape
+    rest : Rest
         Scale 0 at rest.
     points : (n, 3) array
         Places of the points at rest, on scale k.
@@ -216,7 +203,7 @@ class Carried:
         Place c along z of the section that does not turn.
     """
 
-    def __init__(self, rest: Shape, points: Array, k: int = 0, still: float = 0.0) -> None:
+    def __init__(self, rest: Rest, points: Array, k: int = 0, still: float = 0.0) -> None:
         self._lift = np.array([0.0, 0.0, k])
         self._attached, self._k = Attached(rest, points - self._lift), k - still
 
@@ -250,7 +237,7 @@ class Row:
 
     Parameters
     ----------
-    rest : Shape
+    rest : Rest
         Scale 0 at rest.
     scales : int, optional
         How many there are, each with its own motions; an endless row if not given.
@@ -263,7 +250,7 @@ class Row:
         Scales that may touch, each pair once.
     """
 
-    def __init__(self, rest: Shape, scales: int | None = None, still: float = 0.0) -> None:
+    def __init__(self, rest: Rest, scales: int | None = None, still: float = 0.0) -> None:
         self.rest, self.endless, self.moving = rest, scales is None, scales or 1
         reach = int(np.ceil(np.hypot(rest.eta, 2 * rest.beta)))
         count = 1 + reach if scales is None else scales
@@ -277,16 +264,12 @@ class Row:
         self.lift = np.zeros((count, 1, 3))
         self.lift[:, 0, 2] = np.arange(count)
 
-    def corners(self, v: Array, phi: float) -> Array:
-        """Return the corners (4 scales, 3), scale by scale in the order D, A, B, C.
-
-        ``v`` (m,) begins with six motions for each scale that has its own; corners do not depend on the rest.
-        """
-        return Placed(self, v, phi).corners
-
 
 class Placed:
-    """The scales of a row at one state; ``corners`` (4 scales, 3)."""
+    """The scales of a row at one state; ``corners`` (4 scales, 3), scale by scale in the order D, A, B, C.
+
+    ``v`` (m,) begins with six motions for each scale that has its own; corners do not depend on the rest.
+    """
 
     def __init__(self, row: Row, v: Array, phi: float) -> None:
         self._row, self._size = row, v.size + 1

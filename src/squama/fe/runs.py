@@ -15,7 +15,7 @@ import numpy as np
 from squama import arguments, units
 from squama._version import __version__
 from squama.errors import InputError, naming, refuse
-from squama.fe.assembly import ALONG, COLUMNS, EACH, ENDS, make_beam, make_cell
+from squama.fe.assembly import ENDS, make_walk
 from squama.fe.body import Body
 from squama.fe.deformed import Deformed, deformed
 from squama.fe.elements import Elements
@@ -24,7 +24,6 @@ from squama.fe.mesh import pitch_mesh
 from squama.fe.walk import Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.symbols import SYMBOLS
-from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +42,7 @@ _WORDS = {
     "twist": {"long_name": "twist of a scale's pitch, from cut to cut", "units": "rad"},
     "u_end": {"long_name": "move of the turned end along the axis", "units": "m"},
     "iterations": {"long_name": "Newton iterations", "units": "1"},
+    "contact": {"long_name": "what touches"},
 }
 
 
@@ -157,10 +157,8 @@ def cell(
         "geometry": list(shape), "mu": friction, "sense": sense, "mesh": list(sizes), "hinged": hinged,
         "nodes": hashlib.sha256(pitch.nodes.tobytes()).hexdigest()[:16],
     }  # fmt: skip
-    if scales is None:
-        walk = make_cell(pitch, shape, friction, hinged=hinged)
-    else:
-        walk = make_beam(pitch, shape, scales, friction, ends=ends, hinged=hinged)
+    walk = make_walk(pitch, shape, friction, scales=scales, ends=ends, hinged=hinged)
+    if scales is not None:
         key |= {"scales": scales, "ends": ends}
         if announce is not None:
             announce(size(walk, scales, goal, increment))
@@ -277,19 +275,11 @@ def size(walk: Walk, scales: int, goal: float, increment: float) -> str:
 
 
 def _dataset(beam: Beam, walk: Walk, sign: int, scales: int | None) -> xr.Dataset:
-    """Return the rows in SI units; twists and torques as magnitudes."""
+    """Return what was recorded in SI units; twists and torques as magnitudes."""
     import xarray as xr
 
-    table, n = np.array(walk.rows), scales or 1
-    along, each = (COLUMNS, ()) if scales is None else (ALONG, EACH)
-    count = len(along)
-    columns: dict[str, tuple[tuple[str, ...], Array]] = {
-        name: (("point",), table[:, i]) for i, name in enumerate(along)
-    }
-    columns |= {
-        name: (("point", "scale"), table[:, count + i * n : count + (i + 1) * n]) for i, name in enumerate(each)
-    }
-    d, E = beam.pitch, beam.substrate.youngs_modulus
+    columns = {name: np.array(values) for name, values in walk.columns.items()}
+    d, E, n = beam.pitch, beam.substrate.youngs_modulus, scales or 1
     moment, force = E * d**3, E * d**2
     # energies are per length, so over n pitches
     factors = {
@@ -299,15 +289,12 @@ def _dataset(beam: Beam, walk: Walk, sign: int, scales: int | None) -> xr.Datase
     words = {name: SYMBOLS[name].attrs for name in columns if name in SYMBOLS} | _WORDS
     if scales is not None:
         words["T"] = {**words["T"], "long_name": "torque at the turned end"}
-    whole = {"neighbour", "iterations"}
-    data = xr.Dataset({"Phi": ("point", sign * columns["phi"][1] / d, SYMBOLS["Phi"].attrs)})
-    for name, (dims, values) in columns.items():
-        if name not in ("iterations", "unbalanced"):
-            data[name] = dims, values.astype(int) if name in whole else values * factors.get(name, 1.0), words[name]
-    data["iterations"] = "point", columns["iterations"][1].astype(int), words["iterations"]
-    data["contact"] = "point", np.array(walk.words, dtype=str), {"long_name": "what touches"}
+    data = xr.Dataset({"Phi": ("point", sign * columns["phi"] / d, SYMBOLS["Phi"].attrs)})
+    for name in (*(name for name in columns if name not in ("contact", "unbalanced")), "contact"):
+        values = columns[name] * factors[name] if name in factors else columns[name]
+        data[name] = ("point", "scale")[: values.ndim], values, words[name]
     if scales is not None:
         data = data.assign_coords(scale=("scale", np.arange(1, n + 1), {"long_name": "scale, counted along the beam"}))
-    W, U, F = (columns[name][1][-1] for name in ("W", "U_el", "W_fr"))
+    W, U, F = (columns[name][-1] for name in ("W", "U_el", "W_fr"))
     data.attrs["energy_error"] = float((W - U - F) / W) if W else 0.0
     return data

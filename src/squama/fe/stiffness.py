@@ -32,7 +32,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from math import log2, pi
+from math import log2
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -175,17 +175,24 @@ def joint(
     coarse = min(shape.zeta, shape.beta) / 5 if edge_size is None else edge_size
     if not 1 <= levels <= 6:
         refuse("levels", str(levels), "must be 1 to 6")
-    size = max(bulk_size(shape), coarse / 2**levels)
+    # in the bulk at least three elements through the thickness, and not too many
+    bulk = min(SIZE, 0.75 * shape.lam), (12 * shape.width * shape.lam / _MOST) ** (1 / 3)
+    size = max(*bulk, coarse / 2**levels)
     done: list[Level] = []
+
+    def of_mesh(edge: float) -> tuple[Array, int]:
+        mesh = pitch_mesh(shape, size, edge)
+        return condensed(mesh, shape), len(mesh.tets)
+
     for edge in (coarse / 2.0 ** np.arange(levels)).tolist():
         began = time.perf_counter()
-        K, count, now = kept(("pitch", *shape, size, edge), fresh, partial(_of_mesh, shape, size, edge))
+        K, count, now = kept(("pitch", *shape, size, edge), fresh, partial(of_mesh, edge))
         done.append(Level(edge, count, K, time.perf_counter() - began if now else 0.0))
         if progress is not None:
             progress(done[-1])
     bar = kept(("bar", *shape, size), fresh, lambda: (condensed(bar_mesh(shape, size), shape)[6:, 6], 0))[0]
-    exact = saint_venant(shape.width, 2 * shape.lam) / (2 * (1 + shape.nu))
     unit = beam.substrate.youngs_modulus * beam.pitch**3
+    exact = beam.G_B * beam.J / (unit * beam.pitch)
     return JointMatrix(extrapolated(done), tuple(done), size, float(bar[0]), exact, unit)
 
 
@@ -196,7 +203,7 @@ def condensed(pitch: Pitch, geometry: Geometry) -> Array:
         # at rest the tangent of the large-strain elements is that of the linear ones
         r = body.reduce(body.start(), np.zeros(body.motions), 0.0)
     finally:
-        body.close()
+        body.solver.close()
     if r is None:
         message = "the mesh has inverted elements: take another element size"
         raise InputError(message)
@@ -222,25 +229,6 @@ def _error(values: Sequence[float]) -> float:
     if len(values) < 3:
         return correction
     return max(correction / 2, abs(2 * values[-1] - 3 * values[-2] + values[-3]))
-
-
-def bulk_size(shape: Geometry) -> float:
-    """Return the size of elements in the bulk: at least three through the thickness, and not too many."""
-    volume = 2 * shape.width * shape.lam
-    return float(max(min(SIZE, 0.75 * shape.lam), (6 * volume / _MOST) ** (1 / 3)))
-
-
-def saint_venant(width: float, thickness: float) -> float:
-    """Return the torsion constant J of a rectangle (Timoshenko and Goodier, Theory of Elasticity, section 109)."""
-    a, b = max(width, thickness), min(width, thickness)
-    n = np.arange(1, 60, 2)
-    return float(a * b**3 * (1 - 192 * b / (pi**5 * a) * (np.tanh(n * pi * a / (2 * b)) / n**5).sum()) / 3)
-
-
-def _of_mesh(shape: Geometry, size: float, edge: float) -> tuple[Array, int]:
-    """Return K (7, 7) and the number of elements."""
-    mesh = pitch_mesh(shape, size, edge)
-    return condensed(mesh, shape), len(mesh.tets)
 
 
 def kept(key: tuple[object, ...], fresh: bool, compute: Callable[[], tuple[Array, int]]) -> tuple[Array, int, bool]:

@@ -21,6 +21,7 @@ from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Body, Matrix, Reduced
 from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
+from squama.fe.plate import MOTIONS, inclination
 from squama.types import Array
 
 ITERATIONS = 12
@@ -35,8 +36,9 @@ _STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))
 _FARTHER = 1 / 16
 """Share of an increment by which the twist goes on when the scales are let go."""
 _INVERTED = "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
-_KEPT = ("numbers", "rows", "words", "past_states", "past_phi", "past_corners")
-"""Arrays of a restart file."""
+_COLUMN = "column_"
+_KEPT = ("numbers", "past_states", "past_phi", "past_corners", f"{_COLUMN}phi")
+"""Arrays of a restart file; there is one for every column."""
 
 
 class Contacts(NamedTuple):
@@ -54,8 +56,9 @@ class Ended(NamedTuple):
     sentence: str
 
 
-Recorder = Callable[["Walk"], tuple[Sequence[float], str]]
-"""Makes a row of numbers of an equilibrium, and says what touches."""
+Recorded = dict[str, float | str | Array]
+Recorder = Callable[["Walk"], Recorded]
+"""Says what is recorded of an equilibrium: numbers, arrays of numbers and words by name."""
 
 
 class Walk:
@@ -70,7 +73,7 @@ class Walk:
     ways : (m, k) array
         Directions in which the motions can go.
     record : callable, optional
-        Makes ``rows`` and ``words`` of every equilibrium, the one at rest first.
+        What goes into the ``columns`` of every equilibrium, the one at rest first.
     first : float
         Force that is expected at the first contact.
     dhat : float
@@ -90,6 +93,8 @@ class Walk:
         Work of the torque and of friction, E d^3.
     contacts : list of Contacts
         What touched, from where on.
+    columns : dict of str to list
+        What was recorded, by name; with ``iterations`` and ``unbalanced``.
     """
 
     def __init__(
@@ -115,20 +120,14 @@ class Walk:
         self.load: Load
         self.touches: list[Touch] = []
         self.contacts: list[Contacts] = []
-        self.rows: list[tuple[float, ...]] = []
-        self.words: list[str] = []
-        self.iterations, self.rounds, self.halvings = 0, 0, 0
+        self.columns: dict[str, list[float | str | Array]] = {}
+        self.iterations = self.halvings = 0
         self._begun = False
 
     @property
     def N(self) -> float:
         """Normal force of the pair that presses most."""
-        return self.load.resultant.N
-
-    @property
-    def f(self) -> float:
-        """Its friction force."""
-        return self.load.resultant.f
+        return self.load.strongest.N
 
     @property
     def touch(self) -> Touch | None:
@@ -139,9 +138,18 @@ class Walk:
         """Return the places (n, 3) of the masters."""
         return self.body.places(self.z, self.v, self.phi)
 
-    def to(self, goal: float, increment: float) -> bool:
-        """Go to a twist in increments; False where there is no way on without a jump."""
-        return self.run(goal, increment).reached
+    def works(self, within: float = np.inf) -> dict[str, float]:
+        """Return strain energy, works, and the least gap between scales, inf beyond ``within``, by name."""
+        gap = self.contact.gap(self.contact.corners(self.v, self.phi), within)
+        return {"U_el": self.reduced.energy, "W_fr": self.W_fr, "W": self.W, "gap": gap}
+
+    def endless(self, within: float = np.inf) -> dict[str, float]:
+        """Return the state of an endless beam by name: twist, inclination, torque, forces, motions, works, contact."""
+        most, (p, s) = self.load.strongest, (self.touch.p, self.touch.s) if self.touch else (np.nan, np.nan)
+        return {
+            "phi": self.phi, "theta": inclination(self.contact.row.rest, self.v), "T": self.T, "N": most.N, "f": most.f,
+            **dict(zip(MOTIONS, self.v.tolist(), strict=True)), **self.works(within), "p": p, "s": s,
+        }  # fmt: skip
 
     def run(
         self,
@@ -220,7 +228,6 @@ class Walk:
             balance = Balance(reduced.linear, self.contact, before, self.kappa, self.ways)
             again = iteration == 1 or short
             found = balance.advance((self.v, self.phi), (v, phi)) if again else balance.find(v, phi)
-            self.rounds += found.rounds
             if not found.solved:
                 return "no balance of the contact was found"
             if isinstance(body, Matrix):
@@ -267,14 +274,14 @@ class Walk:
             self._power = power
             self.trail.add(np.append(z, v), phi, corners)
         self.z, self.v, self.phi, self.T, self.reduced, self.load = z, v, phi, T, reduced, load
-        self.touches = self.contact.contact.touches(corners, self.kappa) if self.N > 0 else []
+        self.touches = self.contact.touches(corners, self.kappa) if self.N > 0 else []
         now = (self.touches[0].second, self.touches[0].pair) if self.touches else (0, "")
         if now != ((self.contacts[-1].k, self.contacts[-1].pair) if self.contacts else (0, "")):
             self.contacts.append(Contacts(phi, *now))
         if self._record is not None:
-            row, words = self._record(self)
-            self.rows.append(tuple(float(x) for x in row))
-            self.words.append(words)
+            effort = {"iterations": self.iterations, "unbalanced": reduced.unbalanced}
+            for name, value in {**self._record(self), **effort}.items():
+                self.columns.setdefault(name, []).append(value)
         if self.N > 0:
             # keep the gap near dhat / 2
             self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
@@ -320,9 +327,8 @@ class Walk:
         states, twists, corners = zip(*self.trail.past, strict=True)
         arrays: dict[str, Any] = {
             "numbers": np.array([self.phi, self.kappa, self.T, self.W, self.W_fr, self._power, self.halvings]),
-            "rows": np.array(self.rows), "words": np.array(self.words), "past_states": np.array(states),
-            "past_phi": np.array(twists), "past_corners": np.array(corners),
-        }  # fmt: skip
+            "past_states": np.array(states), "past_phi": np.array(twists), "past_corners": np.array(corners),
+        } | {f"{_COLUMN}{name}": np.array(values) for name, values in self.columns.items()}  # fmt: skip
         beside = path.with_name(f".{path.name}.new")
         with beside.open("wb") as out:
             np.savez(out, key=json.dumps(key, sort_keys=True), **arrays)
@@ -341,7 +347,8 @@ class Walk:
         try:
             with np.load(path, allow_pickle=False) as stored:
                 old = json.loads(str(stored["key"]))
-                numbers, rows, words, states, twists, corners = (stored[name] for name in _KEPT)
+                numbers, states, twists, corners, _ = (stored[name] for name in _KEPT)
+                columns = {n.removeprefix(_COLUMN): list(stored[n]) for n in stored if n.startswith(_COLUMN)}
         except (OSError, ValueError, KeyError, EOFError, BadZipFile):
             reason = "is no restart file of this version of squama"
             refuse("", "", reason, "remove it or name another output", str(path))
@@ -350,8 +357,7 @@ class Walk:
                 reason = f"belongs to a run with {name} = {old.get(name)}, not {key.get(name)}"
                 refuse("", "", reason, "remove it or name another output", str(path))
         self.phi, self.kappa, self.T, self.W, self.W_fr, self._power = map(float, numbers[:6])
-        self.halvings = int(numbers[6])
-        self.rows, self.words = [tuple(row) for row in rows.tolist()], [str(text) for text in words]
+        self.halvings, self.columns = int(numbers[6]), columns
         self.trail = Trail(list(zip(states, twists.tolist(), corners, strict=True)))
         self.z, self.v = np.split(states[-1], [self.z.size])
         self._begun = True

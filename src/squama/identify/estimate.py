@@ -26,6 +26,7 @@ from squama.identify.parameters import Asked, ask
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
+from squama.needs import need
 from squama.types import Array
 
 _NEAR_LOCK = 0.98
@@ -84,8 +85,7 @@ def solve(forward: Forward | Walked, torque: Array, asked: Asked, starts: int) -
             residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=still, xtol=still, gtol=still, max_nfev=300
         )
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
-    found.sort(key=lambda pair: pair[0])
-    best, u = found[0]
+    best, u = min(found, key=lambda pair: pair[0])
     agreed = sum(cost <= best * (1 + _AGREE) + 1e-28 for cost, _ in found)
     p = u * scale
     r = torque - forward.torque(asked.physical(p))
@@ -166,24 +166,6 @@ class Remedy(NamedTuple):
 
     what: str
     errors: Array
-
-
-def condition(jacobian: Array) -> float:
-    """Condition number of the derivatives with columns of one length: 1 if no parameter resembles another."""
-    s = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0), compute_uv=False)
-    return float(s[0] / s[-1])
-
-
-def correlations(covariance: Array) -> Array:
-    """Correlation matrix of a covariance."""
-    error = np.sqrt(np.diag(covariance))
-    return np.asarray(covariance / np.outer(error, error))
-
-
-def pairs(names: tuple[str, ...], correlation: Array) -> list[tuple[str, str, float]]:
-    """Pairs of parameters that are hardly separable, with their correlations."""
-    found = [(a, b, float(correlation[i, j])) for i, a in enumerate(names) for j, b in enumerate(names) if i < j]
-    return [pair for pair in found if abs(pair[2]) > HARDLY]
 
 
 def remedies(
@@ -296,11 +278,7 @@ def sample(
     ``noise`` is the standard deviation of a measured torque, N m, None where it is not known. The same seed gives the
     same samples.
     """
-    try:
-        import emcee
-    except ImportError:
-        reason = "posterior samples need emcee, which is not installed"
-        refuse("", "", reason, "install it with: pip install 'squama[fit]'")
+    emcee = need("emcee")
     low, high = asked.low, asked.high
     size = float(np.abs(torque).max())
 
@@ -319,8 +297,8 @@ def sample(
     p = len(asked.rows)
     walkers = max(WALKERS, 4 * p)
     error = np.sqrt(np.diag(covariance))
-    start = random.multivariate_normal(np.zeros(p), covariance / np.outer(error, error), walkers) * error
-    start = estimates + start
+    start = random.multivariate_normal(np.zeros(p), covariance / np.outer(error, error), walkers)
+    start = estimates + start * error
     # walkers that start outside are put as far inside
     start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
     start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)

@@ -115,7 +115,10 @@ def fit(
     law = LOADS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)
     arguments.whole("seed", seed, 0, 2**32 - 1)
-    sigma = None if noise is None else _torque("noise", noise)
+    with naming("noise"):
+        sigma = None if noise is None else units.quantity(noise, "torque")
+    if sigma is not None and sigma <= 0:
+        refuse("noise", f"{sigma:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
     if arguments.joint(joint) == "compliant":
         beam = _compliant(beam, load, law, samples)
     asked = ask(beam, load, parameters, bounds)
@@ -124,9 +127,8 @@ def fit(
         refuse("parameters", "", reason, "leave it out")
     record = records.record(records.read(data, beam, load), beam, load, to=to, reversal=reversal, stick=stick)
     points = placed(record, asked, law) if joint == "hinge" else _walked(record, asked)
-    starts = starts if joint == "hinge" else 1
     _enough(points, asked, noise_known=sigma is not None)
-    result = _result(points, asked, law, starts, sigma)
+    result = _result(points, asked, law, starts if joint == "hinge" else 1, sigma)
     if samples:
         used = np.flatnonzero(result.used)
         assert isinstance(points.forward, Forward)
@@ -134,14 +136,6 @@ def fit(
         found = sample(forward, torque, asked, result.estimates, result.covariance, samples, noise=sigma, seed=seed)
         result = replace(result, posterior=found)
     return result
-
-
-def _torque(name: str, value: float | str) -> float:
-    with naming(name):
-        found = units.quantity(value, "torque")
-    if found <= 0:
-        refuse(name, f"{found:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
-    return found
 
 
 def _senses(asked: Asked, law: str) -> Senses:
@@ -176,8 +170,7 @@ def _compliant(beam: Beam, load: str, law: str, samples: int) -> Beam:
 
 def _walked(record: Record, asked: Asked) -> _Points:
     """Put a record on the compliant joint, walked with the friction of the beam."""
-    i = asked.place("mu")
-    mu = asked.base.mu if i is None else float(asked.start[i])
+    mu = float(asked.physical(asked.start).mu)
     forward = Walked(asked.beam, record.load, record.way, record.specimen, mu)
     return _Points(record, forward, record.asked & ~(record.stuck & (forward.theta > 0)))
 
@@ -288,8 +281,7 @@ def _alone(points: _Points, asked: Asked, sigma: float | None) -> tuple[Specimen
         try:
             _enough(mine, asked, noise_known=sigma is not None)
             best, covariance, _ = _estimated(mine, asked, 2, sigma)
+            out.append(SpecimenFit(specimen.label, best.values, np.sqrt(np.diag(covariance))))
         except InputError as error:
             out.append(SpecimenFit(specimen.label, None, None, str(error)))
-            continue
-        out.append(SpecimenFit(specimen.label, best.values, np.sqrt(np.diag(covariance))))
     return tuple(out)

@@ -22,6 +22,7 @@ the joint is multiplied by a factor, the rigidity R without contact being kept: 
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -152,41 +153,35 @@ class Walked:
         self.ways = [[load[i] for i in pieces if specimen[i[0]] == n] for n in dict.fromkeys(specimen.tolist())]
         self.beam, self.load, self.rate, self.mu = beam, load, load / beam.pitch, mu
         self.index = np.arange(self.load.size)
-        self.known: dict[float, Array] = {}
         self.walks: dict[tuple[float, ...], dict[str, Array]] = {}
-        self._share(mu)
+        self._walked("scales", mu)
 
     def take(self, index: Array) -> Walked:
         """Return some of the points; what is walked is shared."""
-        other = object.__new__(Walked)
-        other.__dict__ |= self.__dict__ | {"rate": self.rate[index], "index": self.index[index]}
+        other = copy.copy(self)
+        other.rate, other.index = self.rate[index], self.index[index]
         return other
 
     @property
     def theta(self) -> Array:
         """Inclination where plates touch, 0 elsewhere."""
-        return self._column("touching", self.mu)[self.index]
-
-    @property
-    def sign(self) -> Array:
-        """Sense of each point."""
-        return np.where(self.rate < 0, -1.0, 1.0)
+        return self._walked("touching", self.mu)[self.index]
 
     def torque(self, v: Physical) -> Array:
         """Torque (N m); a thousand times too large where the scales do not follow the record."""
         try:
-            share = self._share(float(v.mu))
+            share = self._walked("scales", v.mu)
         except InputError:
-            share = 1e3 * self._share(self.mu)
+            share = 1e3 * self._walked("scales", self.mu)
         return np.asarray(v.rigidity * self.rate + v.zero + v.stiffness * share[self.index])
 
     def jacobian(self, v: Physical) -> Array:
         """Return the derivatives of the torque, shape (n, 5), in the order of :class:`Physical`."""
-        here, h = self._share(float(v.mu)), self.step
+        here, h = self._walked("scales", v.mu), self.step
         try:
-            slope = (self._share(v.mu + h) - here) / h
+            slope = (self._walked("scales", v.mu + h) - here) / h
         except InputError:
-            slope = (here - self._share(v.mu - h)) / h
+            slope = (here - self._walked("scales", v.mu - h)) / h
         none = np.zeros(self.rate.size)
         columns = [v.stiffness * slope[self.index], here[self.index], self.rate, none, none + 1]
         return np.stack(columns, axis=1)
@@ -197,31 +192,22 @@ class Walked:
 
     def drawn(self, points: int) -> tuple[Walked, Array]:
         """Return evenly spaced points of each way, and the number of their way, counted from 1."""
-        ways = []
-        for record in self.ways:
-            stops = _stops(record)
-            pairs = list(itertools.pairwise(stops))[-len(record) :]
-            ways.append([np.linspace(a, b, points) for a, b in pairs])
-        found = object.__new__(Walked)
-        found.__dict__ |= {**self.__dict__, "ways": ways, "known": {}}
-        found.load = np.concatenate([load for record in ways for load in record])
+        found = copy.copy(self)
+        pairs = [list(itertools.pairwise(_stops(record)))[-len(record) :] for record in self.ways]
+        found.ways = [[np.linspace(a, b, points) for a, b in record] for record in pairs]
+        legs = [load for record in found.ways for load in record]
+        found.load = np.concatenate(legs)
         found.rate, found.index = found.load / self.beam.pitch, np.arange(found.load.size)
-        legs = [load for record in ways for load in record]
-        return found, np.repeat(np.arange(len(legs)) + 1, [load.size for load in legs])
+        return found, np.repeat(np.arange(len(legs)) + 1, points)
 
-    def _share(self, mu: float) -> Array:
-        """Torque of the scales over K_theta at all points."""
-        if mu not in self.known:
-            self.known[mu] = self._column("scales", mu)
-        return self.known[mu]
-
-    def _column(self, name: str, mu: float) -> Array:
+    def _walked(self, name: str, mu: float) -> Array:
+        """Torque of the ``scales`` over K_theta, or where they are ``touching``, at all points."""
         from scipy.interpolate import PchipInterpolator
 
         found = []
         for record in self.ways:
             stops = _stops(record)
-            states = self._walk(stops, mu)
+            states = self._walk(stops, float(mu))
             for i, load in enumerate(record, start=len(stops) - len(record)):
                 part = np.flatnonzero((states["leg"] == i) | (np.append(states["leg"][1:], 0) == i))
                 x, order = np.unique(states["load"][part], return_index=True)
@@ -245,10 +231,9 @@ class Walked:
 def _stops(record: Sequence[Array]) -> list[float]:
     """Return the twists to go to, from rest at 0, of the ways of a record."""
     stops, here = [0.0], 0.0
-    first = record[0]
-    if abs(first[-1]) < abs(first[0]):
+    if abs(record[0][-1]) < abs(record[0][0]):
         # it begins with unloading
-        stops.append(float(first[0]))
+        stops.append(float(record[0][0]))
     for load in record:
         grows = load[-1] >= load[0] if load.size > 1 else load[0] >= here
         here = float(load.max() if grows else load.min())

@@ -6,7 +6,7 @@ One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unles
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,8 @@ from squama.beam.design import Beam
 from squama.errors import Problem, Problems, naming, refuse
 from squama.identify.forward import Physical
 from squama.io import tabular
-from squama.loads import LOADS, Load
+from squama.loads import LOADS
+from squama.study.parameters import of_beam
 from squama.types import Array
 from squama.units import Dimension, for_people, prefix, torque_unit
 
@@ -26,7 +27,6 @@ DEFAULT = ("mu", "K_theta")
 _WIDE = 1e4
 _ANGLES = 3.0
 _STEEP = (1e-4, math.radians(85))
-_UNITS = {Dimension.ANGLE: "rad", Dimension.PRESSURE: "Pa", Dimension.TORQUE: "N m", Dimension.RATIO: "1"}
 
 
 class Parameter(NamedTuple):
@@ -44,7 +44,7 @@ class Parameter(NamedTuple):
     @property
     def unit(self) -> str:
         """SI unit."""
-        return _UNITS[self.dimension]
+        return units.si_unit(self.dimension)
 
     @property
     def linear(self) -> bool:
@@ -52,8 +52,8 @@ class Parameter(NamedTuple):
         return self.name not in ("mu", "theta0")
 
     def value(self, beam: Beam, load: str) -> float:
-        """Return its value in a beam under a load."""
-        return _VALUES[self.name](beam, LOADS[load])
+        """Return its value in a beam under a load; a friction that the beam has not is 0.25 to begin with."""
+        return 0.25 if self.name == "mu" and beam.friction.mu is None else of_beam(beam, load, self.place)
 
     def written(self, value: float, error: float) -> str:
         """Write a value and its error: "0.251 +- 0.013 N m"."""
@@ -94,14 +94,6 @@ PARAMETERS = {
     )
 }
 """Everything that can be identified, by name."""
-_VALUES: dict[str, Callable[[Beam, Load], float]] = {
-    "mu": lambda beam, _: 0.25 if beam.friction.mu is None else beam.friction.mu,
-    "K_theta": lambda beam, load: load.stiffness(beam),
-    "C_f": lambda beam, load: load.inclusion(beam),
-    "E_B": lambda beam, _: beam.substrate.youngs_modulus,
-    "theta0": lambda beam, _: beam.scale.theta0,
-    "zero": lambda *_: 0.0,
-}
 _OTHER_NAMES = {
     **dict.fromkeys(("G_B", "E", "G", "youngs_modulus"), "E_B"),
     **dict.fromkeys(("stiffness", "K"), "K_theta"),

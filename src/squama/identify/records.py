@@ -65,7 +65,7 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
             if isinstance(item, Measured):
                 found.append(item)
             elif isinstance(item, str | os.PathLike):
-                found += measured.read_specimens(item, pitch=beam.pitch, scales=beam.scales, load=load)
+                found += measured.read(item, pitch=beam.pitch, scales=beam.scales, load=load).specimens()
             else:
                 found.append(_arrays(item, f"data[{i}]" if len(items) > 1 else "data", beam, LOADS[load]))
     problems.settle()
@@ -197,21 +197,16 @@ class Ways(NamedTuple):
 def turning_points(values: Array, tolerance: float) -> list[int]:
     """Places of the turning points of a record: the twist then goes back by more than ``tolerance``."""
     found: list[int] = []
-    low = high = 0
-    direction = 0
+    # the farthest point either way since the last turn; before the first one the way is open
+    farthest, way = {1: 0, -1: 0}, 0
     for i in range(1, values.size):
-        if direction >= 0 and values[i] > values[high]:
-            high = i
-        if direction <= 0 and values[i] < values[low]:
-            low = i
-        if direction >= 0 and values[high] - values[i] > tolerance:
-            if direction:
-                found.append(high)
-            direction, low = -1, i
-        elif direction <= 0 and values[i] - values[low] > tolerance:
-            if direction:
-                found.append(low)
-            direction, high = 1, i
+        for side in (1, -1) if not way else (way,):
+            if side * (values[i] - values[farthest[side]]) > 0:
+                farthest[side] = i
+            elif side * (values[farthest[side]] - values[i]) > tolerance:
+                found += [farthest[side]] if way else []
+                way, farthest[-side] = -side, i
+                break
     return found
 
 

@@ -20,7 +20,7 @@ from squama.identify.parameters import Asked
 from squama.identify.records import Record, turning_points
 from squama.loads import LOADS
 from squama.types import Array
-from squama.units import torque_unit
+from squama.units import moment
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,12 +128,14 @@ class Fit:
     @property
     def correlation(self) -> Array:
         """Correlation matrix of the estimates."""
-        return estimate.correlations(self.covariance)
+        error = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(error, error))
 
     @property
     def condition(self) -> float:
-        """Condition number of the scaled derivatives."""
-        return estimate.condition(self.jacobian)
+        """Condition number of the scaled derivatives: 1 if no parameter resembles another."""
+        s = np.linalg.svd(self.jacobian / np.linalg.norm(self.jacobian, axis=0), compute_uv=False)
+        return float(s[0] / s[-1])
 
     @property
     def joint(self) -> str:
@@ -187,44 +189,36 @@ class Fit:
         load, rec, names = LOADS[self.load], self.record, list(self.parameters)
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
-        points = {
-            "specimen": (labels[rec.specimen], "specimen", ""),
-            "branch": (self.branch, "state in which the point was reached", ""),
-            "used": (self.used, "whether the fit is made from the point", ""),
-            load.angle: (rec.load, load.angle_words, "rad"),
-            load.rate: (rec.load / self.beam.pitch, load.rate_words, "rad/m"),
-            load.torque: (rec.torque, f"measured {load.torque_words}", "N m"),
-            f"{load.torque}_fit": (self.fitted, f"fitted {load.torque_words}", "N m"),
-            f"{load.torque}_error": (self.band, error, "N m"),
-            "residual": (self.residuals, "measured less fitted", "N m"),
+        drawn, T, units = self.curve(), load.torque, np.array([row.unit for row in self.asked.rows])
+        table: dict[str, tuple[str, Any, str, str | None]] = {
+            "specimen": ("point", labels[rec.specimen], "specimen", ""),
+            "branch": ("point", self.branch, "state in which the point was reached", ""),
+            "used": ("point", self.used, "whether the fit is made from the point", ""),
+            load.angle: ("point", rec.load, load.angle_words, "rad"),
+            load.rate: ("point", rec.load / self.beam.pitch, load.rate_words, "rad/m"),
+            T: ("point", rec.torque, f"measured {load.torque_words}", "N m"),
+            f"{T}_fit": ("point", self.fitted, f"fitted {load.torque_words}", "N m"),
+            f"{T}_error": ("point", self.band, error, "N m"),
+            "residual": ("point", self.residuals, "measured less fitted", "N m"),
+            "estimate": ("parameter", self.estimates, "estimate", None),
+            "error": ("parameter", np.sqrt(np.diag(self.covariance)), "standard error", None),
+            "low": ("parameter", self.asked.low, "lower bound", None),
+            "high": ("parameter", self.asked.high, "upper bound", None),
+            "initial": ("parameter", self.asked.start, "value in the beam as given", None),
+            "unit": ("parameter", units, "unit of estimate, error and bounds", None),
+            "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
+            "rms": ("", self.rms, "root mean square of the residuals", "N m"),
+            "noise": ("", self.noise, "standard deviation of a point", "N m"),
+            f"{load.angle}_curve": ("curve", drawn.load, f"{load.angle} of the fitted curve", "rad"),
+            f"{T}_curve": ("curve", drawn.torque, "fitted curve", "N m"),
+            f"{T}_curve_error": ("curve", drawn.error, "standard error of the fitted curve", "N m"),
+            "leg": ("curve", drawn.leg, "way between two reversals, counted from 1", None),
         }
-        every = {
-            "estimate": (self.estimates, "estimate"),
-            "error": (np.sqrt(np.diag(self.covariance)), "standard error"),
-            "low": (self.asked.low, "lower bound"),
-            "high": (self.asked.high, "upper bound"),
-            "initial": (self.asked.start, "value in the beam as given"),
-            "unit": (np.array([row.unit for row in self.asked.rows]), "unit of estimate, error and bounds"),
-        }
-        drawn = self.curve()
-        curve = {
-            f"{load.angle}_curve": (drawn.load, f"{load.angle} of the fitted curve", "rad"),
-            f"{load.torque}_curve": (drawn.torque, "fitted curve", "N m"),
-            f"{load.torque}_curve_error": (drawn.error, "standard error of the fitted curve", "N m"),
-        }
-
-        def laid(dimension: str, table: dict[str, tuple[Array, str, str]]) -> dict[str, Any]:
-            return {n: (dimension, v, {"long_name": words, "units": unit}) for n, (v, words, unit) in table.items()}
-
-        data = laid("point", points)
-        data |= {name: ("parameter", values, {"long_name": words}) for name, (values, words) in every.items()}
-        data["correlation"] = (("parameter", "other"), self.correlation, {"long_name": "correlation of the estimates"})
-        data["rms"] = ((), self.rms, {"long_name": "root mean square of the residuals", "units": "N m"})
-        data["noise"] = ((), self.noise, {"long_name": "standard deviation of a point", "units": "N m"})
-        data |= laid("curve", curve)
-        data["leg"] = ("curve", drawn.leg, {"long_name": "way between two reversals, counted from 1"})
         if self.posterior is not None:
-            data["sample_value"] = (("sample", "parameter"), self.posterior.samples, {"long_name": "posterior sample"})
+            table["sample_value"] = ("sample parameter", self.posterior.samples, "posterior sample", None)
+        data = {}
+        for name, (dims, values, words, unit) in table.items():
+            data[name] = dims.split(), values, {"long_name": words} | ({} if unit is None else {"units": unit})
         attrs = {
             "title": f"parameters of a scale-covered beam from a test in {self.load}",
             "load": self.load,
@@ -285,5 +279,4 @@ class Curve(NamedTuple):
 
 def torque(value: float) -> str:
     """Write a torque in N m or N mm."""
-    factor, unit = torque_unit(value)
-    return f"{factor * value:.3g} {unit}"
+    return moment(value, 3)

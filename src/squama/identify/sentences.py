@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -26,7 +27,9 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
         low, high, value = fit.asked.low[i], fit.asked.high[i], fit.estimates[i]
         nearer = low if value - low < high - value else high
         out.append(f"{fit.parameters[i]} is at its bound {nearer:.6g}: errors are as without bounds")
-    hard = estimate.pairs(fit.parameters, fit.correlation)
+    names = itertools.combinations(fit.parameters, 2)
+    above = zip(names, fit.correlation[np.triu_indices(len(fit.parameters), 1)], strict=True)
+    hard = [(a, b, float(c)) for (a, b), c in above if abs(c) > estimate.HARDLY]
     for a, b, c in hard:
         out.append(
             f"{a} and {b} are hardly separable by these points (correlation {c:+.3f}, condition of the scaled "
@@ -114,7 +117,9 @@ def beam_file(fit: Fit, sources: list[str]) -> str:
 
 def record(fit: Fit) -> dict[str, Any]:
     """Return all there is to say about a fit, for JSON."""
-    samples = fit.posterior
+    samples, asked = fit.posterior, fit.asked
+    columns = (column.tolist() for column in (asked.low, asked.high, asked.start, fit.at_bound))
+    limits = [dict(zip(("low", "high", "initial", "at_bound"), row, strict=True)) for row in zip(*columns, strict=True)]
 
     def by_name(values: Array) -> dict[str, float]:
         return dict(zip(fit.parameters, values.tolist(), strict=True))
@@ -124,16 +129,8 @@ def record(fit: Fit) -> dict[str, Any]:
         "law": fit.law,
         "joint": fit.joint,
         "parameters": {
-            name: {
-                "estimate": fit.values[name],
-                "error": fit.errors[name],
-                "unit": fit.asked.rows[i].unit,
-                "low": float(fit.asked.low[i]),
-                "high": float(fit.asked.high[i]),
-                "initial": float(fit.asked.start[i]),
-                "at_bound": bool(fit.at_bound[i]),
-            }
-            for i, name in enumerate(fit.parameters)
+            row.name: {"estimate": fit.values[row.name], "error": fit.errors[row.name], "unit": row.unit, **bounds}
+            for row, bounds in zip(fit.asked.rows, limits, strict=True)
         },
         "correlation": fit.correlation,
         "condition": fit.condition,

@@ -17,10 +17,9 @@ from squama.errors import refuse
 from squama.inverse import search
 from squama.inverse.limits import LIMITS
 from squama.inverse.residuals import BORDERS, Look, Residuals
-from squama.inverse.space import FULL, of_beam
 from squama.inverse.target import Target, read_target
 from squama.loads import LOADS
-from squama.study.parameters import text_of
+from squama.study.parameters import FULL, of_beam, text_of
 from squama.types import Array
 from squama.units import Dimension, as_text
 

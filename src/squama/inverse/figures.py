@@ -13,14 +13,14 @@ of the tangent stiffness are central differences of these along the twist.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.batch.solution import SEARCH, Solution, with_touches
+from squama.arrays.solution import SEARCH, Solution, solve, with_touches
 from squama.loads import LOADS
-from squama.model import energy, mechanics
+from squama.model import energy, mechanics, tracks
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.sensitivity import COMPLEX, STEP, Moved, Seed, Tracked, move, seed, tracked, vanishing
@@ -99,9 +99,11 @@ class Found(NamedTuple):
     load_end: Array
 
 
-def flat(c: Cells) -> Cells:
-    """Return columns of one length."""
-    shape = np.broadcast_shapes(*map(np.shape, c[:-1]), *(np.shape(v) for t in c.sizes.values() for v in t.values()))
+def flat(c: Cells, n: int = 1) -> Cells:
+    """Return columns of one length, ``n`` where nothing varies."""
+    shape = np.broadcast_shapes(
+        (n,), *map(np.shape, c[:-1]), *(np.shape(v) for t in c.sizes.values() for v in t.values())
+    )
     n = math.prod(shape)
 
     def column(v: Array) -> Array:
@@ -151,50 +153,47 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
             elif want.at is not None:
                 # before engagement the beam is straight
                 phi = want.at.per_pitch(c.d)
-                index = np.flatnonzero(phi <= np.minimum(sol.load_e, limit))
+                index = np.flatnonzero(phi <= np.minimum(sol.found.load_e, limit))
                 none = np.zeros(index.size)
-                put(i, index, *_at_twist(want, take(c, index), phi[index], none, none, {}, {}))
+                put(i, index, *_at_twist(want, take(c, index), phi[index], (none, none, {}), {}))
         for index, t in sol.tracks:
-            part = _Part(take(c, index), t, options, used, sol.work[index], with_work=with_work)
+            part = _Part(take(c, index), t, options, used, sol.found.W_fr[index], with_work=with_work)
             for i, want in enumerate(wants):
                 if want.figure != "stiffness":
-                    lanes, value, partials = part.figure(want, limit[index], sol.code[index])
+                    lanes, value, partials = part.figure(want, limit[index], sol.found.code[index])
                     put(i, index[lanes], value, partials)
-    return Found(values, slopes, sol.code, sol.load_e, limit)
+    return Found(values, slopes, sol.found.code, sol.found.load_e, limit)
 
 
 def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tuple[Solution, Array]:
     """Return the ends of the designs, and how far their curves go."""
     load = LOADS[options.load]
     margin = options.margin if with_work else None
-    sol = load.solve(lambda name: np.asarray(getattr(c, name)), law=options.law, sense=options.sense, margin=margin)
-    limit = np.where(sol.code == _NONE, SEARCH, sol.load_end)
+    columns = {name: np.asarray(getattr(c, name)) for name in load.contact}
+    sol = solve(columns, load=load.name, law=options.law, sense=options.sense, margin=margin)
+    limit = np.where(sol.found.code == _NONE, SEARCH, sol.found.load_end)
     if plates and load.sided:
         sol, touches = with_touches(sol, (c.eta, c.beta, c.lam, c.alpha, c.theta0), sense=options.sense)
         met = np.array([np.inf if hit is None else hit.phi for hit in touches])
-        limit = np.where(sol.code == _NONE, np.minimum(SEARCH, met), sol.load_end)
+        limit = np.where(sol.found.code == _NONE, np.minimum(SEARCH, met), sol.found.load_end)
     return sol, limit
 
 
 def _at_twist(
-    want: Want,
-    c: Cells,
-    phi: Array,
-    tau: Array,
-    slope: Array,
-    by_path: Partials,
-    slope_by_path: Partials,
-    bend: Array | float = 0.0,
+    want: Want, c: Cells, phi: Array, scales: tuple[Array, Array, Partials], slopes: Partials, bend: Array | float = 0.0
 ) -> tuple[Array, Partials]:
-    """Torque or tangent stiffness from the scales' torque tau (in K), its slope and its curvature ``bend`` by phi."""
+    """Torque or tangent stiffness from the scales' torque (in K), its slope and its curvature ``bend`` by phi.
+
+    ``scales`` are torque, slope and the derivatives of the torque by column, ``slopes`` those of the slope.
+    """
     assert want.at is not None
-    a = want.at.rate
+    a, (tau, slope, by_path) = want.at.rate, scales
     if want.figure == "torque":
         by_d = c.K * slope * a + c.rigidity * (a - phi / c.d) / c.d
         known = {"K": tau, "rigidity": phi / c.d, "d": by_d}
         return c.K * tau + c.rigidity * phi / c.d, known | {p: c.K * v for p, v in by_path.items()}
     known = {"K": c.d * slope, "rigidity": np.ones_like(phi), "d": c.K * (slope + c.d * bend * a)}
-    return c.rigidity + c.K * c.d * slope, known | {p: c.K * c.d * v for p, v in slope_by_path.items()}
+    return c.rigidity + c.K * c.d * slope, known | {p: c.K * c.d * v for p, v in slopes.items()}
 
 
 class _Part:
@@ -222,33 +221,33 @@ class _Part:
         if want.figure == "critical_mu":
             there, (value, partials) = np.ones(code.size, bool), self._critical()
         elif want.figure == "engagement":
-            there, value, partials = limit >= self.engaged, self.engaged, self._slopes("load_e")
+            there, value, partials = limit >= self.engaged, self.engaged, self._slopes(lambda m: m.load_e)
         elif want.figure == "reach":
             # where other plates meet first the derivative is not known
-            there, value, partials = code != _OTHER, limit, self._slopes("load_end")
+            there, value, partials = code != _OTHER, limit, self._slopes(lambda m: m.load_end)
         elif want.figure in ("tip", "side", "hold"):
             there, (value, partials) = locks, self._room(want.figure)
         elif want.figure == "lock":
-            there, value, partials = locks, limit, self._slopes("load_end")
+            there, value, partials = locks, limit, self._slopes(lambda m: m.load_end)
         elif want.figure == "range":
-            there, value, partials = locks, limit - self.engaged, self._slopes("load_end", "load_e")
+            there, value = locks, limit - self.engaged
+            partials = self._slopes(lambda m: m.load_end - m.load_e)
         else:
             there, (value, partials) = locks, self._dissipated(want.figure)
         lanes = np.flatnonzero(there)
         return lanes, value[lanes], {p: v[lanes] for p, v in partials.items()}
 
-    def _slopes(self, name: str, less: str | None = None) -> Partials:
-        """Return derivatives of one of the results of :class:`Moved`, or of the difference of two."""
-        return {
-            p: np.imag(getattr(m, name) - (getattr(m, less) if less else 0.0)) / STEP for p, m in self.moved.items()
-        }
+    def _slopes(self, of: Callable[[Moved], Array]) -> Partials:
+        """Return derivatives of results of :class:`Moved`."""
+        return {p: np.imag(of(m)) / STEP for p, m in self.moved.items()}
 
     def _critical(self) -> tuple[Array, Partials]:
         pt = self.t.row.point(self.t.x0, self.options.law, ARRAY)
-        partials = {}
-        for p, s in self.seeds.items():
-            x0 = s.row.parameter(s.row.theta0, COMPLEX) + 0j
-            partials[p] = np.imag(mechanics.mu_lock(s.row.point(x0, self.options.law, COMPLEX))) / STEP
+        starts = {
+            p: s.row.point(s.row.parameter(s.row.theta0, COMPLEX) + 0j, self.options.law, COMPLEX)
+            for p, s in self.seeds.items()
+        }
+        partials = {p: np.imag(mechanics.mu_lock(at)) / STEP for p, at in starts.items()}
         return np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.nan), partials
 
     def _room(self, figure: str) -> tuple[Array, Partials]:
@@ -267,8 +266,7 @@ class _Part:
         partials = {}
         for p, s in self.seeds.items():
             rate = -np.imag(vanishing(s.row, s.row.point(t.x_end, law, COMPLEX), t, s.mu, law)) / b.E_x
-            x0 = s.row.parameter(s.row.theta0, COMPLEX) + 0j
-            x = np.where(t.x_end == t.x0, x0, t.x_end + 1j * rate)
+            x = np.where(t.x_end == t.x0, s.row.parameter(s.row.theta0, COMPLEX) + 0j, t.x_end + 1j * rate)
             partials[p] = np.imag(room(s.row, s.mu, s.row.point(x, law, COMPLEX))) / STEP
         return room(t.row, self.c.mu, pt), partials
 
@@ -276,7 +274,7 @@ class _Part:
         """RED or frictional work at the cut-off before a lock."""
         c, t, work = self.c, self.t, self.base.work
         if figure == "W_fr":
-            partials = {p: v * c.K / c.d for p, v in self._slopes("W_fr").items()}
+            partials = self._slopes(lambda m: m.W_fr * c.K / c.d)
             return work * c.K / c.d, partials | {"K": work / c.d, "d": -work * c.K / c.d**2}
         x_c = energy.cutoff(t.row, t.x0, t.x_end, np.ones(c.eta.size, bool), self.options.margin)
         pt = t.row.point(x_c, self.options.law, ARRAY)
@@ -293,25 +291,25 @@ class _Part:
     def _contact(self, want: Want, phi: Array, lanes: Array) -> tuple[Array, Partials]:
         """Torque or tangent stiffness at twists in contact."""
         c = take(self.c, lanes)
-        tau, slope, by_path = self._torque(phi, lanes)
-        if want.figure == "torque" or not by_path:
-            return _at_twist(want, c, phi, tau, slope, by_path, {})
+        scales = self._torque(phi, lanes)
+        if want.figure == "torque" or not self.seeds:
+            return _at_twist(want, c, phi, scales, {})
         h = NEAR * phi
         (_, s1, p1), (_, s0, p0) = (self._torque(phi + e, lanes) for e in (h, -h))
-        slopes = {p: (p1[p] - p0[p]) / (2 * h) for p in by_path}
-        return _at_twist(want, c, phi, tau, slope, by_path, slopes, (s1 - s0) / (2 * h))
+        slopes = {p: (p1[p] - p0[p]) / (2 * h) for p in self.seeds}
+        return _at_twist(want, c, phi, scales, slopes, (s1 - s0) / (2 * h))
 
     def _torque(self, phi: Array, lanes: Array) -> tuple[Array, Array, Partials]:
         """Scales' torque in K_theta at a twist, and its derivatives by the twist and by the path's columns."""
         law, mu = self.options.law, self.c.mu
         x = self._place(phi, lanes)
-        row = _lanes(self.t.row, lanes)
+        row = tracks.take(self.t.row, lanes)
         pt = row.point(x + STEP * 1j, law, COMPLEX)
         torque = mechanics.forces(pt, row.theta0, mu[lanes]).torque
         by_x, load_x = np.imag(torque) / STEP, np.imag(pt.load) / STEP
         partials = {}
         for p, s in self.seeds.items():
-            r = _lanes(s.row, lanes)
+            r = tracks.take(s.row, lanes)
             at = r.point(x, law, COMPLEX)
             moved = mechanics.forces(at, r.theta0, np.broadcast_to(s.mu, mu.shape)[lanes]).torque
             partials[p] = (np.imag(moved) - by_x / load_x * np.imag(at.load)) / STEP
@@ -328,9 +326,4 @@ class _Part:
         j = np.clip((seen < phi).sum(axis=0) - 1, 0, GRID - 2)
         k = np.arange(lanes.size)
         a, b, fa, fb = x[j, k], x[j + 1, k], seen[j, k], seen[j + 1, k]
-        return at_loads(_lanes(t.row, lanes), phi, (a, b), (fa, fb))
-
-
-def _lanes(row: Any, index: Array) -> Any:
-    """Return designs of a row some of whose entries may be single numbers."""
-    return type(row)(*(v if np.ndim(v) == 0 else np.asarray(v)[index] for v in row))
+        return at_loads(tracks.take(t.row, lanes), phi, (a, b), (fa, fb))

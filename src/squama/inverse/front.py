@@ -130,7 +130,7 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
     at: At | None = None
     if table.at is not None:
         with problems.caught():
-            at, _ = twist("front.at", table.at, context)
+            at = twist("front.at", table.at, context).at
     found: dict[str, Objective] = {}
     for key, sense in (("maximise", 1), ("minimise", -1)):
         names, where = getattr(table, key), f"front.{key}"
@@ -175,13 +175,19 @@ class Seen(NamedTuple):
 
 
 class Trade:
-    """Objectives and limits of many designs."""
+    """Objectives and limits of many designs.
+
+    ``best`` are all so far that no other dominates, each tested for every contact of its plates: points of the unit
+    cube, costs, objectives.
+    """
 
     def __init__(self, target: Target, chosen: Settings) -> None:
         self.target, self.chosen = target, chosen
         self.space = target.space
         self.lock = "strain" in target.limits
         self.wants = [o.want for o in chosen.objectives] + [Want("lock")] * self.lock
+        m, k = len(self.space.variables), len(chosen.objectives)
+        self.best = [np.empty((0, n)) for n in (m, k, k)]
 
     def evaluate(self, y: Array, *, plates: bool) -> Seen:
         """Evaluate points (n, m) of the unit cube."""
@@ -194,9 +200,7 @@ class Trade:
         if self.chosen.at is not None:
             # stiffness is traded off in contact: before engagement it is "stiffness"
             apart = found.load_e >= self.chosen.at.per_pitch(safe.d)
-            for i, o in enumerate(self.chosen.objectives):
-                if o.name == "tangent":
-                    values[apart, i] = np.nan
+            values[np.ix_(apart, [o.name == "tangent" for o in self.chosen.objectives])] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
         rate = farthest(c.d, at, found.values[-1] if self.lock else None)
         s = Sizes.of(c, self.space.beam.scales, self.space.load, rate)
@@ -217,33 +221,24 @@ class Trade:
             columns.append(-o.sense * np.where(good, column, 0.0))
         return np.stack(columns, axis=1)
 
-
-class Archive:
-    """All designs so far that no other dominates, each tested for every contact of its plates."""
-
-    def __init__(self, trade: Trade) -> None:
-        self.trade = trade
-        k = len(trade.chosen.objectives)
-        self.y, self.costs, self.values = np.empty((0, len(trade.space.variables))), np.empty((0, k)), np.empty((0, k))
-
     def ask(self, y: Array) -> tuple[Array, Array]:
         """Return costs (n, k), less is better, and violations (n,) of designs; keep the good ones."""
-        seen = self.trade.evaluate(y, plates=False)
+        seen = self.evaluate(y, plates=False)
         values, violation = seen.values, seen.violation
-        costs = self.trade.costs(values)
+        costs, there = self.costs(values), self.best[1]
         # testing plates against each other takes longest: only what comes to the front by more than NEAR is tested
         new = np.flatnonzero(violation <= 0)
-        near = NEAR * np.ptp(self.costs, axis=0) if len(self.costs) else 0.0
-        new = new[~dominated(costs[new], self.costs - near)]
+        near = NEAR * np.ptp(there, axis=0) if len(there) else 0.0
+        new = new[~dominated(costs[new], there - near)]
         new = new[~dominated(costs[new], costs[new])]
         if new.size:
             # where another contact comes first, what is left of the design is what counts
-            violation[new] = self.trade.evaluate(y[new], plates=True).violation
+            violation[new] = self.evaluate(y[new], plates=True).violation
             new = new[violation[new] <= 0]
         if new.size:
-            stay = ~dominated(self.costs, costs[new])
-            for name, rows in (("y", y), ("costs", costs), ("values", values)):
-                setattr(self, name, np.vstack([getattr(self, name)[stay], rows[new]]))
+            stay = ~dominated(there, costs[new])
+            columns = zip(self.best, (y, costs, values), strict=True)
+            self.best = [np.vstack([old[stay], rows[new]]) for old, rows in columns]
         return costs, violation
 
 
@@ -253,11 +248,9 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
     from pymoo.core.problem import Problem
     from pymoo.optimize import minimize
 
-    archive = Archive(trade)
-
     class Wrapped(Problem):  # type: ignore[misc]
         def _evaluate(self, x: Array, out: dict[str, Any], *_: Any, **__: Any) -> None:
-            out["F"], violation = archive.ask(np.clip(x, 0.0, 1.0))
+            out["F"], violation = trade.ask(np.clip(x, 0.0, 1.0))
             out["G"] = violation[:, None]
 
     problem = Wrapped(n_var=len(trade.space.variables), n_obj=len(chosen.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
@@ -265,8 +258,9 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
     algorithm = NSGA2(chosen.population, n_offsprings=batch * chosen.population, eliminate_duplicates=False)
     evaluations = ("n_eval", chosen.generations * chosen.population)
     minimize(problem, algorithm, evaluations, seed=chosen.seed, verbose=False)
-    keep = spread(archive.costs, chosen.population)
-    return archive.y[keep], archive.values[keep]
+    y, costs, values = trade.best
+    keep = spread(costs, chosen.population)
+    return y[keep], values[keep]
 
 
 def spread(costs: Array, most: int) -> Array:

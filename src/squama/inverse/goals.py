@@ -116,9 +116,8 @@ def _single(name: str, value: object, context: Context) -> Goal:
             fail(where, "", "has no value", "write { value = ..., weight = 2 }")
         weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
     if name in ("lock", "engagement"):
-        at, got = targetfile.twist(where, value, context)
-        return Goal(name, Want(name), got.number, got.unit, twist=at, sense=got.sense, weight=weight)
-    if name == "stiffness":
+        got = targetfile.twist(where, value, context)
+    elif name == "stiffness":
         got = targetfile.rigidity(where, value, context)
     else:
         got = targetfile.quantity(where, value, Dimension.RATIO, context)
@@ -126,12 +125,12 @@ def _single(name: str, value: object, context: Context) -> Goal:
         refuse(where, value, "a part of the work cannot be 1 or more", "write e.g. 0.4")
     if name == "critical_mu" and got.si > 10:
         refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
-    return Goal(name, Want(name), got.number, got.unit, asked=got.si, sense=got.sense, weight=weight)
+    return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
 def _point(where: str, table: PointTable, figure: str, context: Context) -> Goal:
     """Read a torque (moment) or a tangent stiffness at a twist."""
-    at, _ = targetfile.twist(f"{where}.twist", table.twist, context)
+    at = targetfile.twist(f"{where}.twist", table.twist, context).at
     words = LOADS[context.load].torque_words
     key = "stiffness" if figure == "tangent" else words if getattr(table, words) is not None else "torque"
     value = getattr(table, key)
@@ -147,7 +146,7 @@ def _point(where: str, table: PointTable, figure: str, context: Context) -> Goal
         got = targetfile.quantity(f"{where}.{key}", value, Dimension.TORQUE, context, "N m")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
     label, weight = f"{key if figure == 'torque' else 'tangent'} at {twist}", _weight(where, table.weight)
-    return Goal(label, Want(figure, at), got.number, got.unit, asked=got.si, sense=got.sense, weight=weight)
+    return Goal(label, Want(figure, at), got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
 def _curve(value: object, context: Context, folder: Path) -> list[Goal]:

@@ -10,11 +10,12 @@ import numpy as np
 from squama.inverse.figures import Found, Want, evaluate, harmless
 from squama.inverse.goals import residual
 from squama.inverse.limits import Sizes, farthest, law_ranges, rooms
-from squama.inverse.space import of_beam, stepped
+from squama.inverse.space import stepped
 from squama.inverse.target import Target
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells, valid
+from squama.study.parameters import of_beam
 from squama.types import Array
 
 ROOM = 1e-9

@@ -7,6 +7,8 @@ box shrinks. So a step that loses the lock, or meets another contact of the plat
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 
 from squama.inverse.residuals import PRICE, Look, Residuals
@@ -46,20 +48,18 @@ def screen(target: Residuals, first: Array, n: int, keep: int, seed: int) -> Arr
     order = np.argsort(look.merit, kind="stable")
     order = order[np.isfinite(look.merit[order])]
     chosen: list[int] = []
+    least = SPREAD * np.sqrt(len(first))
     for i in order:
-        if len(chosen) < keep and all(_apart(y[i], y[j]) >= SPREAD for j in chosen):
+        if len(chosen) < keep and all(np.linalg.norm(y[i] - y[j]) >= least for j in chosen):
             chosen.append(int(i))
     chosen += [int(i) for i in order if i not in chosen][: keep - len(chosen)]
     return y[chosen]
 
 
-def _apart(a: Array, b: Array) -> float:
-    return float(np.linalg.norm(a - b) / np.sqrt(a.size))
-
-
 def refine(target: Residuals, y: Array) -> Look:
     """Return the points that are reached from the starts (n, m)."""
-    best = _own(target.look(y, slopes=True, plates=True))
+    # arrays of its own, which may be written to
+    best = copy.deepcopy(target.look(y, slopes=True, plates=True))
     n = len(y)
     radius = np.full(n, FIRST)
     live = np.isfinite(best.merit)
@@ -85,13 +85,6 @@ def refine(target: Residuals, y: Array) -> Look:
             done |= best.merit[lanes] > HOPELESS * best.merit.min()
         live[lanes[done]] = False
     return best
-
-
-def _own(look: Look) -> Look:
-    """Return a copy whose arrays may be written to."""
-    found = type(look.found)(*(np.array(v) for v in look.found))
-    arrays = {name: np.array(getattr(look, name)) for name in Look._fields if name != "found"}
-    return Look(**arrays, found=found)
 
 
 def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:

@@ -8,14 +8,11 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.inverse.figures import flat
-from squama.loads import LOADS
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells, columns
-from squama.study.parameters import ALIASES, PARAMETERS
+from squama.study.parameters import ALIASES, FULL, PARAMETERS, of_beam
 from squama.types import Array
 
-FULL = {short: full for full, short in ALIASES.items() if "." in full}
-"""Names as in the beam file of the parameters that sweeps call by a shorter one."""
 DIMENSIONS = tuple(FULL.get(name, name) for name in PARAMETERS if "." in FULL.get(name, name))
 """Dimensions of a beam file that may be varied."""
 WIDE = 10.0
@@ -67,7 +64,7 @@ class Space(NamedTuple):
 
     def cells(self, y: Array) -> Cells:
         """Return the columns of points (n, m)."""
-        return _sized(columns(self.beam, self.values(y), load=self.load), len(y))
+        return flat(columns(self.beam, self.values(y), load=self.load), len(y))
 
     def moved(self, y: Array) -> list[Cells]:
         """Return the columns with each variable moved by a complex step; derivatives are by the unit cube."""
@@ -87,29 +84,4 @@ class Space(NamedTuple):
 def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Array | float, n: int) -> Cells:
     """Return the columns with one dimension moved by ``rate`` i STEP."""
     at = np.broadcast_to(values.get(key, of_beam(beam, load, key)), n)
-    return _sized(columns(beam, {**values, key: at + 1j * STEP * rate}, load=load), n)
-
-
-def of_beam(beam: Beam, load: str, key: str) -> float:
-    """Return a dimension of a beam by its key, SI; of a joint also where it follows from a law or a matrix."""
-    if key == "joint.stiffness":
-        return LOADS[load].stiffness(beam)
-    if key == "joint.inclusion_factor":
-        return LOADS[load].inclusion(beam)
-    return _own(beam, FULL.get(key, key)) or 0.0
-
-
-def given(beam: Beam) -> list[str]:
-    """Return the keys of all dimensions that a beam has of its own, in the order of the parameters."""
-    return [ALIASES.get(name, name) for name in DIMENSIONS if _own(beam, name) is not None]
-
-
-def _own(beam: Beam, name: str) -> float | None:
-    table, _, key = name.partition(".")
-    value = getattr(beam if table == "beam" else getattr(beam, table), key)
-    return None if value is None else float(value)
-
-
-def _sized(c: Cells, n: int) -> Cells:
-    """Return flat columns of n designs also where nothing is varied that they depend on."""
-    return flat(c._replace(eta=np.broadcast_to(c.eta, n)))
+    return flat(columns(beam, {**values, key: at + 1j * STEP * rate}, load=load), n)

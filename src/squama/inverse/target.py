@@ -15,13 +15,13 @@ from squama.inverse import goals, targetfile
 from squama.inverse.figures import LOCKS, Options
 from squama.inverse.goals import ACCEPT, Goal
 from squama.inverse.limits import ALWAYS, LIMITS
-from squama.inverse.space import DIMENSIONS, Space, Variable, given
+from squama.inverse.space import DIMENSIONS, Space, Variable
 from squama.inverse.targetfile import Context, File, FrontTable
 from squama.io import files
 from squama.io.tabular import guess
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
-from squama.study.parameters import ALIASES, PARAMETERS, text_of
+from squama.study.parameters import ALIASES, PARAMETERS, flattened, own, text_of
 from squama.units import Dimension, shown
 
 MOST_DESIGNS = 100
@@ -159,7 +159,7 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
 
 def _variables(table: dict[str, object], problems: Problems, *, bare: bool) -> tuple[Variable, ...]:
     found: list[Variable] = []
-    flat = targetfile.flattened(table)
+    flat = dict(flattened(table))
     if not flat:
         example = targetfile.EXAMPLES["vary"]
         problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {example}")
@@ -227,7 +227,8 @@ def _limits(
 
 def _tolerances(table: dict[str, object], space: Space, problems: Problems, *, bare: bool) -> dict[str, float]:
     """Return tolerances by key; a share of the value as minus that share."""
-    keys = dict.fromkeys([*given(space.beam), *(v.key for v in space.variables)])
+    has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
+    keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
     kinds = {key: PARAMETERS[key].dimension for key in keys}
     found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
     groups = {"length": Dimension.LENGTH, "angle": Dimension.ANGLE, "relative": Dimension.RATIO}
@@ -239,7 +240,7 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, *, b
             refuse(where, shown(value), "is below 0", "write the size of the tolerance")
         return si
 
-    for name, value in sorted(targetfile.flattened(table).items(), key=lambda item: item[0] not in groups):
+    for name, value in sorted(dict(flattened(table)).items(), key=lambda item: item[0] not in groups):
         where = f"tolerance.{name}"
         with problems.caught():
             if name in groups:

@@ -132,22 +132,14 @@ def unknown(where: str, name: str, known: Iterable[str], reason: str, also: str 
     return Problem(where, "", reason, f"{meant}allowed: {', '.join(known)}{also}")
 
 
-def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return ``{"scale.length": ...}`` of nested tables."""
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        more = flattened(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-        found |= more
-    return found
-
-
 class Given(NamedTuple):
-    """A value as given: SI, number and unit as they stand there, and the sense "=", ">=" or "<="."""
+    """A value as given: SI, number and unit as they stand there, and the sense "=", ">=" or "<="; a twist is ``at``."""
 
     si: float
     number: float
     unit: str
     sense: str = "="
+    at: At | None = None
 
 
 class Context(NamedTuple):
@@ -183,7 +175,7 @@ def rigidity(where: str, value: object, context: Context) -> Given:
     return Given(number * _RIGIDITIES[key], number, unit, sense)
 
 
-def twist(where: str, value: object, context: Context) -> tuple[At, Given]:
+def twist(where: str, value: object, context: Context) -> Given:
     """Read a twist (curvature): a rate, or an angle per pitch or over the beam, which then hold for every pitch."""
     sense, rest = _sense(value)
     load = LOADS[context.load]
@@ -196,7 +188,7 @@ def twist(where: str, value: object, context: Context) -> tuple[At, Given]:
     if at.angle >= math.pi:
         most = f'write less than "{180 * context.scales:g} deg total"'
         refuse(where, rest, "is half a turn per pitch or more, beyond the model", most)
-    return at, Given(rate, *_split(rest, "rad/m"), sense)
+    return Given(0.0, *_split(rest, "rad/m"), sense, at)
 
 
 def refuse(where: str, value: object, reason: str, remedy: str = "") -> NoReturn:

@@ -135,7 +135,9 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
             unit = variable.attrs.get("units")
             header = f"{name} ({unit})" if unit else str(name)
             others = {dim: size for dim, size in sizes.items() if dim not in variable.dims}
-            columns[header] = _texts(dataset[name].expand_dims(others).transpose(*sizes).values)
+            flat = dataset[name].expand_dims(others).transpose(*sizes).values.ravel().tolist()
+            # text that reads back to the last bit
+            columns[header] = flat if variable.dtype.kind == "U" else [repr(value).lower() for value in flat]
         if whole:
             about["header"] = header
         else:
@@ -213,15 +215,8 @@ def _variable(
         except (KeyError, ValueError):
             reason, cell = "is not as squama wrote it", tabular.shown_cell(row.cells[place])
             raise table.error(row.line, reason, "write the file anew", about["header"], cell) from None
-    order = list(sizes)
-    values = np.array(cells, dtype).reshape([sizes[dim] for dim in order])
+    order, values = list(sizes), np.array(cells, dtype).reshape(list(sizes.values()))
     return dims, values.transpose([order.index(dim) for dim in dims]), about["attrs"]
-
-
-def _texts(values: Array) -> list[str]:
-    """Return values as text that reads back to the last bit."""
-    flat = values.ravel().tolist()
-    return flat if values.dtype.kind == "U" else [repr(value).lower() for value in flat]
 
 
 def _finite(value: object) -> object:

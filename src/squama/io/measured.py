@@ -29,7 +29,8 @@ class Measured(NamedTuple):
     """Points in the order in which they were measured, of a whole file or of one specimen.
 
     ``rate`` is the twist rate or curvature (rad/m), ``load`` the torque or bending moment (N m); ``label`` names the
-    specimen or, for legends, the file; ``file`` and ``lines`` say where the rows stand ("" and None if in no file).
+    specimen or, for legends, the file; ``file`` and ``lines`` say where the rows stand ("" and None if in no file),
+    ``names`` whose they are in a table that tells specimens apart.
     """
 
     rate: Array
@@ -37,12 +38,25 @@ class Measured(NamedTuple):
     label: str
     file: str = ""
     lines: Array | None = None
+    names: Array | None = None
 
     def where(self, i: int) -> str:
         """Name the place of a point in messages."""
         if self.lines is None:
             return f"{self.label}: point {i}"
         return f"{self.file}: line {self.lines[i]}"
+
+    def specimens(self) -> list[Measured]:
+        """Return the points of each specimen, in the order in which they first occur; all are one if none is named."""
+        if self.names is None or self.lines is None:
+            return [self]
+        empty = (
+            Problem("specimen", '""', "is empty", "name it", self.where(i))
+            for i in np.flatnonzero(self.names == "").tolist()
+        )
+        _settle(Problems(empty), self.file)
+        groups = ((name, self.names == name) for name in dict.fromkeys(self.names))
+        return [Measured(self.rate[own], self.load[own], name, self.file, self.lines[own]) for name, own in groups]
 
 
 _HEADER = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\])?")
@@ -53,52 +67,21 @@ def read(path: str | os.PathLike[str], *, pitch: float, scales: int, load: str =
 
     Columns of twisting: ``Phi`` or ``twist rate`` (rad/m, deg/mm ...), or ``phi`` or ``twist per pitch`` (deg ...), or
     ``total`` or ``total twist`` (deg ...), and ``T`` or ``torque`` (N m, N mm ...). Bending: ``kappa`` or
-    ``curvature``, ``psi`` or ``bend per pitch``, ``total`` or ``total bend``, and ``M`` or ``moment``. Others are not
-    read.
+    ``curvature``, ``psi`` or ``bend per pitch``, ``total`` or ``total bend``, and ``M`` or ``moment``. A column
+    ``specimen`` tells specimens apart. Others are not read.
 
     Examples
     --------
     >>> import pathlib, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder, "test.csv")
-    ...     _ = file.write_text("Phi (rad/mm), T (N mm)\n0.002, 40\n")
-    ...     read(file, pitch=0.02, scales=25)[:3]
-    (array([2.]), array([0.04]), 'test')
-    """
-    return _points(path, pitch, scales, load)[0]
-
-
-def read_specimens(
-    path: str | os.PathLike[str], *, pitch: float, scales: int, load: str = "twisting"
-) -> list[Measured]:
-    r"""Read measured points as :func:`read` does, of each specimen, in the order in which they first occur.
-
-    A column ``specimen`` tells specimens apart; without it all rows are one.
-
-    Examples
-    --------
-    >>> import pathlib, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = pathlib.Path(folder, "test.csv")
-    ...     _ = file.write_text("specimen, total (deg), T (N mm)\nA, 90, 40\nB, 90, 42\nA, 95, 44\n")
-    ...     [(s.label, s.load.tolist()) for s in read_specimens(file, pitch=0.02, scales=25)]
+    ...     _ = file.write_text("specimen, Phi (rad/mm), T (N mm)\nA, 0.002, 40\nB, 0.002, 42\nA, 0.003, 44\n")
+    ...     found = read(file, pitch=0.02, scales=25)
+    >>> found[:3]
+    (array([2., 2., 3.]), array([0.04 , 0.042, 0.044]), 'test')
+    >>> [(s.label, s.load.tolist()) for s in found.specimens()]
     [('A', [0.04, 0.044]), ('B', [0.042])]
     """
-    whole, table, place = _points(path, pitch, scales, load)
-    if place is None:
-        return [whole]
-    labels = np.array([row.cells[place].strip() for row in table.rows], object)
-    lines = np.array([row.line for row in table.rows])
-    empty = (Problem("specimen", '""', "is empty", "name it", table.line(line)) for line in lines[labels == ""])
-    _settle(Problems(empty), table)
-    groups = ((label, labels == label) for label in dict.fromkeys(labels))
-    return [Measured(whole.rate[mine], whole.load[mine], label, table.name, lines[mine]) for label, mine in groups]
-
-
-def _points(
-    path: str | os.PathLike[str], pitch: float, scales: int, load: str
-) -> tuple[Measured, tabular.Table, int | None]:
-    """Read a table: its points, itself, and the place of the column of specimens."""
     kind = LOADS[load]
     example = f"{kind.rate} ({'rad/m' if kind.sided else '1/m'}), {kind.torque} (N m)"
     table = tabular.read(path)
@@ -113,11 +96,12 @@ def _points(
     read_cell = partial(tabular.number, gap="leave out the rows that were not measured")
     readers = {cell: (i, read_cell) for cell, i in zip(cells, places, strict=True)}
     _, values, problems = tabular.numbers(table, readers, "point")
-    _settle(problems, table)
+    _settle(problems, table.name)
     specimen = next((i for name, i in names.items() if name.casefold() == "specimen"), None)
     rate, torque = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
     lines = np.array([row.line for row in table.rows])
-    return Measured(rate, torque, Path(files.label(path)).stem, table.name, lines), table, specimen
+    own = None if specimen is None else np.array([row.cells[specimen].strip() for row in table.rows], object)
+    return Measured(rate, torque, Path(files.label(path)).stem, table.name, lines, own)
 
 
 def _names(table: tabular.Table, load: Load, example: str) -> tuple[dict[str, int], str, str, str]:
@@ -176,8 +160,8 @@ def _factor(cell: str, over: str | None, pitch: float, scales: int, example: str
     raise InputError(Problem(where, "", reason, remedy)) from None
 
 
-def _settle(problems: Problems, table: tabular.Table) -> None:
+def _settle(problems: Problems, file: str) -> None:
     """Raise what was found; of very many mistakes the first, and how many there are."""
     if (more := len(problems) - SHOWN) > 0:
-        problems[SHOWN:] = [Problem(reason=f"and {more} more mistakes of this kind", source=table.name)]
+        problems[SHOWN:] = [Problem(reason=f"and {more} more mistakes of this kind", source=file)]
     problems.settle()

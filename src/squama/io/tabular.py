@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from squama.errors import InputError, Problem, Problems, refuse
 from squama.io import files
-from squama.units import shown
+from squama.units import is_number, shown
 
 LARGEST_TABLE = 500_000_000
 DELIMITERS = (",", ";", "\t")
@@ -81,11 +81,8 @@ def no_header(table: Table, wanted: str) -> InputError:
     """Return the error for a table whose first line names none of the columns that are needed."""
     cells = table.header.cells
     text = shown(table.delimiter.join(cells))
-    try:
-        [float(cell) for cell in cells]
-    except ValueError:
-        what, remedy = f"the header {text} has none of the columns that are needed", "write a header like:"
-    else:
+    what, remedy = f"the header {text} has none of the columns that are needed", "write a header like:"
+    if all(map(is_number, cells)):
         what, remedy = f"{text} are numbers where the header must stand", "write above them a line like:"
     return table.error(None, what, f"{remedy} {wanted}")
 
@@ -150,11 +147,7 @@ def numbers(
 def shown_cell(cell: str) -> str:
     """Return a cell as messages show it: a number as it is, text in quotes."""
     text = cell.strip()
-    try:
-        float(text)
-    except ValueError:
-        text = shown(text)
-    return text
+    return text if is_number(text) else shown(text)
 
 
 def close(name: str, known: Iterable[str]) -> str:

@@ -108,52 +108,44 @@ def _newton(row: Row, band: _Band, phi: float, guess: State, formula: _Formula |
         A, B, gap, rate = (v[0].real for v in (e.A, e.B, c.gap, e.rate))
         g_a, g_b = c.g_a[0].real, c.g_b[0].real
         dA, dB, dgap, drate, dg_a, dg_b = (v[1:].imag / h for v in (e.A, e.B, c.gap, e.rate, c.g_a, c.g_b))
-        lift = w if formula is None else theta - row.theta0
-        r[:] = 0
-        r[:, 0] = lift
-        r[:-1, 0] -= M * A
-        r[1:, 0] -= M * B
-        if formula is None:
-            r[:, 1] = theta - row.theta0
-        else:
-            r[:, 1] = weight * (w + formula.history) - theta
-            r[:-1, 1] -= g_a * nu[:-1]
-            r[1:, 1] -= g_b * nu[:-1]
-        Q = np.where(guess.down, r[:, 0], 0.0)
-        r[:, 0] = np.where(guess.down, theta, r[:, 0])
-        r[:, 1] = np.where(guess.down, w, r[:, 1])
-        r[:-1, 2] = np.where(closed, gap if formula is not None else rate, M)
-        r[:-1, 3] = np.where(closed & (formula is not None), rate, nu[:-1])
-        r[-1, 2:] = N[-1], nu[-1]
-        blocks[:] = 0
-        own[:] = 0
+        r[:], blocks[:], own[:] = 0, 0, 0
         # columns of a contact's block: theta, w, N, nu of its first scale, then of its second
         for k, col in enumerate((0, 4, 1, 5)):
             blocks[:, 0, col] -= M * dA[k]
             blocks[:, 4, col] -= M * dB[k]
-            if formula is None:
-                blocks[:, 2, col] = np.where(closed, drate[k], 0)
-            else:
-                blocks[:, 1, col] -= nu[:-1] * dg_a[k]
-                blocks[:, 5, col] -= nu[:-1] * dg_b[k]
-                blocks[:, 2, col] = np.where(closed, dgap[k], 0)
-                blocks[:, 3, col] = np.where(closed, drate[k], 0)
+            blocks[:, 2, col] = np.where(closed, drate[k] if formula is None else dgap[k], 0)
         blocks[:, 0, 2] -= A
         blocks[:, 4, 2] -= B
-        if formula is not None:
+        own[:-1, 2, 2] = own[:-1, 3, 3] = ~closed
+        own[-1, 2, 2] = own[-1, 3, 3] = 1
+        r[:-1, 2], r[:-1, 3], r[-1, 2:] = (
+            np.where(closed, rate if formula is None else gap, M),
+            nu[:-1],
+            (N[-1], nu[-1]),
+        )
+        if formula is None:
+            r[:, 0], r[:, 1] = w, theta - row.theta0
+            own[:, 0, 1] = own[:, 1, 0] = own[:-1, 3, 3] = 1
+        else:
+            r[:, 0], r[:, 1] = theta - row.theta0, weight * (w + formula.history) - theta
+            r[:-1, 1] -= g_a * nu[:-1]
+            r[1:, 1] -= g_b * nu[:-1]
+            r[:-1, 3] = np.where(closed, rate, nu[:-1])
+            own[:, 0, 0], own[:, 1, 0], own[:, 1, 1] = 1, -1, weight
             blocks[:, 1, 3] -= g_a
             blocks[:, 5, 3] -= g_b
-        own[:, 0, int(formula is None)] = 1
-        if formula is None:
-            own[:, 1, 0] = 1
-        else:
-            own[:, 1, 0], own[:, 1, 1] = -1, weight
+            for k, col in enumerate((0, 4, 1, 5)):
+                blocks[:, 1, col] -= nu[:-1] * dg_a[k]
+                blocks[:, 5, col] -= nu[:-1] * dg_b[k]
+                blocks[:, 3, col] = np.where(closed, drate[k], 0)
+        r[:-1, 0] -= M * A
+        r[1:, 0] -= M * B
+        Q = np.where(guess.down, r[:, 0], 0.0)
+        r[:, 0] = np.where(guess.down, theta, r[:, 0])
+        r[:, 1] = np.where(guess.down, w, r[:, 1])
         blocks[guess.down[:-1], :2] = 0
         blocks[guess.down[1:], 4:6] = 0
         own[guess.down, :2] = ((1, 0, 0, 0), (0, 1, 0, 0))
-        own[:-1, 2, 2] = ~closed
-        own[:-1, 3, 3] = ~closed | (formula is None)
-        own[-1, 2, 2] = own[-1, 3, 3] = 1
         try:
             x = solve_banded((REACH, REACH), band.assemble(blocks, own), r.ravel(), check_finite=False).reshape(n, 4)
         except (LinAlgError, ValueError):

@@ -2,7 +2,7 @@ r"""Frictional work along a path, with the pole of the friction force built in (
 
 Near a frictional lock f grows like 1/(x_p - x). With y = -ln(1 - (x - x0)/(x_p - x0)) the integrand
 f dr/dy is smooth. Its Chebyshev series in y is integrated term by term; the number of terms doubles until the series
-has converged. Of many paths only the sum up to the cut-off is wanted (:mod:`squama.batch.figures`). Units:
+has converged. Of many paths only the sum up to the cut-off is wanted (:mod:`squama.model.figures`). Units:
 W_fr d / K_theta.
 """
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -75,32 +75,13 @@ FIELDS = (
 class Room:
     """Room for the samples of one path: columns by the names of FIELDS."""
 
-    x: Column
-    least: Column
-    square: Column
-    rate: Column
-    drive: Column
-    tip: Column
-    side: Column
-    turn: Column
-    theta: Column
-    power: Column
-    cs: Column
-    S: Column
-    H: Column
-    G: Column
-    q: Column
-    lean: Column
-    cos: Column
-    sin: Column
-    cosj: Column
-    sinj: Column
-    near: Column
-    g: Column
-
     def __init__(self) -> None:
         for name in FIELDS:
             setattr(self, name, np.empty(SIZE))
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Column: ...
 
 
 def row(d: Design) -> Any:

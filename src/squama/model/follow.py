@@ -21,6 +21,7 @@ from squama.model.evaluation import BENT, FOLDED, LEAST, OPEN, SQUARE, Design, R
 from squama.model.neighbours import engages, reach, reach_at
 from squama.model.outcome import CODES, End
 from squama.model.paths import FLOAT, Twist
+from squama.types import Array
 
 STEPS = np.concatenate([np.linspace(0.0, 0.55, 29)[:-1], np.linspace(0.55, 1.0, 13)])
 """Samples of an open path as fractions of its parameter; closer together up to about 100 deg, where most end."""
@@ -144,7 +145,7 @@ def first_engagement(pair: Twist) -> tuple[int, float]:
     return k, best
 
 
-def sample(x0: float, x1: float, steps: np.ndarray[tuple[int], np.dtype[np.float64]], room: Room) -> int:
+def sample(x0: float, x1: float, steps: Array, room: Room) -> int:
     """Put samples of a path into the room, from its second place on (the first is for single looks)."""
     x = room.x
     for j in range(steps.size):
@@ -170,7 +171,7 @@ def bracket(d: Design, x0: float, x1: float, room: Room) -> Bracket:
     return closely(d, x0, x1, room)
 
 
-def first_not_positive(values: np.ndarray[tuple[int], np.dtype[np.float64]], m: int) -> int:
+def first_not_positive(values: Array, m: int) -> int:
     """First sample at which values are not above zero; m where they all are."""
     for i in range(1, m):
         if not values[i] > 0:
@@ -260,9 +261,7 @@ def closely(d: Design, x0: float, x1: float, room: Room) -> Bracket:
     return Bracket(a, b, fa, fb, c, fc, fold_a, fold_b)
 
 
-def dip(
-    v: np.ndarray[tuple[int], np.dtype[np.float64]], d: Design, room: Room, what: int, last: int, limit: float
-) -> tuple[float, float]:
+def dip(v: Array, d: Design, room: Room, what: int, last: int, limit: float) -> tuple[float, float]:
     """First dip below zero between samples up to ``last`` and before ``limit``: the sample before it and a place in it.
 
     Looked at are local minima that a parabola takes below half their value. No numbers where there is none.

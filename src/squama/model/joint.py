@@ -23,11 +23,6 @@ class Limit(NamedTuple):
     high: float
     reason: str
 
-    def message(self, law: str, value: float) -> str:
-        """Say in one line that a ratio is outside its limit."""
-        span = f"{self.low:g} to {self.high:g}"
-        return f"{law}: {self.ratio} = {value:.3g} is outside its range, {span} ({self.reason})"
-
 
 class Law(NamedTuple):
     """A scaling law: what it gives, how, from where, and its limits."""
@@ -117,7 +112,7 @@ def outside(law: Law, ratios: Mapping[str, float]) -> list[str]:
     # the limits themselves belong to the range, also where a ratio was rounded on its way here
     slack = 1e-9
     return [
-        f"{limit.message(law.name, ratios[limit.ratio])}; {law.remedy}"
-        for limit in law.limits
-        if not limit.low * (1 - slack) <= ratios[limit.ratio] <= limit.high * (1 + slack)
+        f"{law.name}: {ratio} = {ratios[ratio]:.3g} is outside its range, {low:g} to {high:g} ({reason}); {law.remedy}"
+        for ratio, low, high, reason in law.limits
+        if not low * (1 - slack) <= ratios[ratio] <= high * (1 + slack)
     ]

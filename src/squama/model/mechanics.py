@@ -46,15 +46,10 @@ class Forces(NamedTuple):
 
 def forces(pt: Point, theta0: Number, mu: Number) -> Forces:
     """Balance one scale while the contact slides (paper Eqs. 7, 12 and 14; sign as in docs, theory: forces)."""
-    D, N, f = pressed(pt, theta0, mu)
-    return Forces(D, N, f, ((pt.theta - theta0) * pt.theta_rate + f * pt.slip_rate) / pt.load_rate)
-
-
-def pressed(pt: Point, theta0: Number, mu: Number) -> tuple[Number, Number, Number]:
-    """Return the first three of :func:`forces`."""
     D = -pt.M_N - mu * pt.M_f
     N = (pt.theta - theta0) / D
-    return D, N, mu * N
+    f = mu * N
+    return Forces(D, N, f, ((pt.theta - theta0) * pt.theta_rate + f * pt.slip_rate) / pt.load_rate)
 
 
 def mu_lock(pt: Point) -> Number:

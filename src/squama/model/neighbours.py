@@ -24,23 +24,16 @@ def reach(row: Any, ops: Ops = ARRAY) -> Any:
     return reach_at(row, ops.cos(row.theta0))
 
 
-def meeting(row: Twist, ops: Ops) -> tuple[twisting.Root, Any, Any]:
-    """Terms, root, and twist per pitch at which the lines of neighbour ``row.k`` meet (paper Eq. 6 at theta0)."""
+def engages(row: Twist, ops: Ops) -> tuple[Any, Any]:
+    """Whether the tip-side contact of neighbour ``row.k`` engages, and at which twist per pitch (paper Eq. 6). Exact.
+
+    Its lines meet at that twist, at the inclination of rest; it engages if they do so within both edges.
+    """
     r = row.root(row.theta0, ops)
     q = ops.sqrt(r.q2)
-    return r, q, 2 * ops.atan(r.S / (r.H + q)) / row.k
-
-
-def within(row: Twist, r: twisting.Root, q: Any) -> Any:
-    """Whether lines that meet do so on both edges."""
     c = twisting.contact(r, q, *row.ratios)
-    return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
-
-
-def engages(row: Twist, ops: Ops) -> tuple[Any, Any]:
-    """Whether the tip-side contact of neighbour ``row.k`` engages, and at which twist per pitch. Exact."""
-    r, q, phi = meeting(row, ops)
-    return within(row, r, q), phi
+    on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
+    return on, 2 * ops.atan(r.S / (r.H + q)) / row.k
 
 
 def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,19 +9,10 @@ import numpy as np
 from squama.model.paths import ARRAY
 from squama.types import Array
 
-BLOCK = 4096
-"""Designs taken together: BLOCK x samples stay in the processor's cache."""
-
-
-def blocks(n: int, size: int = BLOCK) -> Iterator[slice]:
-    """Parts of n designs that are taken together."""
-    for low in range(0, n, size):
-        yield slice(low, min(n, low + size))
-
 
 def take(row: Any, index: Any) -> Any:
-    """Return the designs ``index`` of a row of arrays."""
-    return type(row)(*(np.asarray(col)[index] for col in row))
+    """Return the designs ``index`` of a row of arrays; single numbers, which hold for all designs, stay."""
+    return type(row)(*(col if np.ndim(col) == 0 else np.asarray(col)[index] for col in row))
 
 
 def scalar(row: Any, i: int = 0) -> Any:

@@ -30,14 +30,14 @@ def numbers(values: Sequence[float] | Array, form: str = ".3g") -> str:
     return ", ".join("none" if math.isnan(v) else format(float(v), form) for v in values)
 
 
-def yes(flag: bool) -> str:
-    """Return "yes" or "no"."""
-    return "yes" if flag else "no"
+def yes(flag: bool | np.bool | Array) -> str:
+    """Return "yes" or "no"; of an array whether all hold."""
+    return "yes" if np.all(flag) else "no"
 
 
 def falls(values: Array) -> str:
     """Return "yes" or "no": whether numbers fall from one to the next."""
-    return yes(bool(np.all(np.diff(values) < 0)))
+    return yes(np.diff(values) < 0)
 
 
 def fig4(data: xr.Dataset) -> Iterator[Claim]:
@@ -52,10 +52,9 @@ def fig4(data: xr.Dataset) -> Iterator[Claim]:
             at = end - (end - r["theta0"]) * np.array([1e-3, 1e-6])
             f0 = edge_contacts.forces(at, **r, mu=mu, law=law).friction
             growth.append(float(f0[1] / f0[0]))
-        pole = bool(np.all(np.abs(np.array(growth) / 1000 - 1) < 0.05))
         text = "the friction force rises without bound towards a lock"
         what = "f0 at 1e-6 over f0 at 1e-3 of the path before the lock, least over mu (1000 for a simple pole)"
-        yield Claim("fig4", text, law, what, f"{min(growth):.1f}", "", yes(pole))
+        yield Claim("fig4", text, law, what, f"{min(growth):.1f}", "", yes(np.abs(np.array(growth) / 1000 - 1) < 0.05))
         text = "the asymptote moves to smaller twist as mu grows"
         what = f"Phi_lock/Phi_e at mu = {numbers(mus)}"
         yield Claim("fig4", text, law, what, numbers(ends, ".4f"), "", falls(ends))
@@ -71,15 +70,15 @@ def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
         least, spread = np.nanmin(drop, axis=1), np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)
         text = "each frictional envelope lies below the kinematic one"
         what = f"least drop of theta below it at the same phi, mu = {numbers(mus)}"
-        yield Claim("fig5a", text, law, what, numbers(least), "deg", yes(bool(np.all(least > 0))))
+        yield Claim("fig5a", text, law, what, numbers(least), "deg", yes(least > 0))
         text = "it is not a translate of the kinematic envelope"
         low, high = par.BENDING_ETAS[0], par.BENDING_ETAS[-1]
         what = f"largest less least drop along the envelope, eta {low:g} to {high:g}, mu = {numbers(mus)}"
         note = "0 for a translate; in bending it is 0 (figure bending)"
-        yield Claim("fig5a", text, law, what, numbers(spread), "deg", yes(bool(np.all(spread > 1.0))), note)
+        yield Claim("fig5a", text, law, what, numbers(spread), "deg", yes(spread > 1.0), note)
         static = maps.mu_static(maps.sweep(par.main(), "eta", etas), law)
         text = "for large mu the envelope meets the axis (static lock)"
-        what, holds = f"mu_static at eta = {numbers(etas)}", yes(bool(np.all(np.isfinite(static))))
+        what, holds = f"mu_static at eta = {numbers(etas)}", yes(np.isfinite(static))
         low, high = par.PLA_ON_PLA
         measured = f"the largest friction measured of printed PLA on PLA ({low:g} to {high:g})"
         note = f"{static.min() / high:.0f} times {measured}"
@@ -92,7 +91,7 @@ def least_lock(alpha: float, law: str, *, plates: bool) -> float:
     ``plates``: a lock counts only if no other pair of plates touches before it.
     """
     r = maps.sweep(par.main(), "alpha", np.full(MU_GRID.size, alpha))
-    sol = maps.ends(r, MU_GRID, law)
+    sol = maps.ends(r, MU_GRID, law).found
     locked = np.isin(sol.code, (FRICTIONAL, STATIC))
     if plates:
         phi, _ = maps.touch(maps.sweep(par.main(), "alpha", [alpha]))
@@ -103,10 +102,9 @@ def least_lock(alpha: float, law: str, *, plates: bool) -> float:
 
 def fold_alpha() -> float:
     """Return the alpha (rad, to .01 deg) below which the path of the main case without friction passes a fold."""
-    r = maps.sweep(par.main(), "alpha", np.radians(np.arange(5.0, 25.0, 0.01)))._asdict()
+    r = maps.sweep(par.main(), "alpha", np.radians(np.arange(5.0, 25.0, 0.01)))
     e = edge_contacts.ends(**r, mu=0.0)
-    theta0 = r.pop("theta0")
-    before = edge_contacts.contact(np.maximum(e.theta_end, theta0), **r).phi
+    before = edge_contacts.contact(np.maximum(e.theta_end, r.pop("theta0")), **r).phi
     # past a fold the end does not lie on the branch that starts at engagement
     return float(r["alpha"][~np.isclose(before, e.phi_end, rtol=1e-6)].max())
 
@@ -115,9 +113,9 @@ def fig5b() -> Iterator[Claim]:
     """Higher alpha engages, steepens and locks earlier; locks at low alpha; static locks."""
     alphas = np.radians([30.0, 40.0, 50.0, 60.0, 70.0])
     r = maps.sweep(par.main(), "alpha", alphas)
-    phi_e = maps.ends(r, 0.0, "edge").load_e
-    steep = 1 / edge_contacts.contact(r.theta0, eta=r.eta, beta=r.beta, lam=r.lam, alpha=r.alpha).dphi_dtheta
+    phi_e = maps.ends(r, 0.0, "edge").found.load_e
     phi_lock, _ = maps.kinematic_lock(r)
+    steep = 1 / edge_contacts.contact(r.pop("theta0"), **r).dphi_dtheta
     words = "alpha = 30, 40, 50, 60, 70 deg"
     for text, what, values, unit, holds in (
         ("higher alpha engages earlier", f"phi_e at {words}", phi_e, "rad", falls(phi_e)),
@@ -130,7 +128,7 @@ def fig5b() -> Iterator[Claim]:
     text, what = "at low alpha there is no kinematic lock", "largest alpha without one"
     note = f"the contact leaves the tip edge, below {math.degrees(fold_alpha()):.1f} deg past a fold"
     last = f"{np.degrees(scan[none].max()):.1f}"
-    yield Claim("fig5b", text, "both", what, last, "deg", yes(bool(none[0])), note)
+    yield Claim("fig5b", text, "both", what, last, "deg", yes(none[0]), note)
     text = "friction locks the beam also where there is no kinematic lock"
     names = f"at alpha = {numbers(LOW_ALPHAS)} deg"
     for law in par.LAWS:
@@ -182,9 +180,8 @@ def bending(data: xr.Dataset) -> Iterator[Claim]:
         drop = np.degrees(data.sel(loading=loading)["drop"].values[1:])
         off = np.nanmax(abs(drop - np.degrees(np.arctan(mus))[:, None]), axis=1)
         spread = np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)
-        translate = bool(np.all(spread < 1e-3))
         value = f"{numbers(spread, '.2g')}; {numbers(off, '.2g')}"
-        yield Claim("bending", text, law, what, value, "deg", yes(translate == (law == "both")))
+        yield Claim("bending", text, law, what, value, "deg", yes(np.all(spread < 1e-3) == (law == "both")))
 
 
 def fig7a(data: xr.Dataset) -> Iterator[Claim]:
@@ -206,11 +203,11 @@ def fig7a(data: xr.Dataset) -> Iterator[Claim]:
             f"(the first, over eta, at mu = {sliding:.2f})"
         )
         yield Claim("fig7a", "RED rises with mu", law, what, f"{rise:.2g}", "", yes(rise > 0), note)
-        what, still = f"RED at eta = 3, {at}", yes(bool(middle[3] - middle[2] < 0.05))
+        what, still = f"RED at eta = 3, {at}", yes(middle[3] - middle[2] < 0.05)
         yield Claim("fig7a", "RED saturates", law, what, numbers(middle), "", still)
         what = f"largest less least RED over eta {etas[0]:g} to {etas[-1]:g}, {at}"
         note = f"RED at mu = 0.5, eta = 1.5, 3, 8: {numbers(slope)}; over mu it goes from 0 to {middle.max():.2f}"
-        text, flat = "RED depends on eta far less than on mu", yes(bool(spread.max() < FLAT * middle.max()))
+        text, flat = "RED depends on eta far less than on mu", yes(spread.max() < FLAT * middle.max())
         yield Claim("fig7a", text, law, what, numbers(spread), "", flat, note)
     text = "RED up to the lock is a number (Eq. 15b)"
     what = "RED at eta = 3, mu = 0.5, margin 0.1, 0.01, 0.001, 0.0001"
@@ -232,11 +229,8 @@ def fig7b(data: xr.Dataset) -> Iterator[Claim]:
         first = [float(mu[row.argmax()]) if row.any() else math.nan for row in static]
         picks = [first[int(np.argmin(abs(alpha - a)))] for a in (1, 20, 45, 70)]
         text = "static lock (blank region) at low alpha and high mu"
-        what, holds = (
-            "first mu of the region at alpha = 1, 20, 45, 70 deg",
-            static[0].any() and first[0] < np.nanmax(first),
-        )
-        yield Claim("fig7b", text, law, what, numbers(picks), "", yes(bool(holds)))
+        what, holds = "first mu of the region at alpha = 1, 20, 45, 70 deg", first[0] < np.nanmax(first)
+        yield Claim("fig7b", text, law, what, numbers(picks), "", yes(holds))
         line = part["RED"].values[low]
         top = int(line.argmax())
         fall = float(line[top] - line[np.flatnonzero(~static[low])[-1]])

@@ -10,12 +10,26 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.paper.elements import FePoints
 from squama.plot.palette import GREY, INK
-from squama.plot.style import COLUMN, DASHES, PAGE, finite_max, key, law_keys, letter, new_figure, shades, styled
+from squama.plot.style import (
+    COLUMN,
+    DASHES,
+    PAGE,
+    Look,
+    finite_max,
+    key,
+    law_keys,
+    letter,
+    letters,
+    new_figure,
+    shades,
+    styled,
+)
 
 POINTS = 300
 NEAR = 1e-3
@@ -53,10 +67,10 @@ def _lines(ax: Axes, data: xr.Dataset, x: str, y: str, *, asymptotes: bool = Fal
                 ax.axvline(end, color=colour, linewidth=0.8, linestyle=":", zorder=0)
 
 
-def _keys(data: xr.Dataset) -> list[object]:
+def _keys(data: xr.Dataset) -> list[Line2D]:
     mus = [float(mu) for mu in data["mu"].values]
-    handles: list[object] = [key(rf"$\mu$ = {mu:g}", color=c) for mu, c in zip(mus, shades(len(mus)), strict=True)]
-    return handles + list(law_keys([str(law) for law in data["law"].values]))
+    handles = [key(rf"$\mu$ = {mu:g}", color=c) for mu, c in zip(mus, shades(len(mus)), strict=True)]
+    return handles + law_keys([str(law) for law in data["law"].values])
 
 
 @styled
@@ -84,8 +98,7 @@ def fig6a(data: xr.Dataset) -> Figure:
         ax.set_xlabel(r"Twist rate over that at engagement $\Phi/\Phi_e$ (1)")
     axes[0].set_ylabel(r"Torque of the scales $T_s/K_\theta$ (1)")
     axes[1].set_ylabel(r"Stiffness of the scales $\mathrm{d}T_s/\mathrm{d}\varphi\,/K_\theta$ (1)")
-    letter(axes[0], "(a)")
-    letter(axes[1], "(b)")
+    letters(axes)
     figure.legend(handles=_keys(data), loc="outside lower center", ncols=8)
     return figure
 
@@ -104,17 +117,17 @@ def fig6b(
     axes = figure.subplots(rows, n, sharey="row", sharex="col", squeeze=False)
     top = 0.0
     for column, (eta, data) in enumerate(parts.items()):
-        ax = axes[0, column]
-        _lines(ax, data, "Phi", "T_GI")
-        top = max(top, _readable(data), _draw_points(axes[:, column], data, points, eta))
-        _off_edge(ax, data.isel(law=-1))
-        letter(ax, rf"({'abcd'[column]}) $\eta$ = {eta:g}" + (", scaling laws of the paper" if own else ""))
-        if own:
-            ax = axes[1, column]
-            _lines(ax, own[eta], "Phi", "T_GI")
-            _off_edge(ax, own[eta].isel(law=-1))
-            _draw_compliant(ax, data, points, eta)
-            letter(ax, rf"({'abcd'[n + column]}) $\eta$ = {eta:g}, stiffness from the elements")
+        drawn = [(data, ", scaling laws of the paper" if own else "")]
+        drawn += [(own[eta], ", stiffness from the elements")] if own else []
+        for row, (ax, (curves, words)) in enumerate(zip(axes[:, column], drawn, strict=True)):
+            _lines(ax, curves, "Phi", "T_GI")
+            _off_edge(ax, curves.isel(law=-1))
+            letter(ax, rf"({'abcd'[row * n + column]}) $\eta$ = {eta:g}{words}")
+        # twice the torque of the curve with the least friction is seen, or less if all stay below
+        torque = data["T_GI"].values
+        top = max(top, min(ABOVE * finite_max(torque[:, 0]), finite_max(torque)))
+        if points is not None:
+            top = max(top, _draw_points(axes[:, column], data, points, eta))
         for ax in axes[:, column]:
             rate = np.array([0.0, finite_max(data["Phi"].values)])
             bare = float(data["T_GI"].values.flat[1] / data["Phi"].values.flat[1])
@@ -132,9 +145,8 @@ def fig6b(
         words = "no finite element\npoints given"
         axes[0, 0].text(0.03, 0.97, words, transform=axes[0, 0].transAxes, va="top", color=GREY)
     else:
-        handles.append(
-            key(f"finite elements ({Path(points.source).name[-30:]})", linestyle="", marker="o", markersize=3.5)
-        )
+        words = f"finite elements ({Path(points.source).name[-30:]})"
+        handles.append(key(words, linestyle="", marker="o", markersize=3.5))
         if own and points.compliant is not None:
             handles.append(key("compliant joint", linewidth=0.9, linestyle=COMPLIANT))
     figure.legend(handles=handles, loc="outside lower center", ncols=4 if n > 1 else 3)
@@ -149,38 +161,17 @@ def _off_edge(ax: Axes, data: xr.Dataset) -> None:
             ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=colour)
 
 
-def _draw_points(axes: Any, data: xr.Dataset, points: FePoints | None, eta: float) -> float:
-    """Draw the points of one overlap ratio into panels; return the largest load."""
+def _draw_points(axes: Any, data: xr.Dataset, points: FePoints, eta: float) -> float:
+    """Draw the points of one overlap ratio into panels, the compliant joint into the lower; return the largest load."""
+    look: Look = {"linestyle": "", "markersize": 3.5, "markeredgecolor": INK, "markeredgewidth": 0.6, "zorder": 4}
     top = 0.0
     for i, (mu, colour) in enumerate(zip(data["mu"].values, shades(data.sizes["mu"]), strict=True)):
-        if points is None:
-            continue
         mine = (points.eta == eta) & (points.mu == mu)
         for ax in axes:
-            ax.plot(
-                points.rate[mine],
-                points.load[mine],
-                linestyle="",
-                marker=MARKERS[i % len(MARKERS)],
-                markersize=3.5,
-                markerfacecolor=colour,
-                markeredgecolor=INK,
-                markeredgewidth=0.6,
-                zorder=4,
-            )
+            marker = MARKERS[i % len(MARKERS)]
+            ax.plot(points.rate[mine], points.load[mine], marker=marker, markerfacecolor=colour, **look)
+        if points.compliant is not None:
+            for ax in axes[1:]:
+                ax.plot(points.rate[mine], points.compliant[mine], color=colour, linewidth=0.9, linestyle=COMPLIANT)
         top = max(top, finite_max(points.load[mine], 0.0))
     return top
-
-
-def _draw_compliant(ax: Axes, data: xr.Dataset, points: FePoints | None, eta: float) -> None:
-    if points is None or points.compliant is None:
-        return
-    for mu, colour in zip(data["mu"].values, shades(data.sizes["mu"]), strict=True):
-        mine = (points.eta == eta) & (points.mu == mu)
-        ax.plot(points.rate[mine], points.compliant[mine], color=colour, linewidth=0.9, linestyle=COMPLIANT)
-
-
-def _readable(data: xr.Dataset) -> float:
-    """Largest torque to be seen: twice that of the curve with the least friction, or less if all stay below."""
-    loads = data["T_GI"].values
-    return min(ABOVE * finite_max(loads[:, 0]), finite_max(loads))

@@ -62,8 +62,7 @@ def read_points(path: str | os.PathLike[str]) -> FePoints:
     for c in COLUMNS:
         if c not in header:
             problems.add("", "", f'no column "{c}"', f"the header must be {wanted}", table.line())
-    for c in COLUMNS:
-        if header.count(c) > 1:
+        elif header.count(c) > 1:
             problems.add("", "", f'the column "{c}" is given twice', "keep one", table.line())
     problems.settle()
     columns = {c: (header.index(c), partial(_value, c)) for c in (*COLUMNS, COMPLIANT) if c in header}

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.optimize import elementwise
 
-from squama.batch import Solved, solution, solved
+from squama.arrays import edge_contacts, solution
+from squama.batch import Solved, solved
 from squama.beam.design import Beam
-from squama.model import mechanics
-from squama.model.outcome import CODES, End, named
+from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, Twist
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -20,19 +20,8 @@ from squama.types import Array
 LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
-class Ratios(NamedTuple):
-    """What the contact of many designs depends on: arrays of one length, rad."""
-
-    eta: Array
-    beta: Array
-    lam: Array
-    alpha: Array
-    theta0: Array
-
-    @property
-    def row(self) -> Twist:
-        """The contact of the nearest neighbour."""
-        return Twist(self.eta, self.beta, self.lam, np.sin(self.alpha), np.cos(self.alpha), self.theta0)
+Ratios = dict[str, Any]
+"""What the contact of many designs depends on: eta, beta, lam, alpha, theta0 in this order; arrays alike, rad."""
 
 
 def known(axes: str | tuple[str, ...], **arrays: Array) -> dict[str, Any]:
@@ -43,15 +32,13 @@ def known(axes: str | tuple[str, ...], **arrays: Array) -> dict[str, Any]:
 def sweep(beam: Beam, over: str, values: Sequence[float] | Array) -> Ratios:
     """Return the ratios of a beam with one of them ("eta" or "alpha") replaced by each of the values."""
     v = np.asarray(values, float)
-    columns = {name: np.full(v.size, value) for name, value in beam.ratios.items()}
-    columns[over] = v
-    return Ratios(**columns)
+    return {name: np.full(v.size, value) for name, value in beam.ratios.items()} | {over: v}
 
 
 def ends(r: Ratios, mu: float | Array, law: str) -> solution.Solution:
     """Follow the tip-side contact that is met first in each design."""
-    mus = np.broadcast_to(np.asarray(mu, float), r.eta.shape)
-    return solution.solve_twisting(*r, mus, law=law, sense="+")
+    mus = np.broadcast_to(np.asarray(mu, float), r["eta"].shape)
+    return solution.solve({**r, "mu": mus}, law=law, sense="+")
 
 
 def touch(r: Ratios) -> tuple[Array, Array]:
@@ -59,24 +46,22 @@ def touch(r: Ratios) -> tuple[Array, Array]:
 
     Looked for along the whole geometric path, which friction and force law do not change. inf and NaN for none.
     """
-    from squama.arrays import edge_contacts
-
-    e = edge_contacts.ends(**r._asdict(), mu=0.0, law="edge", contacts="all")
+    e = edge_contacts.ends(**r, mu=0.0, law="edge", contacts="all")
     hit = np.isin(e.end, (str(End.OTHER), str(End.NONE)))
     return np.where(hit, e.phi_end, np.inf), np.where(hit, e.theta_end, np.nan)
 
 
 def mu_static(r: Ratios, law: str) -> Array:
     """Coefficient of friction that locks at engagement, for the nearest neighbour; inf for none."""
-    with np.errstate(all="ignore"):
-        pt = r.row.point(r.theta0, law, ARRAY)
-        return np.asarray(np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.inf))
+    found = edge_contacts.forces(r["theta0"], **r, mu=0.0, law=law).mu_lock
+    return np.where(found > 0, found, np.inf)
 
 
 def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
     """Twist per pitch and inclination at which dphi/dtheta = 0 for the nearest neighbour; NaN if it is not reached."""
-    row = r.row
-    x = r.theta0 + (np.pi * (1 - 1e-9) - r.theta0) * np.linspace(0, 1, 401)[:, None]
+    eta, beta, lam, alpha, theta0 = r.values()
+    row = Twist(eta, beta, lam, np.sin(alpha), np.cos(alpha), theta0)
+    x = theta0 + (np.pi * (1 - 1e-9) - theta0) * np.linspace(0, 1, 401)[:, None]
     with np.errstate(all="ignore"):
         pt = row.point(x, "edge", ARRAY)
         inside = np.logical_and.accumulate((row.places(pt)[0] > 0) & (row.places(pt)[1] > 0) & np.isfinite(pt.q))
@@ -86,8 +71,8 @@ def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
     if lane.size:
         cols = tuple(np.asarray(c)[lane] if np.ndim(c) else np.full(lane.size, float(c)) for c in row)
 
-        def rate(v: Any, *c: Any) -> Any:
-            return Twist(*c).point(np.asarray(v, float), "edge", ARRAY).load_rate
+        def rate(v: Array, *c: Array) -> Array:
+            return np.asarray(Twist(*c).point(v, "edge", ARRAY).load_rate)
 
         bounds = x[stop[lane] - 1, lane], x[stop[lane], lane]
         theta[lane] = elementwise.find_root(rate, bounds, args=cols).x
@@ -95,17 +80,23 @@ def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
     return phi, theta
 
 
+def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str, Any]:
+    """Return the coordinates ``law`` and ``mu``, and others that hold values of the ratio ``over``."""
+    found = {name: (name, np.asarray(values, float), SYMBOLS[over].attrs) for name, values in along.items()}
+    return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}
+
+
 def _paths(r: Ratios, points: int) -> tuple[Array, Array, Array]:
     """Twist and inclination along each geometric path, to its kinematic lock or to where the contact goes."""
     sol = ends(r, 0.0, "edge")
-    phi, theta = np.full((r.eta.size, points), np.nan), np.full((r.eta.size, points), np.nan)
+    phi, theta = np.full((2, r["eta"].size, points), np.nan)
     for index, t in sol.tracks:
         w = np.linspace(0, 1, points)[:, None]
         x = t.x0 + (t.x_end - t.x0) * w
         with np.errstate(all="ignore"):
             pt = t.row.point(x, "edge", ARRAY)
         phi[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
-    return phi, theta, named(sol.code)
+    return phi, theta, sol.found.end
 
 
 def regimes(
@@ -124,23 +115,17 @@ def regimes(
     """
     r, c = sweep(beam, over, scan), sweep(beam, over, values)
     phi, theta, how = _paths(c, points)
-    shape = (len(laws), len(mus), scan.size)
-    phi_end, theta_end, end = np.empty(shape), np.empty(shape), np.empty(shape, "U24")
-    for i, law in enumerate(laws):
-        for j, mu in enumerate(mus):
-            sol = ends(r, mu, law)
-            phi_end[i, j], theta_end[i, j], end[i, j] = sol.load_end, sol.theta_end, named(sol.code)
+    found = [[ends(r, mu, law).found for mu in mus] for law in laws]
+    along = ("load_end", "theta_end", "end")
+    phi_end, theta_end, end = (np.array([[getattr(s, name) for s in row] for row in found]) for name in along)
     phi_lock, theta_lock = kinematic_lock(r)
-    plain = ends(r, 0.0, "edge")
+    plain = ends(r, 0.0, "edge").found
     off = np.isin(plain.code, (CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE)))
     phi_touch, theta_touch = touch(r)
+    phi_off, theta_off = np.where(off, [plain.load_end, plain.theta_end], np.nan)
     lines = {
         "lock": (phi_lock, theta_lock, "at the kinematic lock"),
-        "off": (
-            np.where(off, plain.load_end, np.nan),
-            np.where(off, plain.theta_end, np.nan),
-            "where the contact leaves the tip edge",
-        ),
+        "off": (phi_off, theta_off, "where the contact leaves the tip edge"),
         "touch": (np.where(np.isfinite(phi_touch), phi_touch, np.nan), theta_touch, "where other plates touch"),
     }
     data = known(("value", "point"), phi=phi, theta=theta)
@@ -150,12 +135,7 @@ def regimes(
         for base, line in (("phi", phi), ("theta", theta)):
             about = {"long_name": f"{SYMBOLS[base].long_name} {where}", "units": "rad"}
             data[f"{base}_{name}"] = "scan", line, about
-    coords = {
-        "value": ("value", np.asarray(values, float), SYMBOLS[over].attrs),
-        "scan": ("scan", scan, SYMBOLS[over].attrs),
-        "mu": ("mu", np.asarray(mus, float), SYMBOLS["mu"].attrs),
-        "law": list(laws),
-    }
+    coords = _coords(over, laws, mus, value=values, scan=scan)
     return xr.Dataset(data, coords, {"over": over, "theta0": beam.scale.theta0, "beam": beam.to_toml()})
 
 
@@ -168,15 +148,16 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
     """
     all_mus = [0.0, *mus]
     shape = (2, len(all_mus), points)
-    load, theta, drop = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
+    load, theta, drop = np.full((3, *shape), np.nan)
     r = sweep(beam, "eta", etas)
     for i in range(2):
-        base: tuple[Array, Array] = (np.empty(0), np.empty(0))
+        base = np.empty(0), np.empty(0)
         for j, mu in enumerate(all_mus):
             m = np.full(etas.size, mu)
-            sol = ends(r, m, law) if i else solution.solve_bending(etas, r.theta0, m)
-            x, y = sol.load_end, sol.theta_end
-            keep = np.isin(sol.code, LOCKS)
+            designs = {**r, "mu": m}
+            sol = solution.solve(designs, load="twisting" if i else "bending", law=law, sense="+")
+            x, y = sol.found.load_end, sol.found.theta_end
+            keep = np.isin(sol.found.code, LOCKS)
             if i == 1 and j == 0:
                 x, y = kinematic_lock(r)
                 keep = np.isfinite(x)
@@ -204,16 +185,14 @@ def _line(x: Array, y: Array, at: Array) -> Array:
     """Interpolate a smooth line; NaN outside."""
     from scipy.interpolate import CubicSpline
 
-    return np.asarray(
-        CubicSpline(x, y, extrapolate=False)(np.clip(at, x[0], x[-1]))
-        + np.where((at < x[0] - 1e-12) | (at > x[-1] + 1e-12), np.nan, 0.0)
-    )
+    outside = (at < x[0] - 1e-12) | (at > x[-1] + 1e-12)
+    return np.where(outside, np.nan, CubicSpline(x, y)(np.clip(at, x[0], x[-1])))
 
 
 def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tuple[Array, Solved]:
     """RED at the cut-off of many designs on one substrate (paper Eqs. 15, 16), and all that was solved."""
-    softness = np.full(r.eta.size, beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch))
-    found = solved((*r, mu, softness), law=law, sense="+", margin=margin, load="twisting")
+    softness = np.full(mu.size, beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch))
+    found = solved((*r.values(), mu, softness), law=law, sense="+", margin=margin, load="twisting")
     return found.RED, found
 
 
@@ -227,20 +206,13 @@ def red_map(
     """
     v, m = (a.ravel() for a in np.meshgrid(values, mus, indexing="ij"))
     shape = (len(laws), values.size, mus.size)
-    red, phi, end = np.empty(shape), np.empty(shape), np.empty(shape, "U24")
-    r = sweep(beam, over, v)
-    for i, law in enumerate(laws):
-        flat, sol = dissipation(beam, r, m, law, margin)
-        red[i], phi[i] = flat.reshape(shape[1:]), sol.load_end.reshape(shape[1:])
-        end[i] = named(sol.code).reshape(shape[1:])
-    data = known(("law", "value", "mu"), RED=red, phi_end=phi, end=end)
+    found = [dissipation(beam, sweep(beam, over, v), m, law, margin)[1] for law in laws]
+    columns = {"RED": "RED", "phi_end": "load_end", "end": "end"}
+    arrays = {name: np.array([getattr(s, own) for s in found]).reshape(shape) for name, own in columns.items()}
+    data = known(("law", "value", "mu"), **arrays)
     one = sweep(beam, over, values)
     about = {"long_name": "twist per pitch where other plates touch", "units": "rad"}
     data["phi_touch"] = "value", touch(one)[0], about
     data |= known(("law", "value"), mu_static=np.stack([mu_static(one, law) for law in laws]))
-    coords = {
-        "value": ("value", values, SYMBOLS[over].attrs),
-        "mu": ("mu", mus, SYMBOLS["mu"].attrs),
-        "law": list(laws),
-    }
+    coords = _coords(over, laws, mus, value=values)
     return xr.Dataset(data, coords, {"over": over, "margin": margin, "beam": beam.to_toml()})

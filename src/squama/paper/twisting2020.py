@@ -62,7 +62,7 @@ def fig4(_points: FePoints | None = None) -> Made:
     return Made(curves.fig4(data), table, claims.fig4(data))
 
 
-def _regimes(over: str, values: Any, scan: Any, mus: Any) -> tuple[Figure, dict[str, Any]]:
+def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim]) -> Made:
     data = maps.regimes(par.main(), over, values, scan, mus, par.LAWS)
 
     def piece(part: xr.Dataset, words: str, law: str, mu: float, at: str, name: str, end: Any = "") -> Table:
@@ -77,18 +77,19 @@ def _regimes(over: str, values: Any, scan: Any, mus: Any) -> tuple[Figure, dict[
             line = data.sel(law=law, mu=mu)
             pieces.append(piece(line, "end of the path", law, mu, "scan", "_end", line["end"].values))
     table = _stacked(pieces)
-    return regime_figure(data), without(table, np.isfinite(table["phi (rad)"]))
+    there = np.isfinite(table["phi (rad)"])
+    return Made(regime_figure(data), {header: column[there] for header, column in table.items()}, claims)
 
 
 def fig5a(_points: FePoints | None = None) -> Made:
     """Regimes for several overlap ratios."""
     drops = {law: maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, law) for law in par.LAWS}
-    return Made(*_regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS), claims.fig5a(drops))
+    return _regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS, claims.fig5a(drops))
 
 
 def fig5b(_points: FePoints | None = None) -> Made:
     """Regimes for several angles alpha."""
-    return Made(*_regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS), claims.fig5b())
+    return _regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS, claims.fig5b())
 
 
 def fig6a(_points: FePoints | None = None) -> Made:
@@ -125,24 +126,22 @@ def fig6b(points: FePoints | None = None) -> Made:
     return Made(curves.fig6b(parts, points, own), _stacked(pieces), elements.compare(points))
 
 
-def _red(over: str, values: Any) -> tuple[xr.Dataset, Figure, dict[str, Any]]:
+def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:
     data = maps.red_map(par.main(), over, values, par.FIG7_MUS, par.LAWS, par.MARGIN)
     data["touched"] = data["phi_end"] > data["phi_touch"]
     columns = {"law": "law", _OVER[over]: "value", "mu (1)": "mu", f"RED at margin {par.MARGIN:g} (1)": "RED"}
     columns |= {"end": "end", "phi_end (rad)": "phi_end", "other plates touch first": "touched"}
-    return data, red_figure(data), flat(data, columns)
+    return Made(red_figure(data), flat(data, columns), claims(data))
 
 
 def fig7a(_points: FePoints | None = None) -> Made:
     """RED over mu and eta."""
-    data, figure, table = _red("eta", par.FIG7_ETAS)
-    return Made(figure, table, claims.fig7a(data))
+    return _red("eta", par.FIG7_ETAS, claims.fig7a)
 
 
 def fig7b(_points: FePoints | None = None) -> Made:
     """RED over mu and alpha."""
-    data, figure, table = _red("alpha", par.FIG7_ALPHAS)
-    return Made(figure, table, claims.fig7b(data))
+    return _red("alpha", par.FIG7_ALPHAS, claims.fig7b)
 
 
 def bending(_points: FePoints | None = None) -> Made:
@@ -198,17 +197,11 @@ def write(
 
 def write_table(table: Table, path: str | os.PathLike[str]) -> Path:
     """Write columns to a CSV file; numbers have 12 digits, NaN is an empty cell."""
-    columns = [np.asarray(c).ravel() for c in table.values()]
-    rows = zip(*columns, strict=True)
-    return files.atomic_write(path, lambda place: place.write_text(_csv(list(table), rows), encoding="utf-8"))
-
-
-def _csv(header: Sequence[str], rows: Any) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([_cell(v) for v in row] for row in rows)
-    return out.getvalue()
+    writer.writerow(table)
+    writer.writerows(map(_cell, row) for row in zip(*(np.asarray(c).ravel() for c in table.values()), strict=True))
+    return files.atomic_write(path, lambda place: place.write_text(out.getvalue(), encoding="utf-8"))
 
 
 def _cell(value: Any) -> str:
@@ -225,24 +218,13 @@ def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Any]:
     ``columns`` maps headers to the variables' names; under a header with "(deg)" angles are in degrees.
     """
     arrays = xr.broadcast(*(data[name] for name in columns.values()))
-    return {
-        header: array.values.ravel() * (180 / np.pi if "(deg)" in header else 1)
-        if array.dtype.kind == "f"
-        else array.values.ravel()
-        for header, array in zip(columns, arrays, strict=True)
-    }
-
-
-def without(table: Table, keep: Any) -> dict[str, Any]:
-    """Return the rows of a table that a mask keeps."""
-    return {header: np.asarray(column)[keep] for header, column in table.items()}
+    flat = {header: array.values.ravel() for header, array in zip(columns, arrays, strict=True)}
+    return {header: np.degrees(values) if "(deg)" in header else values for header, values in flat.items()}
 
 
 def write_claims(claims: Sequence[Claim], directory: Path) -> list[Path]:
     """Write ``claims.csv`` and ``claims.md``."""
-    rows = [[*c] for c in claims]
-    text = _csv(Claim._fields, rows)
-    done = [files.atomic_write(directory / "claims.csv", lambda place: place.write_text(text, encoding="utf-8"))]
+    done = write_table(dict(zip(Claim._fields, zip(*claims, strict=True), strict=True)), directory / "claims.csv")
     head = (
         "# Claims of the paper and what is computed\n\n"
         "H. Ebrahimi, H. Ali, R. Ghosh, Coulomb friction in twisting of biomimetic scale-covered substrate, "
@@ -254,6 +236,5 @@ def write_claims(claims: Sequence[Claim], directory: Path) -> list[Path]:
         f"{c.holds} | {c.note} |\n"
         for c in claims
     )
-    markdown = head + body
-    done.append(files.atomic_write(directory / "claims.md", lambda place: place.write_text(markdown, encoding="utf-8")))
-    return done
+    words = files.atomic_write(directory / "claims.md", lambda place: place.write_text(head + body, encoding="utf-8"))
+    return [done, words]

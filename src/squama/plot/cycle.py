@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
 from squama.loads import LOADS, Load
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, angle_label, headline, key, label, law_words, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, Look, angle_label, headline, label, law_words, letters, new_figure, prefixed, styled
 from squama.types import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @styled
@@ -58,11 +54,9 @@ def _loops(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     factor, text = prefixed(names.torque, float(np.abs(values).max()))
     values = factor * values
     branch = dataset["branch"].values
-    handles = []
     beam = Beam.from_toml_text(dataset.attrs["beam"])
-    rigidity = dataset.attrs.get("rigidity", names.rigidity(beam))
-    ends = np.array([load.min(), load.max()])
-    ax.plot(ends, factor * rigidity * ends / beam.pitch, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, zorder=1)
+    # torque per twist without contact
+    slope = factor * dataset.attrs.get("rigidity", names.rigidity(beam)) / beam.pitch
     for name, words, style in (
         ("straight", "scales apart", {"color": GREY}),
         ("loading", "loading", {"color": INK}),
@@ -71,24 +65,23 @@ def _loops(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     ):
         mask = branch[1:] == name
         if mask.any():
-            handles.append(key(words, **style))
-            ax.plot(*_parted(load, values, mask), linewidth=1.3, zorder=2, **style)
+            ax.plot(*_parted(load, values, mask), zorder=2, label=words, **style)
     _arrows(ax, load, values, branch)
     engaged = np.sort(dataset[f"{angle}_e"].values * np.where(dataset["sense"].values == "-", -1, 1))
     engaged = engaged[(engaged >= load.min()) & (engaged <= load.max())]
+    point: Look = {"linestyle": "", "markersize": 4, "zorder": 4}
     if engaged.size:
-        at = factor * rigidity * engaged / beam.pitch
-        ax.plot(engaged, at, linestyle="", marker="o", color=INK, markerfacecolor="white", markersize=4, zorder=4)
-        handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
+        ax.plot(engaged, slope * engaged, color=INK, marker="o", markerfacecolor="white", label="engagement", **point)
     rest = np.unique(dataset[f"{angle}_residual"].values)
     rest = rest[rest != 0]
     if rest.size:
-        ax.plot(rest, 0 * rest, linestyle="", marker="s", color=ACCENT, markersize=4, zorder=4)
-        handles.append(key("left when let go", linestyle="", marker="s", color=ACCENT, markersize=4))
-    handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=0.8))
+        ax.plot(rest, 0 * rest, color=ACCENT, marker="s", label="left when let go", **point)
+    ends = np.array([load.min(), load.max()])
+    bare: Look = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8, "label": "no contact"}
+    ax.plot(ends, slope * ends, zorder=1, **bare)
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     ax.set(xlabel=angle_label(names.name), ylabel=text)
-    ax.legend(handles=handles, loc="upper left")
+    ax.legend(loc="upper left")
 
 
 def _parted(x: Array, y: Array, mask: Array) -> tuple[Array, Array]:
@@ -119,10 +112,10 @@ def _energies(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     load = dataset[names.angle].values
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(load)))])
     elastic, work = dataset["U_el"].values, dataset["W_fr"].values
-    factor, text = prefixed("U_el", float(max(elastic.max(), work.max())))
-    ax.plot(way, factor * elastic, color=GREY)
-    ax.plot(way, factor * work, color=ACCENT)
-    ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * float(max(elastic.max(), work.max()))))
+    largest = float(max(elastic.max(), work.max()))
+    factor, text = prefixed("U_el", largest)
+    for name, values, colour in (("U_el", elastic, GREY), ("W_fr", work, ACCENT)):
+        ax.plot(way, factor * values, color=colour, label=label(name).rpartition(" (")[0])
+    ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * largest))
     ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {text[text.rindex('(') :]}")
-    lines = (("U_el", GREY), ("W_fr", ACCENT))
-    ax.legend(handles=[key(label(n).rpartition(" (")[0], color=c) for n, c in lines], loc="upper left")
+    ax.legend(loc="upper left")

@@ -11,11 +11,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from squama.fe.agreement import FINITE
 from squama.fe.deformed import IMAGES, Deformed
+from squama.fe.plate import Turn
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import (
     PAGE,
@@ -74,30 +74,33 @@ def elements_figure(data: xr.Dataset) -> Figure:
     load, inclination, forces, energies = axes.flat
     rate = np.asarray(data["Phi"].values, float)
     right = 1.04 * finite_max(rate) or 1.0
-    factor, text = prefixed("T", finite_max(np.abs(data["T"].values)))
-    slope = _slope(data)
-    load.plot([0, right], [0, factor * slope * right], **BARE)
-    load.plot(rate, factor * data["T"].values, color=INK)
+    T, N, f, W, U_el, W_fr = (np.asarray(data[name].values, float) for name in ("T", "N", "f", "W", "U_el", "W_fr"))
+    factor, text = prefixed("T", finite_max(np.abs(T)))
+    for i in np.flatnonzero(rate > 0)[:1]:
+        load.plot([0, right], [0, factor * T[i] / rate[i] * right], **BARE)
+    load.plot(rate, factor * T, color=INK)
     load.set_ylabel(text)
     inclination.plot(rate, np.degrees(data["theta"].values), color=INK)
     inclination.set_ylabel(label("theta", "deg"))
-    colours = shades(3)
-    factor, text = prefixed("N", max(finite_max(data["N"].values), finite_max(data["f"].values)))
-    forces.plot(rate, factor * data["N"].values, color=INK)
-    forces.plot(rate, factor * data["f"].values, color=ACCENT)
+    factor, text = prefixed("N", max(finite_max(N), finite_max(f)))
+    forces.plot(rate, factor * N, color=INK)
+    forces.plot(rate, factor * f, color=ACCENT)
     forces.set_ylabel(text.replace("Normal force $N$", "Force of a contact"))
     forces.legend(handles=[key("normal $N$"), key("friction $f$", color=ACCENT)], loc="center left")
-    factor, text = prefixed("W", finite_max(data["W"].values))
-    names = {"W": "torque's work $W$", "U_el": r"elastic $U_\mathrm{el}$", "W_fr": r"frictional $W_\mathrm{fr}$"}
-    for (name, words), colour in zip(names.items(), (colours[0], colours[1], ACCENT), strict=True):
-        energies.plot(rate, factor * data[name].values, color=colour, label=words)
-    energies.plot(rate, factor * (data["U_el"] + data["W_fr"]).values, color=INK, linestyle=(0, (1, 1.5)), label="sum")
+    factor, text = prefixed("W", finite_max(W))
+    first, second, _ = shades(3)
+    energies.plot(rate, factor * W, color=first, label="torque's work $W$")
+    energies.plot(rate, factor * U_el, color=second, label=r"elastic $U_\mathrm{el}$")
+    energies.plot(rate, factor * W_fr, color=ACCENT, label=r"frictional $W_\mathrm{fr}$")
+    energies.plot(rate, factor * (U_el + W_fr), color=INK, linestyle=(0, (1, 1.5)), label="sum")
     energies.set_ylabel(text.replace("Work of the torque per length $W$", "Energy per length"))
     energies.legend(loc="center left")
     inclination.plot(
         rate, np.zeros_like(rate), "|", color=GREY, markersize=4, transform=inclination.get_xaxis_transform()
     )
-    changes = [(at, words, mark) for (at, words), mark in zip(_changes(data), MARKS * 8, strict=False)]
+    met = data["contact"].values
+    starts = np.flatnonzero(met != np.append("", met[:-1]))
+    changes = [(rate[i], met[i], mark) for i, mark in zip(starts, MARKS * 8, strict=False)]
     letters(axes.flat)
     for ax in axes.flat:
         ax.set_xlim(0, right)
@@ -118,33 +121,11 @@ def elements_figure(data: xr.Dataset) -> Figure:
         for at, words, mark in changes
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2 if changes else 3)
-    headline(figure, _title(data))
-    return figure
-
-
-def _slope(data: xr.Dataset) -> float:
-    rate, T = (np.asarray(data[name].values, float) for name in ("Phi", "T"))
-    there = np.flatnonzero(rate > 0)
-    return float(T[there[0]] / rate[there[0]]) if there.size else 0.0
-
-
-def _changes(data: xr.Dataset) -> list[tuple[float, str]]:
-    """Return twist rates from which on something else touches, and what."""
-    out, before = [], ""
-    for rate, words in zip(data["Phi"].values, data["contact"].values, strict=True):
-        if str(words) != before:
-            before = str(words)
-            out.append((float(rate), before))
-    return out
-
-
-def _title(data: xr.Dataset) -> str:
     blocked = ", roll and yaw blocked" if "blocked" in data.attrs["joint"] else ""
     stopped = "" if data.attrs["reached"] else f"\n{data.attrs['sentence']}"
-    return (
-        f"Periodic cell of finite elements{blocked}, sense {data.attrs['sense']}, $\\mu$ = {float(data['mu']):g}: "
-        f"{data.attrs['mesh']}{stopped}"
-    )
+    what = f"sense {data.attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {data.attrs['mesh']}{stopped}"
+    headline(figure, f"Periodic cell of finite elements{blocked}, {what}")
+    return figure
 
 
 @styled
@@ -195,7 +176,9 @@ def compare_figure(table: xr.Dataset) -> Figure:
         ax.set_xlim(0, 1.03 * finite_max(phi))
     for ax in axes[1]:
         ax.set_xlabel(angle_label("twisting"))
-    figure.legend(handles=_handles(table, looks, own), loc="outside lower center", ncols=2)
+    handles = [key(f"finite elements: {table.attrs['elements']}", **own)]
+    handles += [key(str(table["words"].sel(model=name).item()), **look) for name, look in looks.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
     headline(figure, str(table.attrs["title"]))
     return figure
 
@@ -213,11 +196,6 @@ def _looks(names: list[str]) -> dict[str, Look]:
         for name, line in zip(FINITE, ("-", (0, (3, 1.5))), strict=True)
         if name in names
     }
-
-
-def _handles(table: xr.Dataset, looks: dict[str, Look], own: Look) -> list[Line2D]:
-    handles = [key(f"finite elements: {table.attrs['elements']}", **own)]
-    return handles + [key(str(table["words"].sel(model=name).item()), **style) for name, style in looks.items()]
 
 
 @styled
@@ -247,7 +225,8 @@ def deformed_figure(state: Deformed) -> Figure:
     fills: list[Array] = []
     depths: list[Array] = []
     for k in IMAGES:
-        corners = _image(state, k)[state.surface[:, :3]]
+        moved = state.moved @ Turn.at(k * state.phi).Q.T + [0.0, 0.0, k * state.pitch]
+        corners = moved[state.surface[:, :3]]
         seen = corners @ view.T
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         towards = normal @ view[2] > 0
@@ -289,12 +268,6 @@ def _percentile(values: Array, corners: Array) -> float:
     order = np.argsort(values)
     share = np.cumsum(areas[order]) / areas.sum()
     return float(values[order][np.searchsorted(share, MOST / 100)])
-
-
-def _image(state: Deformed, k: int) -> Array:
-    c, s = np.cos(k * state.phi), np.sin(k * state.phi)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(state.moved @ turn.T + np.array([0.0, 0.0, k * state.pitch]))
 
 
 def _exposed(state: Deformed) -> Array:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-from matplotlib.artist import Artist
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -14,9 +12,6 @@ from squama.loads import LOADS
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.style import PAGE, Look, angle_label, headline, key, law_words, letters, new_figure, prefixed, styled
 from squama.types import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _POINTS: dict[str, tuple[str, Look]] = {
     "straight": ("before engagement", {"color": GREY, "marker": "."}),
@@ -58,8 +53,9 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     largest = float(np.abs(dataset[torque].values).max())
     factor, text = prefixed(torque, largest)
     _curve(upper, dataset, angle, torque, factor)
-    handles = _points(upper, dataset, angle, factor * dataset[torque].values)
-    handles += [
+    _points(upper, dataset, angle, factor * dataset[torque].values)
+    handles = [
+        *upper.get_legend_handles_labels()[0],
         key("fitted", color=ACCENT),
         Patch(color=ACCENT, alpha=0.35, linewidth=0, label="twice its standard error"),
         Patch(color=ACCENT, alpha=0.12, linewidth=0, label="twice the noise of a point"),
@@ -106,15 +102,12 @@ def _curve(ax: Axes, dataset: xr.Dataset, angle: str, torque: str, factor: float
         ax.fill_between(x, y - 2 * error, y + 2 * error, color=ACCENT, alpha=0.35, linewidth=0, zorder=2)
 
 
-def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> list[Artist]:
-    handles: list[Artist] = []
+def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
     for name, (words, style) in _POINTS.items():
         mask = dataset["branch"].values == name
         if mask.any():
-            drawn = {"markersize": 3.0, **style, "linestyle": ""}
-            ax.plot(dataset[angle].values[mask], values[mask], zorder=2.5, **drawn)
-            handles.append(key(words, **drawn))
-    return handles
+            look: Look = {"markersize": 3.0, **style, "linestyle": "", "zorder": 2.5, "label": words}
+            ax.plot(dataset[angle].values[mask], values[mask], **look)
 
 
 @styled
@@ -137,34 +130,30 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
     estimate, error = dataset["estimate"].values, dataset["error"].values
     n = len(names)
     figure = new_figure(min(PAGE, 1.2 + 1.9 * n), 0.6 + 1.8 * n)
-    axes = np.atleast_2d(figure.subplots(n, n, sharex="col", squeeze=False))
+    axes = figure.subplots(n, n, sharex="col", squeeze=False)
     angle = np.linspace(0, 2 * np.pi, 121)
     circle = np.sqrt(-2 * np.log(0.05)) * np.stack([np.cos(angle), np.sin(angle)])
-    for i in range(n):
-        for j in range(n):
-            ax = axes[i, j]
-            if j > i:
-                ax.set_visible(False)
-                continue
-            if i == j:
-                ax.hist(samples[:, i], bins=40, density=True, color=GREY, alpha=0.5)
-                z = np.linspace(-3.5, 3.5, 121)
-                ax.plot(estimate[i] + error[i] * z, np.exp(-0.5 * z**2) / (error[i] * np.sqrt(2 * np.pi)), color=ACCENT)
-                ax.set_yticks([])
-                ax.spines["left"].set_visible(False)
-            else:
-                ax.plot(samples[:, j], samples[:, i], ".", color=INK, markersize=1.2, alpha=0.25, rasterized=True)
-                c = dataset["correlation"].values[i, j]
-                half = np.linalg.cholesky(np.array([[1, c], [c, 1 + 1e-12]]))
-                both = half @ circle
-                ax.plot(estimate[j] + error[j] * both[0], estimate[i] + error[i] * both[1], color=ACCENT)
-                if j == 0:
-                    ax.set_ylabel(_axis(names[i], units[i]))
-                else:
-                    ax.tick_params(labelleft=False)
-            ax.locator_params(axis="x", nbins=4)
-            if i == n - 1:
-                ax.set_xlabel(_axis(names[j], units[j]))
+    z = np.linspace(-3.5, 3.5, 121)
+    for (i, j), ax in np.ndenumerate(axes):
+        if j > i:
+            ax.set_visible(False)
+            continue
+        if i == j:
+            ax.hist(samples[:, i], bins=40, density=True, color=GREY, alpha=0.5)
+            ax.plot(estimate[i] + error[i] * z, np.exp(-0.5 * z**2) / (error[i] * np.sqrt(2 * np.pi)), color=ACCENT)
+            ax.set_yticks([])
+            ax.spines["left"].set_visible(False)
+        else:
+            ax.plot(samples[:, j], samples[:, i], ".", color=INK, markersize=1.2, alpha=0.25, rasterized=True)
+            c = dataset["correlation"].values[i, j]
+            both = np.linalg.cholesky(np.array([[1, c], [c, 1 + 1e-12]])) @ circle
+            ax.plot(estimate[j] + error[j] * both[0], estimate[i] + error[i] * both[1], color=ACCENT)
+            ax.tick_params(labelleft=j == 0)
+        ax.locator_params(axis="x", nbins=4)
+        if i == n - 1:
+            ax.set_xlabel(_axis(names[j], units[j]))
+    for i in range(1, n):
+        axes[i, 0].set_ylabel(_axis(names[i], units[i]))
     handles = [
         key("samples", color=GREY, linestyle="", marker="."),
         key("estimate and covariance of the least squares: 95 %", color=ACCENT),

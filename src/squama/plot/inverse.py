@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import textwrap
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -23,9 +23,9 @@ from squama.units import for_people
 if TYPE_CHECKING:
     import xarray as xr
 
-InverseDesign: TypeAlias = Any
-Target: TypeAlias = Any
-"""What :func:`squama.inverse_design` returns, and a target as it is read; figures know no way to make them."""
+    from squama.inverse.designing import InverseDesign
+    from squama.inverse.target import Target
+
 BARS = 8
 """Dimensions whose tolerances are drawn."""
 CURVES = 8

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
@@ -13,15 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, boxed, key, label, letter, new_figure, styled
+from squama.plot.style import LAWS, PAGE, boxed, key, label, letter, new_figure, styled
 from squama.types import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LEVELS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 LABELLED = (0.7, 0.8, 0.9, 0.95)
 COLOURS = mpl.colormaps["cividis"].resampled(len(LEVELS) - 1)
+NORM = BoundaryNorm(LEVELS, len(LEVELS) - 1)
 HATCHES = {
     "static lock": ("////", "static lock: no sliding"),
     "off tip edge": ("....", "contact leaves the tip edge"),
@@ -31,6 +31,7 @@ HATCHES = {
     "no engagement": ("++", "no engagement"),
 }
 """Regions that end without a lock, or at once: hatching and name."""
+OUTLINE = [patheffects.Stroke(linewidth=2.6, foreground=INK), patheffects.Normal()]
 DARK = COLOURS(1)
 """Ground of a hatching in the legend: dissipation is small where a curve ends without a lock."""
 BOUNDARY = "here the end changes: values may jump"
@@ -62,11 +63,10 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     for ax, law, name in zip(axes, laws, "abcdef", strict=False):
         part = dataset.sel(law=law)
         seen += [e for e in _panel(ax, x, y, part) if e not in seen]
-        words = "plate law (the paper's)" if law == "plate" else f"{law} law"
-        letter(ax, f"({name}) {words}")
+        letter(ax, f"({name}) {LAWS[law]}")
         ax.set_xlabel(label("alpha", "deg") if over == "alpha" else label("eta"))
     axes[0].set_ylabel(label("mu"))
-    bar = figure.colorbar(ScalarMappable(_norm(), COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
+    bar = figure.colorbar(ScalarMappable(NORM, COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
     bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
     handles: list[Any] = [hatched(e, dark=e != "static lock") for e in HATCHES if e in seen]
@@ -74,7 +74,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
         handles.append(key(BOUNDARY, color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):
         handles.append(key("below it other plates touch first", color="white", linestyle="--", linewidth=1.4))
-        handles[-1].set_path_effects(_outline())
+        handles[-1].set_path_effects(OUTLINE)
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
@@ -85,22 +85,16 @@ def hatched(end: str, *, dark: bool = False) -> Patch:
     return Patch(facecolor=DARK if dark else "white", edgecolor="white" if dark else GREY, hatch=hatch, label=words)
 
 
-def _outline() -> list[Any]:
-    from matplotlib import patheffects
-
-    return [patheffects.Stroke(linewidth=2.6, foreground=INK), patheffects.Normal()]
-
-
 def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     red, end = part["RED"].values.T, part["end"].values.T
     # RED goes to 0 at the static lock: contours run on to the line, and the region is covered after
     shown = np.ma.masked_invalid(np.where(end == "no engagement", np.nan, red))
-    ax.contourf(x, y, shown, levels=LEVELS, norm=_norm(), cmap=COLOURS)
+    ax.contourf(x, y, shown, levels=LEVELS, norm=NORM, cmap=COLOURS)
     # RED jumps where the end changes from a lock to none: lines on either side of it
     locks = np.isin(end, ("frictional lock", "kinematic lock", "static lock"))
-    lines = ax.contour(x, y, _only(shown, locks), levels=LEVELS[1:-1], colors=INK, linewidths=0.5)
+    lines = ax.contour(x, y, np.ma.masked_where(~locks, shown), levels=LEVELS[1:-1], colors=INK, linewidths=0.5)
     if (~locks).any():
-        ax.contour(x, y, _only(shown, ~locks), levels=LEVELS[1:-1], colors=INK, linewidths=0.5)
+        ax.contour(x, y, np.ma.masked_where(locks, shown), levels=LEVELS[1:-1], colors=INK, linewidths=0.5)
     where = _label_places(x, y, np.where(locks, red, 0.0))
     if where:
         ax.clabel(lines, levels=LABELLED, fmt="%.2g", fontsize=6, inline_spacing=3, manual=where)
@@ -122,15 +116,10 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     touch = part["phi_touch"].values[:, None]
     ahead = np.where(np.isfinite(touch), part["phi_end"].values - touch, -1.0).T
     if (ahead > 0).any() and not (ahead > 0).all():
-        edge = ax.contour(x, y, ahead, levels=[0.0], colors="white", linestyles="--", linewidths=1.4)
-        edge.set(path_effects=_outline())
+        ax.contour(x, y, ahead, levels=[0.0], colors="white", linestyles="--", linewidths=1.4).set(path_effects=OUTLINE)
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     boxed(ax)
     return found
-
-
-def _norm() -> BoundaryNorm:
-    return BoundaryNorm(LEVELS, len(LEVELS) - 1)
 
 
 def _label_places(x: Array, y: Array, red: Array) -> list[tuple[float, float]]:
@@ -142,10 +131,6 @@ def _label_places(x: Array, y: Array, red: Array) -> list[tuple[float, float]]:
         if above.any() and not above[0]:
             places.append((float(x[col]), float(y[above.argmax()])))
     return places
-
-
-def _only(values: Array, where: Array) -> Array:
-    return np.ma.masked_where(~where, values)
 
 
 def _name_region(ax: Axes, x: Array, line: Array, top: float) -> None:

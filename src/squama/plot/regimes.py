@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -13,9 +14,6 @@ from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import DASHES, PAGE, key, law_keys, letter, new_figure, shades, styled
 from squama.symbols import SYMBOLS
 from squama.types import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
@@ -150,6 +148,7 @@ def lock_lines_figure(dataset: xr.Dataset) -> Figure:
     figure = new_figure(PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex="col", sharey="row")
     mus = [float(mu) for mu in dataset["mu"].values]
+    fixed = rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
     rubbing = [mu for mu in mus if mu > 0]
     colours = dict(zip(rubbing, shades(len(rubbing)), strict=True))
     for column, loading in enumerate(("bending", "twisting")):
@@ -164,15 +163,10 @@ def lock_lines_figure(dataset: xr.Dataset) -> Figure:
                 low.axhline(np.degrees(np.arctan(mu)), color=GREY, linewidth=0.8, linestyle=":", zorder=0)
         low.set_xlabel(over_pi(loading))
         top.set_xlim(0, None)
-        fixed = (
-            rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
-        )
         letter(top, f"({'ab'[column]}) {loading}: {fixed}")
         letter(low, f"({'cd'[column]}) {loading}: distance below the kinematic line")
-    axes[0][0].set_ylabel(r"Inclination at the lock $\theta$ (deg)")
-    axes[1][0].set_ylabel("Drop of the inclination (deg)")
-    axes[0][0].set_ylim(0, None)
-    axes[1][0].set_ylim(0, None)
+    axes[0][0].set(ylabel=r"Inclination at the lock $\theta$ (deg)", ylim=(0, None))
+    axes[1][0].set(ylabel="Drop of the inclination (deg)", ylim=(0, None))
     handles = [key(r"kinematic lock, $\mu$ = 0", linewidth=2.2)]
     handles += [key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in colours.items()]
     handles.append(key(r"a translate by arctan $\mu$", color=GREY, linestyle=":", linewidth=0.8))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
+from squama.io.measured import Measured
 from squama.loads import LOADS, Load
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import (
@@ -28,24 +30,9 @@ from squama.plot.style import (
 )
 from squama.types import Array
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
 LOCKS = ("frictional lock", "kinematic lock", "static lock")
-
-
-class Measured(Protocol):
-    """Measured points."""
-
-    @property
-    def rate(self) -> Array:
-        """Twist rate or curvature, rad/m."""
-
-    @property
-    def load(self) -> Array:
-        """Torque or moment, N m."""
 
 
 class _Curve(NamedTuple):
@@ -59,6 +46,16 @@ class _Curve(NamedTuple):
     rate_end: float
     end: str
 
+    @property
+    def engages(self) -> bool:
+        """Whether part of it is in contact."""
+        return bool(np.isfinite(self.rate_e) and self.rate_e <= self.rate_end)
+
+    @property
+    def stops(self) -> bool:
+        """Whether it ends without a lock; where nothing ever touches it has no end."""
+        return self.end not in LOCKS and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
+
 
 @styled
 def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Figure:
@@ -68,8 +65,8 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Fi
     ----------
     dataset : xarray.Dataset
         From :func:`squama.twist` or :func:`squama.bend`: one curve, or a family over ``mu``.
-    measured : object, optional
-        Measured points: an object with the arrays ``rate`` (rad/m) and ``load`` (N m).
+    measured : Measured, optional
+        Measured points, see :mod:`squama.io.measured`: the arrays ``rate`` (rad/m) and ``load`` (N m) are drawn.
 
     Returns
     -------
@@ -95,32 +92,33 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Fi
     right = _right(curves, measured)
     rubs = any(c.mu > 0 for c in curves)
     _load(load, curves, names, beam, right, measured)
-    touched = any(
-        (c.data["N"] > 0).any() or ("mu_lock" in c.data and c.data["mu_lock"].notnull().any()) for c in curves
-    )
+    locks = [c.data["mu_lock"] for c in curves if "mu_lock" in c.data]
+    touched = any((c.data["N"] > 0).any() for c in curves) or any(mu.notnull().any() for mu in locks)
     if rubs and touched:
         _panel(friction, curves, "f0", 1.0, label("f0"), rising=True)
     elif touched:
         _panel(friction, curves, "N", 1.0, label("N"), rising=True)
     else:
-        _empty(friction, curves, "f0")
+        _empty(friction, curves)
     _panel(inclination, curves, "theta", 180 / np.pi, label("theta", "deg"))
     if rubs and touched:
         _panel(last, curves, "RED", 1.0, label("RED"))
         last.set_ylim(0, max(0.05, 1.05 * last.get_ylim()[1]))
     else:
-        top = _limit(curves, names.tangent)
-        factor, text = prefixed(names.tangent, top)
+        factor, text = prefixed(names.tangent, _limit(curves, names.tangent))
         _panel(last, curves, names.tangent, factor, text, rising=True)
     for ax, name in zip(axes.flat, "abcd", strict=True):
         _room(ax, right)
         ax.text(0.03, 0.97, f"({name})", transform=ax.transAxes, fontweight="bold", va="top")
         ax.set_xlim(0, right)
         for c in curves:
-            _marks(ax, c)
+            # a thin vertical line where it locks
+            if c.end in LOCKS and np.isfinite(c.rate_end) and c.rate_end <= right:
+                ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
     for ax in axes[1]:
         ax.set_xlabel(label(names.rate))
-    _top(load, beam, names)
+    above = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
+    scaled_above(load, beam.length * 180 / np.pi, above)
     _legend(figure, curves, measured)
     headline(figure, _title(dataset, curves))
     return figure
@@ -155,13 +153,11 @@ def _limit(curves: list[_Curve], name: str) -> float:
     bounded, locking = [0.0], [0.0]
     for c in curves:
         v = np.asarray(c.data[name].values, float)
-        good = np.isfinite(v)
         steep = c.end == "other contact" and len(curves) > 1
         if (c.end in LOCKS or steep) and c.rate_end > c.rate_e:
-            good &= c.rate <= c.rate_e + READABLE * (c.rate_end - c.rate_e)
-            locking.append(finite_max(v[good], 0.0))
+            locking.append(finite_max(v[c.rate <= c.rate_e + READABLE * (c.rate_end - c.rate_e)], 0.0))
         else:
-            bounded.append(finite_max(v[good], 0.0))
+            bounded.append(finite_max(v, 0.0))
     seen = [v for v in locking if v > 0]
     return max(*bounded, float(np.median(seen)) if seen else 0.0)
 
@@ -174,17 +170,12 @@ def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float,
     top *= 1.08
     factor, text = prefixed(names.torque, top)
     ax.plot([0, right], [0, factor * rigidity * right], color=GREY, linestyle=(0, (4, 2)), linewidth=1)
-    for c in curves:
-        v = factor * np.asarray(c.data[names.torque].values, float)
-        ax.plot(c.rate, v, color=c.colour)
-        if np.isfinite(c.rate_e) and c.rate_e <= c.rate_end:
-            ax.plot(
-                c.rate_e, factor * rigidity * c.rate_e, "o", color=INK, markerfacecolor="white", markersize=4, zorder=4
-            )
-        _end(ax, c, v)
+    _panel(ax, curves, names.torque, factor, text)
+    for rate in [c.rate_e for c in curves if c.engages]:
+        ax.plot(rate, factor * rigidity * rate, "o", color=INK, markerfacecolor="white", markersize=4, zorder=4)
     if measured is not None:
         ax.plot(measured.rate, factor * np.asarray(measured.load, float), ".", color=ACCENT, markersize=4, zorder=3)
-    ax.set(ylim=(0, factor * top), ylabel=text)
+    ax.set_ylim(0, factor * top)
 
 
 def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, *, rising: bool = False) -> None:
@@ -204,13 +195,8 @@ def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, 
 def _end(ax: Axes, c: _Curve, v: Array) -> None:
     """Mark the end of a curve that does not lock; on the axis the mark is not cut in half."""
     good = np.flatnonzero(np.isfinite(v))
-    if good.size and _ends(c):
+    if good.size and c.stops:
         ax.plot(c.rate[good[-1]], v[good[-1]], "x", color=c.colour, zorder=4, clip_on=bool(v[good[-1]]))
-
-
-def _ends(c: _Curve) -> bool:
-    """Whether a curve ends without a lock; where nothing ever touches it has no end."""
-    return c.end not in LOCKS and (c.end != "no engagement" or bool(c.data["other_contact"].item()))
 
 
 def _room(ax: Axes, right: float) -> None:
@@ -222,24 +208,12 @@ def _room(ax: Axes, right: float) -> None:
         ax.set_ylim(low, low + (top - low) / 0.8)
 
 
-def _empty(ax: Axes, curves: list[_Curve], name: str) -> None:
-    """Say why a panel has no curve."""
+def _empty(ax: Axes, curves: list[_Curve]) -> None:
+    """Say why there is no friction force."""
     static = any(c.end == "static lock" for c in curves)
     words = "locked as soon as the scales touch:\nno sliding, no friction work" if static else "no sliding contact"
     ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY)
-    ax.set(ylabel=label(name), yticks=[])
-
-
-def _marks(ax: Axes, c: _Curve) -> None:
-    """Mark where a curve locks by a thin vertical line."""
-    if c.end in LOCKS and np.isfinite(c.rate_end) and c.rate_end <= ax.get_xlim()[1]:
-        ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
-
-
-def _top(ax: Axes, beam: Beam, names: Load) -> None:
-    """Write the total angle over the beam above the panel."""
-    words = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
-    scaled_above(ax, beam.length * 180 / np.pi, words)
+    ax.set(ylabel=label("f0"), yticks=[])
 
 
 def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None) -> None:
@@ -247,11 +221,11 @@ def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None) -> 
     if len(curves) > 1:
         handles += [key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
     handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=1))
-    if any(np.isfinite(c.rate_e) and c.rate_e <= c.rate_end for c in curves):
+    if any(c.engages for c in curves):
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
     if any(c.end in LOCKS for c in curves):
         handles.append(key("lock", linestyle=":", linewidth=0.8))
-    if any(_ends(c) for c in curves):
+    if any(c.stops for c in curves):
         handles.append(key("end, no lock", linestyle="", marker="x"))
     if measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))

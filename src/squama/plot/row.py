@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, angle_label, finite_max, key, label, letters, new_figure, prefixed, shades, styled
+from squama.plot.style import PAGE, angle_label, finite_max, label, letters, new_figure, prefixed, shades, styled
 from squama.types import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LINES = 6
 """Twists at which values along the row are drawn."""
@@ -44,12 +40,12 @@ def row_figure(dataset: xr.Dataset) -> Figure:
         endless = np.degrees(float(dataset["theta_periodic"][i]))
         left.plot([end], [endless], color=colour, marker="_", markersize=8)
     factor, text = prefixed("T", finite_max(dataset["T"].values))
-    right.plot(phi, factor * dataset["T"].values, color=INK)
-    right.plot(phi, factor * dataset["T_periodic"].values, color=GREY, linestyle="--")
+    right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {dataset.sizes['scale']}")
+    right.plot(phi, factor * dataset["T_periodic"].values, color=GREY, linestyle="--", label="endless beam")
     right.set_ylim(0, 1.25 * factor * finite_max(dataset["T"].values))
     right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":")
     right.set(xlabel=angle_label("twisting"), ylabel=text)
-    right.legend(handles=[key(f"row of {dataset.sizes['scale']}"), key("endless beam", color=GREY, linestyle="--")])
+    right.legend()
     letters((left, right))
     return figure
 

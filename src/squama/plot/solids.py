@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.errors import refuse
@@ -53,7 +52,7 @@ def solids_figure(made: Export) -> Figure:
     InputError
         Neither of them is there.
     """
-    panels: list[tuple[str, list[Mesh], View]] = []
+    panels: list[Panel] = []
     if "assembly" in made.solids:
         panels += _beam(made)
     if "mould" in made.solids:
@@ -64,26 +63,29 @@ def solids_figure(made: Export) -> Figure:
     figure = new_figure(PAGE, PAGE * sum(heights) + 0.55 * len(panels))
     axes = figure.subplots(len(panels), 1, height_ratios=[h * PAGE + 0.4 for h in heights], squeeze=False)[:, 0]
     for ax, (title, meshes, view) in zip(axes, panels, strict=True):
-        _draw(ax, title, meshes, view)
+        image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
+        ax.imshow(image, extent=(view.left, view.right, view.bottom, view.top), interpolation="antialiased")
+        ax.set_title(title)
+        if "(mm)" not in title:
+            ax.set_axis_off()
     return figure
 
 
-def _beam(made: Export) -> list[tuple[str, list[Mesh], View]]:
+def _beam(made: Export) -> list[Panel]:
     solids = made.solids["assembly"]
     plan = made.plan
     oblique = fitted(solids, look(-28, 30))
     side = fitted(solids, look(0, 0))
     near = side._replace(left=-3.0, right=min(side.right, plan.ends + SHOWN * plan.pitch + plan.length * 0.6))
     above = fitted(solids, look(0, 90))._replace(left=near.left, right=near.right)
-    cut = [part for part in map(halved, solids) if part is not None]
     return [
         ("the assembled beam", solids, oblique),
         ("from above (mm)", solids, above),
-        ("cut along its middle, from the side (mm)", cut, near),
+        ("cut along its middle, from the side (mm)", halved(solids), near),
     ]
 
 
-def _mould(made: Export) -> list[tuple[str, list[Mesh], View]]:
+def _mould(made: Export) -> list[Panel]:
     plan = made.plan
     solids = made.solids["mould"]
     up = {"tray": 0.0, "lid": plan.height + 10, "blade": plan.height + 10}
@@ -92,25 +94,16 @@ def _mould(made: Export) -> list[tuple[str, list[Mesh], View]]:
     apart = [
         m._replace(vertices=m.vertices + [0, 0, up[_kind(m)]] + (out if _kind(m) == "blade" else 0)) for m in solids
     ]
-    cut = [part for part in map(halved, solids) if part is not None]
     side = fitted(solids, look(0, 0))
     near = side._replace(right=min(side.right, plan.ends + SHOWN * plan.pitch))
     return [
         ("the mould taken apart", apart, fitted(apart, look(-28, 30))),
-        ("the mould closed, cut along its middle (mm)", cut, near),
+        ("the mould closed, cut along its middle (mm)", halved(solids), near),
     ]
 
 
 def _kind(mesh: Mesh) -> str:
     return mesh.name.replace("-", " ").split(" ", maxsplit=1)[0]
-
-
-def _draw(ax: Axes, title: str, meshes: Sequence[Mesh], view: View) -> None:
-    image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
-    ax.imshow(image, extent=(view.left, view.right, view.bottom, view.top), interpolation="antialiased")
-    ax.set_title(title)
-    if "(mm)" not in title:
-        ax.set_axis_off()
 
 
 class View(NamedTuple):
@@ -121,6 +114,9 @@ class View(NamedTuple):
     right: float
     bottom: float
     top: float
+
+
+Panel = tuple[str, list[Mesh], View]
 
 
 def look(azimuth: float, elevation: float) -> Array:
@@ -139,10 +135,10 @@ def fitted(meshes: Sequence[Mesh], axes: Array, margin: float = 0.03) -> View:
     return View(axes, low[0] - room, high[0] + room, low[1] - room, high[1] + room)
 
 
-def halved(mesh: Mesh, across: float = 0.0) -> Mesh | None:
-    """Return the part of a solid beyond a plane along the bar; None if there is nothing."""
-    part = manifold(mesh).trim_by_plane((0.0, 1.0, 0.0), across)
-    return None if part.is_empty() else from_manifold(mesh.name, part)
+def halved(meshes: Sequence[Mesh]) -> list[Mesh]:
+    """Return the parts of solids beyond the middle plane along the bar."""
+    parts = [(m.name, manifold(m).trim_by_plane((0.0, 1.0, 0.0), 0.0)) for m in meshes]
+    return [from_manifold(name, part) for name, part in parts if not part.is_empty()]
 
 
 def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: View, pixels: int) -> Array:

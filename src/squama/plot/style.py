@@ -51,13 +51,14 @@ AXIS = {
     "N": "Normal force $N$ (N)",
     "alpha": r"Angle of the scale width $\alpha$ (rad)",
     "theta": r"Inclination $\theta$ (rad)",
-    "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m$^2$)",
-    "K_b": r"Tangent stiffness $\mathrm{d}M/\mathrm{d}\kappa$ (N m$^2$)",
+    "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m2)",
+    "K_b": r"Tangent stiffness $\mathrm{d}M/\mathrm{d}\kappa$ (N m2)",
 }
 """Labels where that of the table of symbols is too long for an axis or has its formula in words."""
 
 DASHES: dict[str, Dash] = {"plate": "-", "edge": (0, (4, 1.6))}
-"""Line of each force law."""
+LAWS = {"plate": "plate law (the paper's)", "edge": "edge law"}
+"""Line and name of each force law."""
 
 
 def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -131,10 +132,8 @@ def prefixed(name: str, largest: float) -> tuple[float, str]:
 def label(name: str, unit: str | None = None) -> str:
     """Return the label of an axis, with another unit than the SI one if it is given."""
     symbol = SYMBOLS[name]
-    text = AXIS.get(name, symbol.axis).replace("N m2", "N m$^2$")
-    if unit is None:
-        return text
-    return text.replace(f"({symbol.unit.replace('N m2', 'N m$^2$')})", f"({unit.replace('N m2', 'N m$^2$')})")
+    text = AXIS.get(name, symbol.axis)
+    return text.replace(f"({symbol.unit})", f"({unit or symbol.unit})").replace("N m2", "N m$^2$")
 
 
 def key(text: str, **line: Any) -> Line2D:
@@ -144,8 +143,7 @@ def key(text: str, **line: Any) -> Line2D:
 
 def law_keys(laws: Sequence[str]) -> list[Line2D]:
     """Return handles that tell the force laws apart."""
-    words = {"plate": "plate law (the paper's)", "edge": "edge law"}
-    return [key(words[law], linestyle=DASHES[law]) for law in laws]
+    return [key(LAWS[law], linestyle=DASHES[law]) for law in laws]
 
 
 def letter(ax: Axes, text: str) -> None:
@@ -175,8 +173,7 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
 
 def boxed(ax: Axes) -> None:
     """Draw all four sides of a panel."""
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(True)
+    ax.spines[["top", "right"]].set_visible(True)
 
 
 def angle_label(load: str) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from textwrap import wrap
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -25,15 +25,18 @@ from squama.plot.style import PAGE, Look, boxed, headline, key, letter, new_figu
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 _LOCKS = tuple(CODES.index(e) for e in (End.FRICTIONAL, End.KINEMATIC))
 _STATIC = CODES.index(End.STATIC)
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
 _OFF = tuple(CODES.index(e) for e in (End.OFF_TIP, End.OFF_SIDE))
 _UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
+_ENVELOPES: dict[str, tuple[tuple[int, ...], Look]] = {
+    "kinematic lock": ((_LOCKS[1],), {"linewidth": 2.4}),
+    "frictional lock; on the axis static": ((_LOCKS[0], _STATIC), {"linewidth": 1.3}),
+    "contact leaves its edge": (_OFF, {"color": GREY, "linewidth": 1.2, "linestyle": "-."}),
+}
+"""Ends whose lines are drawn."""
 Paths = Mapping[float, tuple[Array, Array]]
 """Load angle and inclination along the paths of some beams, by a value of each."""
 
@@ -86,13 +89,10 @@ def map_figure(
         _envelopes(figure, shown, parts, x, y, lines or [], paths or {})
     elif y is None:
         _lines(figure, shown, parts, variable, x)
+    elif variable == "end":
+        _regimes(figure, shown, parts, x, y)
     else:
-        for ax, part in zip(shown, parts, strict=True):
-            _frame(ax, part, x, y)
-        if variable == "end":
-            _regimes(figure, shown, parts, x, y)
-        else:
-            _contours(figure, shown, parts, variable, x, y)
+        _contours(figure, shown, parts, variable, x, y)
     across = shown[-1].get_xlabel()
     for i, ax in enumerate(shown):
         ax.label_outer(remove_inner_ticks=False)
@@ -153,10 +153,12 @@ def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) ->
     return ", ".join(word for word in words if word)
 
 
-def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> None:
+def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> tuple[Array, Array]:
+    """Draw the frame of a map; return the values along its axes."""
     (xs, across), (ys, up) = axis_values(part, x), axis_values(part, y)
     ax.set(xlim=(xs[0], xs[-1]), ylim=(ys[0], ys[-1]), xlabel=across, ylabel=up)
     boxed(ax)
+    return xs, ys
 
 
 def levels_of(values: Array, variable: str) -> Array:
@@ -183,15 +185,13 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
     codes = [part["end"].values for part in parts]
     for grid, code in zip(grids, codes, strict=True):
         grid[(code == CODES.index(End.NONE)) | (code < 0)] = np.nan
-    sliding = [
-        np.where(c == _STATIC, np.nan, g) if variable != "phi_e" else g for g, c in zip(grids, codes, strict=True)
-    ]
-    levels = levels_of(np.concatenate([g.ravel() for g in sliding]), variable)
+    every, code = (np.concatenate([v.ravel() for v in values]) for values in (grids, codes))
+    levels = levels_of(every if variable == "phi_e" else every[code != _STATIC], variable)
     norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
     colours = COLOURS if variable == "RED" else COLOURS.resampled(256)
     ends: list[int] = []
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
-        xs, ys = axis_values(part, x)[0], axis_values(part, y)[0]
+        xs, ys = _frame(ax, part, x, y)
         shown = np.ma.masked_invalid(np.clip(grid, levels[0], levels[-1]))
         if shown.count():
             ax.contourf(xs, ys, shown, levels=levels, norm=norm, cmap=colours)
@@ -235,7 +235,7 @@ def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, 
     norm = BoundaryNorm(np.arange(-1.5, len(CODES)), len(CODES) + 1)
     seen: set[int] = set()
     for ax, part in zip(axes, parts, strict=True):
-        xs, ys, code = axis_values(part, x)[0], axis_values(part, y)[0], part["end"].values
+        (xs, ys), code = _frame(ax, part, x, y), part["end"].values
         ax.pcolormesh(xs, ys, code, shading="nearest", cmap=colours, norm=norm, rasterized=True)
         for c in np.unique(code):
             seen.add(int(c))
@@ -252,8 +252,7 @@ def _envelopes(
 ) -> None:
     load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
-    kinds = {"frictional": ((_LOCKS[0], _STATIC), 1.3, "-"), "kinematic": ((_LOCKS[1],), 2.4, "-")}
-    kinds["off"] = (_OFF, 1.2, "-.")
+    coloured = list(zip(lines, shades(len(lines)), strict=True))
     there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
@@ -262,30 +261,22 @@ def _envelopes(
             across, up = load / np.pi, (theta - start) / np.pi
             ax.plot(np.r_[across[:1], across], np.r_[0, up], color=GREY, linewidth=0.8, zorder=1)
             tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
-        for value, colour in zip(lines, shades(len(lines)), strict=True):
+        for value, colour in coloured:
             line = part.sel({y: value})
             across = np.asarray(line[load_end].values, float) / np.pi
             up = (np.asarray(line["theta_end"].values, float) - _theta0(line, theta0)) / np.pi
             code = line["end"].values
-            for kind, (codes, wide, dash) in kinds.items():
+            for words, (codes, look) in _ENVELOPES.items():
                 keep = np.isin(code, codes)
-                if not keep.any():
-                    continue
-                there.add(kind)
-                look: Look = {"color": GREY if kind == "off" else colour, "linewidth": wide, "linestyle": dash}
-                ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), **look)
-                top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
+                if keep.any():
+                    there.add(words)
+                    ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), **{"color": colour, **look})
+                    top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
         ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
     for ax in axes:
         ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
-    handles = [key(_word(y, parts[0].sel({y: v})), color=c) for v, c in zip(lines, shades(len(lines)), strict=True)]
-    words = {"kinematic": "kinematic lock", "frictional": "frictional lock; on the axis static"}
-    words["off"] = "contact leaves its edge"
-    handles += [
-        key(text, linewidth=kinds[kind][1], linestyle=kinds[kind][2], color=GREY if kind == "off" else INK)
-        for kind, text in words.items()
-        if kind in there
-    ]
+    handles = [key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
+    handles += [key(words, **_ENVELOPES[words][1]) for words in _ENVELOPES if words in there]
     low, high = (_value(parts[0], x, float(parts[0][x][i])) for i in (0, -1))
     handles.append(key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
     if paths:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -12,18 +11,15 @@ from squama.beam.design import Beam
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, angle_label, headline, key, law_words, letters, new_figure, shades, styled
+from squama.plot.style import PAGE, Look, angle_label, headline, key, law_words, letters, new_figure, shades, styled
 from squama.symbols import SYMBOLS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
 """Figures whose indices are drawn, by role."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _LEAST = 0.01
 _ROOM = 1.4
-_MARK: dict[str, Any] = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
+_MARK: Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 
 @styled
@@ -51,20 +47,15 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     2
     """
     indexed = "S1" in dataset and dataset.sizes["indexed"]
-    rows = 2 if indexed else 1
-    figure = new_figure(PAGE, 3.0 + (2.9 if indexed else 0))
-    grid = figure.add_gridspec(rows, 2)
-    left, right = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
-    _histogram(left, dataset)
-    _cumulative(right, dataset)
-    panels = [left, right]
+    figure = new_figure(PAGE, 5.9 if indexed else 3.0)
+    panels = figure.subplot_mosaic("ab;cc" if indexed else "ab")
+    _histogram(panels["a"], dataset)
+    _cumulative(panels["b"], dataset)
     if indexed:
-        panels.append(figure.add_subplot(grid[1, :]))
-        _indices(panels[-1], dataset)
-    headline(
-        figure, f"{dataset.attrs['samples']} beams within their tolerances, {dataset.attrs['load']}{law_words(dataset)}"
-    )
-    letters(panels)
+        _indices(panels["c"], dataset)
+    kind = f"{dataset.attrs['load']}{law_words(dataset)}"
+    headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}")
+    letters(panels.values())
     return figure
 
 
@@ -91,9 +82,8 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
         under = under + density
         share = float(dataset["probability"].sel(end=end))
         handles.append(key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
-    none = [e for e in dataset["end"].values if e == End.NONE]
-    if none:
-        share = float(dataset["probability"].sel(end=none[0]))
+    if End.NONE in dataset["end"].values:
+        share = float(dataset["probability"].sel(end=str(End.NONE)))
         handles.append(key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
     figure = LOADS[dataset.attrs["load"]].variable("load_end")
     if figure in dataset["figure"].values and np.isfinite(nominal := float(dataset["nominal"].sel(figure=figure))):
@@ -110,21 +100,18 @@ def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
     locks = [e for e in _ends(dataset) if End(e).locks]
     every = dataset["count"].sum("end").values / n
     locked = dataset["count"].sel(end=locks).sum("end").values / n
-    handles = [key("has locked", color=INK)]
-    ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK)
+    ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
     if len(locks) < len(_ends(dataset)):
-        ax.plot(edges, np.append(0, np.cumsum(every)), color=GREY, linestyle=(0, (4, 2)))
-        handles.append(key("its curve has ended", color=GREY, linestyle=(0, (4, 2))))
+        look: Look = {"color": GREY, "linestyle": (0, (4, 2)), "label": "its curve has ended"}
+        ax.plot(edges, np.append(0, np.cumsum(every)), **look)
     if dataset.attrs["before"] and (place := _place(dataset)) is not None:
         p = float(dataset["P_locked_before"])
-        ax.axvline(place, 0, 1 / _ROOM, **_MARK)
+        ax.axvline(place, 0, 1 / _ROOM, label=f"{dataset.attrs['before']}: {100 * p:.3g} % locked", **_MARK)
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
-        words = f"{dataset.attrs['before']}: {100 * p:.3g} % locked"
-        handles.append(key(words, **_MARK))
     ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=angle_label(dataset.attrs["load"]))
     ax.set_ylabel("Probability")
-    ax.legend(handles=handles, loc="upper left")
+    ax.legend(loc="upper left")
 
 
 def _place(dataset: xr.Dataset) -> float | None:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.fe.plate import axes
+from squama.loads import LOADS
 from squama.types import Array
 
 Design = Mapping[str, Any]
@@ -58,7 +59,7 @@ def frame(d: Design, load: float, k: float) -> Frame:
 
     In twisting it is turned by k phi about z; in bending the scaled face bends to an arc and keeps its length.
     """
-    if d["kind"] == "twisting":
+    if LOADS[d["kind"]].sided:
         turn = d["sense"] * load * k
         c, s = math.cos(turn), math.sin(turn)
         x, y = np.array([c, -s, 0.0]), np.array([s, c, 0.0])
@@ -88,7 +89,7 @@ def contact(d: Design, load: float, theta: Attitude, k: float) -> Contact:
     In bending the tip's middle meets the neighbour's face, and ``s`` is its distance from the base.
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
-    if d["kind"] != "twisting":
+    if not LOADS[d["kind"]].sided:
         return Contact(one.m, one.m, 0.0, float((one.m - two.o) @ two.x))
     corner = two.corners[0 if d["sense"] > 0 else 1]
     normal = np.cross(one.y, two.x)
@@ -105,13 +106,10 @@ def directions(d: Design, load: float, theta: Attitude, slip: tuple[float, float
     plate's and friction lies in the plate (docs, theory: forces).
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
-    t = slip[0] * two.x + d["sense"] * slip[1] * one.y
-    if d["kind"] != "twisting":
-        n = two.z
-    elif d["law"] == "plate":
-        n = two.z
+    n, t = two.z, slip[0] * two.x + d["sense"] * slip[1] * one.y
+    if d["law"] == "plate":
         t = t - (t @ n) * n
-    else:
+    elif LOADS[d["kind"]].sided:
         n = np.cross(two.x, one.y)
         n = n / np.linalg.norm(n)
     size = float(np.linalg.norm(t))

@@ -25,8 +25,6 @@ FREE, SLIDING, LOCKED, ENDED = "free", "sliding", "locked", "ended"
 """States of the scales: not in contact; in contact; locked; at an end that is no lock."""
 ROOM = 1.1
 """How far beyond its end a beam may be asked to go, over the load of the end."""
-
-
 WALKED = 121
 """Points of a curve that is walked; states between them are interpolated."""
 _STATE = ("load", "theta", "N", "f", "torque")
@@ -85,23 +83,23 @@ class Motion:
         self.hinge = self.path if isinstance(self.path, hinge.Path) else None
 
     @functools.cached_property
-    def _walked(self) -> Curve:
-        """The curve of a model that is walked: states between its points are interpolated."""
-        found = self.path.curve(points=WALKED)
+    def _curve(self) -> Curve:
+        """The curve; of a model that is walked states between its points are interpolated."""
+        found = self.path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
         return Curve({role: values[reached] for role, values in found.along.items()}, found.figures)
 
-    @functools.cached_property
+    @property
     def figures(self) -> dict[str, Any]:
         """Single figures of the curve, by their roles in :mod:`squama.loads`."""
-        return (self.path.curve(points=3) if self.hinge else self._walked).figures
+        return self._curve.figures
 
     def along(self, points: int) -> dict[str, Array]:
         """Every variable along the curve, from no load to the cut-off."""
         if self.hinge:
             return self.hinge.curve(points=points).along
         loads = np.linspace(0.0, self.last, points)
-        return {role: np.interp(loads, self._walked.along["load"], v) for role, v in self._walked.along.items()}
+        return {role: np.interp(loads, self._curve.along["load"], v) for role, v in self._curve.along.items()}
 
     @property
     def end(self) -> End:
@@ -131,7 +129,7 @@ class Motion:
     @functools.cached_property
     def last(self) -> float:
         """Load angle of the last state that is drawn: the cut-off before a lock, or the end."""
-        return self.hinge.last if self.hinge else float(self._walked.along["load"][-1])
+        return self.hinge.last if self.hinge else float(self._curve.along["load"][-1])
 
     @property
     def most(self) -> float:
@@ -175,20 +173,20 @@ class Motion:
         v = hinge.evaluate(path, np.empty(0), x)
         force = v["N"] * self.setting.beam.pitch / self.stiffness if self.stiffness else 0 * x
         columns = np.stack([*(v[role] for role in _STATE), force, *self._slip(path, x)], axis=1)
-        return [
-            State(phi, theta, N, f, torque, drawn, (along, across), name)
-            for phi, theta, N, f, torque, drawn, along, across in columns.tolist()
-        ]
+        return [State._make((*values, (along, across), name, None)) for *values, along, across in columns.tolist()]
 
     def _between(self, load: float, name: str) -> State:
         """State between the points of a walked curve; the slip follows from the places of its contact."""
-        v = self._walked.along
-        load_, theta, N, f, torque = (float(np.interp(load, v["load"], v[role])) for role in _STATE)
-        rates = [np.nan_to_num(np.gradient(v[role], v["load"])) for role in ("s", "p")]
-        s, p = (float(np.interp(load, v["load"], rate)) for rate in rates)
+        v = self._curve.along
+
+        def at(values: Array) -> float:
+            return float(np.interp(load, v["load"], values))
+
+        load_, theta, N, f, torque = (at(v[role]) for role in _STATE)
+        s, p = (at(np.nan_to_num(np.gradient(v[role], v["load"]))) for role in ("s", "p"))
         beam, d = self.setting.beam, self.setting.beam.pitch
         rest = plate.Rest.at(beam.eta, beam.beta, beam.lam, beam.scale.alpha, beam.scale.theta0)
-        moves = np.array([np.interp(load, v["load"], v[role]) for role in plate.MOTIONS]) / ([d] * 3 + [1.0] * 3)
+        moves = np.array([at(v[role]) for role in plate.MOTIONS]) / ([d] * 3 + [1.0] * 3)
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
         return State(load_, theta, N, f, torque, N * d / self.stiffness, (-s, p), name, pose)

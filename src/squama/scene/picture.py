@@ -20,7 +20,7 @@ from squama.scene import geometry, standalone
 from squama.scene.look import Camera, Canvas, fitted, outline
 from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shape
 from squama.types import Array
-from squama.units import torque_unit
+from squama.units import moment
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -29,6 +29,8 @@ FORMATS = (".png", ".gif", ".html")
 """Endings of the files that can be written."""
 SIZE, SMALL = (1600, 760), (800, 400)
 """Width and height of a picture and of an animation, pixels."""
+WORDS_ROOM = 8
+"""The words below the beam take this part of the height, one over."""
 FRAMES = 36
 """Pictures of an animation, there and back."""
 PAUSE = 60
@@ -138,37 +140,26 @@ def save(motion: Motion, load: float, path: str | os.PathLike[str], *, frames: i
         text = standalone.page(motion, load)
         return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
     if ending == ".gif":
-        pictures = animation(motion, load, SMALL, frames=frames, **looks)
+        # loaded and let back, evenly in load, seen from one place
+        last, there = motion.state(load), max(1, frames // 2)
+        pictures = _drawn(motion, [*(motion.state(last.load * i / there) for i in range(there)), last], SMALL, **looks)
+        pictures += pictures[-2:0:-1]
         more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": PAUSE, "loop": 0}
     else:
-        pictures, more = [draw(motion, load, SIZE, **looks)], {"optimize": True}
+        pictures, more = [draw(motion, load, **looks)], {"optimize": True}
     return files.atomic_write(path, lambda place: pictures[0].save(place, format=ending[1:].upper(), **more))
 
 
-def draw(motion: Motion, load: float, size: tuple[int, int] = SIZE, **looks: bool) -> Image.Image:
+def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
     """Return the picture of a beam under load."""
-    return _drawn(motion, [motion.state(load)], size, **looks)[0]
-
-
-def animation(
-    motion: Motion, load: float, size: tuple[int, int] = SMALL, *, frames: int = FRAMES, **looks: bool
-) -> list[Image.Image]:
-    """Return the pictures of a beam that is loaded and let back, evenly in load, from one place."""
-    last, there = motion.state(load), max(1, frames // 2)
-    done = _drawn(motion, [*(motion.state(last.load * i / there) for i in range(there)), last], size, **looks)
-    return [*done, *done[-2:0:-1]]
+    return _drawn(motion, [motion.state(load)], SIZE, **looks)[0]
 
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
     """Return the pictures of states, seen from where the last one is seen whole."""
     around = outline(shape(motion.setting, motion.neighbour), states[-1].load, states[-1].attitude)
-    camera = fitted(around, size[0] / (size[1] - _bottom(size)))
+    camera = fitted(around, size[0] / (size[1] - size[1] // WORDS_ROOM))
     return [_framed(motion, state, camera, size, **looks) for state in states]
-
-
-def _bottom(size: tuple[int, int]) -> int:
-    """Height of the words below the beam."""
-    return size[1] // 8
 
 
 def render(design: geometry.Design, state: State, mu: float, camera: Camera, size: tuple[int, int], *,
@@ -198,10 +189,9 @@ def _bar(canvas: Canvas, sections: Array, theme: dict[str, Array]) -> None:
     # one colour a quadrilateral: twisted ones are not flat, and stripes would show
     normals = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     canvas.triangles(faces, np.repeat(_lit(normals, theme["bar"], canvas.camera), 2, axis=0))
-    ends = sections[[0, -1]].reshape(-1, 3)
-    thick = canvas.size[1] / 1200
-    canvas.lines(a.reshape(-1, 3), b.reshape(-1, 3), theme["edge"], thick)
-    canvas.lines(ends, np.roll(sections[[0, -1]], -1, axis=1).reshape(-1, 3), theme["edge"], thick)
+    ends = sections[[0, -1]]
+    for start, stop in ((a, b), (ends, np.roll(ends, -1, axis=1))):
+        canvas.lines(start.reshape(-1, 3), stop.reshape(-1, 3), theme["edge"], canvas.size[1] / 1200)
 
 
 def _contacts(
@@ -250,7 +240,7 @@ def _framed(
     from PIL import Image, ImageDraw
 
     width, height = size
-    room = _bottom(size)
+    room = height // WORDS_ROOM
     design = shape(motion.setting, motion.neighbour)
     beam = render(design, state, motion.setting.mu, camera, (width, height - room), dark=dark, forces=forces)
     theme = THEMES["dark" if dark else "light"]
@@ -276,12 +266,10 @@ def _framed(
 def _words(motion: Motion, state: State) -> str:
     beam, names = motion.setting.beam, LOADS[motion.setting.load]
     total = math.degrees(state.load) * beam.scales
-    factor, unit = torque_unit(state.torque)
-    torque = f"{names.torque_words} {factor * state.torque:.4g} {unit}"
     return (
         f"{names.verb.capitalize()} {state.load:.4f} rad per pitch ({total:.0f}° over {beam.scales} scales), "
-        f"inclination {math.degrees(state.theta):.1f}°, {torque}, "
-        f"µ = {motion.setting.mu:g}"
+        f"inclination {math.degrees(state.theta):.1f}°, "
+        f"{names.torque_words} {moment(state.torque)}, µ = {motion.setting.mu:g}"
     )
 
 

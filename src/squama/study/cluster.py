@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from squama.errors import refuse
+from squama.needs import need
 from squama.study.plan import Tile
 from squama.units import shown
 
@@ -24,13 +25,7 @@ WAIT = 10
 
 
 def check(address: Any) -> None:
-    """Refuse what is no address of a cluster.
-
-    Raises
-    ------
-    InputError
-        Not "local:n", not "tcp://host:port" (or tls://), and no dask client.
-    """
+    """Refuse what is no cluster: not "local:n", not "tcp://host:port" (or tls://), and no dask client."""
     if not isinstance(address, str):
         if hasattr(address, "submit") and hasattr(address, "scheduler_info"):
             return
@@ -48,21 +43,12 @@ def remote(address: Any) -> bool:
 
 @contextmanager
 def client(address: Any) -> Iterator[Any]:
-    """Yield a client of the cluster; what was started for it is stopped after.
-
-    Raises
-    ------
-    InputError
-        dask is not installed, or nothing answers at the address.
-    """
+    """Yield a client of the cluster, or refuse where nothing answers; what was started for it is stopped after."""
     check(address)
     if not isinstance(address, str):
         yield address
         return
-    try:
-        distributed: Any = import_module("distributed")
-    except ImportError:
-        refuse("", "", "dask needs dask.distributed", "install it with: pip install 'squama[sweep]'")
+    distributed = need("distributed")
     if not remote(address):
         workers = int(address.partition(":")[2])
         with _deaf():
@@ -77,18 +63,13 @@ def client(address: Any) -> Iterator[Any]:
         found = distributed.Client(address, timeout=WAIT)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         refuse("dask", shown(address), f"no scheduler answers there ({type(error).__name__})", "check the address")
-    with _quiet(), found:
-        yield found
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep a client from writing its own errors: what goes wrong is said in one line."""
+    # what goes wrong is said in one line, so the client does not write its own errors
     logger = logging.getLogger("distributed.client")
     before = logger.level
     logger.setLevel(logging.CRITICAL + 1)
     try:
-        yield
+        with found:
+            yield found
     finally:
         logger.setLevel(before)
 
@@ -131,12 +112,8 @@ def run(
     """Run a task for every tile, a few ahead of the workers; the tile of a worker that dies is given to another.
 
     Workers may come and go meanwhile, or come only later. The task takes the store and a tile and says whether it wrote
-    it; ``finished`` is told of each, and once ``stopped`` says so no new tile is begun.
-
-    Raises
-    ------
-    InputError
-        A tile failed on its worker, or the scheduler has gone.
+    it; ``finished`` is told of each, and once ``stopped`` says so no new tile is begun. A tile that fails on its
+    worker, and a scheduler that has gone, become an error of one line.
     """
     distributed: Any = import_module("distributed")
     killed: type[Exception] = import_module("distributed.scheduler").KilledWorker

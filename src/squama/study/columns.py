@@ -124,15 +124,10 @@ def _numbers(value: Any) -> Array:
 
 
 def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
-    """Refuse a sweep some of whose cells are no valid beam.
+    """Refuse a sweep some of whose cells are no valid beam, in one line with the corner and what is wrong there.
 
     Every size of a cell, and the depth of its tab, grows or falls with each parameter, so the corners of the grid
     are the worst cells: each is built as a :class:`squama.Beam`, with all its checks.
-
-    Raises
-    ------
-    InputError
-        One line: the ranges, the corner, and what is wrong there.
     """
     for here in _corners({axis.name: (axis.values[0], axis.values[-1]) for axis in swept}):
         try:
@@ -171,9 +166,8 @@ def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
     c = columns(beam, values, load=load, each=joint_law.one_by_one)
     parts = {table: {key: float(value) for key, value in content.items()} for table, content in c.sizes.items()}
     changes: dict[str, Any] = {**parts, "pitch": float(c.d)}
-    for table, key in (("joint", "stiffness"), ("joint", "inclusion_factor")):
-        if f"{table}.{key}" in values:
-            changes.setdefault(table, {})[key] = values[f"{table}.{key}"]
+    keys = ("stiffness", "inclusion_factor")
+    changes["joint"] = {key: values[f"joint.{key}"] for key in keys if f"joint.{key}" in values}
     if "mu" in values:
         changes["friction"] = {"mu": values["mu"]}
     return beam.replace(**changes)
@@ -191,12 +185,8 @@ def solved(
     """Solve columns; arguments and result as of :func:`squama.solve`.
 
     Up to ``few`` rows are solved by Python, more by its compiled copy, whose last digits differ: what is solved in
-    parts says by its whole size which (0: compiled) for answers that do not depend on the parts.
-
-    Raises
-    ------
-    InputError
-        A row is no beam (see :func:`valid`).
+    parts says by its whole size which (0: compiled) for answers that do not depend on the parts. Rows that are no beam
+    (see :func:`valid`) are refused.
     """
     names = ("eta", "beta", "lam", "alpha", "theta0", "mu")
     rows, shape = arguments.designs(**{name: getattr(c, name) for name in names}, stiffness_ratio=c.ratio)

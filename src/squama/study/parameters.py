@@ -7,18 +7,20 @@ and with it all four. A dimension (``scale.length``, ``beam.pitch`` ...) changes
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from squama.beam import beamfile, parts
+from squama.beam.design import Beam
 from squama.errors import InputError, Problem, Problems, naming, refuse
 from squama.io.tabular import close
+from squama.loads import LOADS
 from squama.symbols import SYMBOLS, Symbol
 from squama.types import Array
-from squama.units import MARGIN, Bounds, Dimension, as_text, bounded, shown
+from squama.units import MARGIN, Bounds, Dimension, as_text, bounded, shown, si_unit
 
 MOST_VALUES, LONGEST_LIST = 10_000_000, 100_000
 """Values of a range, and of a list."""
@@ -36,23 +38,17 @@ def _key(name: str) -> Parameter:
     table, _, key = name.partition(".")
     dimension, bounds = beamfile.NUMBERS[name]
     meaning = beamfile.TABLES[table][key].meaning
-    units = {
-        Dimension.LENGTH: "m",
-        Dimension.ANGLE: "rad",
-        Dimension.PRESSURE: "Pa",
-        Dimension.TORQUE: "N m",
-        Dimension.RATIO: "1",
-    }
     words = meaning if len(meaning) > 4 else f"{key.replace('_', ' ')} {meaning}"
-    return Parameter(dimension, bounds, Symbol(name, units[dimension], f"{table} {words}", ""))
+    return Parameter(dimension, bounds, Symbol(name, si_unit(dimension), f"{table} {words}", ""))
 
 
-_SHORT = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
+FULL = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
+"""Names as in the beam file of the parameters that have a shorter one."""
 PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
-    **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in _SHORT.items()},
+    **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
-    **{name: _key(name) for name in beamfile.NUMBERS if name not in _SHORT.values()},
+    **{name: _key(name) for name in beamfile.NUMBERS if name not in FULL.values()},
 }
 """Parameters by name, in the order in which messages list them."""
 
@@ -109,6 +105,22 @@ def text_of(name: str, value: float) -> str:
     return f"{number:.6g} {unit}".strip()
 
 
+def own(beam: Beam, name: str) -> float | None:
+    """Return a dimension that a beam has of its own, by any of its names, SI; None where it has none."""
+    table, _, key = FULL.get(name, name).partition(".")
+    value = getattr(beam if table == "beam" else getattr(beam, table), key)
+    return None if value is None else float(value)
+
+
+def of_beam(beam: Beam, load: str, name: str) -> float:
+    """Return a dimension of a beam, SI; of a joint also where it follows from a law or a matrix, 0 for none."""
+    if name == "joint.stiffness":
+        return LOADS[load].stiffness(beam)
+    if name == "joint.inclusion_factor":
+        return LOADS[load].inclusion(beam)
+    return (name and own(beam, name)) or 0.0
+
+
 def canonical(name: str) -> str:
     """Return the one name of a parameter, or refuse a name that is none and suggest which was meant."""
     if name in PARAMETERS:
@@ -132,12 +144,7 @@ def axes(over: Mapping[str, Any], *, bare: bool = True) -> list[Axis]:
     """Read all swept parameters, in the order given.
 
     A value is ``(low, high, count)``, a list or an array of values, or text such as ``"15deg:75deg:601"`` or
-    ``"0.1,0.2,0.5"``; a number without a unit is SI (``bare``) or refused.
-
-    Raises
-    ------
-    InputError
-        One line per mistake.
+    ``"0.1,0.2,0.5"``; a number without a unit is SI (``bare``) or refused. All mistakes are named at once.
     """
     found: dict[str, Axis] = {}
     first: dict[str, str] = {}
@@ -145,10 +152,9 @@ def axes(over: Mapping[str, Any], *, bare: bool = True) -> list[Axis]:
     for name, value in over.items():
         with problems.caught():
             known = canonical(str(name))
-            if known in first:
+            if first.setdefault(known, str(name)) != str(name):
                 refuse(str(name), "", f"is the same parameter as {first[known]}", "give it once")
-            first[known] = str(name)
-            found[known] = _Reader(known, str(name), value, bare).axis()
+            found[known] = Axis(known, _values(known, str(name), value, bare=bare))
     for ratio, sizes in _CHANGES.items():
         for size in sizes:
             if {ratio, size} <= set(found):
@@ -161,6 +167,15 @@ def axes(over: Mapping[str, Any], *, bare: bool = True) -> list[Axis]:
     return list(found.values())
 
 
+def flattened(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield ``"scale.length", ...`` and the value of nested tables."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from flattened(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
 def read_value(name: str, value: object, *, bare: bool) -> float:
     """Return one value of a parameter in SI units, or refuse it under its name."""
     parameter = PARAMETERS[ALIASES.get(name, name)]
@@ -168,69 +183,55 @@ def read_value(name: str, value: object, *, bare: bool) -> float:
         return bounded(value, parameter.dimension, parameter.bounds, bare=bare)
 
 
-class _Reader(NamedTuple):
-    """Reads the values of a parameter that was given by another name."""
+EXAMPLES = {
+    Dimension.ANGLE: ("15deg:75deg:601", "60 deg", "1 deg"),
+    Dimension.LENGTH: ("10mm:60mm:101", "20 mm", "0.1 mm"),
+    Dimension.PRESSURE: ("1MPa:3MPa:101", "1.5 MPa", "5 %"),
+    Dimension.TORQUE: ('"0.01 N m:0.05 N m:101"', "0.02 N m", "10 %"),
+    Dimension.RATIO: ("0.2:0.4:401", "0.25", "0.03"),
+}
+"""What to write by dimension: a range, a value and its tolerance."""
 
-    name: str
-    given: str
-    value: Any
-    bare: bool
 
-    def axis(self) -> Axis:
-        """Return the values of a range or a list."""
-        value = self.value
-        if isinstance(value, str):
-            items = [part.strip() for part in value.split(":" if ":" in value else ",")]
-            return self.spaced(items) if ":" in value else self.listed(items)
-        if isinstance(value, tuple):
-            return self._replace(value=":".join(map(str, value))).spaced(value)
-        if isinstance(value, np.ndarray):
-            value = value.tolist() if value.ndim == 1 else None
-        if not isinstance(value, Sequence):
-            self.refuse("is no range", f"write {self.example}")
-        return self._replace(value=f"{len(value)} values").listed(value)
+def _values(name: str, given: str, value: Any, *, bare: bool) -> Array:
+    """Return the values of a parameter, which was ``given`` by another name: a range low:high:count or a list."""
+    example = "0.001,0.01,0.1" if name == "margin" else EXAMPLES[PARAMETERS[name].dimension][0]
+    spaced = isinstance(value, tuple) or (isinstance(value, str) and ":" in value)
+    said = value
 
-    def spaced(self, items: Sequence[Any]) -> Axis:
-        """Return evenly spaced values."""
+    def no(reason: str, remedy: str = f"write e.g. {example}") -> NoReturn:
+        refuse(given, shown(said).strip('"'), reason, remedy)
+
+    items: Any = value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value
+    if isinstance(value, str):
+        items = [part.strip() for part in value.split(":" if spaced else ",")]
+    elif isinstance(items, Sequence):
+        said = ":".join(map(str, items)) if spaced else f"{len(items)} values"
+    else:
+        no("is no range", f"write {example}")
+    if spaced:
         if len(items) != 3 or any(isinstance(i, str) and ("," in i or not i) for i in items):
-            self.refuse("is no range low:high:count")
-        low, high = (read_value(self.given, item, bare=self.bare) for item in items[:2])
+            no("is no range low:high:count")
+        low, high = (read_value(given, item, bare=bare) for item in items[:2])
         try:
             count = float(items[2])
         except (TypeError, ValueError):
             count = np.nan
         if not (count == np.floor(count) and 2 <= count <= MOST_VALUES):
-            self.refuse(f"the count {shown(items[2])} is not a whole number from 2 to {MOST_VALUES}")
+            no(f"the count {shown(items[2])} is not a whole number from 2 to {MOST_VALUES}")
         if low == high:
-            self.refuse("begins where it ends", "for one value change the beam and sweep something else")
+            no("begins where it ends", "for one value change the beam and sweep something else")
         if low > high:
-            self.refuse("runs downwards", f"write {items[1]}:{items[0]}:{items[2]}")
+            no("runs downwards", f"write {items[1]}:{items[0]}:{items[2]}")
         values = np.linspace(low, high, int(count))
-        if not np.all(np.diff(values) > 0):
-            self.refuse("is narrower than its count of numbers can tell apart", "give a smaller count")
-        return Axis(self.name, values)
-
-    def listed(self, items: Sequence[Any]) -> Axis:
-        """Return values that are given one by one."""
+        wrong = "is narrower than its count of numbers can tell apart", "give a smaller count"
+    else:
         if len(items) < 2:
-            self.refuse("is empty" if not items or items[0] == "" else "is one value, no range")
+            no("is empty" if not items or items[0] == "" else "is one value, no range")
         if len(items) > LONGEST_LIST:
-            self.refuse(f"has more than {LONGEST_LIST:,} values", "write low:high:count")
-        values = np.array([read_value(self.given, item, bare=self.bare) for item in items])
-        if not np.all(np.diff(values) > 0):
-            self.refuse("does not increase from each value to the next", "put the values in order")
-        return Axis(self.name, values)
-
-    @property
-    def example(self) -> str:
-        """What to write."""
-        return {
-            Dimension.ANGLE: "15deg:75deg:601",
-            Dimension.LENGTH: "10mm:60mm:101",
-            Dimension.PRESSURE: "1MPa:3MPa:101",
-            Dimension.TORQUE: '"0.01 N m:0.05 N m:101"',
-        }.get(PARAMETERS[self.name].dimension, "0.001,0.01,0.1" if self.name == "margin" else "0.2:0.4:401")
-
-    def refuse(self, reason: str, remedy: str = "") -> NoReturn:
-        """Refuse what is given, with an example unless there is better advice."""
-        refuse(self.given, shown(self.value).strip('"'), reason, remedy or f"write e.g. {self.example}")
+            no(f"has more than {LONGEST_LIST:,} values", "write low:high:count")
+        values = np.array([read_value(given, item, bare=bare) for item in items])
+        wrong = "does not increase from each value to the next", "put the values in order"
+    if not np.all(np.diff(values) > 0):
+        no(*wrong)
+    return values

@@ -8,6 +8,7 @@ import json
 import math
 import tomllib
 from collections.abc import Iterator
+from importlib import metadata
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -206,9 +207,7 @@ def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tupl
 
 def versions() -> dict[str, str]:
     """Versions of what the last digits depend on."""
-    import scipy
-
-    return {"numpy": np.__version__, "scipy": scipy.__version__, "squama": __version__}
+    return {**{name: metadata.version(name) for name in ("numba", "numpy", "scipy")}, "squama": __version__}
 
 
 def differences(stored: Plan, asked: Plan) -> list[str]:
@@ -227,18 +226,14 @@ def _entries(plan: Plan) -> dict[tuple[str, str], tuple[Any, str]]:
     """Return the entries of a configuration by their word and what tells them apart, each with its text."""
     found: dict[tuple[str, str], tuple[Any, str]] = {}
     for key, value in plan.configuration.items():
-        if key == "beam":
-            for table, keys in tomllib.loads(value).items():
-                found |= {(f"{table}.{name}", ""): (v, _brief(v)) for name, v in keys.items()}
-        elif key == "versions":
-            found |= {(name, ""): (v, v) for name, v in value.items()}
-        elif key == "over":
+        if key == "over":
             names = [axis.name for axis in plan.axes]
             found["over", ""] = names, ", ".join(names)
-            texts = [f"{axis.span} ({axis.values.size} values)" for axis in plan.axes]
-            found |= {("over", name): (v, text) for (name, v), text in zip(value, texts, strict=True)}
-        else:
-            found[key, ""] = value, _brief(value)
+            found |= {("over", a.name): (a.record, f"{a.span} ({a.values.size} values)") for a in plan.axes}
+            continue
+        tables = tomllib.loads(value) if key == "beam" else {"": value if key == "versions" else {key: value}}
+        for table, keys in tables.items():
+            found |= {(f"{table}.{name}".lstrip("."), ""): (v, _brief(v)) for name, v in keys.items()}
     return found
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from squama.arrays import solution
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS
@@ -50,12 +51,8 @@ def take(
 
     ``x`` and ``y`` are the last and the first dimension that are left over unless they are named, ``panels`` is ``law``
     if there are several. ``at`` holds the others at the values of the grid that lie nearest; a number without a unit is
-    SI (``bare``) or refused.
-
-    Raises
-    ------
-    InputError
-        A name is no dimension of the sweep, a value is not in its range, or a dimension is neither shown nor held.
+    SI (``bare``) or refused, as are names that are no dimension of the sweep, values out of its range, and dimensions
+    that are neither shown nor held.
     """
     dims = [str(dim) for dim in dataset["RED"].dims]
     held = {_dimension(name, dims, "at"): value for name, value in (at or {}).items()}
@@ -113,12 +110,7 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     """Return load angle and inclination (rad) along the paths of beams, by their values of x, on the grid or not.
 
     Friction and force law do not change a path, only where on it a lock comes: it is drawn up to its end at mu = 0. The
-    slice has mu as y, so that all lines of it lie on the same paths.
-
-    Raises
-    ------
-    InputError
-        y is not mu, panels show other parameters, or a value is out of bounds.
+    slice has mu as y, and panels of law or margin alone, so that all lines of it lie on the same paths.
     """
     if part.y != "mu" or part.panels not in (None, "law", "margin"):
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
@@ -129,9 +121,9 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     at = np.array([read_value(part.x, text, bare=bare) for text in texts])
     c = columns(beam, held | {part.x: at}, load=load)
     c = c._replace(mu=np.zeros(at.size))
-    found = LOADS[load].solve(
-        lambda name: np.array(np.broadcast_to(getattr(c, name), at.size)), law="edge", sense=data.attrs["sense"]
-    )
+    kind = LOADS[load]
+    flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in kind.contact}
+    found = solution.solve(flat, load=load, law="edge", sense=data.attrs["sense"])
     answer: dict[float, tuple[Array, Array]] = {}
     for index, track in found.tracks:
         x = track.x0 + (track.x_end - track.x0) * np.linspace(0, 1, POINTS)[:, None]

@@ -27,6 +27,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.errors import InputError, Problem, refuse
 from squama.io import files
+from squama.needs import need
 from squama.study.columns import matrix_warnings
 from squama.study.plan import FORMAT, MARK, STATUS, VARIABLES, Plan, Tile, arrays, attributes, coordinates, differences
 from squama.types import Array
@@ -41,28 +42,13 @@ _PARTIAL = ".partial"
 """Ending of a chunk that zarr has not finished, and of the claim on a tile."""
 
 
-def zarr() -> Any:
-    """Import zarr, which is an extra.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
-    try:
-        import zarr as library
-    except ImportError:
-        refuse("", "", "a sweep needs zarr", "install it with: pip install 'squama[sweep]'")
-    return library
-
-
 class Writer:
     """Writes the tiles of one store; one per process."""
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self.path, self.plan = path, plan
         self._arrays = {
-            name: zarr().open_array(path / name, mode="r+", zarr_format=3, config={"write_empty_chunks": True})
+            name: need("zarr").open_array(path / name, mode="r+", zarr_format=3, config={"write_empty_chunks": True})
             for name in (*VARIABLES[plan.load], STATUS)
         }
 
@@ -72,7 +58,7 @@ class Writer:
         mark = self.path / STATUS / key(tile)
         claimed = mark.with_name(mark.name + _PARTIAL)
         # while any writer holds the store nobody sweeps it
-        with _opened(self.path / "zarr.json") as store, _opened(claimed, os.O_CREAT) as handle:
+        with _opened(self.path / "zarr.json") as store, _opened(claimed, os.O_RDWR | os.O_CREAT) as handle:
             _locked(store, wait=True)
             mine = _locked(handle) is not False and _same(handle, claimed)
             try:
@@ -82,13 +68,7 @@ class Writer:
                     claimed.unlink(missing_ok=True)
 
     def write(self, tile: Tile, values: Mapping[str, Array]) -> None:
-        """Write the data of a tile, then its mark.
-
-        Raises
-        ------
-        OSError
-            The disk is full, read-only ...; what was written of the tile has then been taken away.
-        """
+        """Write the data of a tile, then its mark; where the disk fails what was written is taken away."""
         places = [self.path / name / key(tile) for name in (STATUS, *values)]
         region = self.plan.place(tile)
         try:
@@ -125,8 +105,8 @@ def key(tile: Tile) -> str:
 
 
 @contextlib.contextmanager
-def _opened(path: Path, more: int = 0, how: int = os.O_RDWR) -> Iterator[int]:
-    handle = os.open(path, how | more, 0o666)
+def _opened(path: Path, how: int = os.O_RDWR) -> Iterator[int]:
+    handle = os.open(path, how, 0o666)
     try:
         yield handle
     finally:
@@ -156,7 +136,7 @@ def _locked(handle: int, *, wait: bool = False) -> bool | None:
 
 def flush(place: Path) -> None:
     """Wait until the disk has a file or a folder."""
-    with _opened(place, how=os.O_RDONLY) as handle:
+    with _opened(place, os.O_RDONLY) as handle:
         os.fsync(handle)
 
 
@@ -168,28 +148,20 @@ def _writable(path: Path) -> bool:
 def refused(path: Path, error: OSError) -> InputError:
     """Return the line for an error of the file system."""
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-        what = "the disk is full", "make room and run the same command again, finished tiles are kept"
-    elif error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
-        what = "is read-only", "make it writable or give another path"
-    else:
-        said = shown(error.strerror or str(error)).strip(chr(34)).lower()
-        what = f"cannot be written ({said})", "check the place"
-    return _no(path, *what)
+        return _no(path, "the disk is full", "make room and run the same command again, finished tiles are kept")
+    if error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
+        return _no(path, "is read-only", "make it writable or give another path")
+    said = shown(error.strerror or str(error)).strip(chr(34)).lower()
+    return _no(path, f"cannot be written ({said})", "check the place")
 
 
 def _create(path: Path, plan: Plan) -> None:
-    """Make an empty store; another process may be first, and then it is that one's.
-
-    Raises
-    ------
-    InputError
-        The place cannot take it.
-    """
+    """Make an empty store, or refuse the place; another process may be first, and then it is that one's."""
     for attempt in range(_TRIES):
         beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.new")
         try:
             beside.mkdir()
-            with _opened(beside, how=os.O_RDONLY) as handle:
+            with _opened(beside, os.O_RDONLY) as handle:
                 _locked(handle)
                 _fill(beside, plan)
                 try:
@@ -214,13 +186,13 @@ def _clear(path: Path) -> None:
     with contextlib.suppress(OSError):
         for beside in path.absolute().parent.iterdir():
             if ours.fullmatch(beside.name) and beside.is_dir() and not beside.is_symlink():
-                with contextlib.suppress(OSError), _opened(beside, how=os.O_RDONLY) as handle:
+                with contextlib.suppress(OSError), _opened(beside, os.O_RDONLY) as handle:
                     if _locked(handle):
                         shutil.rmtree(beside, ignore_errors=True)
 
 
 def _fill(beside: Path, plan: Plan) -> None:
-    library = zarr()
+    library = need("zarr")
     codecs = [library.codecs.ZstdCodec(level=1), library.codecs.Crc32cCodec()]
     group = library.create_group(beside, zarr_format=3, attributes=attributes(plan))
     for name, about in arrays(plan).items():
@@ -233,13 +205,7 @@ def _fill(beside: Path, plan: Plan) -> None:
 
 
 def read_plan(path: Path) -> Plan:
-    """Return the plan of a store.
-
-    Raises
-    ------
-    InputError
-        There is no store, squama did not write it, or it is damaged.
-    """
+    """Return the plan of a store; refuse what is none, what squama did not write, and a damaged one."""
     if not path.exists():
         raise _no(path, "no such store", "make it with: squama sweep beam.toml --over mu=0:2:401 -o map.zarr")
     text = ""
@@ -270,12 +236,9 @@ def read_plan(path: Path) -> Plan:
 def check(path: Path, plan: Plan) -> Array:
     """Look at every part of a store but the data themselves; return which tiles are done, in the shape of the grid.
 
-    Raises
-    ------
-    InputError
-        It is damaged.
+    A damaged store is refused.
     """
-    library = zarr()
+    library = need("zarr")
     known = coordinates(plan)
     wanted = ("shape", "chunks", "dtype", "dimension_names")
     for part, about in arrays(plan).items():
@@ -318,10 +281,7 @@ def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
 def prepare(path: Path, plan: Plan) -> Array:
     """Make the store of a plan, or find it to go on with; return which tiles are done.
 
-    Raises
-    ------
-    InputError
-        The place cannot take it; what is there is not the store of this plan. It is left as it was.
+    A place that cannot take it, or that holds anything else, is refused and left as it was.
     """
     if path.suffix.lower() != ".zarr":
         refuse(files.label(path) or '""', "", "has not the extension .zarr", "write e.g. map.zarr")
@@ -373,15 +333,11 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     if "law" in coords:
         coords["law"] = xr.Variable("law", list(plan.laws), {"long_name": "force law"})
     data = {name: found.variables[name] for name in (*VARIABLES[plan.load], STATUS)}
-    return xr.Dataset(data, coords, {**found.attrs, "warnings": "\n".join(_warnings(plan))})
-
-
-def _warnings(plan: Plan) -> list[str]:
-    """Return the lines of the beam as it is, and those of its joint's matrix where its shape varies."""
     beam = Beam.from_toml_text(plan.beam_toml)
     limits = {axis.name: (float(axis.values[0]), float(axis.values[-1])) for axis in plan.axes}
-    lines = beam.warnings(plan.load)
-    return lines + [line for line in matrix_warnings(beam, plan.load, limits) if line not in lines]
+    # those of the beam as it is, and those of its joint's matrix where its shape varies
+    lines = dict.fromkeys([*beam.warnings(plan.load), *matrix_warnings(beam, plan.load, limits)])
+    return xr.Dataset(data, coords, {**found.attrs, "warnings": "\n".join(lines)})
 
 
 def _no(path: Path, reason: str, remedy: str) -> InputError:

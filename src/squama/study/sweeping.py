@@ -167,23 +167,6 @@ def make_plan(
     return plan
 
 
-class Clock:
-    """Counts finished tiles and tells a listener; time left follows from the cells that this run has solved."""
-
-    def __init__(self, state: State, listener: Listener) -> None:
-        self.state, self._listener = state, listener
-        self._start, self._before = time.monotonic(), state.cells_done
-        listener(state)
-
-    def done(self, cells: int) -> None:
-        """Count a tile."""
-        was, gone = self.state, time.monotonic() - self._start
-        solved = was.cells_done + cells
-        left = gone / (solved - self._before) * (was.cells - solved)
-        self.state = State(was.tiles, was.tiles_done + 1, was.cells, solved, gone, left)
-        self._listener(self.state)
-
-
 def run(
     plan: Plan, path: Path, *, shard: str | None = None, dask: Any = None, progress: str | Listener | None = None
 ) -> tuple[int, int]:
@@ -200,12 +183,18 @@ def run(
         share, old = len(sizes), sum(was for _, was in sizes)
         todo = (tile for tile in plan.tiles(mine) if not done[tile])
         with shown_by as tell, until_interrupted() as stopped:
-            cells, solved = sum(n for n, _ in sizes), sum(n for n, was in sizes if was)
-            clock = Clock(State(share, old, cells, solved, 0.0, 0.0 if solved == cells else None), tell)
+            cells, before = sum(n for n, _ in sizes), sum(n for n, was in sizes if was)
+            state, start = State(share, old, cells, before, 0.0, 0.0 if before == cells else None), time.monotonic()
+            tell(state)
 
             def finished(tile: Tile, wrote: bool) -> None:
+                nonlocal state
                 if wrote:
-                    clock.done(plan.size(tile))
+                    solved, gone = state.cells_done + plan.size(tile), time.monotonic() - start
+                    # time left follows from the cells that this run has solved
+                    left = gone / (solved - before) * (cells - solved)
+                    state = State(share, state.tiles_done + 1, cells, solved, gone, left)
+                    tell(state)
 
             try:
                 if dask is None:
@@ -218,7 +207,7 @@ def run(
                     cluster.run(found, one_tile, path, todo, finished, stopped)
             except OSError as error:
                 raise store.refused(path, error) from None
-            if stopped() and (now := clock.state.tiles_done) < share:
+            if stopped() and (now := state.tiles_done) < share:
                 message = f"stopped after {now} of {share} tiles; the same command goes on from there"
                 raise Interrupted(message)
     store.sweep_orphans(path, plan)
@@ -226,9 +215,7 @@ def run(
     return int(store.marked(path, plan).sum()), done.size
 
 
-@functools.lru_cache(maxsize=4)
-def _beam(text: str) -> Beam:
-    return Beam.from_toml_text(text)
+_beam = functools.lru_cache(maxsize=4)(Beam.from_toml_text)
 
 
 def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
@@ -244,9 +231,8 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     found = columns.in_si(c, s)
     found["neighbour"] = np.minimum(s.neighbour, _FAR)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
-    whole = tuple(n for n, dim in zip(shape, plan.dims, strict=True) if dim != "law")
     return {
-        name: np.broadcast_to(found[variable.field], whole).astype(variable.dtype).reshape(shape)
+        name: np.broadcast_to(found[variable.field], shape).astype(variable.dtype)
         for name, variable in VARIABLES[plan.load].items()
     }
 
@@ -264,13 +250,7 @@ def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another s
 
 
 def one_tile(path: str, tile: Tile) -> bool:
-    """Solve and write one tile of a store; False if it is done or another process is at it.
-
-    Raises
-    ------
-    InputError
-        It cannot be written.
-    """
+    """Solve and write one tile of a store; False if it is done or another process is at it."""
     place = Path(path)
     try:
         writer = _writer(path, store.read_plan(place).digest)
@@ -299,8 +279,7 @@ def read_shard(text: str | None) -> tuple[int, int]:
 def _json_lines(state: State) -> None:
     """Write the state as a line of JSON on standard error."""
     record = {k: round(v, 3) if isinstance(v, float) else v for k, v in state._asdict().items()}
-    sys.stderr.write(json.dumps(record) + "\n")
-    sys.stderr.flush()
+    print(json.dumps(record), file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -312,21 +291,11 @@ def _bar() -> Iterator[Listener]:
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("tiles, left:"), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("", total=None)
-
-        def tell(state: State) -> None:
-            bar.update(task, total=state.tiles, completed=state.tiles_done)
-
-        yield tell
+        yield lambda state: bar.update(task, total=state.tiles, completed=state.tiles_done)
 
 
 def known(name: str) -> None:
-    """Refuse a name that is none of a listener.
-
-    Raises
-    ------
-    InputError
-        Neither "bar" nor "json" nor "none".
-    """
+    """Refuse a name that is none of a listener."""
     if name not in ("bar", "json", "none"):
         refuse("progress", shown(name), "must be bar, json or none")
 

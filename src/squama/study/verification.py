@@ -132,9 +132,6 @@ def verify(
     table.attrs["beam"] = beam.to_toml()
     table.attrs["warnings"] = "" if scales is None else data.attrs["warnings"]
     written.append(datasets.save(flat(table), place / "comparison.csv"))
-    from squama import plot
-
-    written.append(plot.save_figure(plot.compare_figure(table), place / "comparison.png"))
     return Verified(table, elements, written)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from squama.loads import LOADS
 from squama.plot.palette import KEPT, THEMES
 from squama.units import prefix
 from squama.web import live
@@ -21,6 +22,13 @@ DASHES = ([8, 4], [3, 3], [10, 3, 2, 3])
 ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
 """Pixels around the curves; the mark of the current point lies over them."""
 PLOTS = ("torque", "theta", "f")
+"""Variables that are drawn, of a curve and of a state."""
+
+
+def ground(words: str, room: Mapping[str, int]) -> Options:
+    """Return what every plot has: what it shows in words, and the room around it."""
+    aria = {"enabled": True, "label": {"description": words}}
+    return {"animation": False, "aria": aria, "backgroundColor": "transparent", "grid": dict(room)}
 
 
 def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
@@ -39,7 +47,8 @@ def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
 
 def line_options(state: State, plot: str, *, dark: bool) -> Options:
     """Return the options of one plot: the curve, the kept ones dashed, the current point."""
-    look, across = THEMES["dark" if dark else "light"], live.axis_label(state.load)
+    look, names = THEMES["dark" if dark else "light"], LOADS[state.load]
+    across = f"{names.angle_words.capitalize()} {names.letter} (rad)"
     same = [(i, one) for i, one in enumerate(state.kept) if one.load == state.load]
     own = live.along(state.setting)
     others = [live.along(one.setting) for _, one in same]
@@ -53,17 +62,14 @@ def line_options(state: State, plot: str, *, dark: bool) -> Options:
     series: list[Options] = []
     for (i, _), curve in zip(same, others, strict=True):
         dashed = {"color": KEPT[i], "width": 1.8, "type": DASHES[i]}
-        series.append(_line(f"{live.NAMES[i]}", curve, plot, factor, dashed))
+        series.append(_line(live.NAMES[i], curve, plot, factor, dashed))
     if plot == "torque":
         ends = [[0.0, 0.0], [right / 1.03, own.bare * right / 1.03 * factor]]
         grey = {"color": look["ink"], "width": 1, "type": [2, 3], "opacity": 0.6}
         series.append(_series("without contact", ends, grey))
     series.append(_line("this design", own, plot, factor, {"color": look["curve"], "width": 2.2}))
     return {
-        "animation": False,
-        "aria": {"enabled": True, "label": {"description": f"{label} against {across}"}},
-        "backgroundColor": "transparent",
-        "grid": dict(ROOM),
+        **ground(f"{label} against {across}", ROOM),
         "title": {"text": label, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
         "legend": _legend(look, plot, [live.NAMES[i] for i, _ in same]),
@@ -105,7 +111,8 @@ def _frame(state: State, plot: str) -> tuple[float, float]:
 def _now(state: State, plot: str) -> tuple[float, float]:
     """Return load and value of the current point."""
     now = live.motion(state.setting).state(state.twist)
-    return now.load, {"torque": now.torque, "theta": float(np.degrees(now.theta)), "f": now.f}[plot]
+    value: float = getattr(now, plot)
+    return now.load, float(np.degrees(value)) if plot == "theta" else value
 
 
 def point(state: State, plot: str) -> tuple[float, float]:
@@ -116,7 +123,7 @@ def point(state: State, plot: str) -> tuple[float, float]:
 
 
 def _line(name: str, curve: live.Along, plot: str, factor: float, style: Options) -> Options:
-    values = {"torque": curve.torque, "theta": curve.theta, "f": curve.f}[plot] * (1.0 if plot == "theta" else factor)
+    values = getattr(curve, plot) * factor
     pairs = [[_short(x), _short(y)] for x, y in zip(curve.load.tolist(), values.tolist(), strict=True)]
     return _series(name, pairs, style)
 

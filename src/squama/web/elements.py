@@ -30,13 +30,7 @@ class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE)
 
     def show(self, shown: Mapping[str, object]) -> None:
         """Show another design or state."""
-        self._props.update(shown)
-        self.update()
-
-    def arrows(self, *, on: bool) -> None:
-        """Show or hide the arrows of the forces."""
-        self._props["arrows"] = on
-        self.update()
+        put(self, **shown)
 
 
 class NumberField(ui.element, component="field.js"):
@@ -56,25 +50,22 @@ class NumberField(ui.element, component="field.js"):
 
         self.on("change", changed)
 
-    def show(self, value: float | None, *, high: float | None = None, hint: float | None = None) -> None:
-        """Show a value (SI); ``high`` another end of the slider, ``hint`` the value while the field is empty."""
+    def show(
+        self, value: float | None, *, high: float | None = None, hint: float | None = None, **named: object
+    ) -> None:
+        """Show a value (SI); ``high`` another end of the slider, ``hint`` the value while the field is empty.
+
+        ``named`` are another label and symbol.
+        """
         f = self.field
-        new: dict[str, Any] = {"shown": f.shown(value), "error": ""}
+        new: dict[str, Any] = {"shown": f.shown(value), "error": "", **named}
         if high is not None:
             new |= {"high": high, "allowed": f._replace(high=high).allowed}
         if hint is not None:
             new["hint"] = f"{hint / f.factor:.4g} by its law"
         at = value if value is not None else hint
         new["at"] = 0.0 if at is None else self._place(at / f.factor, new.get("high", self._props["high"]))
-        if any(self._props.get(key) != v for key, v in new.items()):
-            self._props.update(new)
-            self.update()
-
-    def call(self, label: str, symbol: str) -> None:
-        """Give the field another name."""
-        if (label, symbol) != (self._props["label"], self._props["symbol"]):
-            self._props.update({"label": label, "symbol": symbol})
-            self.update()
+        put(self, **new)
 
     def _place(self, shown: float, high: float) -> float:
         low = self.field.low
@@ -133,6 +124,11 @@ def text(tag: str, words: str = "", classes: str = "") -> ui.element:
 
 def write(element: ui.element, words: str) -> None:
     """Change the text of an element."""
-    if element.props.get("textContent") != words:
-        element.props["textContent"] = words
+    put(element, textContent=words)
+
+
+def put(element: ui.element, **props: Any) -> None:
+    """Change properties of an element; what is there already is not sent to the browser again."""
+    if any(element.props.get(key) != value for key, value in props.items()):
+        element.props.update(props)
         element.update()

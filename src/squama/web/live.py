@@ -19,7 +19,7 @@ from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import Motion, Setting, shape
 from squama.types import Array
-from squama.units import prefix
+from squama.units import number, prefix
 from squama.web.state import State
 
 POINTS = 140
@@ -32,12 +32,6 @@ KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
 """Names of the files that the page hands out, by their kind."""
 
 
-def axis_label(load: str) -> str:
-    """Return the label of the load angle's axis."""
-    names = LOADS[load]
-    return f"{names.angle_words.capitalize()} {names.letter} (rad)"
-
-
 def torque_label(load: str) -> str:
     """Return what the load is called: "Torque T"."""
     names = LOADS[load]
@@ -45,7 +39,7 @@ def torque_label(load: str) -> str:
 
 
 class Along(NamedTuple):
-    """Variables along a curve, in the order of the load, and what stands out of it."""
+    """Variables along a curve, in the order of the load; ``bare`` is torque per load angle without contact."""
 
     load: Array
     torque: Array
@@ -72,7 +66,6 @@ def along(setting: Setting) -> Along:
     if m.end.locks and m.engaged:
         readable = engaged + READABLE * (end - engaged)
         top = float(np.interp(readable, v["load"], v["torque"]))
-    # bare: torque of the beam without contact per load angle
     bare = m.rigidity / setting.beam.pitch
     return Along(v["load"], v["torque"], np.degrees(v["theta"]), v["f"], bare, engaged, top)
 
@@ -96,11 +89,8 @@ def scene(state: State) -> dict[str, object]:
 
 def picture_words(state: State) -> str:
     """Say what the view shows, for those who do not see it."""
-    m = motion(state.setting)
-    now = m.state(state.twist)
-    names = LOADS[state.load]
-    many = state.beam.scales
-    drawn = shape(state.setting)["scales"]
+    now, names = motion(state.setting).state(state.twist), LOADS[state.load]
+    many, drawn = state.beam.scales, shape(state.setting)["scales"]
     count = f"{many} scales" if drawn == many else f"{drawn} of {many} scales"
     return (
         f"Beam of {count}, {names.done} by {number(now.load)} rad per pitch; "
@@ -110,9 +100,7 @@ def picture_words(state: State) -> str:
 
 def readings(state: State) -> list[tuple[str, str]]:
     """Return the figures of the current point, as label and value."""
-    m = motion(state.setting)
-    now = m.state(state.twist)
-    names = LOADS[state.load]
+    now, names = motion(state.setting).state(state.twist), LOADS[state.load]
     total = math.degrees(now.load) * state.beam.scales
     return [
         (names.letter, f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
@@ -144,12 +132,10 @@ def outcome(state: State) -> tuple[str, str, str]:
 def compared(state: State) -> list[dict[str, str]]:
     """Return a row of figures for each kept design and for the one that is shown."""
     rows = []
-    names = [f"{NAMES[i]}" for i in range(len(state.kept))]
-    for name, one in zip([*names, "now"], [*state.kept, state], strict=True):
+    for name, one in zip([*NAMES[: len(state.kept)], "now"], [*state.kept, state], strict=True):
         m = motion(one.setting)
-        figures = m.figures
+        figures, ended = m.figures, m.end is not End.NONE
         law = LOADS[one.load].law(one.law) + (", compliant" if one.joint == "compliant" else "")
-        ended = m.end is not End.NONE
         rows.append(
             {
                 "name": name,
@@ -172,13 +158,6 @@ def warnings(state: State) -> list[str]:
     if state.beam.scales > most:
         found.append(f"the view shows {most} of the {state.beam.scales} scales")
     return found
-
-
-def number(value: float) -> str:
-    """Return four digits; infinity is "never"."""
-    if math.isinf(value):
-        return "never"
-    return "-" if math.isnan(value) else f"{value:.4g}"
 
 
 def quantity(value: float, unit: str) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.resources import files
 from typing import Any
 
@@ -12,7 +13,7 @@ from nicegui import app, run, ui
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
 from squama.web import charts, live, map, panels  # noqa: A004 - the module is named after what it draws
-from squama.web.elements import BeamView, button, text, write
+from squama.web.elements import BeamView, button, put, text, write
 from squama.web.state import State, query
 
 WAIT = 0.3
@@ -20,6 +21,15 @@ WAIT = 0.3
 BUSY = "The compliant joint is being solved ..."
 MOMENT = 0.04
 """Seconds by which the plots follow the view."""
+
+
+@contextmanager
+def telling(tell: Callable[[str], None]) -> Iterator[None]:
+    """Tell what is wrong with what was asked for inside."""
+    try:
+        yield
+    except InputError as error:
+        tell(str(error))
 
 
 class Explorer:
@@ -81,18 +91,15 @@ class Explorer:
 
     def enter(self, name: str, words: str) -> None:
         """Take what was entered in a field; what cannot be used is explained there and changes nothing."""
-        try:
-            self.go(self.state.change(name, words), self.controls.fields[name].explain)
-        except InputError as error:
-            self.controls.fields[name].explain(str(error))
+        explain = self.controls.fields[name].explain
+        with telling(explain):
+            self.go(self.state.change(name, words), explain)
 
     def attempt(self, make: Callable[[State], State]) -> None:
         """Go to what is made of the state, or say why that cannot be."""
-        try:
+        with telling(self.say):
             self.say("")
             self.go(make(self.state), self.say)
-        except InputError as error:
-            self.say(str(error))
 
     def go(self, state: State, refuse: Callable[[str], None]) -> None:
         """Show a state: at once on hinges, otherwise when it is solved; ``refuse`` is told why that cannot be.
@@ -138,20 +145,16 @@ class Explorer:
         axes[i], old = name, axes[i]
         if axes[1 - i] == name:
             axes[1 - i] = old
-        try:
+        with telling(self.say):
             map.check_axes(self.state.load, *axes)
-        except InputError as error:
-            self.say(str(error))
-            return
-        self.map_axes = (axes[0], axes[1])
-        self.draw_map()
+            self.map_axes = (axes[0], axes[1])
+            self.draw_map()
 
     def toggle_arrows(self) -> None:
         """Show or hide the arrows of the forces."""
         on = not self.view.props["arrows"]
-        self.view.arrows(on=on)
-        self.arrows.props["textContent"] = "Hide forces" if on else "Show forces"
-        self.arrows.update()
+        put(self.view, arrows=on)
+        write(self.arrows, "Hide forces" if on else "Show forces")
 
     def darken(self, dark: bool) -> None:
         """Draw the plots for a dark or a light page."""
@@ -170,12 +173,9 @@ class Explorer:
         if kind == "png":
             self.view.run_method("save", "beam.png")
             return
-        try:
+        with telling(self.say):
             name, content = live.make_file(self.state, kind)
-        except InputError as error:
-            self.say(str(error))
-            return
-        self.client.download(content, name)
+            self.client.download(content, name)
 
     # ---- what is drawn -------------------------------------------------------------------------------------
 

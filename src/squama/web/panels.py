@@ -28,7 +28,7 @@ def presets(attempt: Attempt) -> None:
         if name:
             attempt(lambda now: state.preset(name, now.kept))
 
-    Choice("Preset", {"": "Start from ..."} | {name: words for name, (words, _) in PRESETS.items()}, "", go)
+    Choice("Preset", {"": "Start from ..."} | {name: words for name, (words, *_) in PRESETS.items()}, "", go)
 
 
 def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None:
@@ -54,11 +54,14 @@ def legend() -> None:
     """Say what the colours of the view mean."""
     with ui.element("ul").classes("legend"):
         for name, words in (WORDS | {"normal": "normal force on the tip", "friction": "friction on the tip"}).items():
-            with ui.element("li"):
-                key = ui.element("b").classes(f"key {name}")
-                if name in STATES:
-                    key.style(f"background: {STATES[name]}")
-                text("span", words)
+            _key(words, STATES.get(name, ""), name)
+
+
+def _key(words: str, colour: str, name: str = "") -> None:
+    """Say what a colour means; without one the name is a class of the page's style."""
+    with ui.element("li"):
+        ui.element("b").classes(f"key {name}").style(f"background: {colour}" if colour else "")
+        text("span", words)
 
 
 class Controls:
@@ -94,8 +97,7 @@ class Controls:
             value = now.value(name)
             if name == "twist":
                 most = float(f"{live.motion(now.setting).most:.3g}")
-                field.show(value, high=most)
-                field.call(names.angle_words.capitalize(), names.letter)
+                field.show(value, high=most, label=names.angle_words.capitalize(), symbol=names.letter)
             else:
                 field.show(value, hint=laws.get(name))
         for name in ("law", "sense", "joint"):
@@ -115,7 +117,7 @@ class Outcome:
                     self.list = ui.element("ul")
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             self.readings = ui.element("dl")
-        self.shown: dict[str, tuple[ui.element, ui.element]] = {}
+        self.shown: dict[str, ui.element] = {}
         self.told: list[str] = []
 
     def show(self, now: State) -> None:
@@ -126,14 +128,14 @@ class Outcome:
         write(self.sentence, sentence)
         rows = live.readings(now)
         if [label for label, _ in rows] != list(self.shown):
+            self.shown.clear()
             self.readings.clear()
-            with self.readings:
-                for label, _ in rows:
-                    with ui.element("div"):
-                        self.shown[label] = text("dt", label), text("dd")
-            self.shown = {label: self.shown[label] for label, _ in rows}
+            for label, _ in rows:
+                with self.readings, ui.element("div"):
+                    text("dt", label)
+                    self.shown[label] = text("dd")
         for label, value in rows:
-            write(self.shown[label][1], value)
+            write(self.shown[label], value)
         self.warn(live.warnings(now))
 
     def warn(self, lines: list[str]) -> None:
@@ -213,9 +215,7 @@ def list_ends(place: ui.element, ends: Sequence[End], load: str) -> None:
     place.clear()
     with place:
         for end in ends:
-            with ui.element("li"):
-                ui.element("b").classes("key").style(f"background: {ENDS[end]}")
-                text("span", str(end))
+            _key(str(end), ENDS[end])
         if LOADS[load].sided:
             text("li", "(of the tip-side contact alone, on hinges)")
 

@@ -6,11 +6,12 @@ A state is also the query of a link, and back: exact to the last bit, readable, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from importlib.resources import files
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
-from squama import arguments, units
+from squama import arguments
 from squama.beam import beamfile
 from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
@@ -19,8 +20,8 @@ from squama.loads import LOADS
 from squama.paper import parameters
 from squama.scene.motion import Motion, Setting
 from squama.scene.picture import FIRST
-from squama.units import as_text, shown
-from squama.web.fields import CHOICES, FIELDS, LABELS, changed, plain, value
+from squama.units import as_text, bounded, is_number, shown
+from squama.web.fields import CHOICES, FIELDS, LABELS, MEASURES, placed
 
 MOST_KEPT = 3
 """Designs that can be compared."""
@@ -56,7 +57,8 @@ class State(NamedTuple):
         """Return what a field holds, in SI units."""
         if name in ("twist", "margin"):
             return float(getattr(self, name))
-        return value(self.beam, name)
+        table, _, key = FIELDS[name].place.rpartition(".")
+        return getattr(getattr(self.beam, table, self.beam), key)  # type: ignore[no-any-return]
 
     def change(self, name: str, text: str) -> State:
         """Return the state with what was entered in a field or chosen: a number in the field's unit or with its own.
@@ -72,7 +74,7 @@ class State(NamedTuple):
         if name in ("twist", "margin"):
             return self._with(name, number)
         try:
-            return self._replace(beam=changed(self.beam, name, number))
+            return self._replace(beam=self.beam._with(dict([placed(self.beam, name, number)])))
         except InputError as error:
             raise error.renamed(LABELS) from None
 
@@ -81,10 +83,10 @@ class State(NamedTuple):
 
     def _load(self, text: str) -> float:
         """Read a load: a plain number in rad per pitch, or "5 rad/m", "20 deg/pitch", "90 deg total"."""
-        if not plain(text):
+        if not is_number(text):
             rate = LOADS[self.load].read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
             text = repr(rate * self.beam.pitch)
-        return units.bounded(text, units.Dimension.RATIO, FIELDS["twist"].bounds)
+        return bounded(text, *MEASURES["twist"])
 
     def started(self) -> State:
         """Return the state part of the way to its end."""
@@ -123,23 +125,19 @@ def example() -> Beam:
     return Beam.from_toml_text(text, source="example")
 
 
-PRESETS: dict[str, tuple[str, float | None]] = {
-    "pla": ("PLA scales on silicone (example)", None),
-    "main": ("Paper, Figs. 4, 5, 6a, 7 (η = 3)", 0.5),
-    "fig6b3": ("Paper, Fig. 6b (η = 3)", 0.2),
-    "fig6b2": ("Paper, Fig. 6b (η = 2)", 0.2),
+PRESETS: dict[str, tuple[str, Callable[[], Beam], dict[str, float]]] = {
+    "pla": ("PLA scales on silicone (example)", example, {}),
+    "main": ("Paper, Figs. 4, 5, 6a, 7 (η = 3)", parameters.main, {"mu": 0.5}),
+    "fig6b3": ("Paper, Fig. 6b (η = 3)", partial(parameters.fig6b, 3.0), {"mu": 0.2}),
+    "fig6b2": ("Paper, Fig. 6b (η = 2)", partial(parameters.fig6b, 2.0), {"mu": 0.2}),
 }
-"""Beams to start from: words, and the friction that is shown first (the beam's own if None)."""
+"""Beams to start from: words, what makes them, and the friction that is shown first in place of the beam's own."""
 
 
 def preset(name: str, kept: tuple[State, ...] = ()) -> State:
     """Return a state to start from. Raises InputError: no such preset."""
-    arguments.one_of("preset", name, tuple(PRESETS))
-    makers: dict[str, Callable[[], Beam]] = {"pla": example, "main": parameters.main}
-    beam = makers[name]() if name in makers else parameters.fig6b(float(name.removeprefix("fig6b")))
-    mu = PRESETS[name][1]
-    start = of(beam) if mu is None else of(beam.replace(friction={"mu": mu}))
-    return start._replace(kept=kept)
+    _, make, friction = PRESETS[arguments.one_of("preset", name, tuple(PRESETS))]
+    return of(make().replace(friction=friction))._replace(kept=kept)
 
 
 def query(state: State) -> str:

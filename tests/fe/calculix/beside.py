@@ -88,10 +88,10 @@ def beside(beam: Beam, ours: xr.Dataset, theirs: xr.Dataset) -> xr.Dataset:
 
 def _seen(shape: Geometry, w: Array, turn: Array) -> Array:
     """Return the inclination of scales whose frame, with rotation vectors w (.., 3) in it, is turned by ``turn``."""
-    A, out = shape.axes, np.empty(turn.shape)
+    A, out = shape.rest.axes, np.empty(turn.shape)
     for i in np.ndindex(out.shape):
         E = A @ Turn.at(float(turn[i])).Q @ A.T @ turned(w[i])
-        out[i] = inclination(shape, _vector(E))
+        out[i] = inclination(shape.rest, _vector(E))
     return out
 
 

@@ -38,7 +38,7 @@ def test_inclinations_are_seen_from_one_section():
     for extra in turn - seen:
         c, s = np.cos(extra), np.sin(extra)
         Q = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-        w.append(Rotation.from_matrix(shape.axes @ Q @ shape.axes.T).as_rotvec())
+        w.append(Rotation.from_matrix(shape.rest.axes @ Q @ shape.rest.axes.T).as_rotvec())
     w = np.array(w)
     theirs = xr.Dataset(
         {

@@ -7,8 +7,7 @@ Expression of Uncertainty in Measurement, 4.3.7, where nothing else is known); a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from operator import attrgetter
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -16,26 +15,18 @@ import numpy as np
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.errors import Problems, refuse
-from squama.study.parameters import PARAMETERS, canonical, meant, text_of
+from squama.study.parameters import EXAMPLES, FULL, PARAMETERS, canonical, flattened, meant, own, text_of
 from squama.types import Array
-from squama.units import Dimension, QuantityError, quantity, shown
+from squama.units import Dimension, QuantityError, for_people, quantity, shown
 
 MOST_CUT = 0.1
 """Largest share of a normal distribution that may lie outside a parameter's bounds."""
 _NOTED = 1e-9
 KINDS = {"normal": "mean, sd", "uniform": "low, high", "triangular": "low, most likely, high"}
 """Distributions, and the values by which each is given."""
-KEYS = tuple(
-    f"{table}.{key}" for table, keys in beamfile.TABLES.items() for key, k in keys.items() if k.dimension is not None
-)
+KEYS = tuple(beamfile.NUMBERS)
 """What may scatter: every dimension, angle and modulus of a beam file."""
-_SHORT = {key.partition(".")[2]: key for key in ("scale.alpha", "scale.theta0", "friction.mu", "beam.pitch")}
-_SHOWN = {
-    Dimension.LENGTH: ("mm", 1e-3),
-    Dimension.ANGLE: ("deg", np.pi / 180),
-    Dimension.PRESSURE: ("MPa", 1e6),
-    Dimension.TORQUE: ("N m", 1.0),
-}
+_SHORT = {**FULL, "pitch": "beam.pitch"}
 _CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
 _PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)
 _WORD = re.compile(r"(.*?)\s*(?:(uniform|triangular)|([\d.]*)\s*sd)\s*", re.DOTALL)
@@ -76,8 +67,8 @@ class Tolerance(NamedTuple):
     @property
     def text(self) -> str:
         """The distribution with units, such as "normal(0.25, 0.02)"."""
-        unit, size = _SHOWN.get(PARAMETERS[canonical(self.name)].dimension, ("", 1.0))
-        return f"{self.kind}({', '.join(f'{v / size:.6g} {unit}'.strip() for v in self.numbers)})"
+        factor, unit = for_people(PARAMETERS[canonical(self.name)].symbol.unit)
+        return f"{self.kind}({', '.join(f'{v * factor:.6g} {unit}'.strip() for v in self.numbers)})"
 
     @property
     def notes(self) -> list[str]:
@@ -92,33 +83,20 @@ def tolerances(given: Mapping[str, Any], beam: Beam, *, bare: bool = True) -> li
     """Read distributions by the names of the beam file; nested tables are taken as their keys.
 
     A value is text as in the module's head or ``(kind, number, ..)``; "+- 1 deg" alone refers to the beam's own value,
-    and a number without a unit is SI (``bare``) or refused.
-
-    Raises
-    ------
-    InputError
-        One line per mistake.
+    and a number without a unit is SI (``bare``) or refused. All mistakes are named at once.
     """
     found: dict[str, Tolerance] = {}
     problems = Problems()
-    for name, value in _flat(given):
+    for name, value in flattened(given):
         with problems.caught():
             key = _key(name)
             if key in found:
                 refuse(name, "", "is given twice", "give each tolerance once")
-            found[key] = _Reader(key, name, value).read(beam, bare)
+            found[key] = _read(key, name, value, beam, bare=bare)
     if not given:
         problems.add("tolerances", "", "there are none", 'give at least one, e.g. scale.alpha = "60 deg +- 1 deg"')
     problems.settle()
     return list(found.values())
-
-
-def _flat(given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    for name, value in given.items():
-        if isinstance(value, Mapping):
-            yield from ((f"{name}.{key}", v) for key, v in value.items())
-        else:
-            yield str(name), value
 
 
 def _key(name: str) -> str:
@@ -133,103 +111,79 @@ def _key(name: str) -> str:
     return key
 
 
-class _Reader(NamedTuple):
-    """Reads the distribution of a parameter that was given by a name."""
+def _read(key: str, name: str, given: Any, beam: Beam, *, bare: bool) -> Tolerance:
+    """Return the distribution of a parameter, which was given by a name; a bare number is SI or refused."""
+    dimension, bounds, _ = PARAMETERS[canonical(key)]
+    _, value, spread = EXAMPLES[dimension]
+    example = f'write e.g. "{value} +- {spread}" (limits), "{value} +- {spread} sd" or "normal({value}, {spread})"'
 
-    key: str
-    name: str
-    value: Any
+    def no(reason: str, remedy: str = example) -> NoReturn:
+        refuse(name, shown(given), reason, remedy)
 
-    def read(self, beam: Beam, bare: bool) -> Tolerance:
-        """Return the distribution; a number without a unit is SI or (not ``bare``) refused."""
-        text = shown(self.value)
-        try:
-            kind, items, sds = self.form()
-            if sds is not None and items[0] == "":
-                items[0] = _nominal(self.key, beam)
-                if items[0] is None:
-                    self.refuse(f"the beam has no {self.key} of its own to which this belongs", "write the value too")
-            numbers = _numbers(
-                items, PARAMETERS[canonical(self.key)].dimension, bare, kind == "normal" or sds is not None
-            )
-        except QuantityError as error:
-            (problem,) = error.problems
-            # a part of the text may be wrong alone
-            own = problem.value in ("", text)
-            self.refuse(problem.reason if own else str(problem), problem.remedy if own else "")
-        if sds is not None:
-            middle, spread = numbers
-            if spread <= 0:
-                self.refuse("what stands behind +- must be more than 0")
-            limits = [middle - spread, middle + spread]
-            numbers = {"normal": [middle, spread / (sds or 1)], "uniform": limits}.get(
-                kind, [limits[0], middle, limits[1]]
-            )
-        return self.checked(kind, tuple(numbers))
+    try:
+        kind, items, sds = _form(given, no)
+        if sds is not None and items[0] == "":
+            items[0] = own(beam, key)
+            if items[0] is None:
+                no(f"the beam has no {key} of its own to which this belongs", "write the value too")
+        numbers = _numbers(items, dimension, bare, kind == "normal" or sds is not None)
+    except QuantityError as error:
+        (problem,) = error.problems
+        # a part of the text may be wrong alone
+        whole = problem.value in ("", shown(given))
+        no(problem.reason if whole else str(problem), problem.remedy if whole else "")
+    if sds is not None:
+        middle, half = numbers
+        if half <= 0:
+            no("what stands behind +- must be more than 0")
+        low, high = middle - half, middle + half
+        numbers = {"normal": [middle, half / (sds or 1)], "uniform": [low, high]}.get(kind, [low, middle, high])
+    low, high = bounds.low, bounds.high
+    if not bounds.closed:
+        low, high = float(np.nextafter(low, high)), float(np.nextafter(high, low))
+    outside = 0.0
+    if kind == "normal":
+        from scipy.special import ndtr
 
-    def refuse(self, reason: str, remedy: str | None = None) -> NoReturn:
-        """Refuse what is given, with an example unless there is better advice."""
-        dimension = PARAMETERS[canonical(self.key)].dimension
-        value, spread = {
-            Dimension.LENGTH: ("20 mm", "0.1 mm"),
-            Dimension.ANGLE: ("60 deg", "1 deg"),
-            Dimension.PRESSURE: ("1.5 MPa", "5 %"),
-            Dimension.TORQUE: ("0.02 N m", "10 %"),
-        }.get(dimension, ("0.25", "0.03"))
-        example = f'write e.g. "{value} +- {spread}" (limits), "{value} +- {spread} sd" or "normal({value}, {spread})"'
-        refuse(self.name, shown(self.value), reason, example if remedy is None else remedy)
+        mean, sd = numbers
+        if sd <= 0:
+            no("the standard deviation must be more than 0")
+        outside = float(ndtr((low - mean) / sd) + ndtr((mean - high) / sd))
+        if outside > MOST_CUT:
+            out = f"{outside:.0%} of it would be out of range ({bounds.allowed})"
+            no(f"{out}, at most {MOST_CUT:.0%} may be cut off", "make it narrower or write limits")
+    elif not numbers[0] < numbers[-1] or numbers != sorted(numbers):
+        no(f"the values of {kind} must grow from the first to the last")
+    elif beyond := [number for number in numbers if not low <= number <= high]:
+        at = text_of(canonical(key), beyond[0])
+        no(f"it reaches to {at}, which is out of range ({bounds.allowed})", "make it narrower")
+    return Tolerance(key, kind, tuple(numbers), low, high, outside)
 
-    def form(self) -> tuple[str, list[Any], float | None]:
-        """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
-        value = self.value
-        if isinstance(value, list | tuple) and value and isinstance(value[0], str):
-            kind, items = value[0], list(value[1:])
-        elif isinstance(value, str) and (call := _CALL.fullmatch(value)):
-            kind, items = call[1].lower(), [part.strip() for part in call[2].split(",")]
-        elif isinstance(value, str) and (both := _PLUS_MINUS.fullmatch(value)):
-            word = _WORD.fullmatch(both[2])
-            spread = word[1] if word else both[2]
-            if word is None or word[2]:
-                return word[2] if word else "uniform", [both[1], spread], 0.0
-            # a plain number before "sd" is the spread
-            spread, sds = (spread, word[3] or "1") if spread else (word[3], "1")
-            if not _NUMBER.fullmatch(sds) or float(sds) == 0:
-                self.refuse("does not say how many standard deviations")
-            return "normal", [both[1], spread], float(sds)
-        else:
-            self.refuse("is no tolerance")
-        if kind not in KINDS:
-            self.refuse(f'"{kind}" is no distribution that is known')
-        wanted = KINDS[kind].split(", ")
-        if len(items) != len(wanted):
-            self.refuse(f"{kind} takes {len(wanted)} values: {kind}({KINDS[kind]})", "")
-        return kind, items, None
 
-    def checked(self, kind: str, numbers: tuple[float, ...]) -> Tolerance:
-        """Return the distribution, or refuse one that reaches out of the parameter's bounds."""
-        bounds = PARAMETERS[canonical(self.key)].bounds
-        low, high = bounds.low, bounds.high
-        if not bounds.closed:
-            low, high = float(np.nextafter(low, high)), float(np.nextafter(high, low))
-        outside = 0.0
-        if kind == "normal":
-            from scipy.special import ndtr
-
-            mean, sd = numbers
-            if sd <= 0:
-                self.refuse("the standard deviation must be more than 0")
-            outside = float(ndtr((low - mean) / sd) + ndtr((mean - high) / sd))
-            if outside > MOST_CUT:
-                out = f"{outside:.0%} of it would be out of range ({bounds.allowed})"
-                self.refuse(f"{out}, at most {MOST_CUT:.0%} may be cut off", "make it narrower or write limits")
-        elif not numbers[0] < numbers[-1] or list(numbers) != sorted(numbers):
-            self.refuse(f"the values of {kind} must grow from the first to the last")
-        else:
-            for number in numbers:
-                if not low <= number <= high:
-                    at = text_of(canonical(self.key), number)
-                    self.refuse(f"it reaches to {at}, which is out of range ({bounds.allowed})", "make it narrower")
-        return Tolerance(self.key, kind, numbers, low, high, outside)
+def _form(value: Any, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
+    """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
+    if isinstance(value, list | tuple) and value and isinstance(value[0], str):
+        kind, items = value[0], list(value[1:])
+    elif isinstance(value, str) and (call := _CALL.fullmatch(value)):
+        kind, items = call[1].lower(), [part.strip() for part in call[2].split(",")]
+    elif isinstance(value, str) and (both := _PLUS_MINUS.fullmatch(value)):
+        word = _WORD.fullmatch(both[2])
+        spread = word[1] if word else both[2]
+        if word is None or word[2]:
+            return word[2] if word else "uniform", [both[1], spread], 0.0
+        # a plain number before "sd" is the spread
+        spread, sds = (spread, word[3] or "1") if spread else (word[3], "1")
+        if not _NUMBER.fullmatch(sds) or float(sds) == 0:
+            no("does not say how many standard deviations")
+        return "normal", [both[1], spread], float(sds)
+    else:
+        no("is no tolerance")
+    if kind not in KINDS:
+        no(f'"{kind}" is no distribution that is known')
+    wanted = KINDS[kind].split(", ")
+    if len(items) != len(wanted):
+        no(f"{kind} takes {len(wanted)} values: {kind}({KINDS[kind]})", "")
+    return kind, items, None
 
 
 def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -> list[float]:
@@ -248,12 +202,7 @@ def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -
     return found
 
 
-def _nominal(key: str, beam: Beam) -> float | None:
-    value = attrgetter(key.removeprefix("beam."))(beam)
-    return None if value is None else float(value)
-
-
 def nominal(tolerance: Tolerance, beam: Beam) -> float:
     """Return the beam's own value of a parameter, or the median of its distribution where the beam has none."""
-    own = _nominal(tolerance.name, beam)
-    return float(tolerance.at(np.array([0.5]))[0]) if own is None else own
+    value = own(beam, tolerance.name)
+    return float(tolerance.at(np.array([0.5]))[0]) if value is None else value

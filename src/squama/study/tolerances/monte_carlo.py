@@ -7,7 +7,7 @@ on chunks or threads.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -138,7 +138,8 @@ def uncertainty(
     limit = None if before is None else _limit(before, load, beam)
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed)
     at = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
-    found = dataset(case, _run(case, each, keep), at, _indices(case, base) if base else None, keep)
+    samples_of = _run(case, _points(len(known), each, sampler, seed), keep=keep)
+    found = dataset(case, samples_of, at, _indices(case, base) if base else None, keep)
     found.attrs["notes"] = "\n".join(_notes(case, found.figure.values.tolist()))
     return found
 
@@ -164,25 +165,22 @@ def _limit(given: float | str, load: str, beam: Beam) -> Limit:
     return Limit(text, rate, "rate_end" if rate == other else "load_end")
 
 
-def _run(case: Case, each: int, keep: bool) -> dict[str, Array]:
-    """Return every figure of every sample by role, set after set; with ``keep`` the dimensions by name too."""
-    found: dict[str, Array] = {}
-    done = 0
-    for points in _points(len(case.tolerances), each, case.sampler, case.seed):
-        place = slice(done, done := done + len(points))
-        part = figures(case, points, keep=keep)
-        for name, v in part.items():
-            if name not in found:
-                found[name] = np.empty(each * REPLICATES, np.int8 if name == "code" else float)
-            found[name][place] = v
-    return found
+def _run(case: Case, chunks: Iterable[Array], *, keep: bool = False) -> dict[str, Array]:
+    """Solve samples at points (n, parameters) of the unit cube, chunk after chunk.
+
+    Figures come by role, with ``keep`` the dimensions by name too.
+    """
+    parts = []
+    for points in chunks:
+        dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
+        parts.append(solved(case, dimensions) | (dimensions if keep else {}))
+    # one figure after the other is taken out of the parts, so that memory does not hold all of them twice
+    return {name: np.concatenate([part.pop(name) for part in parts]) for name in list(parts[0])}
 
 
 def _indices(case: Case, base: int) -> Indices:
     def evaluate(points: Array) -> dict[str, Array]:
-        chunks = range(0, len(points), CHUNK)
-        parts = [figures(case, points[i : i + CHUNK]) for i in chunks]
-        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        found = _run(case, (points[i : i + CHUNK] for i in range(0, len(points), CHUNK)))
         locks = np.isin(found["code"], LOCKS)
         named = {f.name: found[f.role] for f in figures_of(case.load)}
         named |= {ENGAGED: (found["code"] != NONE).astype(float), LOCKED: locks.astype(float)}
@@ -233,26 +231,25 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
         yield from (points[start : start + CHUNK] for start in range(0, len(points), CHUNK))
 
 
-def figures(case: Case, points: Array, *, keep: bool = False) -> dict[str, Array]:
-    """Solve the samples at points (n, parameters) of the unit cube; with ``keep`` their dimensions too, by name."""
-    dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
-    return {**solved(case, dimensions), **(dimensions if keep else {})}
-
-
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
     """Solve samples of some dimensions, (n,) each in SI units.
 
     Figures come by role: ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it
-    locks there), ``code`` that of the end. NaN, besides those of the stiffness, where nothing engages.
-
-    Raises
-    ------
-    InputError
-        A sample is no beam; one line.
+    locks there), ``code`` that of the end. NaN, besides those of the stiffness, where nothing engages. A sample that is
+    no beam is refused.
     """
     c = columns.columns(case.beam, dimensions, load=case.load)
     n = next(iter(dimensions.values())).size
-    _refuse(case, np.broadcast_to(columns.valid(c), n), dimensions)
+    good = np.broadcast_to(columns.valid(c), n)
+    if not good.all():
+        here = {name: float(v[np.argmin(good)]) for name, v in dimensions.items()}
+        try:
+            columns.beam_at(case.beam, case.load, here)
+            why = "its joint has no stiffness that is a number"
+        except InputError as error:
+            why = "; ".join(map(str, error.problems))
+        reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
+        refuse("tolerances", "", reason, "make the tolerances narrower")
     s = columns.solved(c, law=case.law, sense=case.sense, margin=case.margin, load=case.load, few=0)
     si = columns.in_si(c, s)
     code = np.broadcast_to(s.code, n)
@@ -261,7 +258,7 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
     found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
     found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, s.neighbour)
     found = {name: np.where(engaged, v, np.nan) for name, v in found.items()}
-    return {**found, "stiffness": np.broadcast_to(c.rigidity, n), "code": code}
+    return {**found, "stiffness": np.broadcast_to(c.rigidity, n), "code": code.astype(np.int8)}
 
 
 def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
@@ -278,18 +275,3 @@ def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
         D = mechanics.forces(pt, c.theta0, c.mu).D
         slope = (pt.theta_rate + c.mu * pt.slip_rate / D) * pt.theta_rate / pt.load_rate**2
     return np.asarray(np.where(D > 0, slope, np.inf))
-
-
-def _refuse(case: Case, good: Array, dimensions: dict[str, Array]) -> None:
-    """Refuse samples that are no beam, with the words of the first of them."""
-    if good.all():
-        return
-    i = int(np.flatnonzero(~good)[0])
-    here = {name: float(v[i]) for name, v in dimensions.items()}
-    try:
-        columns.beam_at(case.beam, case.load, here)
-        why = "its joint has no stiffness that is a number"
-    except InputError as error:
-        why = "; ".join(map(str, error.problems))
-    reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
-    refuse("tolerances", "", reason, "make the tolerances narrower")

@@ -177,19 +177,17 @@ def indices(names: tuple[str, ...], base: int, seed: int, evaluate: Callable[[Ar
 # ---- the dataset -------------------------------------------------------------------------------------------
 
 _FIGURES = (
-    ("load_e", "rad", "{} per pitch at engagement"),
-    ("rate_e", "rad/m", "{} rate at engagement"),
-    ("load_end", "rad", "{} per pitch at the end"),
-    ("rate_end", "rad/m", "{} rate at the end"),
-    ("torque", "N m", "load at the cut-off"),
-    ("RED", "1", "relative energy dissipation at the cut-off"),
-    ("U_el", "J/m", "elastic energy per length at the cut-off"),
-    ("W_fr", "J/m", "frictional work per length at the cut-off"),
-    ("stiffness", "N m2", "stiffness before contact"),
-    ("stiffness_e", "N m2", "tangent stiffness right after engagement"),
+    ("load_e", "load_e", "rad", "{} per pitch at engagement"),
+    ("rate_e", "rate_e", "rad/m", "{} rate at engagement"),
+    ("load_end", "load_end", "rad", "{} per pitch at the end"),
+    ("rate_end", "rate_end", "rad/m", "{} rate at the end"),
+    ("torque", "torque_c", "N m", "load at the cut-off"),
+    ("RED", "RED_c", "1", "relative energy dissipation at the cut-off"),
+    ("U_el", "U_el_c", "J/m", "elastic energy per length at the cut-off"),
+    ("W_fr", "W_fr_c", "J/m", "frictional work per length at the cut-off"),
+    ("stiffness", "K_0", "N m2", "stiffness before contact"),
+    ("stiffness_e", "K_e", "N m2", "tangent stiffness right after engagement"),
 )
-_NAMES = {"torque": "torque_c", "RED": "RED_c", "U_el": "U_el_c", "W_fr": "W_fr_c"}
-_NAMES |= {"stiffness": "K_0", "stiffness_e": "K_e"}
 LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
 NONE = CODES.index(End.NONE)
 BINS = 120
@@ -230,9 +228,7 @@ class Figure(NamedTuple):
 def figures_of(load: str) -> tuple[Figure, ...]:
     """Return the figures of a kind of loading."""
     of = LOADS[load]
-    return tuple(
-        Figure(role, of.variable(_NAMES.get(role, role)), unit, text.format(of.verb)) for role, unit, text in _FIGURES
-    )
+    return tuple(Figure(role, of.variable(name), unit, text.format(of.verb)) for role, name, unit, text in _FIGURES)
 
 
 MIXED = "as units(figure)"
@@ -302,13 +298,15 @@ def dataset(
         put(f"{name}_se", [], p.se, "its standard error", "1")
     put("distribution", ["parameter"], [t.text for t in case.tolerances], "distribution of the parameter")
     about = {f.role: f for f in figures}
-    edges = _edges(load_end[np.isfinite(load_end)])
+    ends = load_end[np.isfinite(load_end)]
+    edges = np.zeros(1)
+    if ends.size:
+        low, high = float(ends.min()), float(ends.max())
+        edges = np.linspace(low, high if high > low else low * (1 + 1e-9) + 1e-12, BINS + 1)
     put("bin_low", ["bin"], edges[:-1], about["load_end"].meaning, about["load_end"].unit)
     put("bin_high", ["bin"], edges[1:], about["load_end"].meaning, about["load_end"].unit)
-    counts = np.zeros((len(there), max(edges.size - 1, 0)), np.int64)
-    for row, (end, has) in zip(counts, there.items(), strict=True):
-        if edges.size and end != End.NONE:
-            row[:] = np.histogram(load_end[has], edges)[0]
+    # where nothing engages there is no end twist to count
+    counts = [np.histogram(load_end[has & np.isfinite(load_end)], edges)[0] for has in there.values()]
     put("count", ["end", "bin"], counts, "samples by end and end twist", "1")
     if found_indices is not None:
         coords["indexed"] = list(found_indices.figures)
@@ -338,11 +336,3 @@ def dataset(
         "warnings": "\n".join(case.beam.warnings(case.load)),
     }
     return xr.Dataset(data, coords, attrs)
-
-
-def _edges(values: Array) -> Array:
-    """Return the bounds of the bins of some values; none where there are no values."""
-    if not values.size:
-        return np.zeros(0)
-    low, high = float(values.min()), float(values.max())
-    return np.linspace(low, high if high > low else low * (1 + 1e-9) + 1e-12, BINS + 1)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.batch.answers import Answers, answers
+from squama.batch import Solved
+from squama.batch.answers import answers
+from squama.loads import LOADS
 from squama.model.bending import Bend
-from squama.model.evaluation import FOLDED, OPEN
+from squama.model.evaluation import BENT, FOLDED, OPEN
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, FoldedTwist
 from squama.model.plates import TIP_SIDE, Plates, Touch, first_touch, name
 from squama.model.tracks import Track, scalar, take
 from squama.types import Array
 
+COLUMNS = LOADS["twisting"].contact
+"""All that a contact may depend on."""
 TOUCH_SAMPLES = 41
 """Samples at which the plates are tested against each other along a path."""
 REST_SAMPLES = 24
@@ -28,20 +32,14 @@ SEARCH = math.pi / 2
 
 
 class Solution(NamedTuple):
-    """Ends of n designs (arrays), and the tracks that lead there, grouped by row.
+    """Ends of n designs, and the tracks that lead there, grouped by row.
 
-    ``load_e`` engagement load angle per pitch (inf where there is none), ``theta_end``, ``load_end``, ``code`` of the
-    end, ``neighbour`` followed (0 for none), ``crossing`` neighbour whose tip-side contact came in (0 for none),
-    ``work`` W_fr d/K_theta up to the cut-off (0 where no margin was asked).
+    ``found`` without the rigidity of the beam itself, its figures at the cut-off NaN where no margin was asked;
+    ``crossing`` neighbour whose tip-side contact came in (0 for none).
     """
 
-    load_e: Array
-    theta_end: Array
-    load_end: Array
-    code: Array
-    neighbour: Array
+    found: Solved
     crossing: Array
-    work: Array
     tracks: list[tuple[Array, Track]]
 
     def one(self, i: int) -> Solution:
@@ -51,49 +49,37 @@ class Solution(NamedTuple):
             for index, t in self.tracks
             if (n := np.flatnonzero(index == i)).size
         ]
-        return Solution._make((*(v[i : i + 1] for v in self[:-1]), tracks))
+        return Solution(Solved._make(v[i : i + 1] for v in self.found), self.crossing[i : i + 1], tracks)
 
 
-def solve_twisting(
-    eta: Array,
-    beta: Array,
-    lam: Array,
-    alpha: Array,
-    theta0: Array,
-    mu: Array,
-    *,
-    law: str,
-    sense: str,
-    margin: float | None = None,
+def solve(
+    columns: Mapping[str, Array], *, load: str = "twisting", law: str, sense: str, margin: float | None = None
 ) -> Solution:
-    """Follow the tip-side contact that is met first in each design (1-D arrays of one length, radians)."""
-    a = answers((eta, beta, lam, alpha, theta0, mu), law=law, sense=sense, load="twisting", margin=margin)
-    sa = np.sin(alpha) * (1 if sense == "+" else -1)
-    whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float))
+    """Follow the contact that is met first in each design.
+
+    Parameters
+    ----------
+    columns
+        eta, beta, lam, alpha, theta0 and mu, or those that the load asks for: 1-D arrays of one length, radians.
+    margin
+        Fraction of the path left before a lock; without one the figures at the cut-off are left out.
+    """
+    kind = LOADS[load]
+    zero = np.zeros_like(columns["eta"])
+    eta, beta, lam, alpha, theta0, mu = (columns[name] if name in kind.contact else zero for name in COLUMNS)
+    a = answers((eta, beta, lam, alpha, theta0, mu), law=kind.law(law), sense=sense, load=load, margin=margin)
+    rows: dict[int, Any] = {BENT: Bend(eta, theta0)}
+    if kind.sided:
+        sa = np.sin(alpha) * (1 if sense == "+" else -1)
+        whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float))
+        rows = {OPEN: whole.open, FOLDED: whole}
     tracks = []
-    for kind, all_rows in ((OPEN, whole.open), (FOLDED, whole)):
-        index = np.flatnonzero((a.neighbour > 0) & (a.kind == kind))
+    for path, row in rows.items():
+        index = np.flatnonzero((a.neighbour > 0) & (a.kind == path))
         if index.size:
-            tracks.append((index, _track(take(all_rows, index), a, index)))
-    theta_end = np.where(a.kind == FOLDED, whole.theta(a.x_end), a.x_end)
-    return _solution(a, np.where(a.x_end == a.x0, theta0, theta_end), tracks)
-
-
-def solve_bending(eta: Array, theta0: Array, mu: Array, *, margin: float | None = None) -> Solution:
-    """Follow the tip-on-face contact of each design (1-D arrays of one length, radians)."""
-    zero = np.zeros_like(eta)
-    a = answers((eta, zero, zero, zero, theta0, mu), law="edge", sense="+", load="bending", margin=margin)
-    index = np.flatnonzero(a.neighbour)
-    tracks = [(index, _track(take(Bend(eta, theta0), index), a, index))] if index.size else []
-    return _solution(a, a.x_end, tracks)
-
-
-def _track(row: Any, a: Answers, index: Array) -> Track:
-    return Track(row, a.x0[index], a.x_end[index], a.load_end[index], a.code[index], a.crossing[index])
-
-
-def _solution(a: Answers, theta_end: Array, tracks: list[tuple[Array, Track]]) -> Solution:
-    return Solution(a.load_e, theta_end, a.load_end, a.code, a.neighbour, a.crossing, a.work, tracks)
+            ends = (v[index] for v in (a.x0, a.x_end, a.load_end, a.code, a.crossing))
+            tracks.append((index, Track(take(row, index), *ends)))
+    return Solution(Solved.of(a, theta0), a.crossing, tracks)
 
 
 def touch(
@@ -148,7 +134,8 @@ def with_touches(
     eta, beta, lam, alpha, theta0 = shapes
     sa, ca = np.sin(alpha) * (-1 if mirrored else 1), np.cos(alpha)
     touches: list[Touch | None] = [None] * theta0.size
-    theta_end, load_end, code = sol.theta_end.copy(), sol.load_end.copy(), sol.code.copy()
+    found = sol.found
+    theta_end, load_end, code = found.theta_end.copy(), found.load_end.copy(), found.code.copy()
     places: dict[int, tuple[Track, int]] = {int(i): (t, n) for index, t in sol.tracks for n, i in enumerate(index)}
     every = list(range(theta0.size))
     for group in [every] if alike else [[i] for i in every]:
@@ -167,7 +154,7 @@ def with_touches(
         whole = longest.x_end[n] - x0
         ends = [_along(row, t, m) for t, m in known]
         shares = np.unique([(x - x0) / whole if whole > 0 else 0.0 for x in ends])
-        hit = touch(shape, rest, float(sol.load_e[first]), longest, n, mirrored=mirrored, shares=shares)
+        hit = touch(shape, rest, float(found.load_e[first]), longest, n, mirrored=mirrored, shares=shares)
         if hit is None:
             continue
         reached = x0 + whole * max(hit.x, 0.0)
@@ -178,7 +165,7 @@ def with_touches(
             theta_end[i], load_end[i], code[i] = hit.theta, hit.phi, CODES.index(End.OTHER)
             t.x_end[m] = reached if type(t.row) is type(row) else take(t.row, m).parameter(hit.theta, ARRAY)
             t.load_end[m] = hit.phi
-    return sol._replace(theta_end=theta_end, load_end=load_end, code=code), touches
+    return sol._replace(found=found._replace(theta_end=theta_end, load_end=load_end, code=code)), touches
 
 
 def _along(row: Any, t: Track, m: int) -> float:
@@ -188,10 +175,8 @@ def _along(row: Any, t: Track, m: int) -> float:
     return float(np.asarray(row.parameter(take(t.row, m).theta(t.x_end[m]), ARRAY)))
 
 
-def other_words(sol: Solution, touches: list[Touch | None], i: int, *, mirrored: bool) -> str:
-    """Pair that ends the path of design ``i`` or touches instead; "" for none."""
-    hit = touches[i] if touches else None
+def other_words(hit: Touch | None, crossing: int, *, mirrored: bool) -> str:
+    """Pair that ends a path or touches: another contact of plates, or a neighbour's that came in; "" for none."""
     if hit is not None:
         return f"{hit.pair} (k = {hit.k})"
-    k = int(sol.crossing[i])
-    return f"{name(TIP_SIDE, k, mirrored)} (k = {k})" if k else ""
+    return f"{name(TIP_SIDE, crossing, mirrored)} (k = {crossing})" if crossing else ""
