@@ -52,7 +52,7 @@ def page() -> Iterator[Any]:
         sync_playwright() as play,
     ):
         assert server.stdout is not None
-        address = re.search(r"http\S+/", server.stdout.readline())
+        address = re.search(r"http\S+", server.stdout.readline())
         assert address
         browser = play.chromium.launch(executable_path=chromium, args=FLAGS)
         shown = browser.new_page(viewport={"width": 1280, "height": 800})

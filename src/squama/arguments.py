@@ -26,8 +26,8 @@ def numbers(name: str, value: ArrayLike) -> Array:
     """Return finite numbers as an array of floats."""
     try:
         array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        refuse(name, f"{value!r:.60}", "give a number or an array of numbers")
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, shown(value), "give a number or an array of numbers")
     _refuse(name, array, ~np.isfinite(array), "a finite number")
     return array
 

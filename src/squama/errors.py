@@ -6,9 +6,14 @@ a file, a field) changes ``where`` or ``source``.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple, NoReturn
+
+LONGEST = 1000
+"""Characters of a part of a message that are shown."""
+_DIGITS = re.compile(r"(\d{20})\d{21,}")
 
 
 class SquamaError(Exception):
@@ -29,12 +34,13 @@ class Problem(NamedTuple):
     source: str = ""
 
     def __str__(self) -> str:
-        """Return the line: ``source: where = value: reason; remedy``."""
-        said = "; ".join(filter(None, (self.reason, self.remedy)))
-        if self.value and not self.where:
-            return ": ".join(filter(None, (self.source, f"{self.value} {said}")))
-        named = " = ".join(filter(None, (self.where, self.value)))
-        return ": ".join(filter(None, (self.source, named, said)))
+        """Return the line: ``source: where = value: reason; remedy``; control characters are escaped, all is short."""
+        where, value, reason, remedy, source = map(_brief, self)
+        said = "; ".join(filter(None, (reason, remedy)))
+        if value and not where:
+            return ": ".join(filter(None, (source, f"{value} {said}")))
+        named = " = ".join(filter(None, (where, value)))
+        return ": ".join(filter(None, (source, named, said)))
 
     def at(self, where: str = "", source: str = "") -> Problem:
         """Return the problem at a place that stands before its own; a file named at that place becomes part of it."""
@@ -56,6 +62,19 @@ class Problem(NamedTuple):
                 if place.startswith(name) and (not rest or rest[0] in ".[:, " or not name[-1:].isalnum()):
                     return self._replace(where=start + names[name] + rest, source="")
         return self
+
+
+def printable(text: str) -> str:
+    """Return text whose control characters, and others that steer a terminal, are escaped."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _brief(text: str) -> str:
+    """Return a part of a message as it is shown."""
+    short = _DIGITS.sub(r"\1...", text)
+    return printable(short if len(short) <= LONGEST else f"{short[:LONGEST]} ...")
 
 
 class InputError(SquamaError, ValueError):

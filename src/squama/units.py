@@ -11,7 +11,7 @@ from enum import StrEnum
 from numbers import Real
 from typing import NamedTuple
 
-from squama.errors import InputError, Problem
+from squama.errors import InputError, Problem, printable
 
 
 class Dimension(StrEnum):
@@ -48,20 +48,31 @@ for _angle, _radian in (("rad", 1.0), ("deg", DEGREE)):
 
 _ALIASES = {"Nm": "N m", "Nmm": "N mm", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"}
 _LONGEST_UNIT = 40
+LONGEST = 100
+"""Characters of a quantity in text: patterns and messages of longer ones would take their time."""
+# names with powers of one digit, one level of brackets: pint computes what stands in a unit, 9**9**9 too
+_SUPERSCRIPT = r"\u2070\xb9²³\u2074-\u2079"
+_POWER = rf"(?: ?(?:\*\*|\^) ?[+-]?[0-9]|\u207b?[{_SUPERSCRIPT}])?"
+_FACTOR = rf"(?:1|%|°|[^\W\d{_SUPERSCRIPT}][^\W{_SUPERSCRIPT}]*{_POWER})"
+_BETWEEN = r"(?: ?[*/·⋅] ?| )"
+_FACTORS = rf"{_FACTOR}(?:{_BETWEEN}{_FACTOR})*"
+_UNIT = re.compile(rf"(?:{_FACTOR}|\({_FACTORS}\))(?:{_BETWEEN}(?:{_FACTOR}|\({_FACTORS}\)))*")
 
 
 def look_up(unit: str) -> tuple[Dimension, float, float] | None:
     """Return dimension, factor and divisor of a unit: SI value = number * factor / divisor.
 
     Spelling is forgiven where it is clear: "N*m", "N·m", "Nm", "rad / m", "rad per m", "degrees", "°", "µm". None for
-    text that is no unit, or a unit of a dimension that squama does not use.
+    text that is no unit, or a unit of a dimension that squama does not use. A power is one digit.
     """
+    if len(unit) > _LONGEST_UNIT:
+        return None
     key = re.sub(r"\s*(?:/|\bper\b)\s*", "/", unit).replace("°", "deg")
     key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", key).replace("µ", "u").replace("μ", "u").replace("²", "^2")
     key = "/".join(_ALIASES.get(part, part) for part in key.split("/"))
     if key in UNITS:
         return UNITS[key]
-    return _ask_pint(unit) if len(unit) <= _LONGEST_UNIT else None
+    return _ask_pint(unit) if _UNIT.fullmatch(" ".join(unit.split())) else None
 
 
 def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
@@ -111,8 +122,11 @@ class Bounds(NamedTuple):
         return self.low <= value <= self.high if self.closed else self.low < value < self.high
 
 
-MARGIN = Bounds(1e-12, 1 - 1e-12, "at least 1e-12 and below 1", closed=True, example="0.01")
-"""Where a curve that locks is cut off: fraction of its path left before the lock."""
+MARGIN = Bounds(1e-9, 1 - 1e-12, "at least 1e-9 and below 1", closed=True, example="0.01")
+"""Where a curve that locks is cut off: fraction of its path left before the lock.
+
+A lock is known to some 1e-15 of the inclination: nearer to it no digit of the force would be right.
+"""
 
 
 class _Kind(NamedTuple):
@@ -161,16 +175,14 @@ def shown(value: object, limit: int = 60) -> str:
         text = str(value).lower()
     elif isinstance(value, str):
         text = f'"{value}"'
-    elif isinstance(value, Real):
-        try:
-            text = f"{float(value):.12g}"
-        except OverflowError:
-            text = "a huge number"
     else:
-        text = str(value)
+        try:
+            text = f"{float(value):.12g}" if isinstance(value, Real) else str(value)
+        except (OverflowError, ValueError):  # Python writes integers of 4300 digits at most
+            text = "a huge number" if isinstance(value, Real) else "huge numbers"
     if len(text) > limit:
         text = f"{text[: limit - 4]} ..."
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return printable(text)
 
 
 def example(dimension: Dimension | str) -> str:
@@ -263,6 +275,7 @@ def twist(value: object, *, pitch: float, scales: int, bare: bool = True, what: 
         As `quantity`; a bare angle ("90 deg") is refused, because it does not say over which length.
     """
     if isinstance(value, str):
+        _check_length(value, _RATE)
         for ending, length in ((r"(?:/|\bper\b)\s*(?:pitch|scale)", pitch), (r"\btotal", scales * pitch)):
             if match := re.fullmatch(rf"(.*?)\s*{ending}", value.strip(), re.DOTALL):
                 # "0.2 1/pitch" is 0.2 rad per pitch
@@ -328,6 +341,7 @@ def _read(value: object, kind: _Kind, bare: bool) -> float:
 
 def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, float]]:
     """Split text into number and unit, and look that up."""
+    _check_length(value, kind)
     match = _NUMBER.fullmatch(value)
     if match is None:
         raise kind.error(value, f"is not {kind.noun}")
@@ -339,6 +353,11 @@ def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, f
     if (found := look_up(unit)) is None:
         raise kind.error(value, f"is not {kind.noun}: {shown(unit)} is not known as a unit of one")
     return number, unit, found
+
+
+def _check_length(value: str, kind: _Kind) -> None:
+    if len(value) > LONGEST:
+        raise kind.error(value, f"is longer than {LONGEST} characters")
 
 
 def _advice(si: float, kind: _Kind, number: str) -> str:

@@ -73,6 +73,23 @@ def test_where_no_balance_is_found_it_says_so(contact):
     assert found.rounds <= solver.ROUNDS
 
 
+def test_steps_are_no_longer_than_the_reach_and_are_halved_where_they_overshoot(contact):
+    goal = 0.35 * np.eye(6)[0]
+    found = Balance(lambda v, phi: (K @ (v - goal), K, np.zeros(6)), contact, None, KAPPA, FREE).find(np.zeros(6), 0.0)
+    assert found.solved
+    # .1, .2, .3, .35
+    assert found.rounds == 4
+    np.testing.assert_allclose(found.v, goal, atol=1e-12)
+
+    def bounded(v, phi):
+        return np.arctan(100 * v), np.diag(100 / (1 + (100 * v) ** 2)), np.zeros(6)
+
+    # its Newton steps without halving would go farther and farther away
+    found = Balance(bounded, contact, None, KAPPA, FREE).find(0.15 * goal, 0.0)
+    assert found.rounds > 1
+    np.testing.assert_allclose(found.v, 0, atol=1e-9)
+
+
 def test_the_trail_extrapolates_a_parabola():
     trail = Trail([point(0.0)])
     np.testing.assert_array_equal(trail.expected(0.1), point(0.0)[0])
@@ -107,6 +124,15 @@ SHIFT = np.arange(12.0).reshape(4, 3)
 def point(phi):
     """Motions and corners that are parabolas of the twist."""
     return np.arange(6) * phi**2 + phi, phi, phi**2 * np.ones((4, 3)) + phi * SHIFT
+
+
+def test_a_scale_that_is_let_go_does_not_overshoot(contact):
+    def narrow(v, phi):
+        return np.arctan(1e3 * v), np.diag(1e3 / (1 + (1e3 * v) ** 2)), np.zeros(6)
+
+    found = Balance(narrow, contact, None, KAPPA, FREE).fall(3e-3 * np.array([0, 1.0, -1, 0, 1, 0]), 0.01)
+    assert found.solved
+    np.testing.assert_allclose(found.v, 0, atol=1e-9)
 
 
 def test_let_go_a_scale_falls_back_on_its_neighbour(contact):

@@ -1,5 +1,7 @@
 """The compliant model: as a hinge against the closed form; its energies, senses and invariances."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,9 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 
 import squama
 from squama.beam.matrixfile import twisting_stiffness
+from squama.errors import InputError
 from squama.fe import condense
+from squama.fe.contact import DHAT, SLIP
 from squama.fe.plate import MOTIONS, Rest
 
 K_THETA = 0.0119
@@ -162,3 +166,16 @@ def test_where_the_contact_slips_off_a_corner_the_curve_ends_with_a_snap(mu):
     assert not reached[c.along["phi"] > c.phi_end].any()
     # it got to the corner B of the tip edge
     assert c.along["p"][reached][-1] > 0.59 or "corner B1" in c.contacts[-1].pair
+
+
+def test_a_restart_file_runs_no_code(tmp_path):
+    class Planted:
+        def __reduce__(self):
+            return os.mkdir, (str(tmp_path / "made"),)
+
+    file = tmp_path / "run.npz"
+    np.savez(file, key=np.array([Planted()], dtype=object))
+    walk = condense.Walk(Rest.at(3, 0.6, 0.32, np.pi / 4, np.radians(10)), np.eye(7), 0.2, condense.FREE, DHAT, SLIP)
+    with pytest.raises(InputError, match="is no restart file of this version of squama"):
+        walk.resume(file, {})
+    assert list(tmp_path.iterdir()) == [file]

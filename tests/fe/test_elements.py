@@ -28,6 +28,12 @@ def solid():
     return moved, tets
 
 
+def test_lame_constants_are_those_of_the_material():
+    L, G = MATERIAL.lame
+    assert pytest.approx(MATERIAL.E) == G * (3 * L + 2 * G) / (L + G)
+    assert pytest.approx(MATERIAL.nu) == L / (2 * (L + G))
+
+
 def test_a_homogeneous_deformation_is_exact(solid):
     nodes, tets = solid
     F = np.array([[1.1, 0.2, 0.0], [-0.1, 0.95, 0.1], [0.05, 0.0, 1.2]])

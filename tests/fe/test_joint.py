@@ -1,6 +1,7 @@
 """The joint's stiffness: bars and moves whose answer is known, fe.md's figures, symmetry, mirror, cache, command."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from solids import stiffness
 
 from squama.fe import stiffness as joint
 from squama.fe.elements import Material
-from squama.fe.mesh import bar_mesh, pitch_mesh
+from squama.fe.geometry import geometry
+from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
 
 FIG6B = {"beta": 0.6, "lam": 0.32, "zeta": 0.18, "slenderness": 45, "mu": 0.2}
 
@@ -149,6 +151,26 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "squama" / "joints"
 
 
+def test_elements_in_the_bulk_are_three_through_the_thickness_but_not_too_many(cache, monkeypatch):
+    monkeypatch.setattr(joint, "pitch_mesh", lambda *_: SimpleNamespace(tets=[]))
+    monkeypatch.setattr(joint, "bar_mesh", lambda *_: None)
+    monkeypatch.setattr(joint, "condensed", lambda *_: np.eye(7))
+
+    def size(edge_size=0.01, **ratios):
+        beam = squama.Beam.from_ratios(**{**FIG6B, **ratios})
+        return joint.joint(beam, edge_size=edge_size, levels=1).size, geometry(beam)
+
+    assert size()[0] == SIZE
+    thin, shape = size(lam=0.1, zeta=0.05)
+    assert thin == pytest.approx(0.75 * shape.lam)
+    # a bar of this volume holds as many tetrahedra of that edge, each a sixth of its cube
+    many, shape = size(width="2 m")
+    assert many > SIZE
+    assert 2 * shape.width * shape.lam / (many**3 / 6) == pytest.approx(20_000)
+    # and none is smaller than those along the edges of the scale
+    assert size(edge_size=0.8)[0] == pytest.approx(0.4)
+
+
 def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
     beam = squama.Beam.from_ratios(**FIG6B)
     told = []
@@ -183,6 +205,24 @@ def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
         array, count, fresh = joint.kept(("a", 1.0), False, compute)
         assert (array.shape, count, fresh) == ((2, 2), 3, True)
     assert len(calls) == 2
+
+
+def test_the_bulk_has_three_elements_through_the_thickness_and_not_too_many(cache, monkeypatch):
+    monkeypatch.setattr(joint, "pitch_mesh", lambda *_: SimpleNamespace(tets=()))
+    monkeypatch.setattr(joint, "bar_mesh", lambda *_: None)
+    monkeypatch.setattr(joint, "condensed", lambda *_: np.eye(7))
+    tetrahedra = []
+    for changes, size in (({}, 0.15), ({"lam": 0.1}, 0.075), ({"width": "2 m"}, None)):
+        beam = squama.Beam.from_ratios(**(FIG6B | changes))
+        found = joint.joint(beam, levels=1)
+        assert found.size == pytest.approx(size or found.size)
+        assert 2 * beam.lam / found.size > 2
+        # a cube is six tetrahedra
+        tetrahedra.append(6 * 2 * beam.lam * beam.substrate.width / beam.pitch / found.size**3)
+    assert max(tetrahedra) == tetrahedra[2] == pytest.approx(20_000)
+    # no finer than the finest edge
+    edge = joint.joint(squama.Beam.from_ratios(**FIG6B), edge_size=0.5, levels=1)
+    assert edge.size == 0.25
 
 
 def test_bad_levels_and_beams():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from squama.fe.plate import Attached, Placed, Rest, Row, inclination, pose, rotation, turned
+from squama.fe.plate import Attached, Carried, Placed, Rest, Row, inclination, pose, rotation, turned
 
 ALPHA, THETA0 = np.radians(40), np.radians(12)
 REST = Rest.at(3.0, 0.6, 0.32, ALPHA, THETA0)
@@ -66,6 +66,16 @@ def test_attached_points_follow_the_pose_with_right_derivatives(rng):
     np.testing.assert_allclose(attached.rates(rotation(v[3:])), differences(attached.places, v), atol=1e-8)
     second = differences(lambda v: np.tensordot(forces, attached.rates(rotation(v[3:])), 2), v)
     np.testing.assert_allclose(attached.curvature(rotation(v[3:]), forces), second, atol=1e-8)
+
+
+@pytest.mark.parametrize("k", [0, 3])
+def test_carried_points_have_right_derivatives_by_motions_and_twist(rng, k):
+    points, q = rng.normal(size=(5, 3)), rng.normal(size=7) * 0.4
+    carried, forces = Carried(REST, points, k, 0.5), rng.normal(size=(5, 3))
+    rates = carried.rates(q[:6], q[6])
+    np.testing.assert_allclose(rates, differences(lambda q: carried.places(q[:6], q[6]), q), atol=1e-8)
+    second = differences(lambda q: np.tensordot(forces, carried.rates(q[:6], q[6]), 2), q)
+    np.testing.assert_allclose(carried.curvature(q[:6], q[6], forces), second, atol=1e-7)
 
 
 def test_images_are_turned_clockwise_and_moved_by_a_pitch(rng):

@@ -35,3 +35,11 @@ def test_schur_complement_and_solutions(where, multipliers, monkeypatch):
         np.testing.assert_allclose(system.spread(border), np.linalg.solve(K, B @ border), atol=1e-9, rtol=1e-8)
     assert (system.needs > 0) == (where == "installed" and not multipliers and find_spec("pypardiso") is not None)
     system.close()
+
+
+@pytest.mark.skipif(find_spec("pypardiso") is None, reason="the analysis is that of MKL")
+def test_the_work_of_a_full_matrix_is_a_third_of_its_cube():
+    n = 400
+    system = solver.Solver(sparse.csr_array(np.triu(np.ones((n, n)) + n * np.eye(n))), 2)
+    assert system.work == pytest.approx(n**3 / 3, rel=0.3)
+    system.close()

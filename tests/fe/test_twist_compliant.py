@@ -57,6 +57,7 @@ def test_the_dataset_is_the_curve_in_si_units():
     np.testing.assert_allclose(r["Phi"], c.along["phi"] / d)
     np.testing.assert_allclose(r["T"], c.along["T"] * UNIT)
     np.testing.assert_allclose(r["N"], c.along["N"] * UNIT / d)
+    np.testing.assert_allclose(r["f0"], r["f"] * BEAM.scale.length / r.attrs["K_theta"])
     np.testing.assert_allclose(r["U_el"], c.along["U_el"] * UNIT / d)
     np.testing.assert_allclose(r["W_fr"], c.along["W_fr"] * UNIT / d)
     np.testing.assert_allclose(r["u_X"], c.along["u_X"] * d)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import collections
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,7 +62,7 @@ class Mutant:
 
     @property
     def change(self) -> str:
-        """What is changed, numbered where the line holds the same change more than once."""
+        """What is changed, numbered where the line, or lines that read the same, hold the change more than once."""
         number = "" if self.nth == 1 else f" #{self.nth}"
         return f"{self.old} -> {self.new or 'nothing'}{number}"
 
@@ -204,11 +205,12 @@ def mutants(root: Path, file: str) -> Iterator[Mutant]:
     source = (root / file).read_text(encoding="utf-8")
     finder = _Finder(source)
     finder.visit(ast.parse(source))
-    seen: dict[tuple[int, str, str], int] = {}
+    lines, seen = source.splitlines(), collections.Counter[tuple[str, str, str]]()
     for start, old, new in sorted(set(finder.found)):
         line = source.count("\n", 0, start) + 1
-        seen[line, old, new] = nth = seen.get((line, old, new), 0) + 1
-        yield Mutant(file, line, start, old, new, source.splitlines()[line - 1].strip(), nth)
+        text = lines[line - 1].strip()
+        seen[text, old, new] += 1
+        yield Mutant(file, line, start, old, new, text, seen[text, old, new])
 
 
 def by_hand(root: Path, file: str, old: str, new: str) -> Mutant:

@@ -11,6 +11,7 @@ import importlib
 import itertools
 import os
 import random
+import resource
 import shutil
 import signal
 import sys
@@ -20,13 +21,14 @@ import traceback
 from pathlib import Path
 from typing import NamedTuple
 
-from known import BY_HAND, EQUIVALENT, TESTS
+from equivalent import EQUIVALENT
+from known import BY_HAND, TESTS
 from plant import Mutant, by_hand, mutants
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "squama"
 LIMIT = 180
-"""Seconds that the tests may take with an error in place; a loop without end counts as caught."""
+"""Seconds of the processor that the tests may take with an error in place; a loop without end counts as caught."""
 FEW = 3
 """Errors that a sample takes from each file before it takes more of the long ones."""
 LIBRARIES = ("pytest", "hypothesis.extra.numpy", "numba", "mpmath", "pydantic", "pint", "scipy.optimize", "scipy.stats")
@@ -41,7 +43,12 @@ LIBRARIES += (
     "ipctk",
 )
 """What the package and its tests import."""
-LEFT_OUT = ("-k", "not numba and not memory_is and not killed and not ctrl_c")
+COMPILED, FEW_DESIGNS = ("model/", "batch/"), 400
+"""What is compiled for many designs: to do so for one error takes longer than to answer these many by Python."""
+LEFT_OUT = (
+    "-k",
+    "not numba and not memory_is and not ctrl_c and not killed_at and not killed_between and not worker_that",
+)
 
 
 class Running(NamedTuple):
@@ -51,7 +58,6 @@ class Running(NamedTuple):
     tree: Path
     source: str
     stamp: os.stat_result
-    started: float
 
 
 def planted(only: list[str]) -> list[Mutant]:
@@ -92,8 +98,11 @@ def copy(place: Path) -> Path:
     return place
 
 
-def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...] = ()) -> int:
-    """Run the tests of a tree, a file at a time, in this process; returns pytest's first bad status."""
+def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...], few: int | None) -> int:
+    """Run the tests of a tree, a file at a time, in this process; returns pytest's first bad status.
+
+    Up to ``few`` designs are answered by Python.
+    """
     import pytest
 
     os.chdir(tree)
@@ -103,6 +112,8 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...] = ()) -
     options = ["-x", "-q", "--no-header", "--no-summary", "--hypothesis-profile=mutants", "--benchmark-disable"]
     # the libraries are there before pytest
     options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
+    if few:
+        importlib.import_module("squama.batch.answers").answers.__kwdefaults__["few"] = few
     for file, some in itertools.groupby(tests, key=lambda test: test.partition("::")[0]):
         status = pytest.main(
             [*options, *LEFT_OUT, *extra, "-p", "no:cacheprovider", *(f"tests/{test}" for test in some)]
@@ -116,19 +127,28 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...] = ()) -
     return 0
 
 
-def child(tree: Path, tests: tuple[str, ...], log: Path, extra: tuple[str, ...] = (), limit: int = LIMIT) -> int:
+def child(
+    tree: Path,
+    tests: tuple[str, ...],
+    log: Path,
+    extra: tuple[str, ...] = (),
+    limit: int = LIMIT,
+    few: int | None = None,
+) -> int:
     """Fork; the child has the libraries loaded already, and none of the package."""
     pid = os.fork()
     if pid:
         return pid
     status = 3
     try:
-        os.setpgid(0, 0)
-        signal.alarm(limit)
+        os.setsid()
+        if limit:
+            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+            signal.alarm(20 * limit)  # one that waits without end
         with log.open("w", encoding="utf-8") as out:
             os.dup2(out.fileno(), 1)
             os.dup2(out.fileno(), 2)
-        status = run_tests(tree, tests, extra)
+        status = run_tests(tree, tests, extra, few)
     except BaseException:
         traceback.print_exc()
     finally:
@@ -165,7 +185,7 @@ def baseline(tree: Path, todo: list[Mutant]) -> bool:
     """Run the tests without an error; they must pass. Leaves compiled files behind."""
     log = tree.with_suffix(".log")
     every = tuple(dict.fromkeys(t for m in todo for t in TESTS[m.file]))
-    pid = child(tree, every, log, ("--maxfail=100", "--tb=short"), limit=0)
+    pid = child(tree, every, log, ("--maxfail=100", "--tb=short"), limit=0, few=FEW_DESIGNS)
     good = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0
     if not good:
         print(log.read_text(encoding="utf-8")[-5000:])
@@ -181,9 +201,10 @@ def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mut
         while queue and free:
             m, tree = queue.pop(), free.pop()
             source, stamp = plant(m, tree)
-            pid = child(tree, TESTS[m.file], tree.with_suffix(".log"))
-            running[pid] = Running(m, tree, source, stamp, time.monotonic())
-        pid, status = os.wait()
+            few = FEW_DESIGNS if m.file.startswith(COMPILED) else None
+            pid = child(tree, TESTS[m.file], tree.with_suffix(".log"), few=few)
+            running[pid] = Running(m, tree, source, stamp)
+        pid, status, used = os.wait3(0)
         done = running.pop(pid)
         restore(done)
         free.append(done.tree)
@@ -192,7 +213,7 @@ def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mut
         if code == 0:
             survivors.append(m)
         word = "SURVIVED" if code == 0 else "caught" if code > 0 else f"caught ({signal.Signals(-code).name})"
-        place, seconds = f"src/squama/{m.file}:{m.line}", time.monotonic() - done.started
+        place, seconds = f"src/squama/{m.file}:{m.line}", used.ru_utime + used.ru_stime
         print(
             f"{count:4}/{len(todo)} {word:8} {place:{width + 11}} {m.change:28} [{seconds:.1f} s] | {m.text}",
             flush=True,

@@ -63,9 +63,9 @@ def test_engagement_is_the_first_contact(sense: str, law: str) -> None:
         assert len(seen) > 4
 
 
-def scan(f: Followed, d: Drawn, sense: str, law: str) -> dict[str, np.ndarray]:
+def scan(f: Followed, d: Drawn, sense: str, law: str, samples: int = SAMPLES) -> dict[str, np.ndarray]:
     """Quantities that are positive before the ends they are named after, along a path, by vectors."""
-    w = np.linspace(0.0, 1.0, SAMPLES)
+    w = np.linspace(0.0, 1.0, samples)
     pt = f.row.point(f.x0 + w * (f.x_end - f.x0), law, ARRAY)
     theta, phi = pt.theta + 0 * w, pt.load
     rigid = d.rigid(sense, f.k)
@@ -89,9 +89,9 @@ def scan(f: Followed, d: Drawn, sense: str, law: str) -> dict[str, np.ndarray]:
     return out
 
 
-def others_come_in(f: Followed, d: Drawn, sense: str, law: str) -> list[tuple[int, float]]:
+def others_come_in(f: Followed, d: Drawn, sense: str, law: str, samples: int = SAMPLES) -> list[tuple[int, float]]:
     """Other neighbours whose tip-side contact comes in on the path, with the fraction of the path."""
-    w = np.linspace(0.0, 1.0, SAMPLES)
+    w = np.linspace(0.0, 1.0, samples)
     pt = f.row.point(f.x0 + w * (f.x_end - f.x0), law, ARRAY)
     theta, phi = pt.theta + 0 * w, pt.load
     found = []
@@ -105,6 +105,20 @@ def others_come_in(f: Followed, d: Drawn, sense: str, law: str) -> list[tuple[in
             if np.all(on > 1e-9):
                 found.append((j, float(w[i + 1])))
     return found
+
+
+def early_ends(d: Drawn, sense: str, law: str, samples: int) -> list[str]:
+    """Margins that vanish, and neighbours that come in, before the end that the package found."""
+    f = follow(d, law, sense)
+    if f is None or not f.x_end > f.x0:
+        return []
+    early = []
+    for name, values in scan(f, d, sense, law, samples).items():
+        # the path starts at theta0, and ends where it ends
+        start = 2 if name == "released" else 0
+        if not values[start:-2].min() > 0:
+            early.append(name)
+    return early + [f"neighbour {j}" for j, w in others_come_in(f, d, sense, law, samples) if w < 1 - 2 / samples]
 
 
 @both

@@ -2,9 +2,31 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+import squama
+from squama.inverse import limits
 from squama.model import joint
+from squama.study.columns import columns
+
+BEAM = """
+[scale]
+length = "40 mm"
+embedded = "10 mm"
+width = "50 mm"
+thickness = "3 mm"
+alpha = "45 deg"
+theta0 = "15 deg"
+[substrate]
+width = "60 mm"
+thickness = "12 mm"
+youngs_modulus = "1.5 MPa"
+poisson_ratio = 0.49
+[beam]
+pitch = "20 mm"
+scales = 25
+"""
 
 LIMITS = {
     "stiffness twisting": {"t_s/d": (0.002, 0.016), "L/d": (0.09, 0.36), "L/(2t)": (0, 0.56), "t_s/(l + L)": (0, 0.05)},
@@ -12,6 +34,24 @@ LIMITS = {
     "stiffness bending": {"L/(2t)": (0, 0.56), "t_s/(l + L)": (0, 0.05)},
     "inclusion bending": {},
 }
+
+
+def test_beams_and_designs_are_held_to_them() -> None:
+    """Each ratio is made of the beam's own lengths."""
+    beam = squama.Beam.from_toml_text(BEAM)
+    ratios = {"t_s/d": 3 / 20, "L/d": 10 / 20, "L/(2t)": 10 / 12, "t_s/(l + L)": 3 / 50}
+    ratios["zeta beta/lambda"] = 10 / 20 * (50 / 40) / (12 / 40)
+    said = {"twisting": tuple(ratios), "bending": ("L/(2t)", "t_s/(l + L)")}
+    for load, names in said.items():
+        lines = "\n".join(beam.warnings(load))
+        for name, value in ratios.items():
+            assert (f": {name} = {value:.3g} is outside its range" in lines) == (name in names), name
+        s = limits.Sizes.of(columns(beam, {}, load=load), beam.scales, load, 1.0)
+        laws = [f"{law} {load}" for law in ("stiffness", "inclusion")]
+        for name, room in limits.rooms(s, {}, laws).items():
+            ratio, _, end = name.rpartition(" <= " if " <= " in name else " >= ")
+            sign = -1 if " <= " in name else 1
+            assert float(np.ravel(room)[0]) == pytest.approx(sign * (ratios[ratio] / float(end) - 1))
 
 
 @pytest.mark.parametrize("name", list(LIMITS))

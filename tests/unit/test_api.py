@@ -51,7 +51,7 @@ BAD = [
     ("ends", {"contacts": "some"}, "contacts", '"tip" or "all"'),
     ("ends", {"eta": [1.0, 2.0], "mu": [0.1, 0.2, 0.3]}, "shapes", "broadcast"),
     *((f, {"eta": [1.0, 2.0], "theta": [0.1, 0.2, 0.3]}, "shapes", "broadcast") for f in ("contact", "forces")),
-    *((f, {"neighbour": v}, "neighbour", "1") for f in ("contact", "forces") for v in (0, -1, 1.5)),
+    *((f, {"neighbour": v}, "neighbour", "1") for f in ("contact", "forces") for v in (0, -1, 1.5, 1001)),
     *((f, {"margin": v}, "margin", "below 1") for f in ("twist", "bend") for v in (0.0, 1.0, -0.01, 2)),
     *((f, {"margin": math.nan}, "margin", "finite") for f in ("twist", "bend")),
     *((f, {"margin": [0.1, 0.2]}, "margin", "one number") for f in ("twist", "bend")),

@@ -2,11 +2,14 @@
 
 import math
 import random
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from squama.model.bracket import STILL, bracketed, zero
+from squama.model.tracks import at_loads
 
 FUNCTIONS = {
     "power": lambda x, c, w, k: (x - c) ** k,
@@ -34,6 +37,23 @@ def test_as_good_as_brent(name):
         y = brentq(lambda x, args=args: f(x, args, brent), low, high, xtol=1e-300, rtol=8.9e-16, maxiter=500)
         assert abs(f(x)) <= abs(f(y)) or x == pytest.approx(y, rel=4e-15)
     assert mine[0] <= 2 * brent[0]
+
+
+def test_many_roots_at_once_are_held_between_their_bounds():
+    """Of a load that levels off, where a step of Newton's leads far out."""
+
+    class Path:
+        def point(self, x, law, ops):
+            assert ((x >= 0) & (x <= 1)).all()
+            return SimpleNamespace(load=np.arctan(40 * (x - 0.7)), load_rate=40 / (1 + (40 * (x - 0.7)) ** 2))
+
+    want = np.linspace(0.0, 1.0, 21)
+    low, high = np.zeros(21), np.ones(21)
+    load, ends = np.arctan(40 * (want - 0.7)), (np.full(21, np.arctan(-28)), np.full(21, np.arctan(12)))
+    np.testing.assert_allclose(at_loads(Path(), load, (low, high), ends), want, atol=1e-12)
+    # beyond the ends are the ends
+    beyond = at_loads(Path(), np.array([-2.0, 2.0]), (low[:2], high[:2]), (ends[0][:2], ends[1][:2]))
+    np.testing.assert_array_equal(beyond, [0, 1])
 
 
 def test_ends_that_are_roots_and_brackets_that_hold_none():

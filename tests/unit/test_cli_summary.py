@@ -67,6 +67,11 @@ def test_without_engagement_there_is_no_end(settings, mu, beam, capsys):
     assert (record["figures"]["phi_touch"] is None) == bool(settings)
 
 
+def test_the_name_of_a_file_is_no_markup(beam, capsys):
+    beam.to_toml(":bee:[bold].toml")
+    assert _out(capsys, "twist", ":bee:[bold].toml").startswith(":bee:[bold].toml twisted")
+
+
 def test_measured_points_need_a_picture(beam, capsys):
     Path("test.csv").write_text("Phi (rad/m),T (N m)\n1,0.1\n")
     assert main(["twist", "beam.toml", "--data", "test.csv", "--json"]) == 0

@@ -126,6 +126,15 @@ def test_the_other_sense_is_the_mirrored_path(one_pair):
     np.testing.assert_allclose(float(c.W_d.sum()), float(c.W_fr[-1]), rtol=1e-12)
 
 
+def test_let_go_in_the_other_sense_friction_holds_the_beam(one_pair):
+    soft = BOTH.replace(joint={"stiffness": "20 N m", "inclusion_factor": 1}, substrate={"youngs_modulus": "0.2 MPa"})
+    for top, left in ((0.3, -0.3), (0.19, 0.0)):
+        c = squama.cycle(soft, f"0, {-top}, 0 rad/pitch", mu=0.6)
+        # turned round, the torque has to push the beam back, or does not
+        assert (float(along(c, "unloading")["T"][0]) > 0) == (left != 0)
+        assert float(c.phi_residual[0]) == pytest.approx(left)
+
+
 def test_bending_closes_and_the_other_way_is_straight():
     c = squama.cycle(BEAM, "0, 0.2, -0.1, 0.2, 0 rad/pitch", mu=0.3, load="bending")
     assert c.sizes["loop"] == 3
@@ -194,7 +203,7 @@ def test_pictures(beam, history, load):
         ({"twist": 5, "mu": [0.1, 0.2]}, "mu: must be one number"),
         ({"twist": 5, "law": "both"}, 'law = "both": must be "edge" or "plate"'),
         ({"twist": 5, "load": "shear"}, 'load = "shear": must be "twisting" or "bending"'),
-        ({"twist": 5, "margin": 1}, "margin = 1: must be at least 1e-12 and below 1"),
+        ({"twist": 5, "margin": 1}, "margin = 1: must be at least 1e-9 and below 1"),
         ({"twist": 5, "points": 2}, "points = 2: must be a whole number"),
         ({"twist": 5, "loops": 0}, "loops = 0: must be a whole number"),
         ({"twist": 5, "loops": 10000, "points": 1000}, "are too many"),
@@ -235,6 +244,9 @@ def test_a_history_on_which_the_scales_do_not_slide_back_is_refused(one_pair):
     assert float(c.W_d[0]) > 0
     # let go there, it stays as it cannot slide back
     assert float(c.phi_jam[0]) < 1.6
+    other = squama.Beam.from_ratios(eta=2.2431, beta=2.629, lam=0.7699, alpha=0.02633, theta0=0.2723, zeta=0.001)
+    with pytest.raises(InputError, match=r"coming from -2\.2 the scales do not slide back beyond -1\.8"):
+        squama.cycle(other, "0, -2.2, 0 rad/pitch", mu=5.3373)
 
 
 @pytest.fixture

@@ -187,6 +187,8 @@ def test_the_other_warnings():
     assert "zeta beta/lambda = 1.2" in _only(
         PRINTED.replace(scale={"embedded": 0.0128, "width": 0.03}), part="inclusion factor C_f: zeta"
     )
+    thick = _only(PRINTED.replace(scale={"thickness": "4 mm"}), "bending", "joint stiffness K:")
+    assert "t_s/(l + L) = 0.0597" in thick
     assert "no stiffness" in _only(PRINTED.replace(scale={"embedded": 0}), part="embedded")
     known = PRINTED.replace(scale={"embedded": 0}, joint={"stiffness": 0.01, "inclusion_factor": 1})
     assert not [line for line in known.warnings() if "joint" in line or "embedded" in line]

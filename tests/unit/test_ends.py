@@ -10,7 +10,7 @@ import pytest
 import squama
 from properties.designs import many, mirrored
 from squama.batch.answers import answers
-from squama.model import evaluation, follow, mechanics, neighbours, reach
+from squama.model import crossings, evaluation, mechanics, neighbours, reach
 from squama.model.outcome import CODES, SENTENCES, End
 from squama.model.paths import FLOAT, FoldedTwist, Twist
 
@@ -210,7 +210,7 @@ def test_neighbours_that_a_tip_reaches_only_early_in_an_interval(monkeypatch) ->
         "mu": 0.0,
     }
     coarse = squama.ends(**designs)
-    monkeypatch.setattr(follow, "SAMPLES", 401)
+    monkeypatch.setattr(crossings, "AWAY", 8.0)
     fine = squama.ends(**designs)
     assert (coarse.end == "other contact").all()
     assert (fine.end == "other contact").all()
@@ -227,7 +227,7 @@ def test_the_quick_look_for_neighbours_overlooks_none(law: str, sense: str, monk
     quick = answers(d, law=law, sense=sense, load="twisting")
     # every third design, and all on whose way another scale comes in or stands before
     some = np.flatnonzero((np.arange(n) % 3 == 0) | (quick.neighbour > 1) | (quick.crossing > 0))
-    monkeypatch.setattr(follow, "NEAR", 0)
+    monkeypatch.setattr(crossings, "NEAR", 0)
     close = answers(tuple(v[some] for v in d), law=law, sense=sense, load="twisting", few=n)
     assert (quick.code[some] == close.code).all()
     assert (quick.crossing[some] == close.crossing).all()

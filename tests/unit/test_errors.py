@@ -59,6 +59,8 @@ def test_a_place_and_a_source_stand_before_those_inside():
         ("bounds: mu", {"bounds: ": "--bounds "}, "--bounds mu"),
         ("design 17: mu", {"mu": "--mu"}, "design 17: --mu"),
         ("to", {"t": "--t", "to": "--to"}, "--to"),
+        ("scale.length", {"scale.len": "--len"}, "scale.length"),
+        ("over.mu", {"over.": "--over "}, "--over mu"),
         ("joint.matrix: j.csv", {"joint": "J", "joint.matrix": "--set joint.matrix"}, "--set joint.matrix: j.csv"),
     ],
 )

@@ -206,6 +206,32 @@ def test_loading_alone_does_not_separate_and_unloading_does():
     assert both.errors["mu"] < alone.errors["mu"] / 2
 
 
+def test_points_are_proposed_where_there_are_few():
+    def proposed(loop, keep):
+        at = np.flatnonzero(keep)
+        fit = squama.fit({"phi": loop.phi.values[at], "T": loop["T"].values[at]}, BEAM, noise=0.1)
+        return {what for r in fit.remedies for what in ("before engagement", "more of loading") if what in r.what}
+
+    far = float(squama.twist(BEAM, points=3).phi_end)
+    some, whole = (squama.cycle(BEAM, f"{to} rad/pitch", points=80) for to in (0.15, 0.995 * far))
+    assert proposed(some, some.phi > 0) == {"more of loading"}
+    # none before engagement, and a few
+    for start in (0.06, 0.045):
+        assert proposed(some, some.phi > start) == {"before engagement", "more of loading"}
+    assert proposed(whole, whole.phi > 0.06) == {"before engagement"}
+
+
+def test_further_loading_is_proposed_in_the_first_sense_where_both_were_measured(monkeypatch):
+    monkeypatch.setattr("squama.arrays.solution.touch", lambda *_, **__: None)
+    beam = squama.Beam.from_ratios(eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02, mu=0.2)
+    said = {}
+    for senses, history in (("+", "0, 0.3"), ("-", "0, -0.3"), ("both", "0, 0.3, -0.3")):
+        loop = squama.cycle(beam, f"{history}, 0 rad/pitch")
+        fit = squama.fit({"phi": loop.phi.values, "T": loop["T"].values}, beam, noise=0.1)
+        said[senses] = next(r.what for r in fit.remedies if "more of loading" in r.what).partition(" points")[2]
+    assert said["+"] == said["both"] != said["-"]
+
+
 def test_a_bending_test_as_foretold():
     """The foretold errors are those of both tests fitted together, by a Jacobian of finite differences."""
     up = squama.cycle(BEAM, [0, 0.2 / BEAM.pitch])

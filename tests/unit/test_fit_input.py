@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -286,3 +287,54 @@ def test_parameters_that_the_points_do_not_show(folder):
         squama.fit(straight, BEAM, ("E_B", "C_f"))
     with pytest.raises(InputError, match="mu: is not given; find it too"):
         squama.fit(straight, BEAM.replace(friction={"mu": None}), ("C_f",))
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [
+        ("1e300", "test.csv: line 12: the torque is 1e+300 N m, out of range (1e-30 to 1e30 N m); check"),
+        ("1e9", "test.csv: line 12: the torque is 1e+09 N m, "),
+        ("-1e9", "test.csv: line 12: the torque is -1e+09 N m, "),
+    ],
+)
+def test_a_torque_out_of_all_proportion(torque, words, folder, capsys):
+    lines = Path("test.csv").read_text().splitlines()
+    lines[11] = f"{lines[11].split(',')[0]},{torque}"
+    Path("test.csv").write_text("\n".join(lines))
+    assert main(["fit", "test.csv", "beam.toml", "--csv", "f.csv", "-o", "fitted.toml"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line
+    assert not Path("f.csv").exists()
+    assert not Path("fitted.toml").exists()
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e-200, 1e150, 1e300])
+def test_torques_of_no_measure(factor):
+    data = {"phi": LOOP["phi"].values, "T": LOOP["T"].values * factor}
+    with pytest.raises(InputError, match="out of range"):
+        squama.fit(data, BEAM)
+
+
+@pytest.mark.parametrize("noise", ["1e-300 N m", "1e300 N m"])
+def test_noise_of_no_measure(noise, folder):
+    with pytest.raises(InputError, match="out of range"):
+        squama.fit("test.csv", BEAM, noise=noise)
+
+
+def test_an_interrupt_while_samples_are_drawn_is_one_line(folder, capfd, monkeypatch):
+    emcee = pytest.importorskip("emcee")
+    steps = emcee.EnsembleSampler.sample
+
+    def sample(*args, **named):
+        for n, state in enumerate(steps(*args, **named)):
+            if n == 3:
+                signal.raise_signal(signal.SIGINT)
+            yield state
+
+    monkeypatch.setattr(emcee.EnsembleSampler, "sample", sample)
+    Path("fitted.toml").write_text("old")
+    assert main(["fit", "test.csv", "beam.toml", "--posterior", "100", "--csv", "f.csv", "-o", "fitted.toml"]) == 130
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "squama: interrupted while samples were drawn; nothing is written\n")
+    assert not Path("f.csv").exists()
+    assert Path("fitted.toml").read_text() == "old"

@@ -89,6 +89,13 @@ def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     assert (path.case.rigidity, path.case.stiffness) == (kind.rigidity(beam), kind.stiffness(beam))
 
 
+def test_flat_scales_engage_where_the_formula_of_small_angles_says() -> None:
+    for alpha in (0.1, 0.7):
+        beam = squama.Beam.from_ratios(eta=1.5, beta=1.4, lam=0.3, alpha=alpha, theta0=1e-5)
+        r = squama.twist(beam, mu=0.1, points=3)
+        assert float(r.phi_e_small) == pytest.approx(float(r.phi_e), rel=1e-4)
+
+
 def test_bent_away_the_scales_spread() -> None:
     beam = squama.Beam.from_ratios()
     (away,) = paths(beam, "bending", [0.3], sense="-")

@@ -7,8 +7,12 @@ import pytest
 
 import squama
 from squama.inverse.figures import At, Options, Want, evaluate, flat
+from squama.inverse.goals import MISSING
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
+from squama.inverse.residuals import Residuals
 from squama.inverse.search import lsi
+from squama.inverse.space import Space, Variable
+from squama.inverse.target import read_target
 from squama.model.sensitivity import STEP
 from squama.study.columns import beam_at, columns
 
@@ -107,6 +111,71 @@ def test_derivatives_against_central_differences(load):
         assert np.all(error[smooth & np.ones_like(error, bool)] < 1e-6), key
         tested += smooth.sum(axis=1)
     assert (tested >= 30).all()
+
+
+@pytest.mark.parametrize("load", ["twisting", "bending"])
+def test_slopes_of_residuals_and_limits_against_central_differences(load):
+    """With twists asked as rates, so that the asked value moves with the pitch."""
+    words = {"twisting": "torque", "bending": "moment"}[load]
+    limits = {"strain": 0.4, "gap": "1 mm"} if load == "twisting" else {"gap": "1 mm"}
+    data = {
+        "load": load,
+        "vary": {"scale.length": ("40 mm", "80 mm"), "scale.theta0": ("6 deg", "15 deg"), "beam.pitch": (0.015, 0.025)},
+        "target": {
+            "lock": ">= 20 rad/m",
+            "engagement": "2 rad/m",
+            "points": [{"twist": "3.5 rad/m", words: "0.1 N m", "weight": 2}, {"twist": "0.06 rad/pitch", words: 0.1}],
+            "tangent": [{"twist": "4.5 rad/m", "stiffness": 0.1}],
+        },
+        "limits": limits,
+    }
+    at = Residuals(read_target(data, beam=BEAM))
+    y = np.random.default_rng(3).uniform(0.1, 0.9, (60, 3))
+    found, h = at.look(y, slopes=True, plates=False), 1e-6
+    tested = []
+    for j in range(3):
+        up, down = (at.look(y + s * h * (np.arange(3) == j), slopes=False, plates=False) for s in (1, -1))
+        for slopes, a, b in ((found.J[:, j], up.r, down.r), (found.G[:, j], up.g, down.g)):
+            differences = (a - b) / (2 * h)
+            # not across the border of what is smooth, nor where a figure is not there
+            smooth = (np.abs(differences) < 1e3) & (up.found.code == down.found.code)
+            smooth &= (np.abs(a) < MISSING) & (np.abs(b) < MISSING)
+            error = np.abs(differences - slopes) / (1 + np.abs(differences))
+            assert np.all(error[smooth] < 1e-5), j
+            tested.append((smooth & (slopes != 0)).sum(axis=1))
+    assert (np.concatenate(tested[0::2]).reshape(3, -1).sum(axis=0) >= 10).all()
+    assert (np.concatenate(tested[1::2]).reshape(3, -1).sum(axis=0) >= 10).all()
+
+
+def test_a_twist_that_is_not_reached_counts_by_how_much_it_lacks():
+    data = {
+        "vary": {"scale.length": ("40 mm", "80 mm")},
+        "target": {"points": [{"twist": "0.2 rad/pitch", "torque": 1}]},
+    }
+    at = Residuals(read_target(data, beam=BEAM))
+    found = at.look(np.linspace(0, 1, 9)[:, None], slopes=False, plates=False)
+    end, (r,) = found.found.load_end, found.r
+    there = end > 0.2
+    assert 0 < there.sum() < 9
+    np.testing.assert_allclose(r[~there], MISSING + (0.2 - end[~there]) / 0.2)
+    assert (np.abs(r[there]) < MISSING).all()
+
+
+def test_the_unit_cube_is_divided_evenly_or_in_equal_ratios():
+    space = Space(BEAM, "twisting", (Variable("scale.length", 0.03, 0.08), Variable("scale.thickness", 1e-4, 1e-2)))
+    y = np.array([[0.0, 0.0], [0.5, 0.5], [0.25, 0.75], [1.0, 1.0]])
+    length, thickness = space.values(y).values()
+    np.testing.assert_allclose(length, [0.03, 0.055, 0.0425, 0.08])
+    np.testing.assert_allclose(thickness, [1e-4, 1e-3, 1e-2 / np.sqrt(10), 1e-2])
+    for point, *sizes in zip(y, length, thickness, strict=True):
+        values = dict(zip((v.key for v in space.variables), sizes, strict=True))
+        np.testing.assert_allclose(space.place(values), point, atol=1e-12)
+    outside = dict(zip((v.key for v in space.variables), (0.01, 1.0), strict=True))
+    np.testing.assert_allclose(space.place(outside), [0, 1])
+    # steps are those of the cube
+    by_length, by_thickness = space.moved(y)
+    np.testing.assert_allclose(np.imag(by_length.sizes["scale"]["length"]) / STEP, 0.05)
+    np.testing.assert_allclose(np.imag(by_thickness.sizes["scale"]["thickness"]) / STEP, thickness * np.log(100))
 
 
 def test_limits_measure_what_they_say():

@@ -118,6 +118,25 @@ def test_the_front_of_a_grid_in_two_dimensions():
     assert other < 0.03
 
 
+def test_costs_fall_where_objectives_get_better():
+    """By their logarithm where they span decades, also below 1 in SI units; what is missing costs as much as 1 N m."""
+    data = {**DATA, "front": {"maximise": ["tangent"], "minimise": ["torque", "RED"], "at": "60 deg total"}}
+    target = read_target(data, beam=BEAM, need="front")
+    trade = Trade(target, read_settings(target.front, Context(25, "twisting", bare=True)))
+    values = np.array([[0.01, 0.5, 0.2], [20.0, 1e-3, 0.1], [0.0, np.nan, np.nan]])
+    expected = [[-math.log(0.01), math.log(0.5), 0.2], [-math.log(20), math.log(1e-3), 0.1], [0, 0, 0]]
+    np.testing.assert_allclose(trade.costs(values), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "asked", [{"generations": 2.5}, {"generations": 0}, {"seed": True}, {"seed": -1}, {"population": 7}]
+)
+def test_settings_are_whole_numbers(asked):
+    (name,) = asked
+    with pytest.raises(squama.InputError, match=rf"^front\.{name} = .*: is not a whole number from"):
+        squama.pareto({**DATA, "front": {**DATA["front"], **asked}}, beam=BEAM)
+
+
 def test_a_seed_gives_one_front():
     small = {"population": 16, "generations": 5}
     one, two = (squama.pareto(DATA, beam=BEAM, **small) for _ in range(2))

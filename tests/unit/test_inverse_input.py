@@ -123,7 +123,7 @@ def run(text, capsys, *flags, command="design"):
         ("designs = 2", "designs = 0", "designs = 0: must be a whole number"),
         ("designs = 2", 'designs = "two"', 'designs = "two": is no plain number'),
         ("designs = 2", 'load = "shear"', 'load = "shear": must be "twisting" or "bending"'),
-        ("designs = 2", "margin = 1", "margin = 1: must be at least 1e-12 and below 1"),
+        ("designs = 2", "margin = 1", "margin = 1: must be at least 1e-9 and below 1"),
         ("designs = 2", "limits = 5", "limits = 5: is not a table"),
         ("[vary]", '[limits]\ngapp = "1 mm"\n[vary]', "limits.gapp: unknown limit; did you mean gap?"),
         ("[vary]", '[limits]\ngap = "1 deg"\n[vary]', 'limits.gap = "1 deg": is an angle'),

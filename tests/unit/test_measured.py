@@ -5,7 +5,7 @@ import math
 import pytest
 
 from squama.errors import InputError
-from squama.io import measured
+from squama.io import measured, tabular
 
 DEG = math.pi / 180
 BEAM = {"pitch": 0.02, "scales": 25}
@@ -122,3 +122,13 @@ def test_mistakes(text, lines, tmp_path):
 def test_no_such_file(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         measured.read(tmp_path / "none.csv", **BEAM)
+
+
+@pytest.mark.parametrize(
+    ("cell", "remedy"),
+    [("", "leave the row out"), ("nan", "leave the row out"), ("x", "write e.g. 3"), ("1,5", "write 1.5")],
+)
+def test_a_gap_is_not_filled_by_an_example(cell, remedy):
+    with pytest.raises(InputError) as caught:
+        tabular.number(cell, "3", gap="leave the row out")
+    assert caught.value.problems[0].remedy == remedy

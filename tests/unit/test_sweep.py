@@ -13,7 +13,7 @@ from squama.beam import joint_law
 from squama.model.outcome import CODES
 from squama.paper import maps as paper_maps
 from squama.paper import parameters as paper
-from squama.study import columns, slices, store
+from squama.study import columns, parameters, slices, store
 from squama.study.plan import VARIABLES, tile_shape
 from squama.study.sweeping import make_plan, run
 
@@ -38,6 +38,12 @@ def test_no_bit_depends_on_the_tiles(n, tmp_path):
     first, other = (squama.sweep(BEAM, ranges, out=tmp_path / f"{tile}.zarr", tile=tile).load() for tile in (225, 20))
     for name in VARIABLES["twisting"]:
         assert first[name].values.tobytes() == other[name].values.tobytes(), name
+
+
+def test_values_may_be_a_list_an_array_or_a_text():
+    for values in ([0.1, 0.2, 0.5], np.array([0.1, 0.2, 0.5]), "0.1,0.2,0.5"):
+        (axis,) = parameters.axes({"mu": values})
+        np.testing.assert_array_equal(axis.values, [0.1, 0.2, 0.5])
 
 
 def test_every_cell_is_the_response_of_its_beam(both):

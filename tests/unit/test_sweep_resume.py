@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -57,10 +58,10 @@ from squama.study import sweeping
 
 solve = sweeping.one_tile
 
-def held(store, tile):
+def held(store, tile, *values):
     while len(list(Path(store, "status").glob("c.*[0-9]"))) >= most and not Path(store).with_name("go").exists():
         time.sleep(0.01)
-    return solve(store, tile)
+    return solve(store, tile, *values)
 
 if __name__ == "__main__":
     most = int(sys.argv[1])
@@ -294,6 +295,23 @@ main(sys.argv[2:])
     assert sorted(p.name for p in place.glob(".*")) == others
 
 
+def test_a_store_that_lacks_an_axis_is_not_gone_on_with(tmp_path):
+    plan, path = make_plan(BEAM, {"mu": (0, 1, 3)}), tmp_path / "map.zarr"
+    store.prepare(path, plan)
+    shutil.rmtree(path / "mu")
+    with pytest.raises(InputError, match=r"is damaged \(mu\)"):
+        store.prepare(path, plan)
+
+
+def test_leftovers_are_cleared_away_and_nothing_else(tmp_path):
+    others = [".map.zarr.0123456789abc.new", ".map.zarr.new", ".other.zarr.0123456789ab.new"]
+    for name in (*others, ".map.zarr.0123456789ab.new"):
+        (tmp_path / name).mkdir()
+    (tmp_path / ".map.zarr.aaaaaaaaaaaa.new").symlink_to(others[0])
+    store._clear(tmp_path / "map.zarr")
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*others, ".map.zarr.aaaaaaaaaaaa.new"])
+
+
 def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypatch):
     fill, seen = store._fill, []
 
@@ -345,7 +363,7 @@ def kill_one(client):
 if __name__ == "__main__":
     beam = squama.Beam.from_toml("beam.toml")
     plan = sweeping.make_plan(beam, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         with distributed.Client(cluster) as client:
             killer = threading.Thread(target=kill_one, args=(client,))
             killer.start()

@@ -8,8 +8,8 @@ from scipy import stats
 
 import squama
 from squama.errors import InputError
-from squama.study.tolerances import monte_carlo
-from squama.study.tolerances.statistics import indices, probability, summary
+from squama.study.tolerances import monte_carlo, statistics
+from squama.study.tolerances.statistics import Indices, indices, probability, summary
 
 BEAM = squama.Beam.from_ratios(mu=0.3, youngs_modulus="2 MPa")
 # some samples of it engage, some do not; some lock, some run off an edge
@@ -167,6 +167,19 @@ def test_before_is_an_angle_per_pitch_in_total_or_a_rate():
     assert abs(rate - pitch) > 1e-3
 
 
+def test_indices_are_those_of_what_is_said_in_words(monkeypatch):
+    seen, none = [], np.zeros((0, 2))
+    monkeypatch.setattr(statistics, "indices", lambda *asked: seen.append(asked) or Indices((), *[none] * 4, {}))
+    vary = {"scale.alpha": "+- 2 deg", "mu": "+- 0.2"}
+    squama.uncertainty(BEAM, vary, samples=3200, before="0.27 rad/pitch", indices=1024)
+    ((names, base, _, evaluate),) = seen
+    assert (len(names), base) == (2, 1024)
+    found = evaluate(np.random.default_rng(1).random((200, 2)))
+    locked, early = found["locked"] == 1, found["phi_end"] < 0.27
+    assert 0 < (locked & early).sum() < locked.sum()
+    np.testing.assert_array_equal(found["locked before"], locked & early)
+
+
 @pytest.mark.parametrize("sampler", ["sobol", "random"])
 def test_standard_errors_are_those_of_repeated_runs(sampler):
     runs = [
@@ -207,6 +220,19 @@ def test_the_same_seed_gives_the_same_samples_whatever_the_chunks_and_threads(mo
             numba.set_num_threads(before)
         other = squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True, seed=1)
         assert not np.any(other.phi_e.values == first.phi_e.values)
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "random"])
+def test_points_do_not_depend_on_the_chunks(sampler, monkeypatch):
+    found = []
+    for chunk in (16, 64, 100, 10_000):
+        monkeypatch.setattr(monte_carlo, "CHUNK", chunk)
+        parts = list(monte_carlo._points(3, 64, sampler, 5))
+        assert max(map(len, parts)) <= chunk
+        found.append(np.concatenate(parts))
+    assert found[0].shape == (64 * monte_carlo.REPLICATES, 3)
+    for other in found[1:]:
+        np.testing.assert_array_equal(other, found[0])
 
 
 def test_indices_of_ishigami():
@@ -262,8 +288,18 @@ def test_statistics_of_known_values():
     assert h.mean == pytest.approx(np.nanmean(holes))
     assert h.quantile[0] == pytest.approx(np.nanquantile(holes, 0.5))
     assert summary(np.where(x < 100, np.nan, x), (0.5,), 32) is None
+    # 20 values of each set are enough, 19 are not
+    assert summary(np.where(x % 100 < 80, np.nan, x), (0.5,), 32).share == 0.2
+    assert summary(np.where(x % 100 < 81, np.nan, x), (0.5,), 32) is None
+    # at the very end of the samples their error is that of the last ones
+    last = summary(x, (1 - 1e-4,), 32)
+    assert 0 < last.quantile_se[0] < 2
     same = summary(np.full(3200, 0.1), (0.5,), 32)
     assert (same.sd, same.mean_se, same.sd_se) == (0, 0, 0)
+    for one in (0.0, 1.0):
+        nearly = summary(np.where(x == 7, one, 0.5), (0.5,), 32)
+        assert nearly.sd == pytest.approx(0.5 / np.sqrt(3200))
+        assert nearly.mean == pytest.approx(0.5 + (one - 0.5) / 3200)
     none, every, half = (probability(x >= limit, 32) for limit in (9999, 0, 1600))
     assert (none.value, every.value, half.value) == (0, 1, 0.5)
     assert [none.se, every.se] == pytest.approx([1 / 3200] * 2, rel=1e-3)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from squama.errors import InputError
-from squama.units import Bounds, Dimension, as_text, bounded, curvature, quantity, twist
+from squama.units import Bounds, Dimension, as_text, bounded, curvature, is_number, moment, quantity, twist
 
 DEG = math.pi / 180
 
@@ -45,6 +45,11 @@ DEG = math.pi / 180
         ("0.3 deg / cm", "twist rate", 30 * DEG),
         ("0.3 deg per cm", "twist rate", 30 * DEG),
         ("4 1/m", "twist rate", 4),
+        ("4 m**-1", "twist rate", 4),
+        ("4 m⁻¹", "twist rate", 4),
+        ("4 N/(mm^2)", "pressure", 4e6),
+        ("4 kg*m**2/s**2", "torque", 4),
+        ("4 cmH2O", "pressure", 392.266),
         ("0.25", "ratio", 0.25),
         ("25 %", "ratio", 0.25),
     ],
@@ -63,6 +68,14 @@ def test_text_is_read(text, dimension, si):
         ("3 blah", "pressure", '"blah" is not known as a unit'),
         ("3 /", "length", "is not known as a unit"),
         ("1 m**999999999", "length", "is not known as a unit"),
+        ("1 9**9**9 m", "length", '"9**9**9 m" is not known as a unit'),
+        ("1 m**9**9**9", "length", "is not known as a unit"),
+        ("1 m²²²²²²²²²", "length", "is not known as a unit"),
+        ("1 m**10", "length", "is not known as a unit"),
+        ("1 (9**9)**9 m", "length", "is not known as a unit"),
+        ("1 m.__class__", "length", "is not known as a unit"),
+        ("1" * 200 + " mm", "length", "is longer than 100 characters"),
+        pytest.param("1" + " " * 500_000 + "x", "length", "is longer than 100 characters", id="500,000 blanks"),
         ("45", "angle", '"45" has no unit; write "45 deg"'),
         ("12,5 mm", "length", 'has a decimal comma; write "12.5 mm"'),
         ("nan mm", "length", "is not a length"),
@@ -79,6 +92,8 @@ def test_text_is_read(text, dimension, si):
         (10**400, "ratio", "is not a finite number"),
         (True, "ratio", "true is no number, but a plain number is needed"),
         (None, "length", "is nothing, but a length is needed"),
+        pytest.param(-(10**5000), "ratio", "is not a finite number", id="5000 digits"),
+        pytest.param([10**5000], "length", "huge numbers is a list", id="list of 5000 digits"),
         ([1], "length", "[1] is a list, but a length is needed"),
     ],
 )
@@ -141,7 +156,9 @@ def test_an_angle_without_its_length_is_refused(value):
     assert len(str(caught.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("value", ["12 mm", "12 mm total", "total", True, math.nan])
+@pytest.mark.parametrize(
+    "value", ["12 mm", "12 mm total", "total", True, math.nan, "1" + " " * 9000 + "x", "1 9**9**9 rad/pitch"]
+)
 def test_what_is_no_twist_is_refused(value):
     with pytest.raises(InputError):
         twist(value, pitch=0.02, scales=25)
@@ -158,6 +175,19 @@ def test_text_reads_back_to_the_same_float(value, dimension):
 def test_text_is_short_where_it_can_be():
     assert as_text(quantity("17.3 mm", "length"), "length") == "17.3 mm"
     assert as_text(quantity("10 deg", "angle"), "angle") == "10 deg"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.05, "50 N mm"), (-0.05, "-50 N mm"), (0.1, "0.1 N m"), (-12.34567, "-12.35 N m"), (0.0, "0 N m")],
+)
+def test_torques_for_people(value, text):
+    assert moment(value) == text
+
+
+@pytest.mark.parametrize(("text", "yes"), [("3", True), (" -1e-3 ", True), ("3 mm", False), ("", False)])
+def test_numbers_without_a_unit(text, yes):
+    assert is_number(text) == yes
 
 
 def test_pint_is_imported_only_when_needed():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import re
 import threading
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from importlib.resources import files
 
 import numpy as np
@@ -21,6 +23,7 @@ from squama.errors import InputError
 from squama.paper import parameters
 from squama.plot.palette import ENDS, STATES, THEMES
 from squama.web import charts, live, map, server, state  # noqa: A004
+from squama.web.aside import Aside
 from squama.web.fields import CHOICES, FIELDS
 
 START = state.preset("main")
@@ -144,6 +147,9 @@ def test_designs_are_kept_shown_and_dropped() -> None:
         (state.query(START).replace("law=edge", "law=x"), "law"),
         (state.query(START).replace("twist=0.1875", "twist=-1"), "0 to 10"),
         (state.query(START) + "&keep=x%3D1", "not known"),
+        (state.query(START) + "&joint.matrix=%2Fetc%2Fpasswd", 'joint.matrix = "/etc/passwd": names a file'),
+        (state.query(START) + "&joint.matrix=", 'joint.matrix = "": names a file'),
+        (state.query(START) + "&mu=1" * 64, "more than 64 values"),
     ],
 )
 def test_a_link_that_cannot_be_used_says_why(query: str, words: str) -> None:
@@ -265,9 +271,40 @@ def test_the_map_is_warmed_up_behind_the_page(monkeypatch) -> None:
     started: list[object] = []
     monkeypatch.setattr("nicegui.app.on_startup", started.append)
     monkeypatch.setattr("nicegui.ui.page", lambda *_, **__: lambda page: page)
-    monkeypatch.setattr("nicegui.ui.run", lambda **_: None)
+    monkeypatch.setattr("nicegui.ui.run_with", lambda *_, **__: None)
+    monkeypatch.setattr("uvicorn.Server.run", lambda _: None)
     server.serve(START, 1, browser=False, ready=print)
     assert map.warm_up in started
+
+
+def test_work_beside_the_loop_is_bounded_in_time_and_number() -> None:
+    let_go, running = threading.Event(), []
+
+    def work(name: str) -> str:
+        running.append(name)
+        if name == "slow":
+            let_go.wait(30)
+        if name == "wrong":
+            raise InputError(name)
+        return name
+
+    async def ask() -> None:
+        aside = Aside(work, most=1, limit=30)
+        assert await aside("quick") == "quick"
+        with pytest.raises(InputError, match="wrong"):
+            await aside("wrong")
+        aside.limit = 0.5
+        for name in ("slow", "behind"):
+            with pytest.raises(TimeoutError):
+                await aside(name)
+        assert running == ["quick", "wrong", "slow"], "no more than one at a time, even if nobody waits for it"
+        let_go.set()
+        aside.limit = 30
+        assert await aside("after") == "after"
+
+    # a thread of its own: where a browser is open, this one has a loop already
+    with ThreadPoolExecutor() as other:
+        other.submit(asyncio.run, ask()).result()
 
 
 def test_what_a_beam_refuses_is_told_by_the_fields_name() -> None:

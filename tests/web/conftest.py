@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import re
 import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from web_raw import ROOT, explorer
 
-ROOT = Path(__file__).parents[2]
 SCREENS = ROOT / "out" / "screens"
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 READY = """window.squamaView && squamaView.state && squamaView.contacts && location.search.length > 10
@@ -46,20 +42,8 @@ def browser() -> Iterator:
 @pytest.fixture(scope="session")
 def address() -> Iterator[str]:
     chromium()
-    command = [sys.executable, "-m", "squama", "explore", "--no-browser"]
-    # NiceGUI would take itself for one of its own tests
-    plain = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "NICEGUI"))}
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT, env=plain
-    ) as server:
-        assert server.stdout is not None
-        line = server.stdout.readline()
-        found = re.search(r"http://127\.0\.0\.1:\d+/", line)
-        assert found, line + server.stdout.read()
-        yield found[0]
-        server.terminate()
-        said = server.stdout.read()
-    assert "Traceback" not in said, said
+    with explorer() as (_, found):
+        yield found
 
 
 class Visit:
@@ -78,7 +62,8 @@ class Visit:
         self.page.on("websocket", lambda socket: self.requests.append(socket.url))
 
     def open(self, query: str = "") -> Visit:
-        self.page.goto(self.address + query)
+        # every visit is a browser of its own, that shows its secret first
+        self.page.goto(self.address + query.replace("?", "&", 1))
         self.page.wait_for_function(READY)
         return self
 

@@ -40,7 +40,9 @@ def test_it_listens_on_this_machine_only_and_ends_quietly(server) -> None:
     told = "".join(server.stdout.readline() for _ in range(3))
     address = urlsplit(json.loads(told)["address"])
     assert address.hostname == "127.0.0.1"
-    page = urllib.request.urlopen(address.geturl()).read().decode()
+    # a client that keeps cookies, as a browser does
+    client = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    page = client.open(address.geturl()).read().decode()
     assert "squama explorer" in page
     assert "0.4" in page, "the value of --set"
     # the port is not open on the machine's other addresses (every address of 127.0.0.0/8 is this machine)

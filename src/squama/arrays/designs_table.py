@@ -5,7 +5,6 @@ Bad rows are named with their line, column and value; the good ones are computed
 
 from __future__ import annotations
 
-import csv
 import os
 from collections import Counter
 from functools import partial
@@ -81,9 +80,7 @@ def write(solved: Solved, path: str | os.PathLike[str]) -> Path:
 
     def fill(place: Path) -> None:
         with place.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, delimiter=solved.delimiter, lineterminator="\n")
-            writer.writerow(solved.header)
-            writer.writerows(solved.rows)
+            tabular.write(file, [solved.header, *solved.rows], solved.delimiter)
 
     return files.atomic_write(path, fill)
 

@@ -13,6 +13,7 @@ from squama.batch.answers import answers
 from squama.loads import LOADS
 from squama.model.bending import Bend
 from squama.model.evaluation import BENT, FOLDED, OPEN
+from squama.model.follow import TURNED
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, FoldedTwist
 from squama.model.plates import TIP_SIDE, Plates, Touch, first_touch, name
@@ -21,8 +22,8 @@ from squama.types import Array
 
 COLUMNS = LOADS["twisting"].contact
 """All that a contact may depend on."""
-TOUCH_SAMPLES = 41
-"""Samples at which the plates are tested against each other along a path."""
+TOUCH_SAMPLES = 121
+"""Samples at which the plates are tested against each other, of a path that nothing ends before it has turned."""
 REST_SAMPLES = 24
 """The same before engagement."""
 SHORT = 1 - 1e-9
@@ -90,7 +91,7 @@ def touch(
     i: int,
     *,
     mirrored: bool,
-    shares: Array | tuple[float, ...] = (1.0,),
+    ends: Array | tuple[float, ...] = (),
 ) -> Touch | None:
     """First contact of the plates other than the followed one: at rest up to the twist ``limit``, then on the path.
 
@@ -98,8 +99,8 @@ def touch(
     ----------
     t, i
         Track and the design's place in it; None for a design that does not engage.
-    shares
-        Parts of the path each of which is sampled, ascending.
+    ends
+        Path parameters at which paths end that are parts of this one.
     """
     row: Any = None if t is None else scalar(t.row, i)
     x0, x_end = (0.0, 0.0) if t is None else (float(t.x0[i]), float(t.x_end[i]))
@@ -113,9 +114,13 @@ def touch(
             theta[~rest], phi[~rest] = pt.theta, pt.load
         return theta, phi
 
-    # at the end of an edge the corner itself touches: that is the end, not another contact
-    steps = np.linspace(0.0, SHORT, TOUCH_SAMPLES)
-    on_path = np.unique(np.outer(shares, steps)) if x_end > x0 else np.empty(0)
+    on_path = np.empty(0)
+    if x_end > x0:
+        # places that follow from the geometry, so that friction only decides how many of them are looked at
+        every = np.linspace(x0, -x0 if isinstance(row, FoldedTwist) else TURNED, TOUCH_SAMPLES)
+        # at the end of an edge the corner itself touches: that is the end, not another contact
+        last = SHORT * (np.array([*ends, x_end]) - x0)
+        on_path = np.unique([*(every[every - x0 < last[-1]] - x0), *last]) / (x_end - x0)
     v = np.concatenate([[-1 + 1e-5], np.linspace(-1, -1e-9, REST_SAMPLES)[1:], on_path])
     return first_touch(plates, at, v, follows=0 if row is None else int(row.k), mirrored=mirrored)
 
@@ -153,8 +158,7 @@ def with_touches(
         row, x0 = take(longest.row, n), longest.x0[n]
         whole = longest.x_end[n] - x0
         ends = [_along(row, t, m) for t, m in known]
-        shares = np.unique([(x - x0) / whole if whole > 0 else 0.0 for x in ends])
-        hit = touch(shape, rest, float(found.load_e[first]), longest, n, mirrored=mirrored, shares=shares)
+        hit = touch(shape, rest, float(found.load_e[first]), longest, n, mirrored=mirrored, ends=np.array(ends))
         if hit is None:
             continue
         reached = x0 + whole * max(hit.x, 0.0)

@@ -21,7 +21,19 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.extending import overload, overload_attribute, overload_method
 
-from squama.model import bending, bracket, energy, evaluation, figures, follow, laws, mechanics, neighbours, twisting
+from squama.model import (
+    bending,
+    bracket,
+    crossings,
+    energy,
+    evaluation,
+    figures,
+    follow,
+    laws,
+    mechanics,
+    neighbours,
+    twisting,
+)
 from squama.model.bending import Bend
 from squama.model.evaluation import BENT, FIELDS, FOLDED, NAMES, SIZE, Design, Spot
 from squama.model.paths import FoldedTwist, Ops, Twist
@@ -249,11 +261,12 @@ def meet(x: float, d: Design, room: Any) -> tuple[float, float]:
 
 _names: dict[str, Any] = {"FLOAT": OPS, "spot": spot, "looks": looks, "roots": roots, "meet": meet}
 for _step in (
-    bracket.place, bracket.reached, bracket.zero, evaluation.apart, evaluation.joined,
-    follow.design, follow.value, follow.first_engagement, follow.sample, follow.first_not_positive,
-    follow.around, follow.calm, follow.bend_at, follow.smooth, follow.falls, follow.lowest, follow.dip,
-    follow.closely, follow.bracket, follow.named, follow.end, follow.condition, follow.lines, follow.clear,
-    follow.first_crossing, follow.follow,
+    bracket.place, bracket.reached, bracket.zero, evaluation.samples, evaluation.sample, evaluation.onward,
+    evaluation.apart, evaluation.joined,
+    crossings.condition, crossings.lines, crossings.clear, crossings.rises, crossings.first_crossing,
+    follow.design, follow.value, follow.first_engagement, follow.first_not_positive, follow.around, follow.calm,
+    follow.steady, follow.bend_at, follow.smooth, follow.falls, follow.judged, follow.closely, follow.bracket,
+    follow.named, follow.end, follow.follow,
     figures.cutoff, figures.by_rule, figures.in_parts, figures.worked, figures.figures, figures.fill,
 ):  # fmt: skip
     _names[_step.__name__] = _compiled(_itself(_step, **_names))

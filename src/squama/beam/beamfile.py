@@ -76,6 +76,7 @@ NUMBERS: dict[str, tuple[Dimension, Bounds]] = {
 }
 """What the numbers of the file measure, and their bounds, by "table.key"."""
 # a value with a unit, but without the quotes that TOML wants
+_LONGEST_LINE = 200
 _UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([+-]?\d[\w.+-]*\s*[^\s\d\"'#\[\]{},][^\"'#\[\]{},]*?)\s*(?:#.*)?")
 
 
@@ -233,6 +234,8 @@ def _name(key: str) -> str:
 def _not_toml(message: str, text: str) -> Problem:
     """Say in plain words what tomllib found, with the line it stands in."""
     match = re.search(r"\(at line (\d+), column \d+\)", message)
+    if "integer string" in message:
+        return Problem(reason="is not valid TOML: a number has more than 4300 digits")
     if match is None:
         return Problem(reason=f"is not valid TOML: {shown(message, limit=120).strip(chr(34))}")
     number = int(match[1])
@@ -244,7 +247,7 @@ def _not_toml(message: str, text: str) -> Problem:
         return Problem(where, "", f"{key} is given twice", "keep one of them")
     if "Cannot declare" in message:
         return Problem(where, "", f"the table {key} is given twice", "put its keys under one heading")
-    if unquoted := _UNQUOTED.fullmatch(line):
+    if len(line) <= _LONGEST_LINE and (unquoted := _UNQUOTED.fullmatch(line)):
         name, value = unquoted.groups()
         return Problem(f"{where}: {name}", value, "a value with a unit needs quotes", f'write {name} = "{value}"')
     if line.count('"') % 2:

@@ -204,9 +204,9 @@ class Beam(Assembly):
         *,
         source: str = "",
         bare: bool = True,
-        folder: str | os.PathLike[str] = "",
+        folder: str | os.PathLike[str] | None = "",
     ) -> Self:
-        """Validate nested data; put the source before what is wrong."""
+        """Validate nested data; put the source before what is wrong. Without a ``folder`` (None) it names no file."""
         found = Problems(problems)
         with naming(source=source):
             try:

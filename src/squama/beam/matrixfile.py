@@ -41,7 +41,7 @@ NEAR = 1e-6
 """Relative difference at which two values count as equal."""
 _NEWTON = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 _CELL = re.compile(r"\s*([A-Za-z]+(?:_[XYZ])?)\s*\(([^()]+)\)\s*")
-_MADE = re.compile(r"#\s*([a-z]+\.[a-z0-9_]+)\s*=\s*(.+?)\s*")
+_MADE = re.compile(r"#\s*([a-z]+\.[a-z0-9_]+)\s*=\s*(.+)")
 _COLUMNS = [f"{name} ({'m' if i < 3 else 'rad'})" for i, name in enumerate(MOTIONS)]
 _ROWS = [f"{name} ({'N' if i < 3 else 'N m'})" for i, name in enumerate(FORCES)]
 
@@ -221,7 +221,7 @@ def _made(table: tabular.Table) -> dict[str, float]:
         match = _MADE.fullmatch(line)
         if match is not None and match[1] in (*SCALING, *SHAPE):
             with naming(f"# {match[1]}", table.name):
-                made[match[1]] = quantity(match[2].strip('"'), NUMBERS[match[1]][0], bare=False)
+                made[match[1]] = quantity(match[2].strip().strip('"'), NUMBERS[match[1]][0], bare=False)
     if missing := [key for key in SCALING if not made.get(key, 0) > 0]:
         example = f"# {missing[0]} = {NUMBERS[missing[0]][1].example}"
         remedy = f"write a line above the header: {example}"

@@ -68,8 +68,13 @@ def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
         return value
     if isinstance(value, str) and "\n" in value:
         return matrixfile.parse(value)
+    folder = (info.context or {}).get("folder", "")
+    if folder is None:
+        # what comes from a stranger does not learn what files there are
+        remedy = "open the beam's file with: squama explore beam.toml"
+        raise InputError(Problem("", shown(value), "names a file, which a link cannot", remedy))
     if isinstance(value, str | os.PathLike) and os.fspath(value):
-        return matrixfile.read(Path((info.context or {}).get("folder", "")) / value)
+        return matrixfile.read(Path(folder) / value)
     raise InputError(Problem("", shown(value), "is not the name of a file", 'write e.g. "joint.csv"'))
 
 

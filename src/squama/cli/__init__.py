@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TextIO
 
-from squama.errors import InputError, SquamaError
+from squama.errors import InputError, Problem, SquamaError
 
 __all__ = ["main"]
 
 WRONG = 2
 INTERRUPTED = 130
+NARROWEST = 20
+"""Columns of a terminal."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,25 +33,80 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit status.
     """
+    _set_up()
+    try:
+        if sys.stdout is None:
+            raise InputError(Problem("standard output", "", "is closed", "redirect it to a file or to /dev/null"))
+        status = _run(list(sys.argv[1:] if arguments is None else arguments))
+        sys.stdout.flush()
+    except SquamaError as error:
+        return _say(WRONG, *(f"error: {line}" for line in str(error).splitlines()))
+    except KeyboardInterrupt as stop:
+        return _say(INTERRUPTED, str(stop) or "interrupted")
+    except BrokenPipeError:
+        # whoever read the output has gone, e.g. head; nothing more can be said there
+        _silence(sys.stdout)
+        return 1
+    except OSError as error:
+        return _say(WRONG, f"error: {_about(error)}")
+    return status
+
+
+def _set_up() -> None:
+    """Make the process fit for work, whatever it was given."""
+    width = os.environ.get("COLUMNS", "")
+    if not re.fullmatch("[0-9]{2,4}", width) or int(width) < NARROWEST:
+        # no width in which a line could be written
+        os.environ.pop("COLUMNS", None)
+    # the number of a closed stream must not become that of a file that is written
+    while (spare := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(spare)
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - to the end of the process
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             # a name that the terminal cannot show is no reason to stop
             stream.reconfigure(errors="backslashreplace")
+    # no command opens a window, and a backend that is not there is no reason to stop
+    os.environ["MPLBACKEND"] = "agg"
+
+
+def _say(status: int, *lines: str) -> int:
+    """Write lines on standard error, if it takes them, and return the exit status."""
     try:
-        status = _run(list(sys.argv[1:] if arguments is None else arguments))
-        sys.stdout.flush()
-    except SquamaError as error:
-        for line in str(error).splitlines():
-            print(f"squama: error: {line}", file=sys.stderr)
-        return WRONG
-    except KeyboardInterrupt as stop:
-        print(f"squama: {str(stop) or 'interrupted'}", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:
-        # whoever read the output has gone, e.g. head; nothing more can be said there
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        for line in lines:
+            print(f"squama: {line}", file=sys.stderr)
+        sys.stderr.flush()
+    except OSError:
+        _silence(sys.stderr)
     return status
+
+
+def _silence(stream: TextIO) -> None:
+    """Let a stream that takes no more end nowhere, with what it still holds."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+
+
+def _about(error: OSError) -> Problem:
+    """Say what is the matter with the process's surroundings: output, working folder, a file."""
+    from squama.io.files import label
+
+    why = (error.strerror or str(error)).lower()
+    try:
+        Path.cwd()
+    except OSError:
+        return Problem("the working folder", "", "is gone", "change to one that is there")
+    try:
+        # what failed before may have been lost without a second error
+        sys.stdout.write("\n")
+        sys.stdout.flush()
+    except OSError:
+        _silence(sys.stdout)
+        return Problem("standard output", "", f"cannot be written ({why})", "make room or redirect it")
+    return Problem(label(error.filename) if error.filename else "", "", why, "look at the name, the place and the disk")
 
 
 def _run(arguments: list[str]) -> int:
@@ -55,7 +115,11 @@ def _run(arguments: list[str]) -> int:
 
     from squama.cli.app import make, usage_problem
     from squama.cli.flags import collecting
+    from squama.units import shown
 
+    if wrong := [text for text in arguments if "\0" in text]:
+        # no shell hands one on, and no file has it in its name
+        raise InputError(Problem(reason=f"{shown(wrong[0])} holds a null character", remedy="leave it out"))
     try:
         with collecting():
             status = make()(arguments, exit_on_error=False, print_error=False, result_action="return_value")

@@ -6,6 +6,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 
 from squama._version import __version__
+from squama.io.files import label
 
 COMMANDS = {
     "new": "Write a commented example of a beam file.",
@@ -63,8 +64,8 @@ def usage_problem(error: CycloptsError) -> str:
     chain = " ".join(("squama", *(error.command_chain or ())))
     see = f'see "{chain} --help"'
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
-        return f"{' '.join(error.unused_tokens)}: is more than the command takes; {see}"
+        return f"{label(' '.join(error.unused_tokens))}: is more than the command takes; {see}"
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         return f"{error.argument.name}: is missing or has no value; {see}"
-    text = " ".join(str(error).split())
+    text = label(" ".join(str(error).split()))
     return text if text.endswith("?") else f"{text.rstrip('.')}; {see}"

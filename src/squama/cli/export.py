@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +11,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled
-from squama.io.files import label
+from squama.io.files import exists, label
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -86,7 +87,9 @@ def export(
 ) -> int:
     """Write scales, substrate, mould and assembled beam as STL, 3MF or STEP, checked, with a bill of materials."""
     # a picture may go into the folder that is made here
-    inside = () if Path(out).exists() else tuple(p for p in picture if Path(p).parent.resolve() == Path(out).resolve())
+    folder = Path(os.path.realpath(out))
+    into = {path: Path(os.path.realpath(path)).parent == folder for path in picture}
+    inside = () if exists(folder) else tuple(path for path in picture if into[path])
     flags.check_places([(path, flags.PLOTS) for path in picture if path not in inside], [beam])
     flags.check_places([(Path(path).name, flags.PLOTS) for path in inside], [])
     if picture and not {"assembly", "mould"} & set(made.parts):

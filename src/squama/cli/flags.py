@@ -7,11 +7,11 @@ to look at its other flags and its files; :func:`settled` then refuses them all,
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, dataclass_transform
 
 from cyclopts import Parameter
@@ -371,13 +371,13 @@ def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: I
     """Look at paths that are to be written, if given, each with the endings it may have; mistakes are kept."""
     from squama.io.datasets import check_place
 
-    seen = {Path(path).resolve(): "is read too" for path in inputs}
+    seen = {os.path.realpath(path): "is read too" for path in inputs}
     for path, allowed in wanted:
         if path is None:
             continue
         with problems().caught():
             check_place(path, allowed)
-            place = Path(path).resolve()
+            place = os.path.realpath(path)
             if place in seen:
                 refuse(label(path), "", seen[place], "give the output another name")
             seen[place] = "is given twice"

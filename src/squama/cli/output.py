@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from squama.errors import refuse
+from squama.errors import printable, refuse
 from squama.io import files
 from squama.io.files import label
 
@@ -71,9 +72,9 @@ def write_text(path: str | Path, text: str) -> Path:
 def check_folder(folder: str, *, force: bool) -> None:
     """Refuse a folder that cannot be made, or that holds files ``design_*.toml`` where they are not to go."""
     place, where = Path(folder), f"-o {label(folder)}"
-    if place.exists() and not place.is_dir():
+    if files.exists(place) and not place.is_dir():
         refuse(where, "", "is a file", "give the name of a folder")
-    if not place.exists() and not place.resolve().parent.is_dir():
+    if not place.exists() and not Path(os.path.realpath(place)).parent.is_dir():
         refuse(where, "", "its folder does not exist", "make it first or give another path")
     there = sorted(p.name for p in place.glob("design_*.toml")) if place.is_dir() else []
     if there and not force:
@@ -123,10 +124,10 @@ def report(
     # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
     console.width = max(console.width, 100)
     title, *parts = shown()
-    console.print(f"{label(file)}{title}", style="bold", soft_wrap=True)
+    console.print(f"{label(file)}{_clean(str(title))}", style="bold", soft_wrap=True)
     for part in (*parts, *(wrote or (f"wrote {label(path)}" for path in paths))):
         if isinstance(part, str):
-            console.print(part, style="yellow" if part.startswith("warning: ") else None, soft_wrap=True)
+            console.print(_clean(part), style="yellow" if part.startswith("warning: ") else None, soft_wrap=True)
         else:
             console.print(part)
     return 0
@@ -177,8 +178,13 @@ def say(as_json: bool, record: Mapping[str, object], lines: Iterable[str]) -> in
     if as_json:
         show_json(record)
     else:
-        print(*lines, sep="\n")
+        print(*map(_clean, lines), sep="\n")
     return 0
+
+
+def _clean(text: str) -> str:
+    """Return lines whose control characters are escaped: what stands in a file does not steer the terminal."""
+    return "\n".join(map(printable, text.split("\n")))
 
 
 def table(
@@ -192,7 +198,7 @@ def table(
         style = "bold" if bold else ""
         made.add_column(name, header_style=style, justify="left" if i < left else "right", no_wrap=i < left)
     for row in rows:
-        made.add_row(*row)
+        made.add_row(*map(_clean, row))
     return made
 
 

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, whole
 from squama.errors import refuse
-from squama.io.files import label
+from squama.io.files import exists, label
 
 EXAMPLE = Path(__file__).with_name("example.toml")
 _CONTACTS = "Which contacts may end a curve: tip (of all neighbours) or all (every pair of plates) (tip)."
@@ -30,7 +30,7 @@ def new(beam: str, /, *, force: Annotated[bool, Parameter(help="Replace a file t
 
     datasets.check_place(beam)
     name = label(beam)
-    if Path(beam).exists() and not force:
+    if exists(beam) and not force:
         refuse(name, "", "is there already", "give another name, or replace it with --force")
     output.write_text(beam, EXAMPLE.read_text(encoding="utf-8"))
     print(f"wrote {name}; compute it with: squama twist {name}")

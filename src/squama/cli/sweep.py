@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.errors import InputError, refuse
+from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
 
@@ -135,29 +133,16 @@ def map(  # noqa: A001 - the command's name
         refuse("--csv", "", f"the slice has {size:,} rows, {MOST_ROWS:,} at most", "hold more with --at")
     name, written, tiles = label(store), [], dataset["status"].size
     axes = {"x": part.x, "y": part.y, "panels": part.panels}
-    with _whole_chunks(name):
-        missing = int((dataset["status"] == 0).sum())
-        if plot:
-            thin = slices.thinned(part, 1200)
-            written += output.draw(plot, "map_figure", thin.data, variable, **axes, lines=chosen, paths=drawn_paths)
-        if csv is not None:
-            written.append(save(slices.worded(part.data.load()), csv))
+    missing = int((dataset["status"] == 0).sum())
+    if plot:
+        thin = slices.thinned(part, 1200)
+        written += output.draw(plot, "map_figure", thin.data, variable, **axes, lines=chosen, paths=drawn_paths)
+    if csv is not None:
+        written.append(save(slices.worded(part.data.load()), csv))
     facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
     told = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
     told += [f"wrote {label(path)}" for path in written]
     return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, told)
-
-
-@contextmanager
-def _whole_chunks(name: str) -> Iterator[None]:
-    """Refuse a store whose chunks do not fit their checksums: zarr says so in a ValueError."""
-    try:
-        yield
-    except (ValueError, RuntimeError) as error:
-        damaged = "checksum" in str(error) or "decompress" in str(error).lower()
-        if isinstance(error, InputError) or not damaged:
-            raise
-        refuse(name, "", "is damaged (a chunk does not fit its checksum)", "remove it and run the sweep again")
 
 
 def _lines(part: Slice, lines: str | None) -> list[float]:

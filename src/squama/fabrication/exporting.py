@@ -279,7 +279,7 @@ def _check_folder(folder: str | os.PathLike[str], names: list[str], *, force: bo
     Raises InputError: one line per file or place.
     """
     place = Path(folder)
-    if place.exists() or place.is_symlink():
+    if files.exists(place) or place.is_symlink():
         files.make_folder(place)
     elif not place.parent.is_dir():
         reason = f"its folder {files.label(place.parent)} does not exist"

@@ -14,7 +14,7 @@ import numpy as np
 
 from squama import arguments, units
 from squama._version import __version__
-from squama.errors import InputError, naming, refuse
+from squama.errors import naming, refuse
 from squama.fe.assembly import ENDS, make_walk
 from squama.fe.body import Body
 from squama.fe.deformed import Deformed, deformed
@@ -23,6 +23,7 @@ from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.walk import Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
+from squama.io import files
 from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
@@ -142,6 +143,8 @@ def cell(
         refuse("ends", "", "is for finite beams", "give scales too")
     if scales is not None and last is not None:
         refuse("last", "", "shows one endless pitch", "leave it out, or leave out scales")
+    if restart is not None:
+        files.try_place(restart)
     sign = arguments.sense(sense)
     friction = arguments.friction(beam.friction.mu, mu)
     increment = arguments.scalar("increment", increment, 1e-5, 0.1, "0.00001 to 0.1 rad per pitch")
@@ -205,7 +208,7 @@ def follow(
     Interrupted
         Ctrl-C.
     """
-    if restart is not None and restart.exists():
+    if restart is not None and files.exists(restart):
         walk.resume(restart, key)
         if abs(walk.phi) > abs(goal):
             reason = f"has gone to {abs(walk.phi):.4g} rad per pitch already"
@@ -214,11 +217,7 @@ def follow(
 
     def told() -> None:
         if restart is not None:
-            try:
-                walk.save(restart, key)
-            except OSError as error:
-                message = f"{restart}: cannot be written ({error.strerror or error}); name another place"
-                raise InputError(message) from None
+            walk.save(restart, key)
         if progress is not None:
             gone, at, far = time.monotonic() - begun, abs(walk.phi), abs(goal)
             left = gone / (at - start) * (far - at) if at != start else None

@@ -13,7 +13,6 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Body, Matrix, Reduced
 from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
 from squama.fe.plate import MOTIONS, inclination
+from squama.io import files
 from squama.types import Array
 
 ITERATIONS = 12
@@ -329,12 +329,14 @@ class Walk:
             "numbers": np.array([self.phi, self.kappa, self.T, self.W, self.W_fr, self._power, self.halvings]),
             "past_states": np.array(states), "past_phi": np.array(twists), "past_corners": np.array(corners),
         } | {f"{_COLUMN}{name}": np.array(values) for name, values in self.columns.items()}  # fmt: skip
-        beside = path.with_name(f".{path.name}.new")
-        with beside.open("wb") as out:
-            np.savez(out, key=json.dumps(key, sort_keys=True), **arrays)
-            out.flush()
-            os.fsync(out.fileno())
-        beside.replace(path)
+
+        def write(place: Path) -> None:
+            with place.open("wb") as out:
+                np.savez(out, key=json.dumps(key, sort_keys=True), **arrays)
+                out.flush()
+                os.fsync(out.fileno())
+
+        files.atomic_write(path, write)
 
     def resume(self, path: Path, key: dict[str, Any]) -> None:
         """Go on from a restart file.
@@ -344,12 +346,13 @@ class Walk:
         InputError
             It is not one, or belongs to another run.
         """
+        files.regular(path)
         try:
             with np.load(path, allow_pickle=False) as stored:
                 old = json.loads(str(stored["key"]))
                 numbers, states, twists, corners, _ = (stored[name] for name in _KEPT)
                 columns = {n.removeprefix(_COLUMN): list(stored[n]) for n in stored if n.startswith(_COLUMN)}
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        except Exception:  # damage shows itself in NumPy as errors of many kinds
             reason = "is no restart file of this version of squama"
             refuse("", "", reason, "remove it or name another output", str(path))
         for name in sorted({*old, *key}):

@@ -23,6 +23,7 @@ from squama.curves.hinge_cycles import Senses
 from squama.errors import refuse
 from squama.identify.forward import Forward, Walked, build
 from squama.identify.parameters import Asked, ask
+from squama.interrupt import Interrupted, until_interrupted
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
@@ -305,9 +306,15 @@ def sample(
     steps = THIN * math.ceil(number / walkers)
     sampler = emcee.EnsembleSampler(walkers, p, log_probability, vectorize=True)
     state = emcee.State(start, random_state=random.get_state())
-    state = sampler.run_mcmc(state, BURN, skip_initial_state_check=True)
-    sampler.reset()
-    sampler.run_mcmc(state, steps, skip_initial_state_check=True)
+    # emcee prints what it was doing when it is interrupted inside a step
+    with until_interrupted() as stopped:
+        for length in (BURN, steps):
+            sampler.reset()
+            for step in sampler.sample(state, iterations=length, skip_initial_state_check=True):
+                state = step
+                if stopped():
+                    message = "interrupted while samples were drawn; nothing is written"
+                    raise Interrupted(message)
     time = float(np.max(sampler.get_autocorr_time(tol=0))) if steps >= 100 else math.nan
     time = time if math.isfinite(time) else float(steps)
     chain = sampler.get_chain(thin=THIN, flat=True)[:number]

@@ -22,6 +22,7 @@ from squama.identify.parameters import DEFAULT, Asked, ask
 from squama.identify.records import Record
 from squama.identify.result import Fit, SpecimenFit
 from squama.loads import LOADS
+from squama.needs import need
 from squama.types import Array
 
 _NEAR = 1e-9
@@ -115,10 +116,14 @@ def fit(
     law = LOADS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)
     arguments.whole("seed", seed, 0, 2**32 - 1)
+    if samples:
+        need("emcee")
     with naming("noise"):
         sigma = None if noise is None else units.quantity(noise, "torque")
     if sigma is not None and sigma <= 0:
         refuse("noise", f"{sigma:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
+    if sigma is not None and not records.TORQUES.hold(sigma):
+        refuse("noise", f"{sigma:.6g} N m", f"is out of range ({records.TORQUES.allowed})", 'write e.g. "5 N mm"')
     if arguments.joint(joint) == "compliant":
         beam = _compliant(beam, load, law, samples)
     asked = ask(beam, load, parameters, bounds)
@@ -213,7 +218,10 @@ def _estimated(points: _Points, asked: Asked, starts: int, sigma: float | None) 
     index = np.flatnonzero(points.usable)
     found = estimate.solve(points.forward.take(index), points.record.torque[index], asked, starts)
     noise = float(np.sqrt(found.square / (index.size - len(asked.rows)))) if sigma is None else sigma
-    return found, estimate.covariance(found.jacobian, noise, asked.names), noise
+    covariance = estimate.covariance(found.jacobian, noise, asked.names)
+    if not all(np.isfinite(values).all() for values in (found.values, covariance, noise)):
+        refuse("data", "", "the estimates or their errors are no finite numbers", "check the units of twist and torque")
+    return found, covariance, noise
 
 
 def _result(points: _Points, asked: Asked, law: str, starts: int, sigma: float | None) -> Fit:

@@ -21,10 +21,15 @@ from squama.io import measured
 from squama.io.measured import Measured
 from squama.loads import LOADS, Load
 from squama.types import Array
+from squama.units import Bounds
 
 MOST = 1_000_000
 """Most points of all specimens."""
 _LEAST_LEG = 3
+TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example="5 N mm")
+"""Magnitudes of torques: squares and ratios of them are finite."""
+_OUTLIER = 1e6
+"""Over the median: beyond what a load cell tells apart, so no torque that was measured."""
 
 
 class Record(NamedTuple):
@@ -143,6 +148,15 @@ def _usable(s: Measured, turns: list[int]) -> None:
         refuse("", "", "the torque is 0 in every row", cell)
     if n > 1 and np.ptp(s.load) == 0:
         refuse("", "", f"the torque is {s.load[0]:.6g} N m in every row", cell)
+    size = np.abs(s.load)
+    size /= size.max()
+    i = int(np.argmax(size))
+    row = f"point {i}" if s.lines is None else f"line {s.lines[i]}"
+    if not TORQUES.hold(abs(float(s.load[i]))):
+        refuse(row, "", f"the torque is {s.load[i]:.6g} N m, out of range ({TORQUES.allowed})", cell)
+    if (times := 1 / float(np.median(size[size > 0]))) > _OUTLIER:
+        reason = f"the torque is {s.load[i]:.6g} N m, {times:.2g} times the median of the record ({_OUTLIER:g} at most)"
+        refuse(row, "", reason, "correct the row or leave it out")
     if float(s.rate @ s.load) < 0:
         refuse("", "", "torque and twist have opposite signs", "turn the sign of one of them")
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):

@@ -15,7 +15,7 @@ from squama.errors import Problem
 from squama.inverse.figures import At
 from squama.io.tabular import guess
 from squama.loads import LOADS
-from squama.units import Dimension, shown
+from squama.units import LONGEST, Dimension, shown
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
 _SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORECASE)
@@ -205,7 +205,7 @@ def _sense(value: object) -> tuple[str, object]:
 
 def _split(value: object, unit: str) -> tuple[float, str]:
     """Return number and unit as given."""
-    if isinstance(value, str) and (match := _NUMBER.fullmatch(value)):
+    if isinstance(value, str) and len(value) <= LONGEST and (match := _NUMBER.fullmatch(value)):
         return float(match[1]), match[2]
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), unit

@@ -2,18 +2,25 @@
 
 A CSV file has one row per point for people, and all the rest in comments that a program reads back. It begins with
 ``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the dimensions, the attributes (among them the
-beam), every single figure, and what belongs to each column; then the header with units, such as ``Phi (rad/m)``, and a
-row per point, curve after curve. Numbers have all their digits.
+beam), every single figure, what belongs to each column, and the hash of all other lines; then the header with units,
+such as ``Phi (rad/m)``, and a row per point, curve after curve. Numbers have all their digits.
+
+A netCDF file ends with the hash of all bytes before it: damage is found before the library for HDF5 sees it, which
+may hang on it. Files of before have no hash; they are read as they are.
 """
 
 from __future__ import annotations
 
-import csv
+import hashlib
+import io
 import json
 import math
 import operator
 import os
 import re
+import subprocess
+import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,13 +37,23 @@ if TYPE_CHECKING:
 
 CSV_MARK = "# squama file: 1"
 """First line of CSV files."""
+CSV_HASH = "# sha256: "
+"""Begin of the line with the hash of all others."""
 NETCDF_MARK = "squama_file"
-"""Global attribute that marks netCDF files; its value is the version of the layout."""
+"""Global attribute that marks netCDF files: 2 if the file ends with a hash, 1 in files of before."""
+NETCDF_HASH = b"\nsquama sha256 %s\n"
+"""End of netCDF files; readers of HDF5 do not look there."""
+LARGEST = 1_000_000_000
+"""Bytes that values may take which take less in the file."""
+_HANGS = 120.0
+"""Seconds after which reading a file without a hash is given up."""
 NETCDF_LISTS = "squama_lists"
 """Global attribute with the names of those that are lists; HDF5 does not tell a list of one number from a number."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_LINE = re.compile(r"# (\w+)(?: (.+?))?: (.+)")
-_json = json.JSONEncoder(default=operator.methodcaller("tolist")).encode
+_SEAL = len(NETCDF_HASH % bytes(64))
+_LINE = re.compile(r"# (?:(sizes|sha256)|(attribute|coordinate|variable) (.+?)): (.+)")
+_JOINED = re.compile(r"([,;])([=+@-])")
+_encode = json.JSONEncoder(default=operator.methodcaller("tolist")).encode
 _CAST: dict[str, Callable[[Any], object]] = {"f": float, "i": int, "u": int, "U": str, "b": bool}
 
 
@@ -89,9 +106,15 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InputError
-        The extension is not known, there is no such file, it is damaged, or squama did not write it.
+        The extension is not known, there is no such file, it is damaged or was changed, or squama did not write it.
+        Of files that were written without a hash not every damage is found.
     """
-    return FORMATS[extension(path, FORMATS)][1](path)
+    reader = FORMATS[extension(path, FORMATS)][1]
+    with warnings.catch_warnings():
+        # what libraries say of a damaged file is no news beside what is wrong with it
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("error", RuntimeWarning)
+        return reader(path)
 
 
 def extension(path: str | os.PathLike[str], allowed: Iterable[str]) -> str:
@@ -143,16 +166,29 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
         else:
             about = {"value": _finite(variable.values.tolist()), **about}
         lines.append(f"# {role} {name}: {_json(about)}")
-    with place.open("w", encoding="utf-8", newline="") as file:
-        file.write("\n".join(lines) + "\n")
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
+    rows = io.StringIO()
+    tabular.write(rows, [columns, *zip(*columns.values(), strict=True)])
+    comments = "\n".join(lines)
+    digest = _hash(f"{comments}\n{rows.getvalue()}")
+    place.write_text(f'{comments}\n{CSV_HASH}"{digest}"\n{rows.getvalue()}', encoding="utf-8", newline="")
+
+
+def _json(value: object) -> str:
+    """Return JSON in which no comma is followed by what a spreadsheet would take for the begin of a formula."""
+    return _JOINED.sub(lambda found: f"{found[1]}\\u{ord(found[2]):04x}", _encode(value))
+
+
+def _hash(text: str) -> str:
+    """Return the hash of the lines of a CSV file but that of the hash itself, however they end."""
+    lines = re.sub(r"\r\n?", "\n", text).rstrip().split("\n")
+    kept = "\n".join(line for line in lines if not line.startswith(CSV_HASH))
+    return hashlib.sha256(kept.encode()).hexdigest()
 
 
 def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read what :func:`write_csv` has written; errors as from :func:`squama.read`, with the line."""
-    table = tabular.read(path)
+    text = files.read_text(path, limit=tabular.LARGEST_TABLE)
+    table = tabular.parse(text, files.label(path))
     if not table.comments or table.comments[0] != CSV_MARK:
         remedy = "measured points are given with --data, designs to squama ends"
         refuse("", "", "was not written by squama --csv", remedy, table.name)
@@ -161,19 +197,26 @@ def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
     sizes: dict[str, int] = {}
     attrs: dict[str, object] = {}
     found: dict[str, dict[str, tuple[list[str], Array, dict[str, object]]]] = {"coordinate": {}, "variable": {}}
+    told = ""
     for number, line in enumerate(table.comments[1:], start=2):
         with _damage(table, number):
-            role, key, text = _LINE.fullmatch(line).groups()  # type: ignore[union-attr]
-            value = json.loads(text)
-            if role == "sizes":
+            alone, role, key, entry = _LINE.fullmatch(line).groups()  # type: ignore[union-attr]
+            value = json.loads(entry)
+            if alone == "sha256":
+                told, told_in = value, number
+            elif alone == "sizes":
                 sizes = {str(dim): int(size) for dim, size in value.items()}
                 _check_rows(table, sizes)
             elif role == "attribute":
                 attrs[key] = value
             else:
-                found[role][key] = _variable(table, value, sizes)
+                found[role][key] = _variable(table, value, sizes, entry.count(",") + 1)
     with _damage(table, table.header.line):
-        return xr.Dataset(found["variable"], coords=found["coordinate"], attrs=attrs)
+        dataset = xr.Dataset(found["variable"], coords=found["coordinate"], attrs=attrs)
+    if told and told != _hash(text):
+        reason = "is damaged: the file is not as squama wrote it, by its hash"
+        raise table.error(told_in, reason, "write the file anew, or remove this line if it was changed on purpose")
+    return dataset
 
 
 @contextmanager
@@ -183,7 +226,7 @@ def _damage(table: tabular.Table, line: int) -> Iterator[None]:
         yield
     except InputError:
         raise
-    except (AttributeError, KeyError, TypeError, ValueError):
+    except Exception:  # damage shows itself in NumPy and xarray as errors of many kinds
         raise table.error(line, "is damaged: it is not as squama wrote it", "write the file anew") from None
 
 
@@ -199,13 +242,15 @@ def _check_rows(table: tabular.Table, sizes: dict[str, int]) -> None:
 
 
 def _variable(
-    table: tabular.Table, about: dict[str, Any], sizes: dict[str, int]
+    table: tabular.Table, about: dict[str, Any], sizes: dict[str, int], most: int
 ) -> tuple[list[str], Array, dict[str, object]]:
-    """Return dimensions, values and attributes of a variable from its comment line and its column."""
+    """Return dimensions, values and attributes of a variable from its comment line (``most`` values) and its column."""
     dims, dtype = list(about["dims"]), np.dtype(about["dtype"])
     cast = _CAST[dtype.kind]
+    if dtype.itemsize * max(most, len(table.rows)) > LARGEST:
+        raise ValueError
     if "header" not in about:
-        return dims, np.array(about["value"]).astype(dtype), about["attrs"]
+        return dims, np.array(about["value"], dtype), about["attrs"]
     place = table.header.cells.index(about["header"])
     read = {"true": True, "false": False}.__getitem__ if dtype.kind == "b" else cast
     cells: list[Any] = []
@@ -229,24 +274,64 @@ def _finite(value: object) -> object:
 def write_netcdf(dataset: xr.Dataset, place: Path) -> None:
     """Write a dataset to a new file."""
     lists = [str(key) for key, value in dataset.attrs.items() if isinstance(value, list)]
-    marked = dataset.assign_attrs({NETCDF_MARK: 1, **({NETCDF_LISTS: " ".join(lists)} if lists else {})})
+    marked = dataset.assign_attrs({NETCDF_MARK: 2, **({NETCDF_LISTS: " ".join(lists)} if lists else {})})
     # what an earlier file wanted (chunks, fill values) does not belong to the data
-    marked.drop_encoding().to_netcdf(place, engine="h5netcdf", format="NETCDF4")
+    # on a disk that is full HDF5 would end the process
+    made = io.BytesIO()
+    marked.drop_encoding().to_netcdf(made, engine="h5netcdf", format="NETCDF4")
+    data = made.getvalue()
+    place.write_bytes(data + NETCDF_HASH % hashlib.sha256(data).hexdigest().encode())
 
 
 def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read what :func:`write_netcdf` has written; errors as from :func:`squama.read`."""
-    if files.read_bytes(path, len(_SIGNATURE)) != _SIGNATURE:
+    size = files.regular(path)
+    head = files.read_bytes(path, 64)
+    if head[: len(_SIGNATURE)] != _SIGNATURE:
         raise _refused(path, "is no netCDF-4 file")
-    import xarray as xr
-
+    # where the end of the file is noted depends on the version of its first block
+    noted = {0: 40, 1: 44}.get(head[8], 28) if len(head) == 64 else 64
+    if noted == 64 or int.from_bytes(head[noted : noted + 8], "little") > size:
+        raise _refused(path, "is damaged: it is cut off")
+    with Path(path).open("rb") as file:
+        digest, left = hashlib.sha256(), size - _SEAL
+        while left > 0 and (part := file.read(min(left, 1 << 20))):
+            digest.update(part)
+            left -= len(part)
+        seal = file.read()
+    begin, end = NETCDF_HASH.split(b"%s")
+    sealed = digest.hexdigest().encode() in seal
+    if not sealed and seal.startswith(begin) and seal.endswith(end):
+        raise _refused(path, "is damaged: it is not as squama wrote it, by its hash")
     try:
-        with xr.open_dataset(Path(path), engine="h5netcdf", decode_times=False) as stored:
-            dataset = stored.load()
+        if not sealed:
+            # damage makes the library hang, which only another process can end
+            code = "import sys; from squama.io import datasets; datasets.stored(sys.argv[1])"
+            subprocess.run([sys.executable, "-c", code, path], check=True, capture_output=True, timeout=_HANGS)
+        dataset = stored(path)
+    except InputError:
+        raise
     except Exception:  # damage shows itself in h5py and xarray as errors of many kinds
         raise _refused(path, "is damaged: it cannot be read to its end") from None
-    if dataset.attrs.pop(NETCDF_MARK, None) != 1:
+    if (mark := dataset.attrs.pop(NETCDF_MARK, None)) not in (1, 2):
         raise _refused(path, "was not written by this version of squama")
+    if mark == 2 and not sealed:
+        reason = "is damaged or was changed: the hash that squama wrote at its end is missing"
+        raise _refused(path, reason, f", or set its attribute {NETCDF_MARK} to 1 if it was changed on purpose")
+    return dataset
+
+
+def stored(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Return what a netCDF file holds, the mark of squama too; refuse values that take far more than the file."""
+    import h5netcdf
+    import xarray as xr
+
+    with h5netcdf.File(os.fspath(path), "r") as file:
+        taken = sum(math.prod(v.shape) * v.dtype.itemsize for v in file.variables.values())
+    if taken > max(LARGEST, 2 * Path(path).stat().st_size):
+        raise _refused(path, f"would take {taken / 1e9:.3g} GB of memory, {LARGEST / 1e9:g} GB at most")
+    with xr.open_dataset(Path(path), engine="h5netcdf", decode_times=False) as opened:
+        dataset = opened.load()
     for variable in dataset.variables.values():
         variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
     lists = dataset.attrs.pop(NETCDF_LISTS, "").split()
@@ -263,8 +348,9 @@ def _plain(value: object) -> object:
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 
-def _refused(path: str | os.PathLike[str], reason: str) -> InputError:
-    return InputError(Problem("", "", reason, "write it anew with squama.save or --netcdf", files.label(path)))
+def _refused(path: str | os.PathLike[str], reason: str, or_else: str = "") -> InputError:
+    remedy = f"write it anew with squama.save or --netcdf{or_else}"
+    return InputError(Problem("", "", reason, remedy, files.label(path)))
 
 
 FORMATS: dict[str, tuple[Callable[[xr.Dataset, Path], None], Callable[[str | os.PathLike[str]], xr.Dataset]]] = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import secrets
+import select
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,7 +17,14 @@ from squama.units import shown
 LARGEST_TEXT = 1_000_000
 _WRITE_BITS = 0o222
 _PLACE = (OSError, ValueError, RuntimeError)
-"""What looking at a place may raise."""
+"""What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
+PATIENCE = 30.0
+"""Seconds without a byte after which a pipe is given up."""
+_NAMES = {
+    errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
+    errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
+}
+"""What is wrong with a name, whatever it is wanted for."""
 
 
 def label(path: str | os.PathLike[str]) -> str:
@@ -47,19 +55,65 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
 
 
 def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check the name") -> bytes:
-    """Return the first bytes of a file, at most so many; errors as from :func:`read_text`."""
+    """Return the first bytes of a file or a pipe, at most so many; errors as from :func:`read_text`.
+
+    A pipe is waited for, :data:`PATIENCE` seconds for each of its parts; a device is refused, for it may have no end.
+    """
+    with _reading(path, missing), open(path, "rb", buffering=0, opener=_at_once) as file:
+        mode = os.fstat(file.fileno()).st_mode
+        if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
+            raise _error(path, "is a device", "give the name of a file")
+        found, waited = bytearray(), not stat.S_ISFIFO(mode)
+        while len(found) < most:
+            part = file.read(most - len(found))
+            if part:
+                found += part
+            elif part == b"" and waited:
+                break
+            elif not select.select([file], [], [], PATIENCE)[0]:
+                reason = f"is a pipe into which nothing was written for {PATIENCE:g} s"
+                raise _error(path, reason, "give the name of a file")
+            # the first end of a pipe may be that nobody has begun to write
+            waited = True
+        return bytes(found)
+
+
+def regular(path: str | os.PathLike[str], *, missing: str = "check the name") -> int:
+    """Return the size of an ordinary file in bytes; refuse all else, and what may not be read."""
+    read_bytes(path, 0, missing=missing)
+    with _reading(path, missing):
+        found = Path(path).stat()
+    if not stat.S_ISREG(found.st_mode):
+        raise _error(path, "is not an ordinary file", "give the name of a file")
+    return found.st_size
+
+
+def exists(path: str | os.PathLike[str]) -> bool:
+    """Say whether a file or folder is there; a name that cannot be one is refused."""
+    with _reading(path, "check the name"):
+        return Path(path).exists()
+
+
+def _at_once(path: str, flags: int) -> int:
+    """Open a file without waiting for whoever is to write into a pipe."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+@contextmanager
+def _reading(path: str | os.PathLike[str], missing: str) -> Iterator[None]:
+    """Turn what goes wrong with a file that is to be read into the error that names it."""
     try:
-        with Path(path).open("rb") as file:
-            return file.read(most)
-    except (OSError, ValueError) as error:
-        reasons = {
+        yield
+    except InputError:
+        raise
+    except _PLACE as error:
+        reasons = _NAMES | {
             errno.ENOENT: ("no such file", missing),
             errno.ENOTDIR: ("no such file", missing),
             errno.EISDIR: ("is a folder", "give the name of a file in it"),
             errno.EACCES: ("may not be read", "check its permissions"),
         }
-        known = reasons.get(getattr(error, "errno", None) or 0, (f"cannot be read ({_why(error)})", ""))
-        raise _error(path, *known) from None
+        raise _error(path, *reasons.get(_number(error), (f"cannot be read ({_why(error)})", ""))) from None
 
 
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
@@ -140,8 +194,8 @@ def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = 
     except InputError:
         raise
     except kinds as error:
-        number = getattr(error, "errno", None)
-        reason, remedy = f"cannot be written ({_why(error)})", "give another path"
+        number = _number(error)
+        reason, remedy = _NAMES.get(number, (f"cannot be written ({_why(error)})", "give another path"))
         if number in {errno.ENOSPC, errno.EDQUOT}:
             reason, remedy = "the disk is full", "make room or give another path"
         elif number in {errno.EACCES, errno.EPERM, errno.EROFS}:
@@ -151,6 +205,11 @@ def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = 
 
 def _error(path: str | os.PathLike[str], reason: str, remedy: str) -> InputError:
     return InputError(Problem("", "", reason, remedy, label(path)))
+
+
+def _number(error: Exception) -> int:
+    """Return the number of an error of the system; 0 if it has none."""
+    return errno.ELOOP if isinstance(error, RuntimeError) else getattr(error, "errno", None) or 0
 
 
 def _why(error: Exception) -> str:

@@ -8,7 +8,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 from squama.errors import InputError, Problem, Problems, refuse
 from squama.io import files
@@ -16,6 +16,7 @@ from squama.units import is_number, shown
 
 LARGEST_TABLE = 500_000_000
 DELIMITERS = (",", ";", "\t")
+_FORMULA = re.compile(r"'*[=+\-@\t\r\n](?s:.)")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
 
 
@@ -47,7 +48,8 @@ class Table(NamedTuple):
 def read(path: str | os.PathLike[str], *, missing: str = "check the name") -> Table:
     """Read a table of text: leading comments ("#"), a line of header, cells set apart by comma, semicolon or tab.
 
-    Header cells are stripped, others are as they stand in the file; rows without any text are left out. ``missing``
+    Header cells are stripped, others are as they stand in the file, but for the ' that :func:`write` puts before a
+    formula; rows without any text are left out. ``missing``
     says what to do if there is no such file. Refused: no text, no header, a quote that is not closed.
     """
     return parse(files.read_text(path, limit=LARGEST_TABLE, missing=missing), files.label(path))
@@ -71,10 +73,24 @@ def _rows(lines: list[str], first: int, delimiter: str, name: str) -> Iterator[R
     try:
         for cells in reader:
             if any(cell.strip() for cell in cells):
-                yield Row(begins, cells)
+                yield Row(begins, [cell[1:] if cell[:1] == "'" and _FORMULA.match(cell, 1) else cell for cell in cells])
             begins = first + reader.line_num + 1
     except csv.Error as error:
         refuse("", "", f"is not a row of a table ({error})", "check its quotes", f"{name}: line {begins}")
+
+
+def write(file: TextIO, rows: Iterable[Iterable[object]], delimiter: str = ",") -> None:
+    """Write rows of cells, the header among them.
+
+    Text that a spreadsheet would run as a formula gets a ' before it, which :func:`read` takes off again; numbers stay.
+    """
+    writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
+    writer.writerows(map(_guarded, row) for row in rows)
+
+
+def _guarded(cell: object) -> str:
+    text = str(cell)
+    return f"'{text}" if _FORMULA.match(text) and not is_number(text) else text
 
 
 def no_header(table: Table, wanted: str) -> InputError:

@@ -24,6 +24,14 @@ NAMES = tuple(LAWS)
 """Force laws in the order of their numbers."""
 SIZE = 536
 """Places of a room: as many as the largest rule has nodes, and not a multiple of 512, which processors confuse."""
+STEPS = np.concatenate([np.linspace(0.0, 0.55, 8)[:-1], np.linspace(0.55, 1.0, 4)])
+"""Samples of an open path as fractions of its parameter; closer together up to about 100 deg, where most end."""
+EVEN = 8
+"""Samples of an open path up to which their steps are even."""
+FOLDED_STEPS = np.linspace(0.0, 1.0, 17)
+"""Samples of a folded path, on which the twist grows large and farther neighbours come and go."""
+PART, DEEPEST, MOST_PARTS = 4, 28, 400
+"""Steps in an interval that is looked at closely, how often it may be halved, and how many there may be."""
 LEAST, SQUARE, RATE, DRIVE, TIP, SIDE, TURN = range(7)
 """Fields of a :class:`Spot` by number: the smallest margin, the squared root, and the margins."""
 
@@ -82,6 +90,24 @@ class Room:
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Column: ...
+
+
+def samples(kind: int) -> int:
+    """How many samples of a path are looked at first."""
+    return FOLDED_STEPS.size if kind == FOLDED else STEPS.size
+
+
+def sample(i: int, kind: int, x0: float, x1: float) -> float:
+    """Sample i of a path from x0 to x1; it does not depend on where the path ends."""
+    return float(x0 + (x1 - x0) * (FOLDED_STEPS[i] if kind == FOLDED else STEPS[i]))
+
+
+def onward(n: int, level: int) -> tuple[int, int]:
+    """Return what comes after part ``n`` of an interval halved ``level`` times: number and level; 1, 0 after all."""
+    n += 1
+    while level > 0 and n % 2 == 0:
+        n, level = n // 2, level - 1
+    return n, level
 
 
 def row(d: Design) -> Any:

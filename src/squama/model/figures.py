@@ -21,6 +21,10 @@ from squama.model.follow import FRICTIONAL, KINEMATIC, Followed, follow
 from squama.model.paths import FLOAT
 from squama.types import Array
 
+LOCKING = (FRICTIONAL, KINEMATIC)
+"""Ends before which paths are cut off."""
+NEAREST = 1e-13
+"""Part of the path parameter that is left before a lock at least: some hundred times its error."""
 SIZES = (14, 26, 48, 96)
 LEGENDRE_SIZES = (26, 48, 96, 192, 512)
 ROUGH, ROUGH_PLAIN = 3e-8, 5e-9
@@ -94,23 +98,32 @@ def figures(f: Followed, margin: float, cut: Rules, plain: Rules, room: Room) ->
         Rules for paths cut off before their pole, and for the others.
     """
     d = f.d
-    x_c = cutoff(f, margin)
     if f.k == 0:
         return Figures(d.theta0, 0.0, 0.0, 0.0, 0.0)
+    x_c = asked = cutoff(f, margin)
+    at = spot(x_c, d, room)
+    if f.code in LOCKING:
+        # more is left where rounding would hide on which side of the lock the path is
+        left, least = f.x_end - x_c, NEAREST * (abs(f.x0) + abs(f.x_end))
+        while x_c > f.x0 and not (left >= least and at.least > 0):
+            left = max(2 * left, least)
+            x_c = f.x_end - left
+            at = spot(x_c, d, room)
     if not x_c > f.x0:
         # a path that ends where it begins bears no load yet
         return Figures(d.theta0, f.load_e, 0.0, 0.0, 0.0)
-    at = spot(x_c, d, room)
     work = 0.0
     if d.mu > 0:
-        work = worked(f, x_c, cut, plain, room)
+        # the rules of a margin serve no other
+        rules = cut if x_c == asked else Rules(cut.sizes[:0], cut.nodes, cut.rough)
+        work = worked(f, x_c, rules, plain, room)
     return Figures(at.theta, at.load, at.force * d.eta, at.torque * d.k, work)
 
 
 def cutoff(f: Followed, margin: float) -> float:
     """Path parameter of the cut-off, as :func:`squama.model.energy.cutoff`."""
     d = f.d
-    if f.code not in (FRICTIONAL, KINEMATIC):
+    if f.code not in LOCKING:
         return f.x_end
     if d.kind == FOLDED and f.x_end <= 0:
         theta_end = d.theta_f - f.x_end * f.x_end
@@ -132,7 +145,7 @@ def worked(f: Followed, x_c: float, cut: Rules, plain: Rules, room: Room) -> flo
     else:
         h = 1e-4 * reach
         reach += beyond(spot(f.x_end, d, room).drive, spot(f.x_end - h, d, room).drive, h, FLOAT)
-    y_end, first = -math.log1p(-(x_c - f.x0) / reach), 0
+    y_end, first = -math.log1p(-min((x_c - f.x0) / reach, 1 - 1e-15)), 0
     for size in plain.sizes:
         total, last = by_rule(d, f.x0, reach, y_end, plain, first, size, room)
         if last <= plain.rough * abs(total):

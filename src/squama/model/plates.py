@@ -22,7 +22,9 @@ _KIND = {"DA": "base edge", "CB": "tip edge", "DC": "side edge", "AB": "side edg
 TIP_SIDE = 8 + 4 * EDGES.index("CB") + EDGES.index("DC")
 """Position of the tip-side pair among the feature pairs."""
 _ROUNDS = 4
-_PARALLEL = 1e-14
+_PARALLEL = 1e-10
+_FINER, _PARTS = 2, np.arange(1, 8) / 8
+"""How often more samples are taken where gaps turn back near zero, and where."""
 
 
 class Touch(NamedTuple):
@@ -118,7 +120,8 @@ def first_touch(
     """
     k = np.arange(1, plates.reach + 1)
     best: tuple[float, int, int] | None = None
-    for i, n, j in _changes(plates, at, x, k, follows):
+    x, gap, inside = _seen(plates, at, x, k, follows)
+    for i, n, j in _changes(gap, inside):
         if best is not None and x[j] > best[0]:
             continue
         hit = _refine(plates, at, float(x[j]), float(x[j + 1]), int(k[n]), i)
@@ -130,15 +133,37 @@ def first_touch(
     return Touch(best[2], name(best[1], best[2], mirrored), best[0], float(theta[0]), float(phi[0]))
 
 
-def _changes(
+def _seen(
     plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, k: Array, follows: int
-) -> list[tuple[int, int, int]]:
+) -> tuple[Array, Array, Array]:
+    """Return samples, gaps and whether they count; with more samples where a gap turns back near zero."""
+    for finer in range(_FINER + 1):
+        gap, inside = gaps(plates, *at(x), k)
+        if follows:
+            gap[TIP_SIDE, follows - 1] = 1.0
+        near = _turns(gap, inside) if finer < _FINER and x.size > 2 else np.empty(0, int)
+        if not near.size:
+            break
+        low = np.union1d(near, near + 1)
+        x = np.union1d(x, x[low] + np.outer(_PARTS, x[low + 1] - x[low]))
+    return x, gap, inside
+
+
+def _turns(gap: Array, inside: Array) -> Array:
+    """Return samples before those at which a gap is lowest and a parabola through three comes to half of it."""
+    left, middle, right = np.abs(gap[..., :-2]), np.abs(gap[..., 1:-1]), np.abs(gap[..., 2:])
+    above = gap > 0
+    turns = (above[..., :-2] == above[..., 1:-1]) & (above[..., 1:-1] == above[..., 2:])
+    turns &= (middle <= left) & (middle < right) & (middle > _PARALLEL)
+    turns &= inside[..., :-2] | inside[..., 1:-1] | inside[..., 2:]
+    turns &= (right - left) ** 2 > 4 * middle * (right + left - 2 * middle)
+    return np.unique(np.argwhere(turns)[:, 2])
+
+
+def _changes(gap: Array, inside: Array) -> list[tuple[int, int, int]]:
     """Feature pair, neighbour and sample before each change of sign near both features, in path order."""
-    gap, inside = gaps(plates, *at(x), k)
     change = (gap[..., :-1] > 0) != (gap[..., 1:] > 0)
     change &= inside[..., :-1] | inside[..., 1:]
-    if follows:
-        change[TIP_SIDE, follows - 1] = False
     found = np.argwhere(change)
     return [(int(i), int(n), int(j)) for i, n, j in found[np.argsort(found[:, 2], kind="stable")]]
 

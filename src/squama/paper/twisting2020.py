@@ -7,7 +7,6 @@ Values that the paper's text leaves open are chosen in :mod:`squama.paper.parame
 
 from __future__ import annotations
 
-import csv
 import io
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from squama.errors import refuse
-from squama.io import files
+from squama.io import files, tabular
 from squama.paper import claims, curves, elements, maps
 from squama.paper import parameters as par
 from squama.paper.elements import FePoints
@@ -198,9 +197,8 @@ def write(
 def write_table(table: Table, path: str | os.PathLike[str]) -> Path:
     """Write columns to a CSV file; numbers have 12 digits, NaN is an empty cell."""
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table)
-    writer.writerows(map(_cell, row) for row in zip(*(np.asarray(c).ravel() for c in table.values()), strict=True))
+    rows = zip(*(np.asarray(column).ravel() for column in table.values()), strict=True)
+    tabular.write(out, [table, *(map(_cell, row) for row in rows)])
     return files.atomic_write(path, lambda place: place.write_text(out.getvalue(), encoding="utf-8"))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import os
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
@@ -110,7 +111,10 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     def write(place: Path) -> None:
         with mpl.rc_context():
             mpl.rcParams.update(_SETTINGS)
-            figure.savefig(place, format=ending[1:], metadata={undated[ending]: None})
+            # of a disk that is full matplotlib makes errors of its own kinds
+            made = io.BytesIO()
+            figure.savefig(made, format=ending[1:], metadata={undated[ending]: None})
+        place.write_bytes(made.getvalue())
 
     return files.atomic_write(path, write)
 

@@ -53,7 +53,7 @@ def client(address: Any) -> Iterator[Any]:
         workers = int(address.partition(":")[2])
         with _deaf():
             here = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0"
             )
         with here as cluster, distributed.Client(cluster) as found:
             yield found

@@ -21,8 +21,10 @@ from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import shown
 
-FORMAT = 1
-"""Version of the layout of a store."""
+FORMAT = 2
+"""Version of the layout of a store; one of layout 1, which has no checksums beside its marks, is read only."""
+AGAIN = "remove it and run the sweep again"
+"""What to do about a store that cannot be mended."""
 Tile = tuple[int, ...]
 """Number of a tile along each dimension."""
 
@@ -59,6 +61,8 @@ VARIABLES = {load: _variables(load) for load in LOADS}
 MARK = "squama_sweep"
 """Attribute of the group that marks a store; its value is the version of the layout."""
 STATUS = "status"
+CHECKSUMS = "checksums"
+"""Array of the checksums of the chunks of each tile, in the order of the variables."""
 _STATUS_ATTRS = {"long_name": "state of each tile", "flag_values": [0, 1], "flag_meanings": "not_computed done"}
 
 
@@ -73,6 +77,7 @@ class Plan(NamedTuple):
     axes: tuple[Axis, ...]
     tile: tuple[int, ...]
     versions: dict[str, str]
+    format: int = FORMAT
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -118,7 +123,7 @@ class Plan(NamedTuple):
     def configuration(self) -> dict[str, Any]:
         """The plan as plain data."""
         return {
-            "format": FORMAT,
+            "format": self.format,
             "load": self.load,
             "law": list(self.laws),
             "sense": self.sense,
@@ -146,7 +151,7 @@ class Plan(NamedTuple):
         swept = tuple(Axis.from_record(name, v) for name, v in c["over"])
         # stores of before name one of several engines, which tells the last digits as a version does
         made_by = c["versions"] | {key: c[key] for key in ("engine",) if key in c}
-        alike = {key: c[key] for key in ("load", "sense", "margin")}
+        alike = {key: c[key] for key in ("load", "sense", "margin", "format")}
         return cls(c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), versions=made_by, **alike)
 
 
@@ -157,7 +162,12 @@ def arrays(plan: Plan) -> dict[str, dict[str, Any]]:
     for name, (_, dtype, attrs) in VARIABLES[plan.load].items():
         found[name] = plan.shape, plan.tile, dtype, plan.dims, attrs, np.nan if dtype == "float64" else -1
     tiles = tuple(f"tile_{dim}" for dim in plan.dims)
-    found[STATUS] = plan.grid, (1,) * len(plan.grid), "int8", tiles, _STATUS_ATTRS, 0
+    ones = (1,) * len(plan.grid)
+    found[STATUS] = plan.grid, ones, "int8", tiles, _STATUS_ATTRS, 0
+    if plan.format > 1:
+        names = list(VARIABLES[plan.load])
+        about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
+        found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
     for name, (values, attrs) in coordinates(plan).items():
         found[name] = values.shape, values.shape, str(values.dtype), (name,), attrs, 0
     return {name: dict(zip(keys, about, strict=True)) for name, about in found.items()}
@@ -189,7 +199,7 @@ def attributes(plan: Plan) -> dict[str, Any]:
         "versions": plan.versions,
         "configuration": plan.text,
         "configuration_sha256": plan.digest,
-        MARK: FORMAT,
+        MARK: plan.format,
     }
     return {key: value for key, value in about.items() if value is not None}
 

@@ -1,9 +1,10 @@
 """The store of a sweep: a zarr group (format 3) of labelled arrays, a chunk per tile, and a mark per finished tile.
 
 A store is made in a hidden folder beside its place and moved there when it is whole. zarr writes each chunk beside its
-place and moves it there; the mark of a tile (its chunk of ``status``) comes last, when the disk has all its data.
-Whatever kills a run, the marks therefore name whole tiles only, and the next run overwrites or takes away whatever a
-dead one left. Nothing in a store tells when or where it was written.
+place and moves it there; the mark of a tile (its chunk of ``status``) comes last, when the disk has all its data and
+their checksums. Whatever kills a run, the marks therefore name whole tiles only, and the next run overwrites or takes
+away whatever a dead one left. It also holds every tile with a mark against its checksums and does damaged ones anew.
+Nothing in a store tells when or where it was written.
 A writer claims a tile by a lock, so no tile has two writers on one machine or one file system with locks.
 """
 
@@ -18,6 +19,7 @@ import re
 import secrets
 import shutil
 import stat
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,17 +31,32 @@ from squama.errors import InputError, Problem, refuse
 from squama.io import files
 from squama.needs import need
 from squama.study.columns import matrix_warnings
-from squama.study.plan import FORMAT, MARK, STATUS, VARIABLES, Plan, Tile, arrays, attributes, coordinates, differences
+from squama.study.plan import (
+    AGAIN,
+    CHECKSUMS,
+    FORMAT,
+    MARK,
+    STATUS,
+    VARIABLES,
+    Plan,
+    Tile,
+    arrays,
+    attributes,
+    coordinates,
+    differences,
+)
 from squama.types import Array
 from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
+    from zarr.core.buffer import Buffer
 
 _WRITE_BITS = 0o222
 _TRIES = 5
 _PARTIAL = ".partial"
 """Ending of a chunk that zarr has not finished, and of the claim on a tile."""
+REWRITE = "run the same sweep again: it writes this anew"
 
 
 class Writer:
@@ -49,12 +66,12 @@ class Writer:
         self.path, self.plan = path, plan
         self._arrays = {
             name: need("zarr").open_array(path / name, mode="r+", zarr_format=3, config={"write_empty_chunks": True})
-            for name in (*VARIABLES[plan.load], STATUS)
+            for name in (*VARIABLES[plan.load], CHECKSUMS, STATUS)
         }
 
     @contextlib.contextmanager
     def claim(self, tile: Tile) -> Iterator[bool]:
-        """Take a tile; False if it is done or another writer has it."""
+        """Take a tile, and the mark from one that is damaged; False if it is done or another writer has it."""
         mark = self.path / STATUS / key(tile)
         claimed = mark.with_name(mark.name + _PARTIAL)
         # while any writer holds the store nobody sweeps it
@@ -62,18 +79,26 @@ class Writer:
             _locked(store, wait=True)
             mine = _locked(handle) is not False and _same(handle, claimed)
             try:
-                yield mine and not mark.exists()
+                anew = mine and not whole(self.path, self.plan, tile)
+                if anew:
+                    mark.unlink(missing_ok=True)
+                yield anew
             finally:
                 if mine:
                     claimed.unlink(missing_ok=True)
 
     def write(self, tile: Tile, values: Mapping[str, Array]) -> None:
-        """Write the data of a tile, then its mark; where the disk fails what was written is taken away."""
-        places = [self.path / name / key(tile) for name in (STATUS, *values)]
+        """Write data and checksums of a tile, then its mark; where the disk fails what was written is taken away."""
+        from squama.study.chunks import end_of, sum_at, sums_of
+
+        data = [f"{name}/{key(tile)}" for name in VARIABLES[self.plan.load]]
+        places = [self.path / place for place in (f"{STATUS}/{key(tile)}", *data, sums_of(key(tile)))]
         region = self.plan.place(tile)
         try:
             for name, array in values.items():
                 self._arrays[name][region] = array
+            sums = b"".join(sum_at(place, end_of(self.path / place)) for place in data)
+            self._arrays[CHECKSUMS][tile] = np.frombuffer(sums, "<u4")
             for place in (*places[1:], *(place.parent for place in places[1:])):
                 flush(place)
             self._arrays[STATUS][tuple(slice(i, i + 1) for i in tile)] = 1
@@ -91,7 +116,7 @@ def sweep_orphans(path: Path, plan: Plan) -> None:
     with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
         if not _locked(store):
             return
-        for name in (*VARIABLES[plan.load], STATUS):
+        for name in arrays(plan):
             with contextlib.suppress(OSError), os.scandir(path / name) as entries:
                 for entry in entries:
                     # a mark without content is one that a machine had not on its disk when it went down
@@ -164,6 +189,8 @@ def _create(path: Path, plan: Plan) -> None:
             with _opened(beside, os.O_RDONLY) as handle:
                 _locked(handle)
                 _fill(beside, plan)
+                for place in sorted(beside.rglob("*")):
+                    flush(place)
                 try:
                     beside.rename(path)
                 except OSError as error:  # another run was first
@@ -191,73 +218,120 @@ def _clear(path: Path) -> None:
                         shutil.rmtree(beside, ignore_errors=True)
 
 
-def _fill(beside: Path, plan: Plan) -> None:
+def _fill(place: object, plan: Plan) -> None:
+    """Write an empty store to a folder, or to a store of zarr."""
     library = need("zarr")
-    codecs = [library.codecs.ZstdCodec(level=1), library.codecs.Crc32cCodec()]
-    group = library.create_group(beside, zarr_format=3, attributes=attributes(plan))
+    group = library.create_group(place, zarr_format=3, attributes=attributes(plan))
     for name, about in arrays(plan).items():
+        # a mark and checksums are the same bytes whatever compresses
+        plain = plan.format > 1 and name in {STATUS, CHECKSUMS}
+        codecs = [*([] if plain else [library.codecs.ZstdCodec(level=1)]), library.codecs.Crc32cCodec()]
         how = {"chunk_key_encoding": {"name": "default", "separator": "."}, "config": {"write_empty_chunks": True}}
         group.create_array(name=name, compressors=codecs, **how, **about)
     for name, (values, _) in coordinates(plan).items():
         group[name][:] = values
-    for place in sorted(beside.rglob("*")):
-        flush(place)
 
 
 def read_plan(path: Path) -> Plan:
     """Return the plan of a store; refuse what is none, what squama did not write, and a damaged one."""
-    if not path.exists():
+    if not files.exists(path):
         raise _no(path, "no such store", "make it with: squama sweep beam.toml --over mu=0:2:401 -o map.zarr")
     text = ""
     try:
         text = (path / "zarr.json").read_text(encoding="utf-8")
-        about = json.loads(text)["attributes"]
+        document = json.loads(text)
+        about = document["attributes"]
         version = about[MARK]
-    except (OSError, ValueError, KeyError, TypeError):
+        node = document["zarr_format"], document["node_type"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         if MARK in text or (path.is_dir() and {STATUS, "end", "RED"} <= {entry.name for entry in path.iterdir()}):
             raise _damaged(path, "zarr.json") from None
         raise _no(path, "is no store that squama sweep has written", "give another name") from None
-    if version != FORMAT:
-        raise _no(path, f"was written by another version of squama (layout {version})", "make a new store")
+    if version not in (1, FORMAT):
+        raise _old(path, version)
+    text = about.get("configuration")
+    digest = hashlib.sha256(str(text).encode()).hexdigest()
+    sound = node == (3, "group") and about.get("configuration_sha256") == digest
     try:
-        text = about["configuration"]
-        plan = Plan.from_text(text)
-        as_told = {"configuration": text, "configuration_sha256": hashlib.sha256(text.encode()).hexdigest()}
+        plan = Plan.from_text(text if sound else "")
+        as_told = {"configuration": text, "configuration_sha256": digest}
         if "engine" in plan.versions:
             as_told |= {key: about[key] for key in ("engine", "versions")}
-        whole = attributes(plan) | as_told == about
+        sound = attributes(plan) | as_told == about
     except (ValueError, KeyError, TypeError, AttributeError):
-        whole = False
-    if not whole:
+        sound = False
+    if not sound:
         raise _damaged(path, "its configuration does not fit its hash")
     return plan
 
 
 def check(path: Path, plan: Plan) -> Array:
-    """Look at every part of a store but the data themselves; return which tiles are done, in the shape of the grid.
+    """Look at every part of a store but the tiles; return which of these bear a mark, in the shape of the grid.
 
     A damaged store is refused.
     """
-    library = need("zarr")
     known = coordinates(plan)
-    wanted = ("shape", "chunks", "dtype", "dimension_names")
-    for part, about in arrays(plan).items():
+    for place, data in _files(plan).items():
+        name = place.partition("/")[0]
         try:
-            array = library.open_array(path / part, mode="r", zarr_format=3)
-            found = (array.shape, array.chunks, str(array.dtype), array.metadata.dimension_names)
-            whole = found == tuple(about[entry] for entry in wanted)
-            whole = whole and (part not in known or np.array_equal(array[:], known[part][0]))
+            sound = (path / place).read_bytes() == data or _alike(path, plan, name, known)
         except Exception:  # damage shows itself in zarr as errors of many kinds
-            whole = False
-        if not whole:
-            raise _damaged(path, part)
-    done = marked(path, plan)
-    for variable in VARIABLES[plan.load]:
-        missing = done & ~_chunks(path / variable, plan.grid)
-        if missing.any():
-            first = tuple(int(i) for i in np.argwhere(missing)[0])
-            raise _damaged(path, f"{variable}/{key(first)} is missing")
-    return done
+            sound = False
+        if not sound:
+            mends = (path / name).is_dir() and plan.format == FORMAT
+            raise _damaged(path, place, REWRITE) if mends else _damaged(path, name)
+    return marked(path, plan)
+
+
+def _files(plan: Plan) -> dict[str, bytes]:
+    """Return the files of a store that the plan tells but for the plan's own: of each array, and its coordinates."""
+    made: dict[str, Buffer] = {}
+    _fill(need("zarr").storage.MemoryStore(store_dict=made), plan)
+    return {name: data.to_bytes() for name, data in made.items() if "/" in name}
+
+
+def _alike(path: Path, plan: Plan, name: str, known: Mapping[str, tuple[Array, object]]) -> bool:
+    """Say whether an array means what the plan tells, in other letters: those of another version of zarr."""
+    library = need("zarr")
+    made = library.storage.MemoryStore()
+    _fill(made, plan)
+    array, wanted = library.open_array(path / name, mode="r", zarr_format=3), library.open_group(made, mode="r")[name]
+    alike = json.dumps(array.metadata.to_dict()) == json.dumps(wanted.metadata.to_dict())
+    return alike and (name not in known or np.array_equal(array[:], known[name][0]))
+
+
+def _mend(path: Path, plan: Plan) -> None:
+    """Write the files anew that follow from the plan, where they are not as they should be and the place allows it."""
+    for place, data in _files(plan).items():
+        file = path / place
+        with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
+            if not file.parent.is_dir() or (file.is_file() and file.read_bytes() == data):
+                continue
+            _locked(store, wait=True)
+            beside = file.with_name(f"{file.name}.{secrets.token_hex(6)}{_PARTIAL}")
+            try:
+                beside.write_bytes(data)
+                flush(beside)
+                beside.replace(file)
+                flush(file.parent)
+            finally:
+                beside.unlink(missing_ok=True)
+
+
+def whole(path: Path, plan: Plan, tile: Tile) -> bool:
+    """Say whether a tile has its mark and all that the mark stands for; a folder in the place of a chunk is refused."""
+    from squama.study.chunks import Chunks, sums_of
+
+    name = key(tile)
+    if not (path / STATUS / name).exists():
+        return False
+    try:
+        Chunks(path, plan).check(name)
+    except InputError:
+        if any((path / place).is_dir() for place in (*(f"{v}/{name}" for v in VARIABLES[plan.load]), sums_of(name))):
+            raise
+        return False
+    return True
 
 
 def marked(path: Path, plan: Plan) -> Array:
@@ -278,28 +352,42 @@ def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
     return there
 
 
-def prepare(path: Path, plan: Plan) -> Array:
-    """Make the store of a plan, or find it to go on with; return which tiles are done.
-
-    A place that cannot take it, or that holds anything else, is refused and left as it was.
-    """
+def there(path: Path) -> bool:
+    """Say whether something is in the place of a store; refuse one that cannot take a store."""
+    need("zarr")
     if path.suffix.lower() != ".zarr":
         refuse(files.label(path) or '""', "", "has not the extension .zarr", "write e.g. map.zarr")
-    if not path.exists():
+    if not files.exists(path):
         folder = path.absolute().parent
         if not folder.is_dir():
             raise _no(path, f"its folder {files.label(folder)} does not exist", "make it first or give another path")
         if not _writable(folder):
             raise _no(path, f"its folder {files.label(folder)} is read-only", "give another path")
+        return False
+    return True
+
+
+def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
+    """Make the store of a plan, or find it to go on with; return which tiles are done.
+
+    Those of the shard are held against their checksums. A place that cannot take the store, or that holds anything
+    else, is refused and left as it was.
+    """
+    if not there(path):
         _clear(path)
         _create(path, plan)
     stored = read_plan(path)
+    if stored.format != FORMAT:
+        raise _old(path, stored.format)
     if different := differences(stored, plan):
         raise _no(path, f"belongs to another sweep: {'; '.join(different)} (stored against asked)", "give another name")
     _clear(path)
     sweep_orphans(path, plan)
+    _mend(path, plan)
     done = check(path, plan)
-    if not done.all() and not all(_writable(path / part) for part in (".", *VARIABLES[plan.load], STATUS)):
+    for tile in plan.tiles(shard):
+        done[tile] = done[tile] and whole(path, plan, tile)
+    if not done.all() and not all(_writable(path / part) for part in (".", *VARIABLES[plan.load], CHECKSUMS, STATUS)):
         raise _no(path, "is read-only", "make it writable or give another path")
     return done
 
@@ -324,10 +412,18 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     place = Path(path)
     plan = read_plan(place)
-    check(place, plan)
+    done = check(place, plan)
     import xarray as xr
 
-    found: Any = xr.open_zarr(place, consolidated=False, zarr_format=3, chunks=None)
+    from squama.study.chunks import Checked, Chunks
+
+    for variable in VARIABLES[plan.load]:
+        for missing in np.argwhere(done & ~_chunks(place / variable, plan.grid))[:1]:
+            Chunks(place, plan).check(key(tuple(missing)), variable)
+    with warnings.catch_warnings():
+        # what else lies in the folder does no harm
+        warnings.simplefilter("ignore")
+        found: Any = xr.open_zarr(Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
     # in the order of the plan: that of a folder is any
     coords = {dim: found.variables[dim] for dim in plan.dims}
     if "law" in coords:
@@ -344,5 +440,9 @@ def _no(path: Path, reason: str, remedy: str) -> InputError:
     return InputError(Problem(files.label(path), "", reason, remedy))
 
 
-def _damaged(path: Path, what: str) -> InputError:
-    return _no(path, f"is damaged ({what})", "remove it and run the sweep again")
+def _damaged(path: Path, what: str, remedy: str = AGAIN) -> InputError:
+    return _no(path, f"is damaged ({what})", remedy)
+
+
+def _old(path: Path, layout: object) -> InputError:
+    return _no(path, f"was written by another version of squama (layout {shown(layout)})", "make a new store")

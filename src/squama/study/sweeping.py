@@ -6,6 +6,7 @@ Memory is that of one tile and of what works on it, however large the sweep is.
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import math
 import os
@@ -27,6 +28,7 @@ from squama.errors import refuse
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.loads import LOADS
+from squama.needs import need
 from squama.study import cluster, columns, parameters, store
 from squama.study.plan import VARIABLES, Plan, Tile, tile_shape, versions
 from squama.types import Array
@@ -174,11 +176,16 @@ def run(
     mine = read_shard(shard)
     if dask is not None:
         cluster.check(dask)
+        need("distributed")
     shown_by = listener(progress)
     with ExitStack() as stack:
-        # a cluster that does not answer leaves no store behind
-        found = stack.enter_context(cluster.client(dask)) if dask is not None and cluster.remote(dask) else None
-        done = store.prepare(path, plan)
+        # a cluster that does not answer and a tile that cannot be solved leave no store behind
+        new = not store.there(path)
+        found = None
+        if dask is not None and (new or cluster.remote(dask)):
+            found = stack.enter_context(cluster.client(dask))
+        early = {tile: (compute(plan, tile),) for tile in itertools.islice(plan.tiles(mine), int(new))}
+        done = store.prepare(path, plan, mine)
         sizes = [(plan.size(tile), bool(done[tile])) for tile in plan.tiles(mine)]
         share, old = len(sizes), sum(was for _, was in sizes)
         todo = (tile for tile in plan.tiles(mine) if not done[tile])
@@ -199,7 +206,7 @@ def run(
             try:
                 if dask is None:
                     for tile in todo:
-                        finished(tile, one_tile(str(path), tile))
+                        finished(tile, one_tile(str(path), tile, *early.pop(tile, ())))
                         if stopped():
                             break
                 elif old < share:
@@ -249,14 +256,14 @@ def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another s
     return store.Writer(place, plan)
 
 
-def one_tile(path: str, tile: Tile) -> bool:
-    """Solve and write one tile of a store; False if it is done or another process is at it."""
+def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -> bool:
+    """Solve one tile of a store, unless its values are given, and write it; False if it is done or another has it."""
     place = Path(path)
     try:
         writer = _writer(path, store.read_plan(place).digest)
         with writer.claim(tile) as mine:
             if mine:
-                writer.write(tile, compute(writer.plan, tile))
+                writer.write(tile, values or compute(writer.plan, tile))
             return mine
     except OSError as error:
         raise store.refused(place, error) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 from squama import arguments, units
 from squama.beam import matrixfile
 from squama.curves import compliant, doors, finite_rows
-from squama.errors import naming
+from squama.errors import InputError, naming
 from squama.fe import runs, stiffness
 from squama.fe.agreement import compare
 from squama.fe.geometry import geometry
@@ -90,7 +91,6 @@ def verify(
     KeyboardInterrupt
         Ctrl-C; what is done stays in the folder.
     """
-    place = files.make_folder(folder)
     say = announce or (lambda _: None)
     friction = arguments.friction(beam.friction.mu, mu)
     if to is None:
@@ -98,9 +98,18 @@ def verify(
     # a twist "total" is one of the beam that is described, not of fewer scales
     with naming("to"):
         to = units.twist(to, pitch=beam.pitch, scales=beam.scales)
+    made = not Path(folder).exists()
+    place = files.make_folder(folder)
     say("periodic cell of finite elements")
     common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged}
-    elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
+    try:
+        elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
+    except InputError:
+        # what is refused before the first increment leaves no folder
+        if made:
+            with suppress(OSError):
+                place.rmdir()
+        raise
     written = [datasets.save(elements, place / "elements.nc")]
     rates = np.asarray(elements["Phi"].values, float)
     asked: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates}

@@ -20,7 +20,7 @@ from squama.scene import standalone
 from squama.scene.motion import Motion, Setting, shape
 from squama.types import Array
 from squama.units import number, prefix
-from squama.web.state import State
+from squama.web.state import State, read
 
 POINTS = 140
 """Points of a curve."""
@@ -74,6 +74,14 @@ def prepare(state: State) -> None:
     """Solve all that a state shows, to be kept; with the compliant joint this takes seconds."""
     for one in (state, *state.kept):
         along(one.setting)
+
+
+def taken(link: str) -> State:
+    """Return the state of a link, and solve what is drawn of it first. Raises InputError: as :func:`state.read`."""
+    found = read(link)
+    for one in (found, *found.kept):
+        along(one._replace(joint="hinge").setting)
+    return found
 
 
 def scene(state: State) -> dict[str, object]:

@@ -8,11 +8,12 @@ from contextlib import contextmanager
 from importlib.resources import files
 from typing import Any
 
-from nicegui import app, run, ui
+from nicegui import ui
 
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
 from squama.web import charts, live, map, panels  # noqa: A004 - the module is named after what it draws
+from squama.web.aside import Aside
 from squama.web.elements import BeamView, button, put, text, write
 from squama.web.state import State, query
 
@@ -21,6 +22,8 @@ WAIT = 0.3
 BUSY = "The compliant joint is being solved ..."
 MOMENT = 0.04
 """Seconds by which the plots follow the view."""
+SOLVING = Aside(live.prepare, most=2)
+MAPPING = Aside(map.grid, most=1)
 
 
 @contextmanager
@@ -37,8 +40,9 @@ class Explorer:
 
     def __init__(self, state: State, notice: str = "") -> None:
         # what is asked for, and what is solved and drawn: with the compliant joint they differ for seconds
-        wanted, quick = state, all(one.joint == "hinge" for one in (state, *state.kept))
-        state = state if quick else state._replace(joint="hinge", kept=())
+        self.wanted = state
+        if any(one.joint != "hinge" for one in (state, *state.kept)):
+            state = state._replace(joint="hinge", kept=())
         self.state = self.drawn = state
         self.solving: asyncio.Task[None] | None = None
         self.dark = False
@@ -78,14 +82,28 @@ class Explorer:
             self.compared = panels.Compared(self.attempt)
         self.say(notice)
         self.draw()
-        if not quick and app.is_started:
-            self.go(wanted, self.say)
+        # a page that nobody looks at costs no more than its making
+        self.client.on_connect(self.begin)
+        self.client.on_delete(self.end)
 
     def _chart(self, options: charts.Options) -> tuple[ui.echart, ui.element]:
         with ui.element("div").classes("plot"), ui.element("div").classes("cells"):
             chart = ui.echart(options, renderer="svg")
             chart.props["role"] = "img"
             return chart, panels.marks(charts.ROOM)
+
+    def begin(self) -> None:
+        """Solve and draw what takes longer, as somebody looks at the page."""
+        self.draw_plots()
+        wanted, self.wanted = self.wanted, self.drawn
+        if wanted != self.drawn:
+            self.go(wanted, self.say)
+
+    def end(self) -> None:
+        """Let go of what is under way: nobody looks at the page any more."""
+        for one in (self.later, self.pending, self.solving):
+            if one is not None:
+                one.cancel()
 
     # ---- what people do ------------------------------------------------------------------------------------
 
@@ -121,14 +139,16 @@ class Explorer:
         while (asked := self.state) != self.drawn:
             self.say(BUSY)
             try:
-                await run.io_bound(live.prepare, asked)
+                await SOLVING(asked)
             except InputError as error:
                 self.state = self.drawn
                 self.say("")
                 refuse(str(error))
                 self.draw()
                 return
-            if asked == self.state and not self.view.is_deleted:
+            if self.view.is_deleted:
+                return
+            if asked == self.state:
                 self.say("")
                 self.drawn = asked
                 self.draw()
@@ -186,7 +206,7 @@ class Explorer:
         self.outcome.show(self.drawn)
         self.compared.show(self.drawn)
         # the view comes first: plots follow in a moment, once for all changes until then
-        if self.later is None and app.is_started:
+        if self.later is None and self.client.has_socket_connection:
             self.later = asyncio.get_running_loop().call_later(MOMENT, self.draw_plots)
         self.client.run_javascript(f"history.replaceState(null, '', '?{query(self.drawn)}')")
 
@@ -213,13 +233,13 @@ class Explorer:
             return
         if self.pending is not None:
             self.pending.cancel()
-        if app.is_started:
+        if self.client.has_socket_connection:
             self.pending = asyncio.get_running_loop().create_task(self._map(wanted))
 
     async def _map(self, wanted: map.Key) -> None:
         await asyncio.sleep(WAIT)
-        found = await run.io_bound(map.grid, wanted)
-        if found is None or self.map.is_deleted:
+        found = await MAPPING(wanted)
+        if self.map.is_deleted:
             return
         self.map_key = wanted
         panels.list_ends(self.map_ends, map.ends(found), wanted.load)

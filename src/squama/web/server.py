@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import signal
 import socket
+import threading
+import webbrowser
 from collections.abc import Callable
+from types import FrameType
 
 from squama.errors import InputError, refuse
-from squama.web.state import State, read
+from squama.web import aside, live
+from squama.web.aside import Aside
+from squama.web.guard import TOKEN, Guard
+from squama.web.state import State
 
 HOST = "127.0.0.1"
 TITLE = "squama explorer"
+LIMIT = 5
+"""Seconds that the reading of a link may take."""
+PATIENCE = 5.0
+"""Seconds from Ctrl-C to the end at the latest."""
+UNUSED = "The link cannot be used, so the first design is shown."
 
 
 def free_port(port: int | None) -> int:
@@ -32,24 +45,37 @@ def free_port(port: int | None) -> int:
 def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None]) -> None:
     """Show the page at a port (see `free_port`) until it is interrupted; ``start`` where its link says nothing else.
 
-    ``browser``: whether to open one; ``ready`` is told the address when it can be opened.
+    ``browser``: whether to open one; ``ready`` is told the address, with its secret, when it can be opened.
     """
+    import uvicorn
+    from fastapi import FastAPI
+    from fastapi.responses import PlainTextResponse
     from nicegui import app, background_tasks, ui
 
-    from squama.web import map  # noqa: A004 - the module is named after what it draws
+    from squama.web import map, memory  # noqa: A004 - the module is named after what it draws
     from squama.web.page import Explorer
 
-    def page() -> None:
+    reading = Aside(live.taken, most=2, limit=LIMIT)
+
+    async def page() -> None:
+        memory.make_room()
         state, notice = start, ""
         query = ui.context.client.request.url.query
         if query:
             try:
-                state = read(query)
+                state = await reading(query)
             except InputError as error:
-                notice = f"The link cannot be used, so the first design is shown.\n{error}"
+                notice = f"{UNUSED}\n{error}"
+            except TimeoutError:
+                notice = f"{UNUSED}\nreading it took longer than {LIMIT} s"
         Explorer(state, notice)
 
-    ui.page("/", title=TITLE)(page)
+    ui.page("/", title=TITLE, response_timeout=4 * LIMIT)(page)
+    # in place of NiceGUI's, which is a page of its own that stays in memory
+    app.add_exception_handler(404, lambda *_: PlainTextResponse("There is nothing here.\n", 404))
+    outer = FastAPI(openapi_url=None)
+    guard = Guard(outer, port)
+    address = f"http://{HOST}:{port}/?{TOKEN}={guard.secret}"
 
     async def announce() -> None:
         # the server listens a moment after it has started
@@ -60,23 +86,48 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
                 await asyncio.sleep(0.02)
                 continue
             writer.close()
-            ready(f"http://{HOST}:{port}/")
+            ready(address)
+            if browser:
+                threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
             return
 
     app.on_startup(lambda: background_tasks.create(announce()))
     app.on_startup(map.warm_up)
-    ui.run(
+    app.on_delete(memory.Sweep().soon)
+    ui.run_with(
+        outer, title=TITLE, favicon=ICON, tailwind=False, show_welcome_message=False, dark=None, language="en-US"
+    )
+
+    class Server(uvicorn.Server):
+        """Ends soon after it is asked to, whatever is computed."""
+
+        def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+            super().handle_exit(sig, frame)
+            last = threading.Timer(PATIENCE, os._exit, [128 + sig])
+            last.daemon = True
+            last.start()
+
+    config = uvicorn.Config(
+        guard,
         host=HOST,
         port=port,
-        title=TITLE,
-        favicon=ICON,
-        show=browser,
-        reload=False,
-        tailwind=False,
-        show_welcome_message=False,
-        dark=None,
-        language="en-US",
+        http="h11",
+        ws="wsproto",
+        # bytes of a request's head and of a message, connections, seconds for what is under way at the end
+        h11_max_incomplete_event_size=2**16,
+        ws_max_size=2**20,
+        limit_concurrency=256,
+        timeout_graceful_shutdown=1,
+        proxy_headers=False,
+        server_header=False,
+        log_level="warning",
     )
+    try:
+        Server(config).run()
+    finally:
+        if aside.busy():
+            # the end of the interpreter would abort in the compiled code of such a thread
+            os._exit(128 + signal.SIGINT)
 
 
 ICON = (

@@ -29,6 +29,8 @@ FRICTION = 0.25
 """Coefficient of friction of a beam that has none."""
 LONGEST = 20_000
 """Characters of a query at most."""
+MOST_VALUES = 64
+"""Values of a query at most; a link has some thirty."""
 
 
 class State(NamedTuple):
@@ -170,7 +172,10 @@ def read(text: str, *, kept: bool = True) -> State:
     """
     if len(text) > LONGEST:
         refuse("", "", f"the link is longer than {LONGEST} characters", "copy it anew")
-    pairs = parse_qsl(text.removeprefix("?"), keep_blank_values=True)
+    text = text.removeprefix("?")
+    if text.count("&") >= MOST_VALUES:
+        refuse("", "", f"the link has more than {MOST_VALUES} values", "copy it anew")
+    pairs = parse_qsl(text, keep_blank_values=True)
     tables: dict[str, dict[str, object]] = {}
     plain: dict[str, str] = {}
     keeps: list[str] = []
@@ -189,7 +194,7 @@ def read(text: str, *, kept: bool = True) -> State:
     if len(keeps) > MOST_KEPT:
         problems.add("keep", reason=f"{len(keeps)} designs", remedy=f"at most {MOST_KEPT}")
     problems.settle()
-    beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False)
+    beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False, folder=None)
     state = State(beam, 0.0)
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
     for name, given in plain.items():

@@ -17,7 +17,7 @@ from squama.beam.design import Beam
 from squama.errors import Problems, refuse
 from squama.study.parameters import EXAMPLES, FULL, PARAMETERS, canonical, flattened, meant, own, text_of
 from squama.types import Array
-from squama.units import Dimension, QuantityError, for_people, quantity, shown
+from squama.units import LONGEST, Dimension, QuantityError, for_people, quantity, shown
 
 MOST_CUT = 0.1
 """Largest share of a normal distribution that may lie outside a parameter's bounds."""
@@ -162,6 +162,8 @@ def _read(key: str, name: str, given: Any, beam: Beam, *, bare: bool) -> Toleran
 
 def _form(value: Any, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
     """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
+    if isinstance(value, str) and len(value) > LONGEST:
+        no(f"is longer than {LONGEST} characters")
     if isinstance(value, list | tuple) and value and isinstance(value[0], str):
         kind, items = value[0], list(value[1:])
     elif isinstance(value, str) and (call := _CALL.fullmatch(value)):

@@ -1,0 +1,120 @@
+"""The chunks of a store, held against their checksums when they are read and when a sweep is gone on with.
+
+The last four bytes of a chunk are the CRC-32C of those before. Of each chunk of a finished tile the array of checksums
+keeps the same sum with the name of its place after the chunk, so a chunk in the place of another is noticed too.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+import google_crc32c as crc32c
+from zarr.storage import LocalStore
+
+from squama.errors import refuse
+from squama.io import files
+from squama.study.plan import AGAIN, CHECKSUMS, STATUS, VARIABLES, Plan
+
+if TYPE_CHECKING:
+    from zarr.abc.store import ByteRequest
+    from zarr.core.buffer import Buffer, BufferPrototype
+
+_SUM = 4
+"""Bytes of a checksum."""
+_DONE = b"\x01"
+_ANEW = "run the same sweep again: it does this tile anew"
+
+
+def sum_at(place: str, chunk: bytes) -> bytes:
+    """Return the checksum of a chunk, of which the end suffices, and of the name of its place (``RED/c.0.1``)."""
+    own = int.from_bytes(chunk[-_SUM:], "little")
+    return int(crc32c.extend(own, place.encode())).to_bytes(_SUM, "little")
+
+
+def end_of(file: Path) -> bytes:
+    """Return the end of a chunk, which is its checksum."""
+    with file.open("rb") as chunk:
+        chunk.seek(-_SUM, 2)
+        return chunk.read()
+
+
+def sums_of(tile: str) -> str:
+    """Return the place of the checksums of a tile: their array has a dimension more, the variables."""
+    return f"{CHECKSUMS}/{tile}.0"
+
+
+class Chunks:
+    """The chunks of one store; a tile is named as the file of each of its chunks, ``c.0.1``."""
+
+    def __init__(self, path: Path, plan: Plan) -> None:
+        self.path, self.plan = path, plan
+
+    def check(self, tile: str, only: str | None = None) -> None:
+        """Refuse a tile that bears a mark and is not whole, in all its variables or one of them."""
+        names = list(VARIABLES[self.plan.load])
+        mark = self._chunk(tile, f"{STATUS}/{tile}")
+        sums = b""
+        if self.plan.format > 1:
+            sums = self._chunk(tile, sums_of(tile))[:-_SUM]
+            if mark[:-_SUM] != _DONE or len(sums) != _SUM * len(names):
+                self._refuse(tile, "its mark does not fit its checksum")
+        for i, name in enumerate(names):
+            if only in (None, name):
+                place = f"{name}/{tile}"
+                chunk = self._chunk(tile, place)
+                if sums and sum_at(place, chunk) != sums[_SUM * i : _SUM * (i + 1)]:
+                    self._refuse(tile, f"{place} does not fit the checksum of its place")
+
+    def _chunk(self, tile: str, place: str) -> bytes:
+        """Return a chunk that fits its own checksum."""
+        try:
+            chunk = (self.path / place).read_bytes()
+        except FileNotFoundError:
+            self._refuse(tile, f"{place} is missing")
+        except IsADirectoryError:
+            self._refuse(tile, f"{place} is a folder")
+        except OSError as error:
+            self._refuse(tile, f"{place} cannot be read, {str(error.strerror).lower()}")
+        if len(chunk) <= _SUM or crc32c.value(chunk[:-_SUM]) != int.from_bytes(chunk[-_SUM:], "little"):
+            self._refuse(tile, f"{place} does not fit its checksum")
+        return chunk
+
+    def _refuse(self, tile: str, what: str) -> NoReturn:
+        remedy = AGAIN if self.plan.format == 1 else _ANEW
+        refuse(files.label(self.path), "", f"is damaged (tile {tile.removeprefix('c.')}: {what})", remedy)
+
+
+class Checked(LocalStore):
+    """The files of a store for reading: no chunk of a tile without a mark, and none that is damaged."""
+
+    def __init__(self, root: Path, plan: Plan) -> None:
+        super().__init__(root, read_only=True)
+        self._chunks = Chunks(root, plan)
+
+    def with_read_only(self, read_only: bool = True) -> Checked:  # noqa: ARG002 - the shape of a store
+        """Return the store: it is for reading."""
+        return self
+
+    def _there(self, key: str) -> bool:
+        """Say whether a file may be read: any but a chunk of a tile that is not done."""
+        name, _, tile = key.rpartition("/")
+        if not tile.startswith("c.") or name not in (STATUS, *VARIABLES[self._chunks.plan.load]):
+            return True
+        if not (self.root / STATUS / tile).exists():
+            return False
+        self._chunks.check(tile, name)
+        return True
+
+    async def get(
+        self, key: str, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
+    ) -> Buffer | None:
+        """Return a file, None if there is none."""
+        return await super().get(key, prototype, byte_range) if await asyncio.to_thread(self._there, key) else None
+
+    def get_sync(
+        self, key: str, *, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
+    ) -> Buffer | None:
+        """Return a file, None if there is none."""
+        return super().get_sync(key, prototype=prototype, byte_range=byte_range) if self._there(key) else None

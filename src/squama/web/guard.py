@@ -1,0 +1,118 @@
+"""Who may talk to the explorer: the browser that was given the printed address, on this machine.
+
+A page of another site can send requests to this machine from the browser that shows it, under a name of its own that
+leads here as well (DNS rebinding). So every request, of a page or of a websocket, must name this machine as its host,
+come from a page of that host if it comes from one, and bear the secret: once in the address, from then on in a cookie.
+"""
+
+from __future__ import annotations
+
+import hmac
+import re
+import secrets
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+TOKEN = "token"
+"""Name of the secret in the address."""
+HOSTS = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:[0-9]{1,5})?", re.IGNORECASE)
+"""Names of this machine; any port, for a tunnel has one of its own."""
+FOREIGN = "The explorer answers for 127.0.0.1, localhost and [::1] only."
+OTHER_PAGE = "The explorer answers its own page only."
+UNKNOWN = "Open the address that squama explore printed, with its ?token=...: this browser has not been there yet."
+_HEADERS = [
+    (b"cache-control", b"no-store"),
+    (b"content-type", b"text/plain; charset=utf-8"),
+]
+_SHUT = [
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+]
+"""What every answer says to browsers: nothing of it is for other pages."""
+
+
+class Guard:
+    """An ASGI application that lets through to another one what may pass, and answers the rest with 403.
+
+    ``port`` tells the cookies of several explorers on a machine apart.
+    """
+
+    def __init__(self, app: ASGIApp, port: int) -> None:
+        self.app = app
+        self.secret = secrets.token_urlsafe(32)
+        self.cookie = f"squama-{port}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        if scope["type"] == "websocket":
+            if self._refusal(scope, self._known(scope)):
+                await send({"type": "websocket.close", "code": 1008})
+            else:
+                await self.app(scope, receive, send)
+            return
+
+        async def shut(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                kept = (one for one in message["headers"] if not one[0].lower().startswith(b"access-control-"))
+                message = {**message, "headers": [*kept, *_SHUT]}
+            await send(message)
+
+        given, rest = _parted(scope["query_string"] if scope["path"] == "/" else b"")
+        known = self._known(scope)
+        if refusal := self._refusal(scope, known or _same(given, self.secret)):
+            await _answer(shut, 403, _HEADERS, refusal)
+        elif given:
+            place = (b"location", b"/" + (b"?" + rest if rest else b""))
+            cookie = f"{self.cookie}={self.secret}; Path=/; HttpOnly; SameSite=Strict".encode()
+            await _answer(shut, 303, [*_HEADERS, place, (b"set-cookie", cookie)], "")
+        else:
+            await self.app(scope, receive, shut)
+
+    def _known(self, scope: Scope) -> bool:
+        """Say whether a request has the cookie."""
+        start = f"{self.cookie}=".encode()
+        pairs = (pair.strip() for one in _values(scope, b"cookie") for pair in one.split(b";"))
+        return any(_same(pair[len(start) :], self.secret) for pair in pairs if pair.startswith(start))
+
+    def _refusal(self, scope: Scope, known: bool) -> str:
+        """Return why a request is not answered; nothing if it is."""
+        hosts, origins = _values(scope, b"host"), _values(scope, b"origin")
+        if len(hosts) != 1 or not HOSTS.fullmatch(host := hosts[0].decode("latin-1")):
+            return FOREIGN
+        own = (f"http://{host}".lower(), f"https://{host}".lower())
+        if any(origin.decode("latin-1").lower() not in own for origin in origins):
+            return OTHER_PAGE
+        return "" if known else UNKNOWN
+
+
+def _values(scope: Scope, name: bytes) -> list[bytes]:
+    return [value for key, value in scope["headers"] if key.lower() == name]
+
+
+def _parted(query: bytes) -> tuple[bytes, bytes]:
+    """Return the secret that a query has, and the query without it."""
+    start = f"{TOKEN}=".encode()
+    parts = query.split(b"&")
+    given = [part[len(start) :] for part in parts if part.startswith(start)]
+    return b"".join(given), b"&".join(part for part in parts if not part.startswith(start))
+
+
+def _same(given: bytes, secret: str) -> bool:
+    # in constant time: how long the answer takes must not tell how much of a guess is right
+    return hmac.compare_digest(given, secret.encode())
+
+
+async def _answer(send: Send, status: int, headers: Sequence[tuple[bytes, bytes]], words: str) -> None:
+    body = f"{words}\n".encode() if words else b""
+    length = (b"content-length", str(len(body)).encode())
+    await send({"type": "http.response.start", "status": status, "headers": [*headers, length]})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,248 @@
+"""Changes that are no error, by file and line of text, each with its reason."""
+
+from __future__ import annotations
+
+_TUNING = "how closely is looked, not what is found: more or less of it gives the same figures"
+_ROUNDING = "a threshold between rounding and what counts: nothing lies between the two values"
+_ZERO = "a zero that only gives the shape"
+_OUT_OF_REACH = "looks at one neighbour more, which cannot be reached"
+_SIGN = "the solver takes brackets of either sign"
+_WIDER = "a bracket wider by a sample holds the same valley or crossing"
+_MORE = "looks into more valleys between samples than it must"
+_ENDS = "only the values at the ends are read"
+_STRETCH = "only moves what the rule of the work is stretched to; the work is the same"
+_UNKNOWN = "NumPy takes any number below 0 for the one that it finds"
+_SHARP = "when a step counts as the last: the next ones change no digit"
+_GUESS = "a guess of the time that a run takes"
+_NOTHING = "there is no work: whatever the series is stretched over, its terms are zero"
+
+EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
+    ("model/paths.py", "return 1e-300 - x * x / 2"): {
+        "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+    },
+    ("model/bending.py", "psi = 0 * theta"): {"* -> /": _ZERO},
+    ("model/bending.py", "for _ in range(8):"): {"*": _TUNING},
+    ("model/bending.py", "if np.all(abs(step) <= 1e-12 * abs(psi)):"): {
+        "1e-12 -> (1e-12 * 1.1)": _ROUNDING,
+        "* -> /": "stops later or at the last of the eight steps, at the same digits",
+        "abs -> nothing #2": "psi is positive",
+    },
+    ("model/bending.py", "q=1.0,"): {
+        "1.0 -> 2.0": "there is no root of the contact condition in bending; nothing reads it"
+    },
+    ("model/history.py", "h = 1e-4 * (b - a)"): {
+        "1e-4 -> (1e-4 * 1.1)": "the step of an estimate, as in model/energy.py",
+        "* -> /": "as above: only how far a pole is stretched to",
+    },
+    ("model/chain.py", "slip = np.sqrt((V * V).sum(axis=0) + 1e-30)"): {
+        "1e-30 -> (1e-30 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+    },
+    ("model/history.py", "bottom = _bottom(f, float(x[i - 1]), float(x[i + 1]))"): {
+        "1 -> 2": _WIDER,
+        "1 -> 2 #2": _WIDER,
+    },
+    ("model/history.py", "return bracketed(lambda v: float(f(v)), float(x[i + 1]), bottom)"): {"1 -> 2": _WIDER},
+    ("model/history.py", "return bracketed(lambda v: float(f(v)), float(x[first + 1]), float(x[first]))"): {
+        "1 -> 2": _WIDER,
+    },
+    ("model/history.py", "bottom = middle - (right - left) ** 2 / (8 * (right + left - 2 * middle))"): {
+        "- -> + #2": _MORE,
+        "- -> + #3": _MORE,
+        "2 -> 1 #2": _MORE,
+    },
+    ("model/history.py", "dip = (middle <= left) & (middle < right) & (bottom < _DEEP * middle)"): {
+        "* -> /": _MORE,
+        "& -> | #2": _MORE,
+    },
+    ("model/history.py", "return np.asarray(i[i > first + 1])"): {
+        "+ -> -": "a valley at the last sample below zero ends at the same crossing",
+    },
+    ("model/history.py", "x = np.linspace(a, b, 33)"): {"33 -> (33 * 2 + 1)": _TUNING},
+    ("model/history.py", "SAMPLES = 1025"): {"*": _TUNING},
+    ("model/history.py", "_DEEP = 0.5"): {"0.5 -> (0.5 * 1.1)": _TUNING},
+    ("model/history.py", "_ROUNDS = 4"): {"4 -> (4 * 2 + 1)": _TUNING},
+    ("model/history.py", "return [int(i) + 1 for i in np.flatnonzero(steps[1:] * steps[:-1] < 0)]"): {
+        "* -> /": "they are 1 or -1",
+        "0 -> 1": "as above: the products are 1 or -1",
+    },
+    ("model/history.py", "if (b - a) * (value - b) > 0:"): {
+        "* -> /": "the same sign; b is never the value here",
+    },
+    ("model/history.py", "elif (value - a) * (b - a) <= 0:"): {"* -> /": "the same sign; a is never b"},
+    ("model/history.py", "del stack[-2:]"): {
+        "2 -> 1": "a is taken off in the next round, where it is no turning point any more",
+    },
+    ("model/energy.py", "TOLERANCE = 1e-11"): {"*": _TUNING},
+    ("model/energy.py", "NODES = 64"): {"*": _TUNING},
+    ("model/energy.py", "FEW_NODES = 24"): {"*": _TUNING},
+    ("model/energy.py", "MOST_NODES = 2048"): {"*": _TUNING},
+    ("model/energy.py", "h = 1e-4 * (x_end - x0)"): {
+        "1e-4 -> (1e-4 * 1.1)": "the step of an estimate: a pole ahead of the end need not be known well",
+        "- -> +": "as above",
+    },
+    ("model/energy.py", "return h * D1 / ops.larger(D0 - D1, 1e-7 * D1 + 1e-300)"): {
+        "1e-7 -> (1e-7 * 1.1)": "far enough that the logarithm is straight",
+        "1e-300 -> (1e-300 * 1.1)": "only keeps 0/0 away",
+    },
+    ("model/figures.py", "PARTS, DEPTH, MOST_PARTS = 16, 6, 32"): {"*": _TUNING},
+    ("model/energy.py", "if float(np.abs(c[-4:]).max()) <= TOLERANCE * total:"): {"4 -> (4 * 2 + 1)": _TUNING},
+    ("model/energy.py", "total = abs(float(c.sum()))"): {"abs -> nothing": "the work is positive"},
+    ("model/energy.py", "if mu == 0 or x_stop <= x0:"): {"or -> and": "the rest gives the same zeros, later"},
+    ("model/energy.py", "return Series(np.zeros(1), x0, x0 + 1.0, 1.0)"): {
+        "1 -> 2": _NOTHING,
+        "+ -> -": _NOTHING,
+        "1.0 -> 2.0": _NOTHING,
+        "1.0 -> 2.0 #2": _NOTHING,
+    },
+    (
+        "model/neighbours.py",
+        "return row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9",
+    ): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
+    (
+        "model/neighbours.py",
+        "on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
+    ): {
+        " / row.k -> nothing #2": "in 480 000 designs no tip came to rest beyond the other scale's tip: s <= eta anyway",  # noqa: E501
+        "/ -> * #2": "as above",
+    },
+    ("model/neighbours.py", "return (abs(c.p) <= row.beta / j) & (c.s >= 0) & (c.s <= row.eta / j)"): {
+        " / j -> nothing #2": "in 200 000 designs no crossing lay beyond the other scale's tip: s <= eta anyway",
+        "/ -> * #2": "as above",
+    },
+    ("model/evaluation.py", "PART, DEEPEST, MOST_PARTS = 4, 28, 400"): {"*": _TUNING},
+    ("model/evaluation.py", "EVEN = 8"): {"*": _TUNING},
+    ("model/figures.py", "NEAREST = 1e-13"): {"*": _TUNING},
+    ("model/crossings.py", "NEAR = 7"): {"*": _TUNING},
+    ("model/crossings.py", "SWING = 0.12"): {"*": _TUNING},
+    ("model/follow.py", "SAFETY = 0.25"): {"*": _TUNING},
+    ("model/follow.py", "COINCIDE = 1e-11"): {"*": _ROUNDING},
+    ("model/crossings.py", "AWAY = 0.5"): {"*": _TUNING},
+    ("arrays/derivatives.py", 'cut = margin if {"W_fr", "RED"} & set(of) else None'): {
+        "& -> |": "the work is computed though nobody asks for it",
+    },
+    ("model/sensitivity.py", "D = -(pt.M_N + mu * pt.M_f)"): {"+ -> -": _STRETCH, "* -> /": _STRETCH},
+    ("model/sensitivity.py", "D = -(pt.M_N + s.mu * pt.M_f)"): {"*": _STRETCH},
+    ("fe/runs.py", "seconds = _OTHER * body.solver.work / rate + body.unknowns * 1e-5"): {"*": _GUESS},
+    ("fe/runs.py", "rate = 2 * len(A) ** 3 / (time.perf_counter() - begun)"): {"*": _GUESS},
+    ("fe/solver.py", "_COMPLEMENT = ((11, 0), (13, 0), (19, -1), (36, 2))"): {
+        "0 -> 1": "scaling, which a definite matrix does not need",
+        "0 -> 1 #2": "matching, which a definite matrix does not need",
+    },
+    ("identify/estimate.py", "start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)"): {
+        "* -> /": "where inside a walker starts is forgotten",
+    },
+    ("model/evaluation.py", "places, square = (1.0, 1.0), 1.0"): {
+        "*": "margins that never end a path in bending: any number above 0",
+    },
+    ("inverse/figures.py", "return np.where(total > 0, work / total, 0.0), partials"): {
+        "0.0 -> 1.0": "a bar that is twisted as far as a lock has energy",
+    },
+    (
+        "io/tabular.py",
+        'return next((by_fold[found] for found in difflib.get_close_matches(name.casefold(), list(by_fold), n=1)), "")',
+    ): {"1 -> 2": "the best is the first of more"},
+    ("fe/walk.py", "self._keep(self.z, self.v, 0.0, reduced, self.contact.load(self.v, 0.0, None, self.kappa))"): {
+        "0.0 -> 1.0 #2": "where the scales rest they touch nothing at that twist either",
+    },
+    ("arrays/solution.py", 'sa = np.sin(alpha) * (1 if sense == "+" else -1)'): {"* -> /": "divided by a sign"},
+    ("arrays/solution.py", "theta, phi = np.full(v.size, theta0), limit * (1 + v) ** 2"): {
+        "2 -> 1": "how the twists at rest are drawn, not what touches at them",
+    },
+    ("identify/estimate.py", "WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50"): {"*": _TUNING},
+    ("identify/estimate.py", "p[mu] = max(min(p[mu], _NEAR_LOCK * lock), asked.low[mu])"): {
+        "max -> min": "where a search starts",
+    },
+    ("fe/solver.py", "_COMMON = ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0))"): {
+        "0 -> 1 #2": "on how many threads MKL factorises",
+    },
+    ("fe/solver.py", "x = self._call(_SOLVE, np.asfortranarray(b.reshape(self._n, -1)))"): {"1 -> 2": _UNKNOWN},
+    ("curves/finite_rows.py", 'return chain_track.Track([], End.RANGE, 0, "", stop)'): {
+        "0 -> 1": "no scale is named where the asked twist is the end",
+    },
+    ("beam/validity.py", "if tau <= THIN * gap * (1 + 1e-9):"): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
+    ("curves/follow.py", "way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])"): {
+        "1 -> 2": "only its sign is taken",
+    },
+    (
+        "curves/hinge.py",
+        "pole = float(energy.pole(t.row, t.x_end, np.array([mu]), law, t.x0)[0]) if x_end > x0 else x0 + 1",
+    ): {
+        "1 -> 2": _NOTHING,
+    },
+    ("fe/runs.py", 'MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}'): {"*": _TUNING},
+    ("fe/walk.py", "_FIRST = 1e-3"): {"*": _TUNING},
+    ("fe/walk.py", "_STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))"): {"*": _TUNING},
+    ("fe/contact.py", "friction = -self._friction.force(*args).reshape(-1, 3)"): {"1 -> 2": _UNKNOWN},
+    (
+        "fe/elements.py",
+        "x, g, t, f = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))",
+    ): {"10 -> (10 * 2 + 1)": "room that is not used"},
+    ("fe/solver.py", "_MATCHED = ((11, 1), (13, 1))"): {"1 -> 2 #2": "how pivots are matched"},
+    (
+        "curves/finite_rows.py",
+        'asked = Asked(beam.replace(scales=n), LoadPath.of("twisting", [0.0]), np.asarray(m), "edge", 0.0, points)',
+    ): {"0.0 -> 1.0": "only the kind of its load is read"},
+    ("model/sensitivity.py", "load_end = np.where(at_start, e, pt.load + t.load_x * (x_e - x_end))"): {
+        "- -> +": "of what a complex step moves only the imaginary part is read",
+    },
+    ("fe/contact.py", "DHAT = 1e-4"): {"*": _TUNING},
+    ("identify/estimate.py", "p[theta0] = asked.low[theta0] + share * (asked.high[theta0] - asked.low[theta0])"): {
+        "+ -> -": "where a search starts",
+    },
+    ("fe/condense.py", "if g < 1e-10 or slope * near <= 0:"): {"* -> /": "of the same sign; the twist is not 0"},
+    ("inverse/figures.py", "x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]"): {
+        "1.0 -> 2.0": "a wider grid brackets the same places",
+    },
+    (
+        "inverse/figures.py",
+        "safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}",
+    ): {"1.0 -> 2.0": "any number does: the row is ruled out"},
+    ("model/bracket.py", "straight = abs(f * moved + step * (f - value_before)) <= 1e-3 * abs(f * moved)"): {
+        "*": _SHARP
+    },
+    ("model/tracks.py", "done = np.abs(new - x) <= 4e-16 * np.abs(x)"): {"*": _SHARP},
+    ("model/chain_track.py", "change, rates = np.abs(x[:, 0]).max(), np.abs(x[:, 1]).max()"): {"1 -> 2": _SHARP},
+    ("curves/follow.py", "asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3)"): {
+        "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
+    },
+    ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {
+        "1 -> 2": _ENDS,
+    },
+    ("inverse/goals.py", "return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d)"): {
+        "* -> /": _ZERO,
+    },
+    ("model/plates.py", "z = np.stack([ca * ct, sa + 0 * ct, -ca * st])"): {
+        "+ -> -": _ZERO,
+        "* -> / #2": _ZERO,
+        "ct -> st #2": _ZERO,
+    },
+    (
+        "model/plates.py",
+        "o = lam * np.stack([S * (-sa * ct) + C1 * st, S * ca + 0 * C1 * st, S * (sa * st) + C1 * ct]) + k * z[:, None]",  # noqa: E501
+    ): {"+ -> - #2": _ZERO, "* -> / #6": _ZERO, "* -> / #7": _ZERO, "st -> ct #2": _ZERO},
+    ("model/plates.py", "tol = 1e-9 * (eta + beta)"): {"*": _ROUNDING},
+    ("model/plates.py", "_ROUNDS = 4"): {"*": _TUNING},
+    ("model/plates.py", "_PARALLEL = 1e-10"): {"1e-10 -> (1e-10 * 1.1)": _TUNING},
+    ("model/plates.py", "square = da * da + d[2] * d[2] + 1e-300"): {
+        "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
+    },
+    ("model/plates.py", "within = abs(v) <= beta + tol if e < 2 else (v >= -tol) & (v <= eta + tol)"): {
+        "- -> nothing": _ROUNDING,
+    },
+    (
+        "model/plates.py",
+        "plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, *, follows: int, mirrored: bool = False",
+    ): {"False -> True": "the package always gives it"},
+    ("model/plates.py", "x = np.linspace(a, b, 33)"): {"*": _TUNING},
+    ("model/plates.py", "k = np.arange(1, plates.reach + 1)"): {"1 -> 2 #2": _OUT_OF_REACH},
+    ("model/plates.py", "j = int(np.argmax((gap[:-1] > 0) != (gap[1:] > 0)))"): {
+        "- -> nothing": "the first sign that differs from the one before is the first that differs from the first",
+    },
+    (
+        "model/plates.py",
+        'return [(int(i), int(n), int(j)) for i, n, j in found[np.argsort(found[:, 2], kind="stable")]]',
+    ): {"2 -> 1": "the order in which candidates are solved; the earliest wins in any order"},
+    ("model/section.py", "for n in range(1, 13, 2):"): {"13 -> (13 * 2 + 1)": _ROUNDING},
+    ("model/joint.py", "slack = 1e-9"): {"*": _ROUNDING},
+}
+"""Changes that are no error: (file, line) -> {change, or "*" for all of the line: reason}."""
