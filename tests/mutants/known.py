@@ -28,7 +28,7 @@ CELL = tuple(
     for test in (
         "test_the_work_of_the_torque_is_stored_or_rubbed_away",
         "test_the_scales_touch_where_and_as_they_should",
-        "test_a_restart_file_that_cannot_be_written_is_one_line",
+        "test_a_restart_file_that_cannot_be_written_is_one_line_before_any_work",
         "test_the_last_state_is_that_of_the_curve_and_reads_back",
     )
 )

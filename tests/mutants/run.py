@@ -109,7 +109,7 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...], few: i
     sys.path.insert(0, str(tree / "src"))
     os.environ["PYTHONPATH"] = str(tree / "src")  # of what the tests start
     sys.dont_write_bytecode = not extra
-    options = ["-x", "-q", "--no-header", "--no-summary", "--hypothesis-profile=mutants", "--benchmark-disable"]
+    options = ["-x", "-q", "--no-header", "--hypothesis-profile=mutants", "--benchmark-disable"]
     # the libraries are there before pytest
     options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
     if few:
