@@ -141,9 +141,9 @@ of each counts. The figure for two threads means little unless both cores were f
 """
 REASONS = """## `squama.ends` and a single curve
 
-`squama.ends` gives engagement and end only. Against the careful script it is some 430 times faster per CPU second
-where the script integrates the frictional work too (`quad`), and some 180 times where it leaves that out: 2.3 µs
-a design against 990 and 410 µs. `benchmarks/test_ends.py` measures both.
+`squama.ends` gives engagement and end only. Against the careful script it is some 390 times faster per CPU second
+where the script integrates the frictional work too (`quad`), and some 170 times where it leaves that out: 2.5 µs
+a design against 970 and 410 µs. `benchmarks/test_ends.py` measures both.
 
 A curve of 200 points, warm: the solved path with all its variables takes 0.9 to 1.0 ms (0.4 ms of it for the
 evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` looks for every other contact
@@ -166,9 +166,10 @@ Measured one after the other on two free cores; imports and compiled code loaded
 
 ## Where the time of compiled code goes
 
-A design takes some 6 looks at its path, 5 steps of the root finder, 3 single looks and 14 to 26 nodes of the integral
-of the work. Places that are looked at together go through the kernel in vectors, at 15 to 20 ns each; single ones take
-50 to 60 ns, for its operations depend on one another.
+Places of a path are looked at in blocks of eight, in vectors: a block takes 50 to 70 ns whether it holds one place or
+eight, for its operations depend on one another. A design takes some 12: 2 or 3 for the samples of its path, 4 for the
+root finder, 2 or 3 for single places, 3 for the 14 to 26 nodes of the integral of the work. Half of the time goes
+there; the rest into the first engagement, other neighbours and what is made of the samples.
 """
 
 

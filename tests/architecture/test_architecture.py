@@ -24,6 +24,7 @@ LAYERS = (
     ("io",),
     ("beam",),
     ("fe",),
+    ("joints",),
     ("curves", "arrays"),
     ("fabrication",),
     ("plot", "study", "identify", "inverse"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from squama.fe.exposed import sheet
 from squama.fe.plate import Attached, Carried, Placed, Rest, Row, inclination, pose, rotation, turned
 
 ALPHA, THETA0 = np.radians(40), np.radians(12)
@@ -63,9 +64,9 @@ def test_attached_points_follow_the_pose_with_right_derivatives(rng):
     attached, forces = Attached(REST, points), rng.normal(size=(5, 3))
     c, R = pose(REST, v)
     np.testing.assert_allclose(attached.places(v), c + (points - REST.base) @ R.T, atol=1e-14)
-    np.testing.assert_allclose(attached.rates(rotation(v[3:])), differences(attached.places, v), atol=1e-8)
-    second = differences(lambda v: np.tensordot(forces, attached.rates(rotation(v[3:])), 2), v)
-    np.testing.assert_allclose(attached.curvature(rotation(v[3:]), forces), second, atol=1e-8)
+    np.testing.assert_allclose(attached.rates(v), differences(attached.places, v), atol=1e-8)
+    second = differences(lambda v: np.tensordot(forces, attached.rates(v), 2), v)
+    np.testing.assert_allclose(attached.curvature(v, forces), second, atol=1e-8)
 
 
 @pytest.mark.parametrize("k", [0, 3])
@@ -88,17 +89,34 @@ def test_images_are_turned_clockwise_and_moved_by_a_pitch(rng):
         np.testing.assert_allclose(corners[k + 1], corners[k] @ R.T + [0, 0, 1], atol=1e-13)
 
 
+def bending():
+    """A thick plate with two ways of bending."""
+    plate = sheet(np.array([0.0, 1, 3]), np.array([-0.6, 0.6]), 0.1)
+    modes = np.random.default_rng(2).normal(size=(len(plate.points), 3, 2))
+    return plate.bending(modes, np.array([[2.0, 0.3], [0.3, 1.0]]))
+
+
+ROWS = {
+    "endless": Row(REST),
+    "three scales": Row(REST, 3, 0.4),
+    "bent": Row(REST, exposed=bending()),
+    "three bent": Row(REST, 3, 0.4, bending()),
+}
+
+
 @pytest.mark.parametrize("size", [SMALL, MIDDLE, LARGE])
-@pytest.mark.parametrize("row", [Row(REST), Row(REST, 3, 0.4)], ids=["endless", "three scales"])
+@pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 def test_derivatives_of_the_corners_by_motions_and_twist(rng, size, row):
     # motions of other bodies may follow those of the scales
-    q = np.append(rng.normal(size=6 * row.moving + (0 if row.endless else 6)) * size, 0.2)
+    own = (6 + row.exposed.amplitudes) * row.moving
+    q = np.append(rng.normal(size=own + (0 if row.endless else 6)) * size, 0.2)
+    nodes = np.arange(0, len(row.exposed.points) * row.k.size, 3)
     placed = Placed(row, q[:-1], q[-1])
     forces = rng.normal(size=placed.corners.shape)
     by_q = differences(lambda q: Placed(row, q[:-1], q[-1]).corners, q)
-    np.testing.assert_allclose(placed.rates, by_q.reshape(-1, q.size), atol=1e-7)
-    second = differences(lambda q: forces.ravel() @ Placed(row, q[:-1], q[-1]).rates, q)
-    np.testing.assert_allclose(placed.curvature(forces), second, atol=1e-6)
+    np.testing.assert_allclose(placed.rates(nodes), by_q[nodes].reshape(-1, q.size), atol=1e-7)
+    second = differences(lambda q: forces[nodes].ravel() @ Placed(row, q[:-1], q[-1]).rates(nodes), q)
+    np.testing.assert_allclose(placed.curvature(nodes, forces[nodes]), second, atol=1e-6)
 
 
 @pytest.fixture

@@ -100,7 +100,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
     (
         "model/neighbours.py",
-        "on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
+        "return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
     ): {
         " / row.k -> nothing #2": "in 480 000 designs no tip came to rest beyond the other scale's tip: s <= eta anyway",  # noqa: E501
         "/ -> * #2": "as above",

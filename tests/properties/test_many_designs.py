@@ -121,7 +121,8 @@ def test_engagement_of_each_neighbour_is_a_contact_on_both_edges(sense: int) -> 
     for k in range(1, 11):
         c = squama.contact(columns["theta0"], **alone, sense="+" if sense > 0 else "-", neighbour=k)
         with np.errstate(all="ignore"):
-            on, phi = neighbours.engages(row._replace(k=float(k)), ARRAY)
+            sub = row._replace(k=float(k))
+            on, phi = neighbours.engages(sub, ARRAY), neighbours.meets(sub, ARRAY)
         phi = np.where(on, phi, np.inf)
         clear = np.minimum.reduce([abs(abs(c.p) - columns["beta"]), abs(c.s), abs(c.s - columns["eta"])]) > 1e-9
         want = np.where(c.on_edges & (c.phi > 0), c.phi, np.inf)

@@ -44,7 +44,7 @@ fill = _entry(_sources())
 
 def room() -> Array:
     """Return room for the samples of one path."""
-    return np.recarray(1, kernel.ROOM)
+    return np.zeros(1, kernel.ROOM).view(np.recarray)
 
 
 def ready() -> bool:

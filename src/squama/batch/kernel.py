@@ -38,7 +38,7 @@ from squama.model.bending import Bend
 from squama.model.evaluation import BENT, FIELDS, FOLDED, NAMES, SIZE, Design, Spot
 from squama.model.paths import FoldedTwist, Ops, Twist
 
-PLATE = NAMES.index("plate")
+EDGE, PLATE = (NAMES.index(law) for law in ("edge", "plate"))
 
 
 class _Part(JITCodeLibrary):
@@ -71,6 +71,12 @@ class _Parts(Compiler):
         return passes.define_pipelines()
 
 
+_TERMS = (14, 12, 10, 8, 6, 4, 2)
+"""Of the series of the sine: from the last to the first."""
+WIDTH = 8
+"""Places that are looked at together."""
+SPARE = SIZE
+"""Where single places are looked at."""
 OPTIONS: dict[str, Any] = {
     "pipeline_class": _Parts,
     "error_model": "numpy",
@@ -81,7 +87,7 @@ OPTIONS: dict[str, Any] = {
 }
 """1/0 = inf, without a test; called by compiled code only. No rounding is left out, so nothing depends on company."""
 _INLINED: dict[str, Any] = {"forceinline": True, **OPTIONS}
-ROOM = np.dtype([(name, "f8", (SIZE,)) for name in FIELDS])
+ROOM = np.dtype([(name, "f8", (SIZE + 2 * WIDTH,)) for name in FIELDS])
 """A :class:`squama.model.evaluation.Room` for compiled code: rows at constant distances, as vectors need."""
 
 
@@ -142,6 +148,18 @@ def _same(x: Any) -> Any:
     return x
 
 
+def _sincos(x: float) -> tuple[float, float]:
+    """Sine and cosine up to half a turn, by their series at a quarter of it; the C library's do not come in vectors."""
+    z = x / 4
+    w = -z * z
+    s, c = 1.0, 1.0
+    for n in _TERMS:
+        s, c = 1 + w * (1 / (n * (n + 1))) * s, 1 + w * (1 / ((n + 1) * (n + 2))) * c
+    s, v = z * s, -w / 2 * c
+    s, v = 2 * s * (1 - v), 2 * s * s
+    return 2 * s * (1 - v), 1 - 2 * s * s
+
+
 def _called(f: Callable[[float], float]) -> Any:
     def call(x: float) -> float:
         return f(x)
@@ -155,7 +173,7 @@ OPS = Ops(
     _called(math.cos),
     _called(math.tan),
     _called(math.atan),
-    _inlined(lambda x: (math.sin(x), math.cos(x))),
+    _inlined(_sincos),
     _inlined(lambda a, b: a if a > b else b),
     _inlined(lambda a, b: a if a < b else b),
 )
@@ -164,7 +182,7 @@ _BARE = OPS._replace(atan=_inlined(_same))
 
 for _f in (
     twisting.root, twisting.contact, laws.edge, laws.plate, mechanics.forces, energy.beyond,
-    neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.engages, neighbours.on_edges,
+    neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.meets, neighbours.engages, neighbours.on_edges,
 ):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)
 _bend_at = _itself(bending.bend_at, np=_Single(_inlined(_same)))
@@ -177,28 +195,40 @@ def _open(d: Design) -> Twist:
 
 
 @_inlined
-def _keep(room: Any, j: int, solved: Any) -> None:
-    room.theta[j], r, room.q[j], room.per_x[j] = solved
-    room.S[j], room.H[j], room.G[j], room.square[j] = r.S, r.H, r.G, r.q2
-    room.sn[j], room.cs[j] = r.sn, r.cs
+def _keep(d: Design, room: Any, j: int, solved: Any, law: int) -> None:  # noqa: ARG001
+    room.theta[j], r, room.q[j], _ = solved
+    room.S[j], room.H[j], room.G[j], room.cs[j] = r.S, r.H, r.G, r.cs
+
+
+@_inlined
+def _plain(d: Design, x: float, _: Any) -> Any:
+    sn, cs = OPS.sincos(x)
+    return _open(d).solve_at(x, sn, cs, OPS)
+
+
+@_inlined
+def _folded(d: Design, x: float, fold: Any) -> Any:
+    row = FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0)
+    up, over = OPS.sincos(row.half(x))
+    return row.solve_from(fold, x, up, over, OPS)
+
+
+@_inlined
+def _all(f: Any, solve: Any, d: Design, room: Any, start: int, stop: int, law: int) -> None:
+    # blocks of one instruction's size, so that no place is left over; numbers that Python does not count from the end
+    fold = _open(d).root(d.theta_f, OPS)
+    for i in range(np.uint64(start), np.uint64(stop), np.uint64(WIDTH)):
+        for j in range(np.uint64(WIDTH)):
+            f(d, room, i + j, solve(d, room.x[i + j], fold), law)
 
 
 @_compiled
 def roots(d: Design, room: Any, start: int, stop: int) -> None:
     """Terms of the contact condition, and its root, as :func:`squama.model.evaluation.roots`."""
-    # sines first: their calls would keep LLVM from taking several places in one instruction
     if d.kind == FOLDED:
-        row = FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0)
-        at_fold = _open(d).root(d.theta_f, OPS)
-        for j in range(start, stop):
-            room.sn[j], room.cs[j] = OPS.sincos(row.half(room.x[j]))
-        for j in range(start, stop):
-            _keep(room, j, row.solve_from(at_fold, room.x[j], room.sn[j], room.cs[j], OPS))
+        _all(_keep, _folded, d, room, start, stop, EDGE)
     else:
-        for j in range(start, stop):
-            room.sn[j], room.cs[j] = OPS.sincos(room.x[j])
-        for j in range(start, stop):
-            _keep(room, j, _open(d).solve_at(room.x[j], room.sn[j], room.cs[j], OPS))
+        _all(_keep, _plain, d, room, start, stop, EDGE)
 
 
 @_inlined
@@ -220,43 +250,54 @@ def _by_number(law: int, c: Any, eta: float, sqrt: Any) -> Any:
 _teach(overload, (laws.moments,), _by_number, lambda *_: _by_number)
 
 
+@_inlined
+def _look(d: Design, room: Any, j: int, solved: Any, law: int) -> None:
+    pair = _open(d)
+    theta, r, q, per_x = solved
+    pt = pair.at_root(theta, r, q, per_x, law, _BARE)
+    tip, side = pair.places(pt)
+    room.theta[j], room.square[j] = theta, r.q2
+    _see(room, j, pt, mechanics.forces(pt, d.theta0, d.mu), tip, side)
+
+
 @_compiled
 def looks(d: Design, room: Any, start: int, stop: int) -> None:
     """Look at places of a path, as :func:`squama.model.evaluation.looks`; ``load`` is a tangent yet (see spot)."""
+    # a loop for each case: choices inside would keep LLVM from taking several places in one instruction
     if d.kind == BENT:
         row = Bend(d.eta, d.theta0)
         for j in range(start, stop):
             pt = row.point(room.x[j], "edge", OPS)
             _see(room, j, pt, mechanics.forces(pt, d.theta0, d.mu), 1.0, 1.0)
             room.theta[j], room.square[j] = room.x[j], 1.0
-        return
-    roots(d, room, start, stop)
-    pair = _open(d)
-    for j in range(start, stop):
-        r = twisting.Root(room.sn[j], room.cs[j], room.S[j], room.H[j], room.G[j], room.square[j])
-        pt = pair.at_root(room.theta[j], r, room.q[j], room.per_x[j], d.law, _BARE)
-        tip, side = pair.places(pt)
-        _see(room, j, pt, mechanics.forces(pt, d.theta0, d.mu), tip, side)
+    elif d.kind == FOLDED and d.law == PLATE:
+        _all(_look, _folded, d, room, start, stop, PLATE)
+    elif d.kind == FOLDED:
+        _all(_look, _folded, d, room, start, stop, EDGE)
+    elif d.law == PLATE:
+        _all(_look, _plain, d, room, start, stop, PLATE)
+    else:
+        _all(_look, _plain, d, room, start, stop, EDGE)
 
 
 @_compiled
 def spot(x: float, d: Design, room: Any) -> Spot:
     """Look at one place, as :func:`squama.model.evaluation.spot`."""
-    room.x[0] = x
-    looks(d, room, 0, 1)
-    load = room.load[0] if d.kind == BENT else 2 * math.atan(room.load[0] / 2) / d.k
+    room.x[SPARE] = x
+    looks(d, room, SPARE, SPARE + 1)
+    load = room.load[SPARE] if d.kind == BENT else 2 * math.atan(room.load[SPARE] / 2) / d.k
     return Spot(
-        room.least[0], room.square[0], room.rate[0], room.drive[0], room.tip[0], room.side[0], room.turn[0],
-        room.theta[0], load, room.force[0], room.torque[0], room.power[0],
+        room.least[SPARE], room.square[SPARE], room.rate[SPARE], room.drive[SPARE], room.tip[SPARE], room.side[SPARE],
+        room.turn[SPARE], room.theta[SPARE], load, room.force[SPARE], room.torque[SPARE], room.power[SPARE],
     )  # fmt: skip
 
 
 @_compiled
 def meet(x: float, d: Design, room: Any) -> tuple[float, float]:
     """Inclination and twist at a place of a twisting path, as :func:`squama.model.evaluation.meet`."""
-    room.x[0] = x
-    roots(d, room, 0, 1)
-    return room.theta[0], 2 * math.atan(room.S[0] / (room.H[0] + room.q[0])) / d.k
+    room.x[SPARE] = x
+    roots(d, room, SPARE, SPARE + 1)
+    return room.theta[SPARE], 2 * math.atan(room.S[SPARE] / (room.H[SPARE] + room.q[SPARE])) / d.k
 
 
 _names: dict[str, Any] = {"FLOAT": OPS, "spot": spot, "looks": looks, "roots": roots, "meet": meet}

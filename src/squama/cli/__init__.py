@@ -21,18 +21,7 @@ NARROWEST = 20
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        What follows ``squama``; those of the process if not given.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Run one command, whose ``arguments`` follow ``squama`` (the process's if None); return the exit status."""
     _set_up()
     try:
         if sys.stdout is None:

@@ -28,9 +28,10 @@ SHOWN = 6
 MOST = 8
 """Designs side by side at most."""
 Out = Annotated[str | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
-_DESIGNS, _STARTS = whole(1, 100, "5"), whole(16, 1 << 20, "4096")
+_MANY, _STARTS = "How many different designs at most (the file's, or 5).", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
-_PICK, _POPULATION = flags.several(whole(1, 100_000, "1,40,200")), whole(8, 10_000, "200")
+_PICK = flags.several(whole(1, 100_000, "1,40,200"))
+_POPULATION = "Designs of a generation, and of the front at most (the file's, or 200)."
 
 
 def design(
@@ -39,9 +40,7 @@ def design(
     *,
     out: Out = None,
     force: Force = False,
-    designs: Annotated[
-        int | None, flag("How many different designs at most (the file's, or 5).", read=_DESIGNS)
-    ] = None,
+    designs: Annotated[int | None, flag(_MANY, read=whole(1, 100, "5"))] = None,
     starts: Annotated[int, flag("How many points of the bounds are screened (4096).", read=_STARTS)] = 4096,
     seed: Annotated[int, flag("Seed of the screened points (1).", read=whole(0, 2**31 - 1, "1"))] = 1,
     plot: flags.Plot = (),
@@ -157,9 +156,7 @@ def pareto(
     out: Out = None,
     pick: Annotated[tuple[int, ...], flag("Which designs -o writes, e.g. 1,40,200 (all).", read=_PICK)] = (),
     force: Force = False,
-    population: Annotated[
-        int | None, flag("Designs of a generation, and of the front at most (the file's, or 200).", read=_POPULATION)
-    ] = None,
+    population: Annotated[int | None, flag(_POPULATION, read=whole(8, 10_000, "200"))] = None,
     generations: Annotated[int | None, flag("Generations (the file's, or 100).", read=whole(1, 100_000, "100"))] = None,
     seed: Annotated[int | None, flag("Seed of the search (the file's, or 1).", read=whole(0, 2**31 - 1, "1"))] = None,
     common: flags.Common = flags.COMMON,
@@ -191,8 +188,9 @@ def pareto(
     files = output.write(common, lambda: found, "front_figure")
     wrote = [f"wrote {len(folder)} beam files into {label(out)}"] if out is not None else []
     wrote += [f"wrote {label(path)}" for path in files]
-    written = [*folder, *files]
-    return output.report(common.json, target, written, lambda: _front(found), lambda: _front_shown(found), wrote)
+    return output.report(
+        common.json, target, [*folder, *files], lambda: _front(found), lambda: _front_shown(found), wrote
+    )
 
 
 def _text(file: str, front: xr.Dataset, beam: Beam, number: int) -> str:

@@ -43,15 +43,39 @@ def _mesh(name: str, text: str) -> MeshSize:
     return _size(name, sizes[0]), _size(name, sizes[1])
 
 
-def mesh_flag(words: str = _MESH) -> Parameter:
-    """Return a flag whose value is a mesh."""
-    return flag(words, read=flags.Reader[MeshSize](_mesh, "medium"))
+_mesh_read = flags.Reader[MeshSize](_mesh, "medium")
+_INCREMENT = "Largest increment of the twist, rad per pitch (0.01)."
+_ENDS = "Along the axis the turned end of a finite beam is free or held (free); the other is fixed."
+_PICTURE = "Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated."
+_RESTART = "File written after every increment; where it is there, the run goes on from it."
+_REACH = f"Twist to reach: {flags.TWISTS} (where the hinge's curve is cut off, 0.3 rad/pitch at most)."
+_SIZE = "Size of the substrate's elements, in pitches (0.3)."
+_EDGE = "Size of elements along the embedded scales' edges, in pitches (0.08)."
+_SUBSTRATE = "Substrate: neo-hookean or elastic (neo-hookean)."
+_PROGRAM = "Program that is to read it: calculix or abaqus (calculix)."
 
 
-Increment = Annotated[
-    float, flag("Largest increment of the twist, rad per pitch (0.01).", read=number(1e-5, 0.1, "0.01"))
-]
-Hinged = Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")]
+@flags.group
+class Run:
+    """How the elements of a pitch are run: arguments of :func:`squama.cell`."""
+
+    increment: Annotated[float, flag(_INCREMENT, read=number(1e-5, 0.1, "0.01"))] = 0.01
+    mesh: Annotated[MeshSize, flag(f"{_MESH} (medium).", read=_mesh_read)] = "medium"
+    sense: flags.Sense = "+"
+    hinged: Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")] = False
+
+
+@flags.group
+class Deck:
+    """What a deck is made of: arguments of :func:`squama.fe.deck.model`."""
+
+    size: Annotated[float, flag(_SIZE, read=number(0.01, 10, "0.3"))] = 0.3
+    edge_size: Annotated[float, flag(_EDGE, read=number(1e-3, 10, "0.08"))] = 0.08
+    increments: Annotated[int, flag("Number of increments (25).", read=whole(1, 10_000, "25"))] = 25
+    material: Annotated[str, flag(_SUBSTRATE, read=one_of("neo-hookean", "elastic"))] = "neo-hookean"
+
+
+RUN, DECK = Run(), Deck()
 
 
 def announce(text: str) -> None:
@@ -63,27 +87,14 @@ def cell(
     beam: flags.BeamFile,
     /,
     *,
-    to: Annotated[str, flag('Twist to reach: "5 rad/m", "0.2 rad/pitch" or "90 deg total".')],
+    to: Annotated[str, flag(f"Twist to reach: {flags.TWISTS}.")],
     mu: flags.Mu = None,
-    increment: Increment = 0.01,
-    mesh: Annotated[MeshSize, mesh_flag(f"{_MESH} (medium).")] = "medium",
-    sense: flags.Sense = "+",
+    run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
-    ends: Annotated[
-        str,
-        flag(
-            "Along the axis the turned end of a finite beam is free or held (free); the other is fixed.",
-            read=one_of("free", "held"),
-        ),
-    ] = "free",
-    hinged: Hinged = False,
+    ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
     vtk: Annotated[str | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
-    picture: Annotated[
-        tuple[str, ...], flag("Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated.")
-    ] = (),
-    restart: Annotated[
-        str | None, flag("File written after every increment; where it is there, the run goes on from it.")
-    ] = None,
+    picture: Annotated[tuple[str, ...], flag(_PICTURE)] = (),
+    restart: Annotated[str | None, flag(_RESTART)] = None,
     quiet: flags.Quiet = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -93,12 +104,10 @@ def cell(
     if scales is None and ends != "free" and "--scales" not in flags.problems().flags:
         flags.problems().add("--ends", "", "is for finite beams", "give --scales too")
     if scales is not None and (vtk is not None or picture):
-        flags.problems().add(
-            "--vtk and --picture", "", "show one endless pitch", "leave them out, or leave out --scales"
-        )
+        remedy = "leave them out, or leave out --scales"
+        flags.problems().add("--vtk and --picture", "", "show one endless pitch", remedy)
     described, twist = common.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)
-    assert twist is not None
 
     from squama.fe import runs
     from squama.io.files import label
@@ -107,22 +116,17 @@ def cell(
     with kept(label(beam), f"; {label(restart)} holds what is done" if restart else ""):
         data = runs.cell(
             described,
-            to=twist,
-            sense=sense,
-            mesh=mesh,
-            increment=increment,
+            to=settled(twist),
             scales=scales,
             ends=ends,
-            hinged=hinged,
             restart=restart,
             progress=None if quiet else runs.print_progress,
             announce=None if quiet else announce,
             last=states.append if vtk is not None or picture else None,
+            **vars(run),
         )
-    if scales is None:
-        written = output.write(common, lambda: data, "elements_figure")
-    else:
-        written = output.write(common, lambda: data, "finite_figure", lambda d: output.flat(d, "theta"))
+    drawn = ("elements_figure", None) if scales is None else ("finite_figure", lambda d: output.flat(d, "theta"))
+    written = output.write(common, lambda: data, *drawn)
     for state in states:
         if vtk is not None:
             from squama.fe.deformed import write_vtu
@@ -188,19 +192,10 @@ def verify(
     /,
     *,
     mu: flags.Mu = None,
-    to: Annotated[
-        str | None,
-        flag(
-            'Twist to reach: "5 rad/m", "0.2 rad/pitch" or "90 deg total" (where the hinge\'s curve is cut off, '
-            "0.3 rad/pitch at most)."
-        ),
-    ] = None,
-    increment: Increment = 0.01,
-    mesh: Annotated[MeshSize, mesh_flag()] = "medium",
-    sense: flags.Sense = "+",
-    hinged: Hinged = False,
+    to: Annotated[str | None, flag(_REACH)] = None,
+    run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
-    beam_mesh: Annotated[MeshSize, mesh_flag("Mesh of the finite beam (coarse).")] = "coarse",
+    beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
     out: Annotated[str | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
@@ -222,14 +217,11 @@ def verify(
             described,
             folder,
             to=twist,
-            sense=sense,
-            mesh=mesh,
-            increment=increment,
-            hinged=hinged,
             scales=scales,
             beam_mesh=beam_mesh,
             progress=None if quiet else print_progress,
             announce=None if quiet else announce,
+            **vars(run),
         )
     written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
     return output.report(base.json, beam, written, lambda: _verified(found), lambda: _beside(found))
@@ -332,49 +324,24 @@ def deck(
     /,
     *,
     out: Annotated[str, flag("Deck to write (.inp).", "--out", "-o")],
-    program: Annotated[
-        str,
-        flag("Program that is to read it: calculix or abaqus (calculix).", "--for", read=one_of("calculix", "abaqus")),
-    ] = "calculix",
+    program: Annotated[str, flag(_PROGRAM, "--for", read=one_of("calculix", "abaqus"))] = "calculix",
     scales: Annotated[int | None, flags.scales(100, "Number of scales (that of the file)")] = None,
     mu: flags.Mu = None,
-    to: Annotated[
-        str, flag('Twist at the end: "5 rad/m", "0.2 rad/pitch" or "90 deg total" ("0.15 rad/pitch").')
-    ] = "0.15 rad/pitch",
-    size: Annotated[
-        float, flag("Size of the substrate's elements, in pitches (0.3).", read=number(0.01, 10, "0.3"))
-    ] = 0.3,
-    edge_size: Annotated[
-        float,
-        flag("Size of elements along the embedded scales' edges, in pitches (0.08).", read=number(1e-3, 10, "0.08")),
-    ] = 0.08,
-    increments: Annotated[int, flag("Number of increments (25).", read=whole(1, 10_000, "25"))] = 25,
-    material: Annotated[
-        str, flag("Substrate: neo-hookean or elastic (neo-hookean).", read=one_of("neo-hookean", "elastic"))
-    ] = "neo-hookean",
+    to: Annotated[str, flag(f'Twist at the end: {flags.TWISTS} ("0.15 rad/pitch").')] = "0.15 rad/pitch",
+    made: Deck = DECK,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write an input deck of a finite beam for CalculiX or Abaqus."""
     flags.check_places([(out, (".inp",))], [])
     described, rate = base.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)
-    assert described.friction.mu is not None
-    assert rate is not None
-    twist = rate * described.pitch
+    twist = settled(rate) * described.pitch
 
     from squama.fe import deck as decks
     from squama.io import files
 
-    model = decks.model(
-        described,
-        mu=described.friction.mu,
-        scales=described.scales,
-        twist=twist,
-        size=size,
-        edge_size=edge_size,
-        increments=increments,
-        material=material,
-    )
+    friction = settled(described.friction.mu)
+    model = decks.model(described, mu=friction, scales=described.scales, twist=twist, **vars(made))
     place, name = output.write_text(out, decks.write(model, program)), files.label(out)
     facts = {"scales": model.scales, "nodes": len(model.nodes), "elements": len(model.tets)}
     record = {"out": str(place), "program": program, **facts, "twist_per_pitch": twist}

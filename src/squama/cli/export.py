@@ -47,7 +47,9 @@ def _several(allowed: tuple[str, ...]) -> flags.Reader[tuple[str, ...]]:
 
 _density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
 PARTS, FORMATS = ("scale", "substrate", "mould", "assembly"), ("stl", "3mf", "step")
+_KINDS = "stl, 3mf (both in mm), step (extra step), or several (stl,3mf)."
 _CLEARANCE = "Room between tab and slot, and between blades and the mould's lid, on every side (0.2 mm)."
+_PICTURE = "Picture of the assembled beam and the mould: .png, .svg or .pdf; may be repeated."
 _BED = "Longest part that the printer takes; longer moulds are made in pieces (no limit)."
 
 
@@ -57,9 +59,7 @@ class Made:
 
     scales: Annotated[int | None, flags.scales(500, "Number of scales (that of the file)", least=1)] = None
     parts: Annotated[tuple[str, ...], flag(f"What to write ({','.join(PARTS)}).", read=_several(PARTS))] = PARTS
-    formats: Annotated[
-        tuple[str, ...], flag("stl, 3mf (both in mm), step (extra step), or several (stl,3mf).", read=_several(FORMATS))
-    ] = ("stl", "3mf")
+    formats: Annotated[tuple[str, ...], flag(_KINDS, read=_several(FORMATS))] = ("stl", "3mf")
     clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
     feature: Annotated[float, flag("Least size that can be printed or cast (0.4 mm).", read=_size)] = 0.4e-3
     wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid (3 mm).", read=_size)] = 3e-3
@@ -79,9 +79,7 @@ def export(
     *,
     out: Annotated[str, flag("Folder to write to.", "--out", "-o")],
     made: Made = MADE,
-    picture: Annotated[
-        tuple[str, ...], flag("Picture of the assembled beam and the mould: .png, .svg or .pdf; may be repeated.")
-    ] = (),
+    picture: Annotated[tuple[str, ...], flag(_PICTURE)] = (),
     force: Annotated[bool, Parameter(help="Replace files in the folder that no export has written.")] = False,
     base: flags.Base = flags.BASE,
 ) -> int:

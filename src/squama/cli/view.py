@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -12,7 +12,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 
 if TYPE_CHECKING:
-    from squama.scene.motion import Motion
+    from squama.scene.picture import View
 
 
 def view(
@@ -34,7 +34,6 @@ def view(
 ) -> int:
     """Draw a beam in space: picture (.png), animation from rest and back (.gif), page that turns it (.html)."""
     from squama.scene import picture, standalone
-    from squama.scene.motion import Motion, Setting
 
     if not out:
         flags.problems().add("--out", "", "is not given", "write e.g. -o beam.png, beam.gif or beam.html")
@@ -43,25 +42,23 @@ def view(
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
     described, asked = base.turned(beam, mu, "--twist", twist, load=load, still=True)
+    how: dict[str, Any] = {"law": law, "sense": sense, "margin": margin, "joint": joint}
     described = settled(described)
-    assert described.friction.mu is not None
-
     with flags.laid(flags.arguments()):
-        motion = Motion(Setting(described, described.friction.mu, load, law, margin, sense, joint))
-    angle = 0.7 * motion.last if asked is None else asked * described.pitch
-    written = [picture.save(motion, angle, path, dark=dark, forces=not no_forces, frames=frames) for path in out]
-    return output.report(base.json, beam, written, lambda: _record(motion, angle), lambda: _shown(motion, angle))
+        found = picture.view(
+            described, *out, to=asked, load=load, dark=dark, forces=not no_forces, frames=frames, **how
+        )
+    return output.report(base.json, beam, found.files, lambda: _record(load, found), lambda: _shown(found))
 
 
-def _record(motion: Motion, angle: float) -> dict[str, object]:
-    state = motion.state(angle)
-    shown = {key: value for key, value in state._asdict().items() if key not in ("x", "slip", "name", "pose")}
-    data = {"load": motion.setting.load, "asked": angle, "state": {**shown, "scales": state.name}}
-    return {**data, "end": str(motion.end), "last": motion.last}
+def _record(load: str, found: View) -> dict[str, object]:
+    state = {key: getattr(found.state, key) for key in ("load", "theta", "N", "f", "torque")}
+    data = {"load": load, "asked": found.asked, "state": {**state, "scales": found.state.name}}
+    return {**data, "end": str(found.end), "last": found.last}
 
 
-def _shown(motion: Motion, angle: float) -> Iterable[str]:
-    state = motion.state(angle)
+def _shown(found: View) -> Iterable[str]:
+    state, asked = found.state, found.asked
     yield f": {state.load:.4g} rad per pitch, inclination {math.degrees(state.theta):.4g} deg, {state.name}"
-    if angle > motion.last:
-        yield f"asked for {angle:.4g} rad per pitch, but the curve ends before: {motion.end}; its last state is shown"
+    if asked > found.last:
+        yield f"asked for {asked:.4g} rad per pitch, but the curve ends before: {found.end}; its last state is shown"

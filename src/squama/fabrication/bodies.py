@@ -13,7 +13,6 @@ and lid are cut into pieces where they are longer than the printer's bed.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from math import ceil, cos, sin, tan
 from typing import NamedTuple
 
@@ -51,11 +50,6 @@ def block(low: ArrayLike, high: ArrayLike, axes: Array | None = None, origin: Ar
     bits = (np.arange(8)[:, None] >> np.array([2, 1, 0])) & 1
     corners = np.where(bits == 1, hi, lo)
     return np.asarray(corners @ (np.eye(3) if axes is None else axes) + np.asarray(origin, float))
-
-
-def tapered(x: Sequence[Sequence[float]], y: Sequence[float], z: Sequence[Sequence[float]]) -> Array:
-    """Return a block between y[0] and y[1], with x[i] and z[i] its (low, high) at y[i]."""
-    return np.array([(x[j][i], y[j], z[j][k]) for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)
 
 
 def scale(plan: Plan) -> Recipe:
@@ -177,7 +171,8 @@ def trays(plan: Plan) -> list[Recipe]:
         floor, middle, rim = ((plan.width + 2 * g) * length for g, length in zip(levels, lengths, strict=True))
         cavity = plan.height * (floor + 4 * middle + rim) / 6
         volume = 2 * half * (plan.height + plan.wall) * (high - low) - cavity
-        hollow = tapered(sides, (-y, y + BEYOND), along)
+        levels_cut = (-y, y + BEYOND)
+        hollow = np.array([(sides[j][i], levels_cut[j], along[j][k]) for i, j, k in np.ndindex(2, 2, 2)])
         found.append(on_bench(plan, Recipe(numbered("tray", i, pieces), whole, (hollow,), volume)))
     return found
 

@@ -122,8 +122,6 @@ def export(
 
     Parameters
     ----------
-    beam
-        The beam.
     folder
         Where to write; made if it is not there. Files in it that no export has written are not replaced.
     scales
@@ -148,10 +146,6 @@ def export(
         g/cm^3, for the masses: of what is printed (solid PLA) and of the silicone.
     force
         Replace files that no export has written.
-
-    Returns
-    -------
-    Export
 
     Raises
     ------
@@ -245,16 +239,16 @@ def _table(bill: Sequence[Row]) -> str:
 
 
 def _bytes(stem: str, items: list[Item], kind: str) -> bytes:
+    placed = [(item.recipe, one) for item in items for one in item.placed]
     if kind == "step":
-        return written.step(stem, [(item.recipe, item.copies) for item in items])
-    placed = [p for item in items for p in item.placed]
-    return written.stl(placed) if kind == "stl" else written.three_mf(placed)
+        return written.step(stem, placed)
+    return (written.stl if kind == "stl" else written.three_mf)([one for _, one in placed])
 
 
 def _read(path: Path, kind: str, items: list[Item]) -> list[tuple[str, Trimesh, float]]:
     """Return the solids in a file as trimesh reads them: name, mesh, volume that it should have."""
     trimesh = need("trimesh")
-    volumes = {name: item.recipe.volume for item in items for name, _, _ in item.copies}
+    volumes = {name: item.recipe.volume for item in items for name, *_ in item.placed}
     data = io.BytesIO(path.read_bytes())
     if kind == "stl":
         name = next(iter(volumes)) if len(volumes) == 1 else ""
@@ -269,15 +263,11 @@ def _read(path: Path, kind: str, items: list[Item]) -> list[tuple[str, Trimesh, 
 
 
 def _digest(data: bytes) -> str:
-    """Return the SHA-256 of a file's bytes."""
     return hashlib.sha256(data).hexdigest()
 
 
 def _check_folder(folder: str | os.PathLike[str], names: list[str], *, force: bool) -> None:
-    """Refuse a folder that cannot be written to, or in which files of these names are not those of an export.
-
-    Raises InputError: one line per file or place.
-    """
+    """Refuse a folder that cannot be written to, or in which files of these names are not those of an export."""
     place = Path(folder)
     if files.exists(place) or place.is_symlink():
         files.make_folder(place)
@@ -289,7 +279,7 @@ def _check_folder(folder: str | os.PathLike[str], names: list[str], *, force: bo
         path = place / name
         if path.is_dir():
             problems.add("", "", "is a folder", "give another folder to write to", files.label(path))
-        elif path.exists() and not force and (known.get(name) is None or known[name] != _digest(path.read_bytes())):
+        elif path.exists() and not force and known.get(name) != _digest(path.read_bytes()):
             reason = "is there and was not written, or was changed since, by squama export"
             problems.add("", "", reason, "give another folder, or --force to replace it", files.label(path))
     problems.settle()
@@ -301,10 +291,7 @@ def _write(
     record: Mapping[str, object],
     look: Callable[[str, Path], None],
 ) -> list[Path]:
-    """Write files and the record of them; ``look`` is called with each file before it is moved to its place.
-
-    Raises InputError: the folder cannot be written to.
-    """
+    """Write files and the record of them; ``look`` is called with each file before it is moved to its place."""
     place = files.make_folder(folder)
     hashes = {name: _digest(data) for name, data in contents.items()}
     # files of an earlier export that are not written now stay known

@@ -6,7 +6,7 @@ import io
 import itertools
 import re
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
@@ -71,8 +71,7 @@ def stl(solids: Sequence[Placed]) -> bytes:
 def three_mf(solids: Sequence[Placed]) -> bytes:
     """Return a 3MF file with an object for each solid, named; copies share their mesh."""
     kinds: dict[int, int] = {}
-    objects: list[str] = []
-    items: list[str] = []
+    objects, items = list[str](), list[str]()
     for solid in solids:
         alone = sum(other.mesh is solid.mesh for other in solids) == 1
         if id(solid.mesh) not in kinds:
@@ -118,19 +117,15 @@ def _number(value: float) -> str:
     return f"{float(value) + 0.0:.17g}"
 
 
-def step(name: str, solids: Sequence[tuple[Recipe, Sequence[tuple[str, Array, Array]]]]) -> bytes:
-    """Return a STEP file in millimetres of the whole's name, and each solid with its copies: name, rotation, shift.
-
-    Raises InputError: build123d is not installed. Raises SquamaError: a volume differs from that of the closed form.
-    """
+def step(name: str, solids: Iterable[tuple[Recipe, Placed]]) -> bytes:
+    """Return a STEP file in millimetres of the whole's name. Raises SquamaError: a volume is not the closed form's."""
     cad = need("build123d")
     children = []
-    for recipe, copies in solids:
-        for label, turn, shift in copies:
-            # a shape of its own for each copy: the file's names belong to shapes
-            child = _solid(cad, recipe.moved(turn, shift))
-            child.label = label
-            children.append(child)
+    for recipe, one in solids:
+        # a shape of its own for each copy: the file's names belong to shapes
+        child = _solid(cad, recipe.moved(one.turn, one.shift))
+        child.label = one.name
+        children.append(child)
     whole = cad.Compound(label=name, children=children) if len(children) > 1 else children[0]
     out = io.BytesIO()
     cad.export_step(whole, out, unit=cad.Unit.MM, timestamp=_DATE)
@@ -162,7 +157,5 @@ def _solid(cad: Any, recipe: Recipe) -> Any:
 
 
 def _block(cad: Any, corners: Array) -> Any:
-    faces = [
-        cad.Face(cad.Wire.make_polygon([tuple(map(float, corners[i])) for i in quad], close=True)) for quad in QUADS
-    ]
-    return cad.Solid(cad.Shell(faces))
+    loops = (cad.Wire.make_polygon([tuple(map(float, corners[i])) for i in quad], close=True) for quad in QUADS)
+    return cad.Solid(cad.Shell([cad.Face(loop) for loop in loops]))

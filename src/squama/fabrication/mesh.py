@@ -67,10 +67,7 @@ def build(recipe: Recipe) -> Mesh:
 
 
 def manifold(mesh: Mesh) -> Manifold:
-    """Return the mesh as a manifold3d.Manifold; it refuses what is no closed oriented surface.
-
-    Raises SquamaError: the mesh is not a manifold.
-    """
+    """Return the mesh as a manifold3d.Manifold. Raises SquamaError: it is no closed oriented surface."""
     kernel = need("manifold3d")
     solid = kernel.Manifold(
         kernel.Mesh64(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.triangles, np.uint64))

@@ -136,10 +136,7 @@ class Plan(NamedTuple):
 
 
 def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) -> dict[str, float]:
-    """Return sizes in m and rad by name; ``prefix`` is put before the names in messages.
-
-    Raises InputError: one line per mistake.
-    """
+    """Return sizes in m and rad by name, every mistake refused; ``prefix`` is put before the names in messages."""
     found, problems = {}, Problems()
     for name, value in given.items():
         dimension, bounds = SIZES[name]
@@ -150,10 +147,7 @@ def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) ->
 
 
 def plan(beam: Beam, scales: int | None, sizes: dict[str, float]) -> Plan:
-    """Return the plan of a beam with so many scales (its own number if None); sizes in m and rad.
-
-    Raises InputError: too many scales.
-    """
+    """Return the plan of a beam with so many scales (its own number if None), not too many; sizes in m and rad."""
     count = arguments.whole("scales", beam.scales if scales is None else scales, 1, MOST_SCALES)
     lengths = {name: value if SIZES[name][0] is Dimension.ANGLE else mm(value) for name, value in sizes.items()}
     bar, one = beam.substrate, beam.scale
@@ -176,9 +170,7 @@ def apart(a: Array, b: Array) -> float:
     >>> apart(square, square + [4, 5])
     5.0
     """
-    if not any(_separated(p, q) for p, q in ((a, b), (b, a))):
-        return 0.0
-    return min(_to_edges(a, b), _to_edges(b, a))
+    return min(_to_edges(a, b), _to_edges(b, a)) if _separated(a, b) or _separated(b, a) else 0.0
 
 
 def _separated(a: Array, b: Array) -> bool:
@@ -190,9 +182,7 @@ def _separated(a: Array, b: Array) -> bool:
 
 
 def _to_edges(points: Array, polygon: Array) -> float:
-    start = polygon
-    edge = np.roll(polygon, -1, axis=0) - start
-    away = points[:, None] - start
+    edge, away = np.roll(polygon, -1, axis=0) - polygon, points[:, None] - polygon
     along = np.clip((away * edge).sum(-1) / (edge**2).sum(-1), 0, 1)
     return float(np.linalg.norm(away - along[..., None] * edge, axis=-1).min())
 

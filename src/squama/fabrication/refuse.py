@@ -16,10 +16,7 @@ SLACK = 1e-9
 
 
 def check(plan: Plan, parts: tuple[str, ...]) -> None:
-    """Refuse a plan that cannot be made; the mould has conditions of its own.
-
-    Raises InputError: a problem for each cause.
-    """
+    """Refuse a plan that cannot be made, all causes together; the mould has conditions of its own."""
     found = [*_scale(plan), *_section(plan), *_along(plan), *_at_rest(plan)]
     if "mould" in parts and not found:
         found += _mould(plan)

@@ -16,26 +16,17 @@ from squama.fabrication.formats import Placed
 from squama.fabrication.measure import Check
 from squama.fabrication.mesh import Mesh
 from squama.fabrication.plan import Plan, between
-from squama.types import Array
 
 PARTS = ("scale", "substrate", "mould", "assembly")
 SPACING = 2.0
 """Between scales that are laid out for the printer, mm."""
 
-Copy = tuple[str, Array, Array]
-
 
 class Item(NamedTuple):
-    """A solid in a file: its ``recipe`` and ``mesh``, and its ``copies``: name, rotation, shift of each."""
+    """A solid in a file: its ``recipe``, and its copies where they are ``placed``."""
 
     recipe: Recipe
-    mesh: Mesh
-    copies: list[Copy]
-
-    @property
-    def placed(self) -> list[Placed]:
-        """The copies where they stand."""
-        return [Placed(name, self.mesh, turn, shift) for name, turn, shift in self.copies]
+    placed: list[Placed]
 
 
 class Solids(NamedTuple):
@@ -63,8 +54,7 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
         counts.append((scale, plan.scales))
     if "scale" in parts:
         files["scale"] = [_alone(scale, flat)]
-        for name, copies in _plates(plan):
-            files[name] = [Item(scale, flat, copies)]
+        files |= {name: [Item(scale, placed)] for name, placed in _plates(plan, flat)}
     if {"substrate", "assembly"} & set(parts):
         body = built(bar)
         counts.append((bar, 1))
@@ -77,13 +67,13 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
         edge = built(knife)
         files |= {recipe.name: [_alone(recipe, made, down=True)] for recipe, made in pieces}
         files["blade"] = [_alone(knife, edge)]
-        blades = Item(knife, edge, [(n, *bodies.seat(plan, k, plan.slot[2])) for k, n in _names(plan, "blade")])
+        blades = _seated(plan, "blade", knife, edge, plan.slot[2])
         files["mould"] = [*(_alone(recipe, made) for recipe, made in pieces), blades]
         counts += [*((recipe, 1) for recipe, _ in pieces), (knife, plan.scales)]
         checks += measured.slits(plan, [made for recipe, made in pieces if recipe.name.startswith("lid")])
         checks.append(measured.overlaps([p.seated for item in files["mould"] for p in item.placed], "mould"))
     if "assembly" in parts:
-        scales = Item(scale, flat, [(n, *bodies.seat(plan, k, plan.thickness)) for k, n in _names(plan, "scale")])
+        scales = _seated(plan, "scale", scale, flat, plan.thickness)
         files["assembly"] = [_alone(bar, body), scales]
         checks += _fitted(plan, body, [p.seated for p in scales.placed])
     return Solids(files, counts, checks)
@@ -108,15 +98,21 @@ def _fitted(plan: Plan, body: Mesh, seated: list[Mesh]) -> Iterator[Check]:
 def _alone(recipe: Recipe, made: Mesh, *, down: bool = False) -> Item:
     """Return a solid as it is, or put down on the bed with its corner at 0."""
     shift = -made.bounds[0] if down else np.zeros(3)
-    return Item(recipe, made, [(recipe.name, np.eye(3), shift)])
+    return Item(recipe, [Placed(recipe.name, made, np.eye(3), shift)])
 
 
-def _names(plan: Plan, word: str) -> list[tuple[int, str]]:
+def _names(plan: Plan, word: str) -> list[str]:
     digits = len(str(plan.scales))
-    return [(k, f"{word} {k + 1:0{digits}d}") for k in range(plan.scales)]
+    return [f"{word} {k + 1:0{digits}d}" for k in range(plan.scales)]
 
 
-def _plates(plan: Plan) -> Iterator[tuple[str, list[Copy]]]:
+def _seated(plan: Plan, word: str, recipe: Recipe, made: Mesh, thickness: float) -> Item:
+    """Return flat plates of a thickness, each in its place on the bar."""
+    places = (bodies.seat(plan, k, thickness) for k in range(plan.scales))
+    return Item(recipe, [Placed(n, made, *place) for n, place in zip(_names(plan, word), places, strict=True)])
+
+
+def _plates(plan: Plan, flat: Mesh) -> Iterator[tuple[str, list[Placed]]]:
     """Lay all scales out flat in rows, on as many beds as it takes."""
     long, wide = plan.length + plan.embedded + SPACING, plan.breadth + SPACING
     rows = max(1, round(sqrt(plan.scales * wide / long)))
@@ -128,8 +124,6 @@ def _plates(plan: Plan) -> Iterator[tuple[str, list[Copy]]]:
     named = _names(plan, "scale")
     plates = [named[i : i + each] for i in range(0, len(named), each)]
     for i, plate in enumerate(plates):
-        copies = [
-            (name, np.eye(3), np.array([j // columns * long, j % columns * wide, 0.0]))
-            for j, (_, name) in enumerate(plate)
-        ]
-        yield bodies.numbered("scales", i, len(plates)), copies
+        places = (np.array([j // columns * long, j % columns * wide, 0.0]) for j in range(each))
+        placed = [Placed(name, flat, np.eye(3), place) for name, place in zip(plate, places, strict=False)]
+        yield bodies.numbered("scales", i, len(plates)), placed

@@ -19,9 +19,10 @@ from functools import partial
 import numpy as np
 
 from squama.errors import InputError
-from squama.fe.body import Body, Section, mean_turns
+from squama.fe.body import Body, Section, bent, mean_turns, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact, where
 from squama.fe.elements import Elements, Helical, Material
+from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
 from squama.fe.mesh import Pitch, Tiled, tile
 from squama.fe.plate import MOTIONS, Carried, Rest, Row, Turn, inclination, turned
@@ -68,6 +69,7 @@ def make_walk(
     scales: int | None = None,
     ends: str = "free",
     hinged: bool = False,
+    exposed: Exposed | None = None,
     dhat: float = DHAT,
     slip: float = SLIP,
 ) -> Walk:
@@ -85,6 +87,8 @@ def make_walk(
         What the turned end of a finite beam does along the axis.
     hinged : bool
         Block roll and yaw of the scales.
+    exposed : Exposed, optional
+        The exposed part of a scale; a rigid rectangle without thickness if not given.
     dhat, slip : float
         See :mod:`squama.fe.contact`.
 
@@ -96,7 +100,8 @@ def make_walk(
         one T is that of the end (the walk's own is N times that: its works are those of the whole beam by the twist
         per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and motions in
         the frame that turns with the section at its base, the contact with the next one (N, f, p, s), and the ``twist``
-        of its pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` says what touches.
+        of its pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` says what touches, and
+        ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
 
     Raises
     ------
@@ -105,8 +110,10 @@ def make_walk(
     """
     each = HINGED if hinged else FREE
     if scales is None:
-        contact = RowContact(Row(geometry.rest), mu, dhat=dhat, slip=slip)
-        return Walk(make_body(pitch, geometry), contact, each, _endless, dhat=dhat)
+        row = Row(geometry.rest, exposed=exposed)
+        contact = RowContact(row, mu, dhat=dhat, slip=slip)
+        body = make_body(pitch, geometry)
+        return Walk(bent(body, row), contact, ways_of(each, row), _endless, dhat=dhat)
     unknowns = 3 * len(pitch.images[2]) * scales
     check_memory(scales, unknowns, estimate(unknowns, scales))
     mesh = tile(pitch, scales)
@@ -116,20 +123,22 @@ def make_walk(
     except InputError:
         body.solver.close()
         raise
-    contact = RowContact(Row(geometry.rest, scales, geometry.cut), mu, dhat=dhat, slip=slip)
-    ways = np.zeros((body.motions, each.shape[1] * scales + (ends == "free")))
-    ways[: 6 * scales, : each.shape[1] * scales] = np.kron(np.eye(scales), each)
+    row = Row(geometry.rest, scales, geometry.cut, exposed)
+    contact = RowContact(row, mu, dhat=dhat, slip=slip)
+    moved = np.zeros((body.motions, each.shape[1] * scales + (ends == "free")))
+    moved[: 6 * scales, : each.shape[1] * scales] = np.kron(np.eye(scales), each)
     if ends == "free":
-        ways[6 * scales + 2, -1] = 1.0
+        moved[6 * scales + 2, -1] = 1.0
     record = partial(_finite, geometry, mesh, pitch.shares)
     # what the twist of many pitches does to a scale adds up along the beam
-    return Walk(body, contact, ways, record, dhat=dhat, slack=max(1.0, scales / 5))
+    return Walk(bent(body, row), contact, ways_of(moved, row), record, dhat=dhat, slack=max(1.0, scales / 5))
 
 
 def _endless(walk: Walk) -> Recorded:
     touch, state = walk.touch, walk.endless(walk.dhat)
     words = f"{touch.pair} (k = {touch.second})" if touch else ""
-    return {**state, "neighbour": touch.second if touch else 0, "contact": words}
+    neighbour = touch.second if touch else 0
+    return {**state, "neighbour": neighbour, "deflection": walk.deflection, "contact": words}
 
 
 def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recorded:
@@ -144,12 +153,14 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
     # the section that a scale's base stands on lies between two cuts
     local = (1 + geometry.cut) * turns[:-1] - geometry.cut * turns[1:]
     local -= walk.phi * (np.arange(scales) - geometry.cut)
-    v = np.array([turned_back(geometry.rest, *at) for at in zip(walk.v[:-6].reshape(-1, 6), local, strict=True)])
+    v = np.array(
+        [turned_back(geometry.rest, *at) for at in zip(walk.v[: 6 * scales].reshape(-1, 6), local, strict=True)]
+    )
     theta = np.array([inclination(geometry.rest, motion) for motion in v])
     return {
-        "phi": walk.phi, "T": walk.T / scales, **walk.works(walk.dhat), "u_end": walk.v[-4], "theta": theta,
+        "phi": walk.phi, "T": walk.T / scales, **walk.works(walk.dhat), "u_end": walk.v[6 * scales + 2], "theta": theta,
         **dict(zip(MOTIONS, v.T, strict=True)), "N": N, "f": f, "p": p, "s": s, "twist": np.diff(turns),
-        "contact": words,
+        "contact": words, "deflection": walk.deflection,
     }  # fmt: skip
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from squama.errors import InputError
 from squama.fe.elements import Elements, Helical, Result
 from squama.fe.mesh import Index
-from squama.fe.plate import Carried, Turn
+from squama.fe.plate import Carried, Row, Turn
 from squama.fe.solver import Solver
 from squama.types import Array
 
@@ -303,6 +303,61 @@ class Matrix:
         energy, stays = float(q @ pushed) / 2, float(self._K[6, 6])
         s, torque = pushed[:6], float(pushed[6])
         return Reduced(v, phi, s, self._S, self._s_phi, torque, stays, energy, 0.0, lambda dv, dphi=0.0: z)  # noqa: ARG005
+
+
+class Bent:
+    """A body whose scales bend: behind its motions come the amplitudes of each scale's modes (fe.exposed).
+
+    Parameters
+    ----------
+    body : Body or Matrix
+        What carries the scales.
+    stiffness : (r, r) array
+        That of the modes of one scale, E d.
+    scales : int
+        How many scales bend.
+    """
+
+    def __init__(self, body: Body | Matrix, stiffness: Array, scales: int = 1) -> None:
+        self.body, self.places_free = body, body.places_free
+        self._K = np.kron(np.eye(scales), stiffness)
+
+    def start(self) -> Array:
+        """Return the free unknowns at rest."""
+        return self.body.start()
+
+    def _parts(self, v: Array) -> tuple[Array, Array]:
+        return v[: v.size - len(self._K)], v[v.size - len(self._K) :]
+
+    def places(self, z: Array, v: Array, phi: float) -> Array:
+        """Return the places (n, 3) of the body's nodes."""
+        return self.body.places(z, self._parts(v)[0], phi)
+
+    def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
+        """Condense the body and add what the scales oppose to their bending; None where an element is inverted."""
+        motions, a = self._parts(v)
+        r = self.body.reduce(z, motions, phi)
+        if r is None:
+            return None
+        m, pushed = motions.size, self._K @ a
+        S = np.zeros((v.size, v.size))
+        S[:m, :m], S[m:, m:] = r.S, self._K
+        return r._replace(
+            v=v, s=np.append(r.s, pushed), S=S, s_phi=np.append(r.s_phi, np.zeros(a.size)),
+            energy=r.energy + float(a @ pushed) / 2,
+            update=lambda dv, dphi=0.0: r.update(dv[:m], dphi),
+        )  # fmt: skip
+
+
+def bent(body: Body | Matrix, row: Row) -> Body | Matrix | Bent:
+    """Return the body with the scales of a row on it, as far as these bend."""
+    return Bent(body, row.exposed.stiffness, row.moving) if row.exposed.amplitudes else body
+
+
+def ways_of(motions: Array, row: Row) -> Array:
+    """Return directions in which motions (m, k) can go with those of all amplitudes behind them."""
+    (m, k), r = motions.shape, row.exposed.amplitudes * row.moving
+    return np.block([[motions, np.zeros((m, r))], [np.zeros((r, k)), np.eye(r)]])
 
 
 def mean_turns(rest: Array, places: Array, cuts: Index, weights: Array) -> Array:

@@ -1,7 +1,8 @@
-"""The compliant model: rigid scales on the substrate's condensed stiffness, in frictional contact along the helix.
+"""The compliant model: scales on the substrate's condensed stiffness, in frictional contact along the helix.
 
 The substrate enters as one symmetric matrix K over the six motions of a scale and the twist per pitch, energy per pitch
-1/2 q^T K q with q = (v, phi); the scales turn by finite rotations and may touch anywhere. Per pitch, with the barrier
+1/2 q^T K q with q = (v, phi); the scales turn by finite rotations and may touch anywhere. They are thin or thick, and
+rigid or bend by their modes (:mod:`squama.fe.exposed`), whose amplitudes are motions, too. Per pitch, with the barrier
 and friction of :mod:`squama.fe.contact`,
     balance   K_v q + dB/dv + F_v = 0        torque   T = K_phi q + dB/dphi + F_phi
     U = 1/2 q^T K q        dW_fr = friction forces x slip        int T dphi = U + W_fr
@@ -16,8 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.fe import walk
-from squama.fe.body import Matrix
+from squama.fe.body import Matrix, bent, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact
+from squama.fe.exposed import Exposed, box
 from squama.fe.plate import Rest, Row
 from squama.fe.walk import Contacts
 from squama.types import Array
@@ -62,6 +64,7 @@ def curve(
     mu: float,
     phi: Sequence[float] | Array,
     *,
+    exposed: Exposed | None = None,
     hinge: bool = False,
     increment: float = INCREMENT,
     dhat: float = DHAT,
@@ -79,6 +82,8 @@ def curve(
         Coefficient of friction.
     phi : sequence of float
         Twists per pitch at which the state is wanted, in the order of loading from 0; negative for the other sense.
+    exposed : Exposed, optional
+        The exposed part of a scale; a rigid rectangle without thickness if not given.
     hinge : bool
         Let the scale turn about n_Y only.
     increment, dhat, slip : float
@@ -88,7 +93,7 @@ def curve(
     -------
     Condensed
     """
-    way = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip)
+    way = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip, exposed)
     wanted = np.asarray(phi, float)
     columns = {name: np.full(wanted.size, np.nan) for name in way.endless()}
     end = RANGE_END
@@ -98,13 +103,14 @@ def curve(
             break
         for name, value in way.endless().items():
             columns[name][i] = value
-    engaged = engagement(rest, K, way.contacts[0].phi, hinge=hinge) if way.contacts else np.inf
+    thick = None if exposed is None else box(rest.eta, rest.beta, exposed.thickness)
+    engaged = engagement(rest, K, way.contacts[0].phi, exposed=thick, hinge=hinge) if way.contacts else np.inf
     return Condensed({**columns, "phi": wanted}, engaged, float(way.phi), end, tuple(way.contacts))
 
 
-def engagement(rest: Rest, K: Array, near: float, *, hinge: bool = False) -> float:
-    """Return the twist at which the scales first touch, given a twist at or a little beyond it."""
-    ways, contact = HINGE if hinge else FREE, RowContact(Row(rest), 0.0)
+def engagement(rest: Rest, K: Array, near: float, *, exposed: Exposed | None = None, hinge: bool = False) -> float:
+    """Return the twist at which the scales (rigid until then) first touch, given a twist at or a little beyond it."""
+    ways, contact = HINGE if hinge else FREE, RowContact(Row(rest, exposed=exposed), 0.0)
     # motions per twist of a scale that touches nothing
     rates = -ways @ np.linalg.solve(ways.T @ K[:6, :6] @ ways, ways.T @ K[:6, 6])
 
@@ -132,10 +138,14 @@ def engagement(rest: Rest, K: Array, near: float, *, hinge: bool = False) -> flo
 class Walk(walk.Walk):
     """The state of a curve, led from twist to twist."""
 
-    def __init__(self, rest: Rest, K: Array, mu: float, ways: Array, dhat: float, slip: float) -> None:
-        contact = RowContact(Row(rest), mu, dhat=dhat, slip=slip)
+    def __init__(
+        self, rest: Rest, K: Array, mu: float, ways: Array, dhat: float, slip: float, exposed: Exposed | None = None
+    ) -> None:
+        row = Row(rest, exposed=exposed)
+        contact = RowContact(row, mu, dhat=dhat, slip=slip)
         first = _FIRST * float(K[4, 4])
-        super().__init__(Matrix(K), contact, ways, first=first, dhat=dhat, jump=JUMP, halvings=_HALVINGS)
+        body = bent(Matrix(K), row)
+        super().__init__(body, contact, ways_of(ways, row), first=first, dhat=dhat, jump=JUMP, halvings=_HALVINGS)
         self.begin()
 
     def ending(self, most: float) -> str:

@@ -1,9 +1,10 @@
-"""Frictional contact of thin rectangular scales: a barrier against touching, smoothed Coulomb friction, no passing.
+"""Frictional contact of scales, thin or thick, rigid or bent: a barrier, smoothed Coulomb friction, no passing.
 
 The scales keep a gap between 0 and ``dhat`` by a potential that grows without bound as the gap closes (incremental
-potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). Only edges on edges and corners on
-faces of given pairs of scales are looked at: two flat convex plates meet in no other way. Friction follows the slip
-since the last increment, with normal force and direction of the present state, so the tangent is not symmetric.
+potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). Of rigid scales only edges on edges
+and corners on faces of given pairs are looked at: two convex bodies meet in no other way; of scales that bend all edges
+and triangles of their surfaces that come near each other (:mod:`squama.fe.near`). Friction follows the slip since the
+last increment, with normal force and direction of the present state, so the tangent is not symmetric.
 Lengths in pitches; forces in whatever unit the stiffness brings.
 """
 
@@ -15,7 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.fe.plate import CORNERS, EDGES, FACES, Placed, Row
+from squama.fe.exposed import FACE, Exposed, Index, thin
+from squama.fe.near import Near, every, within_reach
+from squama.fe.plate import Placed, Row
 from squama.needs import need
 from squama.types import Array
 
@@ -29,7 +32,12 @@ _CLOSE = 0.99
 """Fraction of the gap that a step may close before it counts as a collision."""
 _CLEAR = 0.9
 """Fraction of a step to the next collision that is taken."""
-_WORDS = {0: "base edge DA", 1: "side edge AB", 2: "tip edge CB", 3: "side edge DC"}
+_WIDE = 0.01
+"""How far beyond the distance asked for candidates are sought, so that they serve until corners move by half of it."""
+_FAR = 10.0
+"""Distance beyond which no gap is looked for, pitches."""
+_USUAL = ("tip edge CB", "side edge DC")
+_THIN = thin(1.0, 1.0)
 
 
 def stiffness(force: float, dhat: float) -> float:
@@ -40,12 +48,14 @@ def stiffness(force: float, dhat: float) -> float:
 class Push(NamedTuple):
     """Contact at one place of the corners (n, 3).
 
-    ``gradient`` (n, 3) of the barrier's energy, the ``friction`` (n, 3; minus the friction forces), and the
-    ``tangent`` (3 n, 3 n): derivative of gradient + friction, or None if not asked or without contact.
+    ``gradient`` (n, 3) of the barrier's energy, the ``friction`` (n, 3; minus the friction forces), the numbers
+    ``nodes`` (a,) of the corners on which these act, and the ``tangent`` (3 a, 3 a): derivative of gradient + friction
+    there, or None if not asked or without contact.
     """
 
     gradient: Array
     friction: Array
+    nodes: Index
     tangent: Array | None
 
 
@@ -66,43 +76,68 @@ class Touch(NamedTuple):
 
 
 class Contact:
-    """Contact of scales given by their corners, in the order D, A, B, C for each.
+    """Contact of scales given by the points of their surfaces, "corners" for short, scale by scale.
 
     Parameters
     ----------
-    corners : (4 m, 3) array
-        Corners of the m scales at rest.
+    corners : (n m, 3) array
+        Those of the m scales at rest.
     pairs : sequence of (int, int)
         Scales that may touch.
     mu : float
         Coefficient of friction.
+    exposed : Exposed
+        The surface of each; without it a rectangle with the corners D, A, B, C.
     dhat, slip : float
         As :data:`DHAT` and :data:`SLIP`.
     """
 
     def __init__(
-        self, corners: Array, pairs: Sequence[tuple[int, int]], mu: float, *, dhat: float = DHAT, slip: float = SLIP
+        self,
+        corners: Array,
+        pairs: Sequence[tuple[int, int]],
+        mu: float,
+        *,
+        exposed: Exposed = _THIN,
+        dhat: float = DHAT,
+        slip: float = SLIP,
     ) -> None:
         self._ipc = ipc = need("ipctk")
         self.mu, self.dhat, self.slip = mu, dhat, slip
-        count = len(corners) // 4
-        edges = [(4 * i + a, 4 * i + b) for i in range(count) for a, b in (*EDGES, (0, 2))]
-        faces = [tuple(4 * i + a for a in face) for i in range(count) for face in FACES]
+        self._exposed, self._each, self._pairs = exposed, len(exposed.points), pairs
+        scales = np.arange(len(corners) // self._each)[:, None, None]
+        edges, faces = (
+            (cells + self._each * scales).reshape(-1, n) for cells, n in ((exposed.edges, 2), (exposed.faces, 3))
+        )
         self._rest = np.asfortranarray(corners, dtype=float)
         self._mesh = ipc.CollisionMesh(self._rest, _whole(edges), _whole(faces))
-        self._near = ipc.Candidates()
-        self._near.ee_candidates = [
-            ipc.EdgeEdgeCandidate(5 * i + a, 5 * j + b) for i, j in pairs for a in range(4) for b in range(4)
-        ]
-        self._near.fv_candidates = [
-            ipc.FaceVertexCandidate(2 * f + a, 4 * c + b)
-            for i, j in pairs
-            for f, c in ((i, j), (j, i))
-            for a in range(2)
-            for b in range(4)
-        ]
+        self._always = None if exposed.amplitudes else self._candidates([every(exposed, i, j) for i, j in pairs])
+        # where they were last sought, and how near
+        self._kept: tuple[Array, float, Any] = self._rest, -1.0, None
         self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
         self._friction = ipc.FrictionPotential(slip)
+
+    def _candidates(self, near: Iterable[Near]) -> Any:
+        """Return what is looked at, from numbers of edges and edges, and of triangles and points."""
+        out, found = self._ipc.Candidates(), list(near)
+        out.ee_candidates = [self._ipc.EdgeEdgeCandidate(a, b) for n in found for a, b in n.edges.tolist()]
+        out.fv_candidates = [self._ipc.FaceVertexCandidate(a, b) for n in found for a, b in n.faces.tolist()]
+        return out
+
+    def _near(self, V: Array, there: Array, within: float) -> Any:
+        """Return what comes as near as ``within`` on a straight way of the corners, or more that could."""
+        if self._always is not None:
+            return self._always
+        moved = max(float(np.abs(x - self._kept[0]).max()) for x in (V, there))
+        # two scales may come nearer by twice the way of a corner
+        if within + 2 * np.sqrt(3) * moved > self._kept[1]:
+            wide = within + _WIDE
+            self._kept = (
+                V,
+                wide,
+                self._candidates(within_reach(self._exposed, i, j, V, there, wide) for i, j in self._pairs),
+            )
+        return self._kept[2]
 
     def push(self, corners: Array, before: Array | None, kappa: float, *, tangent: bool = True) -> Push:
         """Evaluate barrier and friction.
@@ -120,10 +155,10 @@ class Contact:
         found = self._found(V, self.dhat)
         zero = np.zeros_like(corners)
         if len(found) == 0:
-            return Push(zero, zero, None)
+            return Push(zero, zero, np.empty(0, np.int64), None)
         barrier = self._ipc.BarrierPotential(self.dhat, kappa)
         gradient = barrier.gradient(found, self._mesh, V).reshape(-1, 3)
-        H = barrier.hessian(found, self._mesh, V).toarray() if tangent else None
+        H = barrier.hessian(found, self._mesh, V) if tangent else None
         friction = zero
         if before is not None and self.mu > 0:
             slide = self._ipc.TangentialCollisions()
@@ -134,82 +169,101 @@ class Contact:
             if tangent:
                 by = self._friction.DiffWRT
                 for wrt in (by.VELOCITIES, by.LAGGED_DISPLACEMENTS):
-                    H -= self._friction.force_jacobian(*args, wrt).toarray()
-        return Push(gradient, friction, H)
+                    H = H - self._friction.force_jacobian(*args, wrt)
+        nodes = np.flatnonzero(gradient.any(axis=1) | friction.any(axis=1))
+        if H is None:
+            return Push(gradient, friction, nodes, None)
+        places = (3 * nodes[:, None] + np.arange(3)).ravel()
+        return Push(gradient, friction, nodes, H.tocsr()[places][:, places].toarray())
 
     def _found(self, V: Any, within: float) -> Any:
         found = self._ipc.NormalCollisions()
-        found.build(self._near, self._mesh, V, within)
+        found.build(self._near(V, V, within), self._mesh, V, within)
         return found
 
     def gap(self, corners: Array, within: float = np.inf) -> float:
-        """Return the least distance of the pairs, pitches; inf where it is more than ``within``."""
+        """Return the least distance of the pairs, pitches; inf where it is more than ``within`` (or :data:`_FAR`)."""
         V = np.asfortranarray(corners)
-        found = self._found(V, min(within, 1e3))
+        # what is near is sought the sooner the smaller the distance, where not all is looked at anyway
+        reach = min(within, _FAR) if self._always is not None else min(within, self.dhat)
+        while len(found := self._found(V, reach)) == 0 and reach < min(within, _FAR):
+            reach = min(4 * reach, within, _FAR)
         return float(np.sqrt(found.compute_minimum_distance(self._mesh, V))) if len(found) else np.inf
 
     def free(self, start: Array, end: Array) -> float:
         """Return the fraction of a straight motion of the corners that no collision stops, 1 for all of it."""
         a, b = np.asfortranarray(start), np.asfortranarray(end)
-        t = self._near.compute_collision_free_stepsize(self._mesh, a, b, 0.0, self._ccd)
+        t = self._near(a, b, 0.0).compute_collision_free_stepsize(self._mesh, a, b, 0.0, self._ccd)
         return 1.0 if t >= 1 else _CLEAR * float(t)
 
     def touches(self, corners: Array, kappa: float) -> list[Touch]:
         """Return the places of contact, strongest first."""
         V = np.asfortranarray(corners)
-        found = self._found(V, self.dhat)
         barrier = self._ipc.BarrierPotential(self.dhat, kappa)
-        out = []
-        for (a, kind_a), (b, kind_b), collision in _features(found):
+        sums: dict[tuple[int, int, str], tuple[Array, Array]] = {}
+        for one, two, collision in self._features(self._found(V, self.dhat)):
             ids = [i for i in collision.vertex_ids(self._mesh.edges, self._mesh.faces) if i >= 0]
-            g = barrier.gradient(collision, V[ids].ravel()).reshape(-1, 3)
-            N = float(np.linalg.norm(g[np.array(ids) // 4 == a].sum(0)))
-            p = s = np.nan
-            if (kind_a, kind_b) == ("tip edge CB", "side edge DC"):
-                p, s = _along(V[4 * a : 4 * a + 4], V[4 * b : 4 * b + 4])
-            out.append(Touch(a, b, f"{_named(kind_a, a)} on {_named(kind_b, b)}", N, p, s))
+            g = collision.weight * barrier.gradient(collision, V[ids].ravel()).reshape(-1, 3)
+            force = g[np.array(ids) // self._each == one.scale].sum(0)
+            place = self._places(V, one, two) if (one.kind, two.kind) == _USUAL else np.full(2, np.nan)
+            key = one.scale, two.scale, f"{one.words} on {two.words}"
+            old, moment = sums.get(key, (np.zeros(3), np.zeros(2)))
+            sums[key] = old + force, moment + np.linalg.norm(force) * place
+        out = []
+        for (a, b, pair), (force, moment) in sums.items():
+            N = float(np.linalg.norm(force))
+            p, s = (moment / N).tolist() if N > 0 else (np.nan, np.nan)
+            out.append(Touch(a, b, pair, N, p, s))
         return sorted(out, key=lambda t: -t.N)
 
+    def _features(self, found: Any) -> Iterator[tuple[_Feature, _Feature, Any]]:
+        """Yield the two features of every collision, and it; that of the lower scale first."""
+        exposed, edges, faces = self._exposed, len(self._exposed.edges), len(self._exposed.faces)
 
-def _whole(rows: Sequence[Any]) -> Any:
-    return np.asfortranarray(np.array(rows, np.int32).reshape(len(rows), -1))
+        def edge(i: int) -> _Feature:
+            return _Feature(i // edges, exposed.sides[i % edges], self._mesh.edges[i])
 
+        def corner(i: int) -> _Feature:
+            return _Feature(i // self._each, exposed.names[i % self._each], np.array([i]))
 
-def _features(found: Any) -> Iterator[tuple[tuple[int, str], tuple[int, str], Any]]:
-    """Yield number of the scale and kind of feature, twice, and the collision; the lower number first."""
+        both = [
+            *((edge(c.edge0_id), edge(c.edge1_id), c) for c in found.ee_collisions),
+            *((corner(c.vertex_id), edge(c.edge_id), c) for c in found.ev_collisions),
+            *((corner(c.vertex0_id), corner(c.vertex1_id), c) for c in found.vv_collisions),
+            *((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),
+        ]
+        for a, b, c in both:
+            yield (b, a, c) if a.scale > b.scale else (a, b, c)
 
-    def edge(i: int) -> tuple[int, str]:
-        return i // 5, _WORDS[i % 5]
-
-    def corner(i: int) -> tuple[int, str]:
-        return i // 4, f"corner {CORNERS[i % 4]}"
-
-    both = [
-        *((edge(c.edge0_id), edge(c.edge1_id), c) for c in found.ee_collisions),
-        *((corner(c.vertex_id), edge(c.edge_id), c) for c in found.ev_collisions),
-        *((corner(c.vertex0_id), corner(c.vertex1_id), c) for c in found.vv_collisions),
-        *((corner(c.vertex_id), (c.face_id // 2, "the face"), c) for c in found.fv_collisions),
-    ]
-    for a, b, c in both:
-        yield (b, a, c) if a[0] > b[0] else (a, b, c)
-
-
-def _named(kind: str, scale: int) -> str:
-    """Return a feature with the letters of its corners and the number of its scale, e.g. tip edge C1B1."""
-    if kind == "the face":
-        return f"the face of scale {1 + scale}"
-    words, _, letters = kind.rpartition(" ")
-    return f"{words} {''.join(f'{letter}{1 + scale}' for letter in letters)}"
+    def _places(self, V: Array, one: _Feature, two: _Feature) -> Array:
+        """Return where lines of points or points of two scales are nearest: Y on the first, X on the second."""
+        lines = [(V[f.nodes], self._exposed.points[f.nodes % self._each]) for f in (one, two)]
+        (x, X), (y, Y) = lines
+        along = [*(x[1:] - x[0]), *(y[0] - y[1:])]
+        t = np.linalg.lstsq(np.array(along).reshape(-1, 3).T, y[0] - x[0], rcond=None)[0].tolist()
+        a = t.pop(0) if len(x) > 1 else 0.0
+        b = t.pop(0) if len(y) > 1 else 0.0
+        return np.array([X[0, 1] + a * (X[-1, 1] - X[0, 1]), Y[0, 0] + b * (Y[-1, 0] - Y[0, 0])])
 
 
-def _along(first: Array, second: Array) -> tuple[float, float]:
-    """Places on the tip edge of the first (from its middle, to B) and on DC of the second (from D)."""
-    (_, _, B, C), (D, _, _, end) = first, second
-    m, t, e = (B + C) / 2, (B - C) / np.linalg.norm(B - C), (end - D) / np.linalg.norm(end - D)
-    c = t @ e
-    q = D - m
-    p, s = np.linalg.solve([[1.0, -c], [c, -1.0]], [q @ t, q @ e])
-    return float(p), float(s)
+def _whole(rows: Array | Index) -> Any:
+    return np.asfortranarray(rows, dtype=np.int32)
+
+
+class _Feature(NamedTuple):
+    """Where a collision is on a scale: its number, the kind of the place, the points of its edge or corner."""
+
+    scale: int
+    kind: str
+    nodes: Any
+
+    @property
+    def words(self) -> str:
+        """The place with the letters of its corners and the number of its scale, e.g. tip edge C1B1."""
+        if self.kind == FACE:
+            return f"the face of scale {1 + self.scale}"
+        words, _, letters = self.kind.rpartition(" ")
+        return f"{words} {''.join(f'{letter}{1 + self.scale}' for letter in letters)}"
 
 
 class Pair(NamedTuple):
@@ -256,10 +310,11 @@ class Load:
             self.normal = self.friction = self.total = np.zeros(m)
             self.tangent = np.zeros((m, m))
             return
-        J = placed.rates
-        self.normal, self.friction = push.gradient.ravel() @ J, push.friction.ravel() @ J
+        J, nodes = placed.rates(push.nodes), push.nodes
+        gradient, friction = push.gradient[nodes], push.friction[nodes]
+        self.normal, self.friction = gradient.ravel() @ J, friction.ravel() @ J
         self.total = self.normal + self.friction
-        self.tangent = J.T @ push.tangent @ J + placed.curvature(push.gradient + push.friction)
+        self.tangent = J.T @ push.tangent @ J + placed.curvature(nodes, gradient + friction)
         if before is not None:
             self.slid = float((push.friction * (placed.corners - before)).sum())
 
@@ -268,12 +323,16 @@ class Load:
         """The pairs that touch."""
         if self.push is None:
             return []
-        V, before, out = self._corners.reshape(-1, 4, 3), self._before, []
+        n = len(self._contact.row.exposed.points)
+        V, before, out = self._corners.reshape(-1, n, 3), self._before, []
+        scales = set((self.push.nodes // n).tolist())
         for i, j in self._contact.row.pairs:
-            then = None if before is None else before.reshape(-1, 4, 3)[[i, j]].reshape(-1, 3)
+            if not {i, j} <= scales:
+                continue
+            then = None if before is None else before.reshape(-1, n, 3)[[i, j]].reshape(-1, 3)
             push = self._contact.two.push(V[[i, j]].reshape(-1, 3), then, self._kappa, tangent=False)
             if push.gradient.any():
-                out.append(Pair(i, j, -push.gradient[:4].sum(0), -push.friction[:4].sum(0)))
+                out.append(Pair(i, j, -push.gradient[:n].sum(0), -push.friction[:n].sum(0)))
         return out
 
     @cached_property
@@ -295,13 +354,13 @@ class RowContact(Contact):
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row
-        rest = self.corners(np.zeros(6 * row.moving), 0.0)
-        super().__init__(rest, row.pairs, mu, dhat=dhat, slip=slip)
+        rest, exposed = self.corners(np.zeros((6 + row.exposed.amplitudes) * row.moving), 0.0), row.exposed
+        super().__init__(rest, row.pairs, mu, exposed=exposed, dhat=dhat, slip=slip)
         # places at rest do not come in, so any two scales will do for every pair
-        self.two = Contact(rest[:8], [(0, 1)], mu, dhat=dhat, slip=slip)
+        self.two = Contact(rest[: 2 * len(exposed.points)], [(0, 1)], mu, exposed=exposed, dhat=dhat, slip=slip)
 
     def corners(self, v: Array, phi: float) -> Array:
-        """Return the corners of all scales, (n, 3), scale by scale in the order D, A, B, C."""
+        """Return the corners of all scales, (n, 3), scale by scale."""
         return Placed(self.row, v, phi).corners
 
     def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Load:

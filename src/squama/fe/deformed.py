@@ -73,7 +73,7 @@ def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
     X, Y = (-shape.zeta, shape.eta), (-shape.beta, shape.beta)
     local = np.array([[X[0], Y[0], 0.0], [X[1], Y[0], 0.0], [X[1], Y[1], 0.0], [X[0], Y[1], 0.0]])
     rest = shape.rest.base + local @ shape.rest.axes
-    now = Attached(shape.rest, rest).places(walk.v)
+    now = Attached(shape.rest, rest).places(walk.v[:6])
 
     def corners(at: Array, phi: float) -> Array:
         return np.array([(at @ Turn.at(k * phi).Q.T + [0.0, 0.0, k]) * d for k in IMAGES])

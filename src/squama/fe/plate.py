@@ -1,30 +1,27 @@
-"""The rigid scale: its motion, points that move with it, and the exposed parts of scales in a row.
+"""A scale's motion, points that move with it or bend away, and the exposed parts of scales in a row.
 
 Lengths in pitches. The six motions are v = (u_X, u_Y, u_Z, w_X, w_Y, w_Z): translation of the base midpoint O and
 rotation vector (finite), both along the scale's axes at rest. A point whose rest position in these axes, from O, is
-xi comes to  O + A^T (u + E(w) xi)  with the axes as the rows of A and E the rotation by the vector w.
+xi comes to  O + A^T (u + E(w) xi)  with the axes as the rows of A and E the rotation by the vector w. Where the scale
+bends, xi is moved by its modes first (:mod:`squama.fe.exposed`), whose amplitudes follow the six motions.
 Scale k along the helix is turned by R(k phi) and moved by k along z.
 """
 
 from __future__ import annotations
 
+import copy
 import functools
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from squama.fe.exposed import Exposed, Index, thin
 from squama.types import Array
 
 MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
 """Names of the six motions, in their order."""
-CORNERS = ("D", "A", "B", "C")
-"""Corners of the exposed part in their order: D and A at the base, C and B at the tip, A and B at +beta."""
-EDGES = ((0, 1), (1, 2), (2, 3), (3, 0))
-"""Edges of the exposed part by their corners: base DA, side AB, tip BC, side CD."""
-FACES = ((0, 1, 2), (0, 2, 3))
-"""The two triangles of the exposed part; they share the diagonal DB."""
-
 # matrices of the cross products with the unit vectors
 _G = np.array(
     [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
@@ -116,7 +113,7 @@ def rotation(w: Array) -> Rotation:
 def pose(rest: Rest, v: Array) -> Pose:
     """Return the pose that six motions (6,) give to a scale."""
     A = rest.axes
-    return Pose(rest.base + v[:3] @ A, A.T @ turned(v[3:]) @ A)
+    return Pose(rest.base + v[:3] @ A, A.T @ turned(v[3:6]) @ A)
 
 
 def inclination(rest: Rest, v: Array) -> float:
@@ -125,14 +122,14 @@ def inclination(rest: Rest, v: Array) -> float:
     n_X is projected on the plane normal to n_Y at rest; in that plane theta is measured from the face (y = 0)
     towards y. For a rotation about n_Y alone this is the hinge's angle, also beyond 90 deg.
     """
-    x = rest.axes.T @ turned(v[3:])[:, 0]
+    x = rest.axes.T @ turned(v[3:6])[:, 0]
     y = rest.axes[1]
     along = np.array([-y[2], 0.0, y[0]])
     return float(np.arctan2(x[1], x @ along))
 
 
 class Attached:
-    """Points that move with a rigid scale.
+    """Points that move with a scale.
 
     Parameters
     ----------
@@ -140,28 +137,47 @@ class Attached:
         The scale.
     points : (n, 3) array
         Their places at rest.
+    modes : (n, 3, r) array, optional
+        How the points move along the scale's axes per amplitude; motions are (6 + r,) then.
     """
 
-    def __init__(self, rest: Rest, points: Array) -> None:
+    def __init__(self, rest: Rest, points: Array, modes: Array | None = None) -> None:
         self.axes, self.base = rest.axes, rest.base
         self.local = (np.asarray(points, float) - rest.base) @ rest.axes.T
+        self.modes = np.zeros((len(self.local), 3, 0)) if modes is None else modes
+
+    def of(self, nodes: Index) -> Attached:
+        """Return some of the points."""
+        part = copy.copy(self)
+        part.local, part.modes = self.local[nodes], self.modes[nodes]
+        return part
+
+    def bent(self, v: Array) -> Array:
+        """Return the points (n, 3) in the scale's frame."""
+        return self.local + self.modes @ v[6:] if v.size > 6 else self.local
 
     def places(self, v: Array) -> Array:
-        """Return the places (n, 3) for motions v (6,)."""
-        return np.asarray(self.base + (v[:3] + self.local @ turned(v[3:]).T) @ self.axes)
+        """Return the places (n, 3) for motions v (6 + r,)."""
+        return np.asarray(self.base + (v[:3] + self.bent(v) @ turned(v[3:6]).T) @ self.axes)
 
-    def rates(self, turn: Rotation) -> Array:
-        """Return the derivatives (n, 3, 6) of the places by v, whose rotation is given."""
-        rates = np.empty((len(self.local), 3, 6))
+    def rates(self, v: Array, turn: Rotation | None = None) -> Array:
+        """Return the derivatives (n, 3, 6 + r) of the places by v; its rotation may be given."""
+        turn = rotation(v[3:6]) if turn is None else turn
+        rates = np.empty((len(self.local), 3, v.size))
         rates[:, :, :3] = self.axes.T
         # (point, axis of space, motion)
-        rates[:, :, 3:] = ((self.local @ turn.dE.transpose(0, 2, 1)) @ self.axes).transpose(1, 2, 0)
+        rates[:, :, 3:6] = ((self.bent(v) @ turn.dE.transpose(0, 2, 1)) @ self.axes).transpose(1, 2, 0)
+        rates[:, :, 6:] = (self.axes.T @ turn.E) @ self.modes
         return rates
 
-    def curvature(self, turn: Rotation, forces: Array) -> Array:
-        """Return the second derivatives (6, 6) of ``sum(forces * places)`` for forces (n, 3) that stay."""
-        out = np.zeros((6, 6))
-        out[3:, 3:] = (turn.ddE.reshape(9, 9) @ ((forces @ self.axes.T).T @ self.local).ravel()).reshape(3, 3)
+    def curvature(self, v: Array, forces: Array, turn: Rotation | None = None) -> Array:
+        """Return the second derivatives (6 + r, 6 + r) of ``sum(forces * places)`` for forces (n, 3) that stay."""
+        turn = rotation(v[3:6]) if turn is None else turn
+        out, along = np.zeros((v.size, v.size)), forces @ self.axes.T
+        out[3:6, 3:6] = (turn.ddE.reshape(9, 9) @ (along.T @ self.bent(v)).ravel()).reshape(3, 3)
+        # rotation and amplitude
+        mixed = turn.dE.reshape(3, 9) @ np.tensordot(along.T, self.modes, 1).reshape(9, -1)
+        out[3:6, 6:], out[6:, 3:6] = mixed, mixed.T
         return out
 
 
@@ -215,20 +231,20 @@ class Carried:
         """Return the derivatives (n, 3, 7) of the places by (v, phi)."""
         turn = Turn.at(self._k * phi)
         by_phi = self._k * self._attached.places(v) @ turn.dQ.T
-        return np.concatenate([turn.Q @ self._attached.rates(rotation(v[3:])), by_phi[..., None]], axis=-1)
+        return np.concatenate([turn.Q @ self._attached.rates(v), by_phi[..., None]], axis=-1)
 
     def curvature(self, v: Array, phi: float, forces: Array) -> Array:
         """Return the second derivatives (7, 7) by (v, phi) of ``sum(forces * places)`` for forces (n, 3) that stay."""
         turn, k, own = Turn.at(self._k * phi), self._k, rotation(v[3:])
         out = np.zeros((7, 7))
-        out[:6, :6] = self._attached.curvature(own, forces @ turn.Q)
-        out[:6, 6] = out[6, :6] = k * (forces @ turn.dQ).ravel() @ self._attached.rates(own).reshape(-1, 6)
+        out[:6, :6] = self._attached.curvature(v, forces @ turn.Q, own)
+        out[:6, 6] = out[6, :6] = k * (forces @ turn.dQ).ravel() @ self._attached.rates(v, own).reshape(-1, 6)
         out[6, 6] = k * k * float(((forces @ turn.ddQ) * self._attached.places(v)).sum())
         return out
 
 
 class Row:
-    """The exposed parts of scales (rectangles without thickness), one pitch apart along z at rest.
+    """The exposed parts of scales, one pitch apart along z at rest.
 
     An endless row is kept as scale 0 and its images 1, 2, .. as far as they can touch, which have its motions in their
     turning frames (see :class:`Carried`). By periodicity every pair of its scales is one of the pairs (0, k), k > 0,
@@ -243,6 +259,8 @@ class Row:
         How many there are, each with its own motions; an endless row if not given.
     still : float
         Place along z of the section that does not turn.
+    exposed : Exposed, optional
+        Their exposed parts; rectangles without thickness if not given.
 
     Attributes
     ----------
@@ -250,30 +268,39 @@ class Row:
         Scales that may touch, each pair once.
     """
 
-    def __init__(self, rest: Rest, scales: int | None = None, still: float = 0.0) -> None:
+    def __init__(
+        self, rest: Rest, scales: int | None = None, still: float = 0.0, exposed: Exposed | None = None
+    ) -> None:
         self.rest, self.endless, self.moving = rest, scales is None, scales or 1
         reach = int(np.ceil(np.hypot(rest.eta, 2 * rest.beta)))
         count = 1 + reach if scales is None else scales
         self.reach = min(reach, count - 1)
         last = [1] * self.reach if scales is None else [count - k for k in range(1, self.reach + 1)]
         self.pairs = [(i, i + k) for k, n in enumerate(last, start=1) for i in range(n)]
-        eta, beta = rest.eta, rest.beta
-        local = np.array([[0.0, -beta, 0.0], [0.0, beta, 0.0], [eta, beta, 0.0], [eta, -beta, 0.0]])
-        self.plate = Attached(rest, rest.base + local @ rest.axes)
+        self.exposed = thin(rest.eta, rest.beta) if exposed is None else exposed
+        self.plate = Attached(rest, rest.base + self.exposed.points @ rest.axes, self.exposed.modes)
         self.k = np.arange(float(count)) - still
         self.lift = np.zeros((count, 1, 3))
         self.lift[:, 0, 2] = np.arange(count)
 
+    def own(self, i: int, size: int) -> Index:
+        """Return where the motions and amplitudes of scale i stand among ``size`` motions (6 and r for each scale)."""
+        i, r = (0 if self.endless else i), self.exposed.amplitudes
+        last = size - r * (self.moving - i)
+        return np.concatenate([np.arange(6 * i, 6 * i + 6), np.arange(last, last + r)])
+
 
 class Placed:
-    """The scales of a row at one state; ``corners`` (4 scales, 3), scale by scale in the order D, A, B, C.
+    """The scales of a row at one state; ``corners`` (n scales, 3), scale by scale in the order of their surface.
 
-    ``v`` (m,) begins with six motions for each scale that has its own; corners do not depend on the rest.
+    ``v`` (m,) begins with six motions for each scale that has its own, and ends with r amplitudes for each; corners do
+    not depend on what stands between.
     """
 
     def __init__(self, row: Row, v: Array, phi: float) -> None:
         self._row, self._size = row, v.size + 1
-        self._v = v[: 6 * row.moving].reshape(-1, 6)
+        self._own = [row.own(i, v.size) for i in range(row.moving)]
+        self._v = [v[own] for own in self._own]
         self._turn = Turn.at(row.k * phi)
         # one for all images, or one for each scale
         self._x = np.array([row.plate.places(motion) for motion in self._v])
@@ -281,38 +308,35 @@ class Placed:
 
     @functools.cached_property
     def _rotations(self) -> list[Rotation]:
-        return [rotation(motion[3:]) for motion in self._v]
+        return [rotation(motion[3:6]) for motion in self._v]
 
-    @functools.cached_property
-    def _own(self) -> Array:
-        """Derivatives (1 or scales, 4, 3, 6) of the corners by the motions in the scales' own frames."""
-        return np.array([self._row.plate.rates(turn) for turn in self._rotations])
+    def _parts(self, nodes: Index) -> Iterator[tuple[int, int, Index, Index]]:
+        """Yield scale, the number of its motions, places among the nodes, and its own numbers of these."""
+        scales, own = np.divmod(nodes, len(self._row.plate.local))
+        for k in np.unique(scales).tolist():
+            at = np.flatnonzero(scales == k)
+            yield k, 0 if self._row.endless else k, at, own[at]
 
-    @functools.cached_property
-    def rates(self) -> Array:
-        """Derivatives (12 scales, m + 1) of the corners by (v, phi)."""
-        row, count = self._row, self._row.k.size
-        out = np.zeros((count, 4, 3, self._size))
-        # (scale, 1, axes, axes) times (scale, point, axis, motion)
-        each = self._turn.Q[:, None] @ self._own
-        if row.endless:
-            out[..., :6] = each
-        else:
-            for i in range(count):
-                out[i, ..., 6 * i : 6 * i + 6] = each[i]
-        out[..., -1] = row.k[:, None, None] * (self._x @ self._turn.dQ.transpose(0, 2, 1))
+    def rates(self, nodes: Index) -> Array:
+        """Return the derivatives (3 nodes, m + 1) by (v, phi) of the corners with these numbers."""
+        row = self._row
+        out = np.zeros((nodes.size, 3, self._size))
+        for k, i, at, own in self._parts(nodes):
+            each = self._turn.Q[k] @ row.plate.of(own).rates(self._v[i], self._rotations[i])
+            out[at[:, None, None], np.arange(3)[:, None], self._own[i]] = each
+            out[at, :, -1] = row.k[k] * (self._x[i][own] @ self._turn.dQ[k].T)
         return out.reshape(-1, self._size)
 
-    def curvature(self, forces: Array) -> Array:
-        """Return the second derivatives (m + 1, m + 1) by (v, phi) of ``sum(forces * corners)`` for constant forces."""
-        f, k = forces.reshape(-1, 4, 3), self._row.k[:, None, None]
-        back, back1, back2 = f @ self._turn.Q, k * (f @ self._turn.dQ), k * k * (f @ self._turn.ddQ)
-        if self._row.endless:
-            back, back1, back2 = (b.sum(0, keepdims=True) for b in (back, back1, back2))
+    def curvature(self, nodes: Index, forces: Array) -> Array:
+        """Return the second derivatives (m + 1, m + 1) by (v, phi) of ``sum(forces * corners[nodes])``."""
+        row = self._row
         out = np.zeros((self._size, self._size))
-        for i, turn in enumerate(self._rotations):
-            part = slice(6 * i, 6 * i + 6)
-            out[part, part] = self._row.plate.curvature(turn, back[i])
-            out[part, -1] = out[-1, part] = back1[i].ravel() @ self._own[i].reshape(-1, 6)
-        out[-1, -1] = (back2 * self._x).sum()
+        for k, i, at, own in self._parts(nodes):
+            f, turn, c = forces[at], Turn(*(Q[k] for Q in self._turn)), row.k[k]
+            part, to = row.plate.of(own), self._own[i]
+            out[np.ix_(to, to)] += part.curvature(self._v[i], f @ turn.Q, self._rotations[i])
+            mixed = c * (f @ turn.dQ).ravel() @ part.rates(self._v[i], self._rotations[i]).reshape(3 * own.size, -1)
+            out[to, -1] += mixed
+            out[-1, to] += mixed
+            out[-1, -1] += c * c * float(((f @ turn.ddQ) * self._x[i][own]).sum())
         return out

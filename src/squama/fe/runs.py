@@ -42,6 +42,7 @@ _OTHER = 2.5
 _WORDS = {
     "twist": {"long_name": "twist of a scale's pitch, from cut to cut", "units": "rad"},
     "u_end": {"long_name": "move of the turned end along the axis", "units": "m"},
+    "deflection": {"long_name": "farthest move of a point of a scale in the scale's frame", "units": "m"},
     "iterations": {"long_name": "Newton iterations", "units": "1"},
     "contact": {"long_name": "what touches"},
 }
@@ -118,8 +119,9 @@ def cell(
     Returns
     -------
     xarray.Dataset
-        Dimension ``point`` (the increments): Phi, phi, T, U_el, W_fr, W (per length), gap, iterations, contact (in
-        words). Of the scale theta, the motions u_X .. w_Z, N, f, and p and s, where the tip edge touches a side edge.
+        Dimension ``point`` (the increments): Phi, phi, T, U_el, W_fr, W (per length), gap, deflection, iterations,
+        contact (in words). Of the scale theta, the motions u_X .. w_Z, N, f, and p and s, where the tip edge touches a
+        side edge.
 
         Of an endless beam these are along ``point`` too, with the ``neighbour`` that is touched. Of a finite one they
         are along ``point`` and ``scale`` (1 to N): motions in the frame that is turned with the section at the scale's
@@ -283,7 +285,7 @@ def _dataset(beam: Beam, walk: Walk, sign: int, scales: int | None) -> xr.Datase
     # energies are per length, so over n pitches
     factors = {
         "T": sign * moment, **dict.fromkeys(("U_el", "W_fr", "W"), moment / (n * d)), "N": force, "f": force,
-        **dict.fromkeys(("gap", "u_end", "p", "s", "u_X", "u_Y", "u_Z"), d), "twist": sign, "phi": sign,
+        **dict.fromkeys(("gap", "u_end", "deflection", "p", "s", "u_X", "u_Y", "u_Z"), d), "twist": sign, "phi": sign,
     }  # fmt: skip
     words = {name: SYMBOLS[name].attrs for name in columns if name in SYMBOLS} | _WORDS
     if scales is not None:

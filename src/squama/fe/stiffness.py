@@ -172,19 +172,16 @@ def joint(
     # rounded, so that beams that are equal but for rounding have one result; the exposed part plays no role
     shape = Geometry(*(float(f"{x:.12g}") for x in geometry(beam)._replace(eta=1.0)))
     shape.check()
-    coarse = min(shape.zeta, shape.beta) / 5 if edge_size is None else edge_size
     if not 1 <= levels <= 6:
         refuse("levels", str(levels), "must be 1 to 6")
-    # in the bulk at least three elements through the thickness, and not too many
-    bulk = min(SIZE, 0.75 * shape.lam), (12 * shape.width * shape.lam / _MOST) ** (1 / 3)
-    size = max(*bulk, coarse / 2**levels)
+    size, edges = sizes(shape, levels, edge_size)
     done: list[Level] = []
 
     def of_mesh(edge: float) -> tuple[Array, int]:
         mesh = pitch_mesh(shape, size, edge)
         return condensed(mesh, shape), len(mesh.tets)
 
-    for edge in (coarse / 2.0 ** np.arange(levels)).tolist():
+    for edge in edges:
         began = time.perf_counter()
         K, count, now = kept(("pitch", *shape, size, edge), fresh, partial(of_mesh, edge))
         done.append(Level(edge, count, K, time.perf_counter() - began if now else 0.0))
@@ -194,6 +191,14 @@ def joint(
     unit = beam.substrate.youngs_modulus * beam.pitch**3
     exact = beam.G_B * beam.J / (unit * beam.pitch)
     return JointMatrix(extrapolated(done), tuple(done), size, float(bar[0]), exact, unit)
+
+
+def sizes(shape: Geometry, levels: int, edge_size: float | None = None) -> tuple[float, list[float]]:
+    """Return the size of elements in the bulk, and those along the scale's edges, each half the one before; pitches."""
+    coarse = min(shape.zeta, shape.beta) / 5 if edge_size is None else edge_size
+    # in the bulk at least three elements through the thickness and two across, and not too many
+    bulk = min(SIZE, 0.75 * shape.lam, 0.4 * shape.width), (12 * shape.width * shape.lam / _MOST) ** (1 / 3)
+    return max(*bulk, coarse / 2**levels), (coarse / 2.0 ** np.arange(levels)).tolist()
 
 
 def condensed(pitch: Pitch, geometry: Geometry) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 
 from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
-from squama.fe.body import Body, Matrix, Reduced
+from squama.fe.body import Bent, Body, Matrix, Reduced
 from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
 from squama.fe.plate import MOTIONS, inclination
 from squama.io import files
@@ -66,7 +66,7 @@ class Walk:
 
     Parameters
     ----------
-    body : Body or Matrix
+    body : Body, Matrix or Bent
         What carries the scales.
     contact : RowContact
         Contact between the scales by (v, phi).
@@ -99,7 +99,7 @@ class Walk:
 
     def __init__(
         self,
-        body: Body | Matrix,
+        body: Body | Matrix | Bent,
         contact: RowContact,
         ways: Array,
         record: Recorder | None = None,
@@ -134,6 +134,14 @@ class Walk:
         """The strongest contact."""
         return self.touches[0] if self.touches else None
 
+    @property
+    def deflection(self) -> float:
+        """Farthest that a point of a scale's surface has moved in the scale's frame."""
+        row = self.contact.row
+        count = row.exposed.amplitudes, row.moving
+        moved = row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T
+        return float(np.sqrt((moved**2).sum(axis=1).max()))
+
     def places(self) -> Array:
         """Return the places (n, 3) of the masters."""
         return self.body.places(self.z, self.v, self.phi)
@@ -148,7 +156,7 @@ class Walk:
         most, (p, s) = self.load.strongest, (self.touch.p, self.touch.s) if self.touch else (np.nan, np.nan)
         return {
             "phi": self.phi, "theta": inclination(self.contact.row.rest, self.v), "T": self.T, "N": most.N, "f": most.f,
-            **dict(zip(MOTIONS, self.v.tolist(), strict=True)), **self.works(within), "p": p, "s": s,
+            **dict(zip(MOTIONS, self.v[:6].tolist(), strict=True)), **self.works(within), "p": p, "s": s,
         }  # fmt: skip
 
     def run(
@@ -230,8 +238,10 @@ class Walk:
             found = balance.advance((self.v, self.phi), (v, phi)) if again else balance.find(v, phi)
             if not found.solved:
                 return "no balance of the contact was found"
-            if isinstance(body, Matrix):
-                v, reduced = found.v, body.reduce(z, found.v, phi)
+            if not body.places_free:
+                # a matrix is the same at all states
+                v = found.v
+                reduced = reduced if (there := body.reduce(z, v, phi)) is None else there
                 break
             dv = found.v - v
             change = reduced.update(dv)

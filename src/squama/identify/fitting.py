@@ -112,7 +112,7 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
-    arguments.one_of("load", load, tuple(LOADS))
+    arguments.load(load)
     law = LOADS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)
     arguments.whole("seed", seed, 0, 2**32 - 1)

@@ -60,25 +60,9 @@ _CAST: dict[str, Callable[[Any], object]] = {"f": float, "i": int, "u": int, "U"
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """Write a response to a file; the extension chooses the format (.nc, .csv).
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        As :func:`squama.twist` or :func:`squama.bend` returns it.
-    path : path
-        Where to write. A file that is there is replaced when the new one is complete.
+    A file that is there is replaced when the new one is complete. Returned is the path as given. Raises InputError: the
+    extension is not known, or the place cannot take the file.
 
-    Returns
-    -------
-    Path
-        The file's path, as given.
-
-    Raises
-    ------
-    InputError
-        The extension is not known, or the place cannot take the file.
-
-    Examples
-    --------
     >>> import squama, tempfile
     >>> r = squama.twist(squama.Beam.from_ratios(), mu=0.5)
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -91,23 +75,10 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a response that :func:`save` or the command line has written (.nc, .csv).
+    """Read a response that :func:`save` or the command line has written (.nc, .csv), identical to what was written.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-
-    Returns
-    -------
-    xarray.Dataset
-        Identical to the one that was written.
-
-    Raises
-    ------
-    InputError
-        The extension is not known, there is no such file, it is damaged or was changed, or squama did not write it.
-        Of files that were written without a hash not every damage is found.
+    Raises InputError: the extension is not known, there is no such file, it is damaged or was changed, or squama did
+    not write it. Of files that were written without a hash not every damage is found.
     """
     reader = FORMATS[extension(path, FORMATS)][1]
     with warnings.catch_warnings():

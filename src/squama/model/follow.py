@@ -28,13 +28,14 @@ from squama.model.evaluation import (
     SQUARE,
     Design,
     Room,
+    Spot,
     looks,
     onward,
     sample,
     samples,
     spot,
 )
-from squama.model.neighbours import engages, reach
+from squama.model.neighbours import engages, meets, reach
 from squama.model.outcome import CODES, End
 from squama.model.paths import FLOAT, Twist
 from squama.types import Array
@@ -118,13 +119,14 @@ def follow(
         x1 = math.sqrt(fold - theta0)
         x0 = -x1
         found = bracket(d, x0, x1, room)
-    x_end, code = end(d, found, x0, x1, room)
+    x_end, code, load_end = end(d, found, x0, x1, room)
     j = 0
     if kind != BENT:
         j, x_end = first_crossing(d, pair, x0, x1, x_end, room)
     if j > 0:
-        code = OTHER
-    load_end = load_e if x_end == x0 else spot(x_end, d, room).load
+        code, load_end = OTHER, spot(x_end, d, room).load
+    if x_end == x0:
+        load_end = load_e
     return Followed(d, n, load_e, x0, x_end, load_end, code, j)
 
 
@@ -142,8 +144,9 @@ def first_engagement(pair: Twist) -> tuple[int, float]:
     """Return the neighbour that is met first and its engagement twist; 0 and inf where there is none."""
     k, best = 0, math.inf
     for n in range(1, max(1, int(reach(pair, FLOAT))) + 1):
-        on, phi = engages(Twist(pair.eta, pair.beta, pair.lam, pair.sa, pair.ca, pair.theta0, float(n)), FLOAT)
-        if on and phi < best:
+        row = Twist(pair.eta, pair.beta, pair.lam, pair.sa, pair.ca, pair.theta0, float(n))
+        phi = meets(row, FLOAT)
+        if phi < best and engages(row, FLOAT):
             k, best = n, phi
     return k, best
 
@@ -276,21 +279,21 @@ def falls(room: Room, stop: int, m: int) -> bool:
     return bool(room.square[stop - 1] > bend and -room.square[stop] > bend)
 
 
-def end(d: Design, found: Bracket, x0: float, x1: float, room: Room) -> tuple[float, int]:
-    """Solve for the end of a path in its bracket and name it."""
+def end(d: Design, found: Bracket, x0: float, x1: float, room: Room) -> tuple[float, int, float]:
+    """Solve for the end of a path in its bracket; return the place, its code and the load there."""
     if math.isnan(found.a):
         # a folded path that reaches its far end has come back to theta0, where the spring is at rest
-        return x1, RELEASED if d.kind == FOLDED else RANGE
+        return x1, RELEASED if d.kind == FOLDED else RANGE, spot(x1, d, room).load
     x = found.b
     if found.b > found.a:
         x = zero(value, found.a, found.fa, found.b, found.fb, found.c, found.fc, True, d, room, LEAST)
-    code = named(d, x, room)
-    return x, STATIC if code == FRICTIONAL and x == x0 else code
+    at = spot(x, d, room)
+    code = named(at)
+    return x, STATIC if code == FRICTIONAL and x == x0 else code, at.load
 
 
-def named(d: Design, x: float, room: Room) -> int:
+def named(values: Spot) -> int:
     """Code of the margin that vanishes at the end; where two coincide, of the first."""
-    values = spot(x, d, room)
     least, which = math.inf, 0
     for n in range(5):
         v = values[2 + n]

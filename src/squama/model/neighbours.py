@@ -24,16 +24,18 @@ def reach(row: Any, ops: Ops = ARRAY) -> Any:
     return reach_at(row, ops.cos(row.theta0))
 
 
-def engages(row: Twist, ops: Ops) -> tuple[Any, Any]:
-    """Whether the tip-side contact of neighbour ``row.k`` engages, and at which twist per pitch (paper Eq. 6). Exact.
+def meets(row: Twist, ops: Ops) -> Any:
+    """Twist per pitch at which the lines of neighbour ``row.k`` meet, at rest (paper Eq. 6). Exact."""
+    r = row.root(row.theta0, ops)
+    return 2 * ops.atan(r.S / (r.H + ops.sqrt(r.q2))) / row.k
 
-    Its lines meet at that twist, at the inclination of rest; it engages if they do so within both edges.
-    """
+
+def engages(row: Twist, ops: Ops) -> Any:
+    """Whether the tip-side contact of neighbour ``row.k`` engages: its lines meet there within both edges."""
     r = row.root(row.theta0, ops)
     q = ops.sqrt(r.q2)
     c = twisting.contact(r, q, *row.ratios)
-    on = (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
-    return on, 2 * ops.atan(r.S / (r.H + q)) / row.k
+    return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
 
 
 def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
 from squama.curves import doors
+from squama.model.outcome import End
 from squama.paper.elements import FePoints
 from squama.plot.palette import GREY, INK
 from squama.plot.style import (
@@ -40,9 +41,9 @@ COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
 """Line of the compliant joint."""
 
 
-def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str], points: int = POINTS) -> xr.Dataset:
+def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str]) -> xr.Dataset:
     """Twist a beam with each coefficient of friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
-    runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=points) for law in laws]
+    runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=POINTS) for law in laws]
     data = xr.concat(runs, dim=xr.Variable("law", list(laws)), combine_attrs="drop_conflicts")
     return data.assign(
         ratio=data["phi"] / data["phi_e"],
@@ -121,7 +122,10 @@ def fig6b(
         drawn += [(own[eta], ", stiffness from the elements")] if own else []
         for row, (ax, (curves, words)) in enumerate(zip(axes[:, column], drawn, strict=True)):
             _lines(ax, curves, "Phi", "T_GI")
-            _off_edge(ax, curves.isel(law=-1))
+            for i, colour in enumerate(shades(curves.sizes["mu"])):
+                last = curves.isel(law=-1, mu=i)
+                if not End(last["end"].item()).locks:
+                    ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=colour)
             letter(ax, rf"({'abcd'[row * n + column]}) $\eta$ = {eta:g}{words}")
         # twice the torque of the curve with the least friction is seen, or less if all stay below
         torque = data["T_GI"].values
@@ -151,14 +155,6 @@ def fig6b(
             handles.append(key("compliant joint", linewidth=0.9, linestyle=COMPLIANT))
     figure.legend(handles=handles, loc="outside lower center", ncols=4 if n > 1 else 3)
     return figure
-
-
-def _off_edge(ax: Axes, data: xr.Dataset) -> None:
-    """Mark where curves of one law end without a lock."""
-    for i, colour in enumerate(shades(data.sizes["mu"])):
-        last = data.isel(mu=i)
-        if str(last["end"].values) not in ("frictional lock", "kinematic lock", "static lock"):
-            ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=colour)
 
 
 def _draw_points(axes: Any, data: xr.Dataset, points: FePoints, eta: float) -> float:

@@ -50,11 +50,9 @@ class FePoints(NamedTuple):
 def read_points(path: str | os.PathLike[str]) -> FePoints:
     """Read finite element points from a CSV file with the columns :data:`COLUMNS` in any order, one point a row.
 
-    I is the polar moment of the section. Leading lines that start with # are comments. A column :data:`COMPLIANT` and
-    the comments :data:`K_THETA` and :data:`C_F` are read too.
-
-    Raises InputError: the file cannot be read or has no such columns, a value is no number or out of range (one line a
-    mistake, with its line number), no row is left, or there are more overlap ratios than panels.
+    I is the polar moment of the section. A column :data:`COMPLIANT`, and the comments :data:`K_THETA` and :data:`C_F`
+    among leading lines that start with #, are read too. Every mistake is refused with its line, and more overlap ratios
+    than panels.
     """
     wanted = ", ".join(COLUMNS)
     table = tabular.read(path, missing=f"give a CSV file with the columns {wanted}")
@@ -100,9 +98,8 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
     """
     text = "the model agrees with finite elements"
     if points is None:
-        yield Claim(
-            "fig6b", text, "both", "give a file of finite element points to compare", "no points given", "", "open"
-        )
+        what = "give a file of finite element points to compare"
+        yield Claim("fig6b", text, "both", what, "no points given", "", "open")
         return
     for eta in np.unique(points.eta):
         beam = par.fig6b(float(eta))

@@ -17,6 +17,8 @@ from squama.model.paths import ARRAY, Twist
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
+POINTS = 200
+"""Points of a path."""
 LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
@@ -86,13 +88,12 @@ def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str,
     return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}
 
 
-def _paths(r: Ratios, points: int) -> tuple[Array, Array, Array]:
+def _paths(r: Ratios) -> tuple[Array, Array, Array]:
     """Twist and inclination along each geometric path, to its kinematic lock or to where the contact goes."""
     sol = ends(r, 0.0, "edge")
-    phi, theta = np.full((2, r["eta"].size, points), np.nan)
+    phi, theta = np.full((2, r["eta"].size, POINTS), np.nan)
     for index, t in sol.tracks:
-        w = np.linspace(0, 1, points)[:, None]
-        x = t.x0 + (t.x_end - t.x0) * w
+        x = t.x0 + (t.x_end - t.x0) * np.linspace(0, 1, POINTS)[:, None]
         with np.errstate(all="ignore"):
             pt = t.row.point(x, "edge", ARRAY)
         phi[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
@@ -106,15 +107,14 @@ def regimes(
     scan: Array,
     mus: Sequence[float],
     laws: Sequence[str] = ("plate", "edge"),
-    points: int = 200,
 ) -> xr.Dataset:
     """Compute a regime map, see :func:`squama.plot.regime_figure`: paths of a few designs, lock lines over one ratio.
 
-    ``over`` names the ratio that is varied ("eta" or "alpha"), ``values`` are its values for the paths of ``points``
-    points, ``scan`` those along the lock lines, increasing; ``mus`` (above 0) and ``laws`` of the frictional lines.
+    ``over`` names the ratio that is varied ("eta" or "alpha"), ``values`` are its values for the paths,
+    ``scan`` those along the lock lines, increasing; ``mus`` (above 0) and ``laws`` of the frictional lines.
     """
     r, c = sweep(beam, over, scan), sweep(beam, over, values)
-    phi, theta, how = _paths(c, points)
+    phi, theta, how = _paths(c)
     found = [[ends(r, mu, law).found for mu in mus] for law in laws]
     along = ("load_end", "theta_end", "end")
     phi_end, theta_end, end = (np.array([[getattr(s, name) for s in row] for row in found]) for name in along)
@@ -153,18 +153,17 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
     for i in range(2):
         base = np.empty(0), np.empty(0)
         for j, mu in enumerate(all_mus):
-            m = np.full(etas.size, mu)
-            designs = {**r, "mu": m}
+            designs = {**r, "mu": np.full(etas.size, mu)}
             sol = solution.solve(designs, load="twisting" if i else "bending", law=law, sense="+")
             x, y = sol.found.load_end, sol.found.theta_end
             keep = np.isin(sol.found.code, LOCKS)
             if i == 1 and j == 0:
                 x, y = kinematic_lock(r)
                 keep = np.isfinite(x)
-            order = np.argsort(x[keep])
-            x, y = x[keep][order], y[keep][order]
+            order = np.flatnonzero(keep)[np.argsort(x[keep])]
+            x, y = x[order], y[order]
             if j == 0:
-                base = (x, y)
+                base = x, y
             if x.size < 2:
                 continue
             load[i, j] = np.linspace(x[0], x[-1], points)

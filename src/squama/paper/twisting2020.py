@@ -160,24 +160,11 @@ FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
 def write(
     figures: Sequence[str], directory: str | os.PathLike[str], fe_points: str | os.PathLike[str] | None = None
 ) -> list[Path]:
-    """Write figures (PNG), their data (CSV) and the table of the claims they bear on.
+    """Write figures (PNG), their data (CSV), and the claims they bear on as ``claims.csv`` and ``claims.md``.
 
-    Parameters
-    ----------
-    figures : sequence of str
-        Names from :data:`FIGURES`; none means all.
-    directory : path
-        Where to write; made if it is not there, its own folder must be.
-    fe_points : path, optional
-        CSV file of finite element points for fig6b in place of those in the package; see
-        :func:`squama.paper.elements.read_points`.
-
-    Returns
-    -------
-    list of Path
-        The files written: ``fig4.png``, ``fig4.csv``, ..., ``claims.csv``, ``claims.md``.
-
-    Raises InputError: an unknown name, a file that cannot be read or written.
+    ``figures`` are names from :data:`FIGURES`, none means all; ``fe_points`` a CSV file of finite element points for
+    fig6b in place of those in the package, see :func:`squama.paper.elements.read_points`. The directory is made if it
+    is not there, its own folder must be.
     """
     for name in figures:
         if name not in FIGURES:

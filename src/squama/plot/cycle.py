@@ -16,27 +16,11 @@ from squama.types import Array
 
 @styled
 def cycle_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the loops of a history of loading and unloading, and its energies.
+    """Draw the loops of a history of loading and unloading from :func:`squama.cycle`, and its energies.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.cycle`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Left: torque (moment) against twist (bend) per pitch, loading dark, unloading blue, drops at a reversal
-        dashed, the beam without contact grey; engagement, and twist that is left when the beam is let go, marked.
-        Right: elastic energy and frictional work along the way.
-
-    Examples
-    --------
-    >>> import squama
-    >>> from squama.plot import cycle_figure
-    >>> c = squama.cycle(squama.Beam.from_ratios(), "0.2 rad/pitch", mu=0.3)
-    >>> len(cycle_figure(c).axes)
-    2
+    Left: torque (moment) against twist (bend) per pitch, loading dark, unloading blue, drops at a reversal dashed, the
+    beam without contact grey; engagement, and twist that is left when the beam is let go, marked. Right: elastic energy
+    and frictional work along the way.
     """
     names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 3.1)
@@ -99,8 +83,7 @@ def _arrows(ax: Axes, load: Array, values: Array, branch: Array) -> None:
             continue
         runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
         run = max(runs, key=len)
-        middle = 0.5 * (load[run[0]] + load[run[-1]])
-        i = int(run[np.argmin(np.abs(load[run] - middle))])
+        i = int(run[np.argmin(np.abs(load[run] - 0.5 * (load[run[0]] + load[run[-1]])))])
         j = max(i - 4, int(run[0]))
         if i > j:
             arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 0, "mutation_scale": 13}

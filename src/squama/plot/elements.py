@@ -55,19 +55,11 @@ _LIGHT = np.array([0.35, 0.85, 0.4])
 
 @styled
 def elements_figure(data: xr.Dataset) -> Figure:
-    """Draw a run of finite elements.
+    """Draw a run of finite elements of one pitch, from :func:`squama.fe.runs.cell`.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From :func:`squama.fe.runs.cell`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Four panels over the twist rate: torque with the start's slope dashed; inclination; normal and friction
-        force; energies per length. Ticks at the foot of the inclination: increments. Vertical lines: from there on
-        another pair touches.
+    Four panels over the twist rate: torque with the start's slope dashed; inclination; normal and friction force;
+    energies per length. Ticks at the foot of the inclination: increments. Vertical lines: from there on another pair
+    touches.
     """
     figure = new_figure(PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex=True)
@@ -130,18 +122,10 @@ def elements_figure(data: xr.Dataset) -> Figure:
 
 @styled
 def compare_figure(table: xr.Dataset) -> Figure:
-    """Draw models beside a curve by finite elements.
+    """Draw models beside a curve by finite elements, from :func:`squama.fe.agreement.compare`.
 
-    Parameters
-    ----------
-    table : xarray.Dataset
-        From :func:`squama.fe.agreement.compare`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Torque, its difference from the elements' with the band within which a model counts as holding, inclination
-        and its difference, all over the twist per pitch. Finite beams have no differences.
+    Torque, its difference from the elements' with the band within which a model counts as holding, inclination and its
+    difference, all over the twist per pitch. Finite beams have no differences.
     """
     figure = new_figure(PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
@@ -200,24 +184,21 @@ def _looks(names: list[str]) -> dict[str, Look]:
 
 @styled
 def deformed_figure(state: Deformed) -> Figure:
-    """Draw a deformed pitch with its images before and behind, and the scales on them.
+    """Draw a deformed pitch (a run's ``last``) with its images before and behind, and the scales on them.
 
-    Parameters
-    ----------
-    state : Deformed
-        From a run's ``last``, see :func:`squama.fe.runs.cell`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Coloured by the largest principal stretch less 1, in percent, averaged at nodes.
+    Coloured by the largest principal stretch less 1, in percent, averaged at nodes.
     """
     figure = new_figure(0.78 * PAGE, 4.4)
     ax = figure.subplots()
-    view = _view()
+    # right, up and towards the eye as rows; y is up
+    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
+    eye, right = np.array([ce * ca, se, ce * sa]), np.array([sa, 0.0, -ca])
+    view = np.array([right, np.cross(eye, right), eye])
     strain = 100 * (state.at_nodes(state.stretch) - 1)[state.surface[:, :3]].mean(axis=1)
     outer = ~state.walls
-    norm = Normalize(0.0, max(_percentile(strain[outer], state.moved[state.surface[outer, :3]]), 1e-6))
+    a, b, c = (state.moved[state.surface[outer, i]] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    norm = Normalize(0.0, max(float(np.percentile(strain[outer], MOST, method="inverted_cdf", weights=areas)), 1e-6))
     colours = mpl.colormaps["viridis"](norm(strain))
     # the scale fills its slot
     colours[state.walls] = (*SCALE[:3], 1.0)
@@ -252,22 +233,6 @@ def deformed_figure(state: Deformed) -> Figure:
     phi = rf"$\varphi$ = {abs(state.phi):.3g} rad per pitch"
     headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
     return figure
-
-
-def _view() -> Array:
-    """Return right, up and towards the eye as rows; y is up."""
-    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
-    eye = np.array([ce * ca, se, ce * sa])
-    right = np.array([sa, 0.0, -ca])
-    return np.array([right, np.cross(eye, right), eye])
-
-
-def _percentile(values: Array, corners: Array) -> float:
-    """Return the percentile of values on triangles (q, 3, 3) by their areas."""
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    order = np.argsort(values)
-    share = np.cumsum(areas[order]) / areas.sum()
-    return float(values[order][np.searchsorted(share, MOST / 100)])
 
 
 def _exposed(state: Deformed) -> Array:

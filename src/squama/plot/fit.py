@@ -24,27 +24,10 @@ _POINTS: dict[str, tuple[str, Look]] = {
 
 @styled
 def fit_figure(dataset: xr.Dataset) -> Figure:
-    """Draw measured points, the fitted curve and the residuals.
+    """Draw measured points, the fitted curve and the residuals, from :meth:`squama.Fit.dataset`.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :meth:`squama.Fit.dataset`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above: torque (moment) against twist (bend) per pitch, the curve with twice its standard error (dark) and twice
-        the noise of a point (light). Below: measured less fitted, with twice the noise.
-
-    Examples
-    --------
-    >>> import squama
-    >>> from squama.plot import fit_figure
-    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
-    >>> f = squama.fit(squama.cycle(beam, "0.2 rad/pitch"), beam)
-    >>> len(fit_figure(f.dataset()).axes)
-    2
+    Above: torque (moment) against twist (bend) per pitch, the curve with twice its standard error (dark) and twice the
+    noise of a point (light). Below: measured less fitted, with twice the noise.
     """
     names = LOADS[dataset.attrs["load"]]
     angle, torque = names.angle, names.torque
@@ -112,18 +95,10 @@ def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
 
 @styled
 def corner_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the posterior samples of a fit, each parameter against each.
+    """Draw the posterior samples of a fit, each parameter against each, from :meth:`squama.Fit.dataset`.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :meth:`squama.Fit.dataset` of a fit with samples.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        On the diagonal the histograms with the estimate and its standard error as a normal distribution; below it the
-        samples, with the ellipse that holds 95 % of the normal distribution of estimates and covariance.
+    On the diagonal the histograms with the estimate and its standard error as a normal distribution; below it the
+    samples, with the ellipse that holds 95 % of the normal distribution of estimates and covariance.
     """
     samples, names = dataset["sample_value"].values, [str(n) for n in dataset["parameter"].values]
     units = [str(u) for u in dataset["unit"].values]

@@ -49,20 +49,10 @@ DECADES = 30.0
 
 @styled
 def inverse_figure(found: InverseDesign, target: Target) -> Figure:
-    """Draw an inverse design.
+    """Draw what :func:`squama.inverse_design` has found for a target.
 
-    Parameters
-    ----------
-    found : InverseDesign
-        From :func:`squama.inverse_design`.
-    target : Target
-        What was asked, from :func:`squama.inverse.target.read_target`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Left: torque (moment) against the twist over the whole beam, a curve for each design, with what was asked.
-        Right: by how much the tolerance of each dimension changes what the first design reaches.
+    Left: torque (moment) against the twist over the whole beam, a curve for each design, with what was asked. Right: by
+    how much the tolerance of each dimension changes what the first design reaches.
     """
     figure = new_figure(PAGE, 3.2)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
@@ -129,23 +119,12 @@ def _size(found: InverseDesign, name: str) -> str:
 
 @styled
 def front_figure(front: xr.Dataset) -> Figure:
-    """Draw a Pareto front.
+    """Draw a Pareto front from :func:`squama.pareto`.
 
-    Parameters
-    ----------
-    front : xarray.Dataset
-        From :func:`squama.pareto`.
+    Two objectives: one panel, coloured by the dimension that changes most along it. More: a panel for each pair,
+    coloured by another objective.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Two objectives: one panel, coloured by the dimension that changes most along it. More: a panel for each pair,
-        coloured by another objective.
-
-    Examples
-    --------
     >>> import numpy as np, xarray as xr
-    >>> from squama.plot import front_figure
     >>> about = {"objective": "max", "units": "1", "long_name": ""}
     >>> data = {name: ("design", np.arange(3.0), about) for name in ("range", "RED", "lock")}
     >>> front = xr.Dataset(data, attrs={"load": "twisting", "law": "edge", "objectives": []})

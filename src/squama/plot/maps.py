@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import LAWS, PAGE, boxed, key, label, letter, new_figure, styled
+from squama.plot.style import LAWS, PAGE, key, label, letter, new_figure, styled
 from squama.types import Array
 
 LEVELS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
@@ -39,19 +39,10 @@ BOUNDARY = "here the end changes: values may jump"
 
 @styled
 def red_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the relative energy dissipation to the end of each curve.
+    """Draw the relative energy dissipation to the end of each curve, from :func:`squama.paper.maps.red_map`.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.paper.maps.red_map`: ``RED`` and ``end`` over ``law``, ``value`` (eta or alpha) and
-        ``mu``, and ``phi_end``, ``mu_static``, ``phi_touch``; attributes ``over`` and ``margin``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each force law, contours of RED; the region of static lock blank, hatched and named, regions
-        that end without a lock hatched and named; a line where other pairs of plates touch before the end.
+    A panel for each force law, contours of RED; the region of static lock blank, hatched and named, regions that end
+    without a lock hatched and named; a line where other pairs of plates touch before the end.
     """
     laws = [str(law) for law in dataset["law"].values]
     over = str(dataset.attrs["over"])
@@ -118,7 +109,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     if (ahead > 0).any() and not (ahead > 0).all():
         ax.contour(x, y, ahead, levels=[0.0], colors="white", linestyles="--", linewidths=1.4).set(path_effects=OUTLINE)
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    boxed(ax)
+    ax.spines[["top", "right"]].set_visible(True)
     return found
 
 

@@ -26,20 +26,10 @@ STOPS: dict[str, tuple[dict[str, Any], str]] = {
 
 @styled
 def regime_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the three regimes of a beam in twisting: linear, sliding, locked.
+    """Draw the regimes of a beam in twisting (linear, sliding, locked), from :func:`squama.paper.maps.regimes`.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.paper.maps.regimes`: paths ``phi``, ``theta`` over ``value`` (eta or alpha); lock lines
-        ``phi_end``, ``theta_end``, ``end`` over ``law``, ``mu`` and ``scan``; ``phi_lock``, ``theta_lock`` of the
-        kinematic lock, ``phi_off``, ``theta_off`` where the contact leaves the tip edge and ``phi_touch``,
-        ``theta_touch`` where another pair of plates touches, over ``scan``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Axes phi/pi and (theta - theta0)/pi; paths of the scales, the kinematic and the frictional envelopes.
+    Axes phi/pi and (theta - theta0)/pi; paths of the scales, the kinematic and the frictional envelopes, and where the
+    contact leaves the tip edge or another pair of plates touches.
     """
     theta0, over = float(dataset.attrs["theta0"]), str(dataset.attrs["over"])
     figure = new_figure(PAGE, 4.3)
@@ -130,27 +120,17 @@ def _regions(ax: Axes, dataset: xr.Dataset, scaled: Any) -> None:
 
 @styled
 def lock_lines_figure(dataset: xr.Dataset) -> Figure:
-    """Set the lock lines of twisting beside those of bending.
+    """Set the lock lines of twisting beside those of bending, from :func:`squama.paper.maps.lock_lines`.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.paper.maps.lock_lines`: over ``loading``, ``mu`` and ``point`` the load angle ``load`` and
-        the inclination ``theta`` at the kinematic lock (mu = 0) and the frictional locks, and ``drop``, how far a line
-        lies below the kinematic one at the same load angle.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above, the lock lines; below, their distance from the kinematic line. In bending it is arctan(mu) everywhere,
-        so the line is a translate; in twisting it is not.
+    Above, the lock lines; below, their distance from the kinematic line. In bending it is arctan(mu) everywhere, so the
+    line is a translate; in twisting it is not.
     """
     figure = new_figure(PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex="col", sharey="row")
     mus = [float(mu) for mu in dataset["mu"].values]
     fixed = rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
-    rubbing = [mu for mu in mus if mu > 0]
-    colours = dict(zip(rubbing, shades(len(rubbing)), strict=True))
+    # the first is 0, the kinematic lock
+    colours = dict(zip(mus[1:], shades(len(mus) - 1), strict=True))
     for column, loading in enumerate(("bending", "twisting")):
         part = dataset.sel(loading=loading)
         top, low = axes[0][column], axes[1][column]

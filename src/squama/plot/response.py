@@ -59,26 +59,13 @@ class _Curve(NamedTuple):
 
 @styled
 def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Figure:
-    """Draw what a beam does when it is twisted or bent.
+    """Draw what a beam does when it is twisted or bent: one curve, or a family over ``mu``, with ``measured`` points.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.twist` or :func:`squama.bend`: one curve, or a family over ``mu``.
-    measured : Measured, optional
-        Measured points, see :mod:`squama.io.measured`: the arrays ``rate`` (rad/m) and ``load`` (N m) are drawn.
+    Four panels: torque or moment with the beam without contact dashed, engagement and end marked; friction force;
+    inclination; relative energy dissipation (the tangent stiffness if there is no friction). The load grows without
+    bound towards a lock, so its axis ends before.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Four panels: torque or moment with the beam without contact dashed, engagement and end marked;
-        friction force; inclination; relative energy dissipation (the tangent stiffness if there is no friction).
-        The load grows without bound towards a lock, so its axis ends before.
-
-    Examples
-    --------
     >>> import squama
-    >>> from squama.plot import response_figure
     >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], points=50)
     >>> len(response_figure(r).axes)
     4

@@ -17,18 +17,10 @@ LINES = 6
 
 @styled
 def row_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the inclinations along a finite row at some twists, and its torque.
+    """Draw the inclinations along a finite row of :func:`squama.row` at some twists, and its torque.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.row`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Left: inclination against the scale's number, a line per twist; grey ticks at the right: the endless beam.
-        Right: torque of the row, and of the endless beam dashed.
+    Left: inclination against the scale's number, a line per twist; grey ticks at the right: the endless beam. Right:
+    torque of the row, and of the endless beam dashed.
     """
     figure = new_figure(PAGE, 2.8)
     left, right = figure.subplots(1, 2)
@@ -52,18 +44,10 @@ def row_figure(dataset: xr.Dataset) -> Figure:
 
 @styled
 def finite_figure(data: xr.Dataset) -> Figure:
-    """Draw a finite beam of elements.
+    """Draw a finite beam of elements, from :func:`squama.fe.runs.cell`.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From :func:`squama.fe.runs.cell`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
-        twist, with the start's slope dashed.
+    Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
+    twist, with the start's slope dashed.
     """
     figure = new_figure(PAGE, 2.8)
     left, middle, right = figure.subplots(1, 3)

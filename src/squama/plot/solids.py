@@ -38,25 +38,9 @@ EDGE = (0.1, 0.1, 0.1)
 def solids_figure(made: Export) -> Figure:
     """Draw what an export has made: the beam from above and cut along its middle, and the mould taken apart.
 
-    Parameters
-    ----------
-    made : Export
-        With the assembly or the mould among its parts.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        Neither of them is there.
+    Raises InputError: neither the assembly nor the mould is among its parts.
     """
-    panels: list[Panel] = []
-    if "assembly" in made.solids:
-        panels += _beam(made)
-    if "mould" in made.solids:
-        panels += _mould(made)
+    panels = [*(_beam(made) if "assembly" in made.solids else ()), *(_mould(made) if "mould" in made.solids else ())]
     if not panels:
         refuse("picture", "", "shows the assembly and the mould", "write one of them among the parts")
     heights = [(v.top - v.bottom) / (v.right - v.left) for _, _, v in panels]
@@ -127,11 +111,11 @@ def look(azimuth: float, elevation: float) -> Array:
     return np.array([right, np.cross(eye, right), eye])
 
 
-def fitted(meshes: Sequence[Mesh], axes: Array, margin: float = 0.03) -> View:
-    """Return the view that shows all solids."""
+def fitted(meshes: Sequence[Mesh], axes: Array) -> View:
+    """Return the view that shows all solids, with some room around them."""
     seen = np.concatenate([m.vertices for m in meshes]) @ axes[:2].T
     low, high = seen.min(axis=0), seen.max(axis=0)
-    room = margin * float((high - low).max())
+    room = 0.03 * float((high - low).max())
     return View(axes, low[0] - room, high[0] + room, low[1] - room, high[1] + room)
 
 

@@ -83,24 +83,9 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure; the ending of the path names the format.
+    """Write a figure (.png, .svg, .pdf); return the path as given. The same figure gives the same bytes.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure.
-    path : path
-        Where to write, ending in .png, .svg or .pdf. The same figure gives the same bytes.
-
-    Returns
-    -------
-    Path
-        The file's path, as given.
-
-    Raises
-    ------
-    InputError
-        Another ending, or the file cannot be written; a file that was there is then as it was.
+    Raises InputError: another ending, or the file cannot be written; a file that was there is then as it was.
     """
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
@@ -173,11 +158,6 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
     top.set_xlabel(text)
     top.tick_params(labelsize=7)
     return top
-
-
-def boxed(ax: Axes) -> None:
-    """Draw all four sides of a panel."""
-    ax.spines[["top", "right"]].set_visible(True)
 
 
 def angle_label(load: str) -> str:

@@ -21,7 +21,7 @@ from squama.model.outcome import CODES, End
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, hatched
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, UNKNOWN
 from squama.plot.regimes import ROTATION, over_pi, tag
-from squama.plot.style import PAGE, Look, boxed, headline, key, letter, new_figure, shades, styled
+from squama.plot.style import PAGE, Look, headline, key, letter, new_figure, shades, styled
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -52,29 +52,14 @@ def map_figure(
     lines: list[float] | None = None,
     paths: Paths | None = None,
 ) -> Figure:
-    """Draw a slice of a sweep.
+    """Draw a slice of a sweep: a dataset with the dimensions ``x``, ``y`` and ``panels`` and no other.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.sweep`, with the dimensions x, y and panels and no other.
-    variable : str
-        A variable; ``end`` gives a regime map, ``lock`` the lock envelopes: where the beams along x lock, a line for
-        each of some values of y.
-    x, y, panels : str
-        Dimensions; without y a line is drawn, with panels a panel for each of its values.
-    lines : list of float
-        With ``lock``, the values of y.
-    paths : mapping
-        With ``lock``, load angle and inclination along the paths of single beams, by their values of x.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    ``variable``: ``end`` gives a regime map, ``lock`` the lock envelopes: where the beams along x lock, a line for each
+    of the values ``lines`` of y, with the ``paths`` of single beams. Without y a line is drawn; with panels a panel for
+    each value of that dimension.
     """
     parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
-    count = len(parts)
-    columns = min(count, 3)
+    count, columns = len(parts), min(len(parts), 3)
     rows = -(-count // columns)
     width = PAGE if count > 1 or variable in ("end", "lock") else 0.68 * PAGE
     figure = new_figure(width, 0.7 + rows * (3.0 if columns < 3 else 2.5))
@@ -157,7 +142,7 @@ def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> tuple[Array, Array]:
     """Draw the frame of a map; return the values along its axes."""
     (xs, across), (ys, up) = axis_values(part, x), axis_values(part, y)
     ax.set(xlim=(xs[0], xs[-1]), ylim=(ys[0], ys[-1]), xlabel=across, ylabel=up)
-    boxed(ax)
+    ax.spines[["top", "right"]].set_visible(True)
     return xs, ys
 
 

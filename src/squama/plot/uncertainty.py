@@ -24,27 +24,11 @@ _MARK: Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 @styled
 def uncertainty_figure(dataset: xr.Dataset) -> Figure:
-    """Draw what tolerances do to where a beam ends, and which of them matter.
+    """Draw what tolerances do to where a beam ends, and which of them matter, from :func:`squama.uncertainty`.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From :func:`squama.uncertainty`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Left: histogram of the end twist, by named end. Then: probability that the beam has locked (solid), or that
-        its curve has ended in any way (dashed), before a twist. Right, if there are Sobol indices: the total index of
-        each tolerance, with its 95 % interval, and the first-order index inside it.
-
-    Examples
-    --------
-    >>> import squama
-    >>> from squama.plot import uncertainty_figure
-    >>> u = squama.uncertainty(squama.Beam.from_ratios(mu=0.3), {"mu": "+- 0.05"}, samples=4096)
-    >>> len(uncertainty_figure(u).axes)
-    2
+    Left: histogram of the end twist, by named end. Then: probability that the beam has locked (solid), or that its
+    curve has ended in any way (dashed), before a twist. If there are Sobol indices: the total index of each tolerance,
+    with its 95 % interval, and the first-order index inside it.
     """
     indexed = "S1" in dataset and dataset.sizes["indexed"]
     figure = new_figure(PAGE, 5.9 if indexed else 3.0)

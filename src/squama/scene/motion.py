@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,11 +9,10 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.curves import follow, hinge
-from squama.curves.path import Curve
 from squama.fe import plate
 from squama.loads import LOADS
 from squama.model import twisting
-from squama.model.outcome import SENTENCES, End
+from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude
 from squama.types import Array
@@ -69,72 +67,39 @@ class State(NamedTuple):
 class Motion:
     """A beam's curve, and its state at any load.
 
+    ``curve`` (of a model that is walked states between its points are interpolated) with its ``figures``, by their
+    roles in :mod:`squama.loads`: why it ends, ``neighbour`` whose contact is followed (0 for none), load angle
+    ``load_e`` at engagement (inf for none). ``engaged``: part of it is in contact; ``last`` load angle that is drawn:
+    the cut-off before a lock, or the end; ``most`` that may be asked for.
+
     Raises InputError: the law, margin, sense, friction or joint is out of range, or they do not go together.
     """
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
         mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
-        self.kind = LOADS[arguments.one_of("load", setting.load, tuple(LOADS))]
+        self.kind = arguments.load(setting.load)
         margin, sense, joint = arguments.margin(setting.margin), setting.sense, setting.joint
         load = self.kind.name
-        self.path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint)
-        self.rigidity, self.stiffness = self.path.case.rigidity, self.path.case.stiffness
-        self.hinge = self.path if isinstance(self.path, hinge.Path) else None
-
-    @functools.cached_property
-    def _curve(self) -> Curve:
-        """The curve; of a model that is walked states between its points are interpolated."""
-        found = self.path.curve(points=3 if self.hinge else WALKED)
+        path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint)
+        self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
+        self.hinge = path if isinstance(path, hinge.Path) else None
+        found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
-        return Curve({role: values[reached] for role, values in found.along.items()}, found.figures)
-
-    @property
-    def figures(self) -> dict[str, Any]:
-        """Single figures of the curve, by their roles in :mod:`squama.loads`."""
-        return self._curve.figures
+        self.curve = {role: values[reached] for role, values in found.along.items()}
+        self.figures: dict[str, Any] = found.figures
+        self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
+        self.load_e = float(found.figures["load_e"])
+        self.last = self.hinge.last if self.hinge else float(self.curve["load"][-1])
+        self.most = ROOM * self.last
+        self.engaged = self.hinge.engaged if self.hinge else self.load_e < self.last
 
     def along(self, points: int) -> dict[str, Array]:
         """Every variable along the curve, from no load to the cut-off."""
         if self.hinge:
             return self.hinge.curve(points=points).along
         loads = np.linspace(0.0, self.last, points)
-        return {role: np.interp(loads, self._curve.along["load"], v) for role, v in self._curve.along.items()}
-
-    @property
-    def end(self) -> End:
-        """Why the curve ends."""
-        return End(self.figures["end"])
-
-    @property
-    def sentence(self) -> str:
-        """The end in words."""
-        return SENTENCES[self.end]
-
-    @property
-    def neighbour(self) -> int:
-        """Neighbour whose contact is followed; 0 for none."""
-        return int(self.figures["neighbour"])
-
-    @property
-    def load_e(self) -> float:
-        """Load angle at engagement; inf for none."""
-        return float(self.figures["load_e"])
-
-    @property
-    def engaged(self) -> bool:
-        """Whether part of the curve is in contact."""
-        return self.hinge.engaged if self.hinge else self.load_e < self.last
-
-    @functools.cached_property
-    def last(self) -> float:
-        """Load angle of the last state that is drawn: the cut-off before a lock, or the end."""
-        return self.hinge.last if self.hinge else float(self._curve.along["load"][-1])
-
-    @property
-    def most(self) -> float:
-        """Largest load angle that may be asked for: a little beyond the last state."""
-        return ROOM * self.last
+        return {role: np.interp(loads, self.curve["load"], v) for role, v in self.curve.items()}
 
     def state(self, load: float) -> State:
         """Return the state at a load angle per pitch; beyond the last one, the last one."""
@@ -177,7 +142,7 @@ class Motion:
 
     def _between(self, load: float, name: str) -> State:
         """State between the points of a walked curve; the slip follows from the places of its contact."""
-        v = self._curve.along
+        v = self.curve
 
         def at(values: Array) -> float:
             return float(np.interp(load, v["load"], values))

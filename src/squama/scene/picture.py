@@ -75,28 +75,16 @@ def view(
 
     Parameters
     ----------
-    beam
-        The beam.
     *paths
         Where to write: .png, .gif or .html (needs the extra ``web``); with none only the state is returned.
     to
         How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
         if not given. Beyond the end of the curve the last state is shown.
-    load
-        "twisting" or "bending".
-    mu
-        Coefficient of friction; the beam's own if not given.
-    law, sense, margin, joint
-        As in :func:`squama.twist`; on the compliant joint the scales are drawn in the pose of their six motions.
-    dark, forces
-        On a dark ground; with contact forces.
-    frames
-        Number of pictures of an animation, 2 to 500.
-
-    Returns
-    -------
-    View
-        Files, state, load angles.
+    load, mu, law, sense, margin, joint
+        "twisting" or "bending", the rest as in :func:`squama.twist`; on the compliant joint the scales are drawn in the
+        pose of their six motions.
+    dark, forces, frames
+        On a dark ground; with contact forces; number of pictures of an animation, 2 to 500.
 
     Raises
     ------
@@ -110,7 +98,7 @@ def view(
     >>> print(f"{shown.state.name}, theta = {shown.state.theta:.3f}; {shown.end} at {shown.last:.3f} rad per pitch")
     sliding, theta = 0.798; frictional lock at 0.268 rad per pitch
     """
-    names = LOADS[arguments.one_of("load", load, tuple(LOADS))]
+    names = arguments.load(load)
     problems = Problems()
     for path in paths:
         if (ending := Path(path).suffix.lower()) not in FORMATS:
@@ -237,7 +225,8 @@ def _framed(
     motion: Motion, state: State, camera: Camera, size: tuple[int, int], *, dark: bool = False, forces: bool = True
 ) -> Image.Image:
     """Return the picture with its words below."""
-    from PIL import Image, ImageDraw
+    import matplotlib as mpl
+    from PIL import Image, ImageDraw, ImageFont
 
     width, height = size
     room = height // WORDS_ROOM
@@ -247,7 +236,7 @@ def _framed(
     whole = Image.new("RGB", size, theme["background"])
     whole.paste(Image.fromarray(beam), (0, 0))
     pen = ImageDraw.Draw(whole)
-    letters = _font(room // 3.2)
+    letters = ImageFont.truetype(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"), int(room // 3.2))
     pen.text((width * 0.02, height - room * 0.95), _words(motion, state), font=letters, fill=theme["edge"])
     x, y = width * 0.02, height - room * 0.48
     end = f" ({motion.end})" if state.name in (LOCKED, ENDED) else ""
@@ -271,10 +260,3 @@ def _words(motion: Motion, state: State) -> str:
         f"inclination {math.degrees(state.theta):.1f}°, "
         f"{names.torque_words} {moment(state.torque)}, µ = {motion.setting.mu:g}"
     )
-
-
-def _font(size: float) -> Any:
-    import matplotlib as mpl
-    from PIL import ImageFont
-
-    return ImageFont.truetype(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), int(size))

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from squama.errors import refuse
 from squama.loads import LOADS
+from squama.model.outcome import SENTENCES
 from squama.plot.palette import SCENE, variables
 from squama.scene.motion import Motion, shape
 
@@ -52,7 +53,7 @@ def page(motion: Motion, load: float) -> str:
         "states": states,
         "first": min(range(len(states)), key=lambda i: abs(states[i]["load"] - load)),
         "end": str(motion.end),
-        "sentence": motion.sentence,
+        "sentence": SENTENCES[motion.end],
         "palette": SCENE,
         "angle": LOADS[setting.load].verb,
     }

@@ -53,28 +53,13 @@ class Cells(NamedTuple):
 def columns(
     beam: Beam, values: Mapping[str, Any], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
 ) -> Cells:
-    """Return the designs of a beam with some values replaced.
+    """Return the designs of a beam with some values replaced; complex where values are complex.
 
-    Parameters
-    ----------
-    beam : Beam
-        The beam; what is not replaced stays as it is.
-    values : mapping
-        Numbers or arrays that broadcast, by the names of :data:`squama.study.parameters.PARAMETERS` or its aliases, SI
-        units. Nothing is checked; see :func:`valid`.
-    load : {"twisting", "bending"}
-        Which laws of joint and section apply.
-    each : callable
-        How the laws are evaluated: whole arrays, a million designs a second, or with
-        :func:`squama.beam.joint_law.one_by_one` one element after the other, to the last bit as :class:`squama.Beam`.
+    ``values`` are numbers or arrays that broadcast, by the names of :data:`squama.study.parameters.PARAMETERS` or its
+    aliases, SI units. Nothing is checked; see :func:`valid`. ``each`` says how the laws of joint and section are
+    evaluated: whole arrays, a million designs a second, or with :func:`squama.beam.joint_law.one_by_one` one element
+    after the other, to the last bit as :class:`squama.Beam`.
 
-    Returns
-    -------
-    Cells
-        Complex where values are complex.
-
-    Examples
-    --------
     >>> c = columns(Beam.from_ratios(mu=0.3), {"beam.pitch": np.array([0.0177, 0.02])})
     >>> print(c.eta.round(3), c.rigidity.shape)
     [3.013 2.667] (2,)

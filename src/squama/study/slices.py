@@ -136,9 +136,7 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
 
 
 def _dimension(name: str, dims: Sequence[str], role: str) -> str:
-    found = name
-    if name not in dims and name != "law":
-        found = canonical(name)
+    found = name if name in (*dims, "law") else canonical(name)
     if found not in dims:
         refuse(role, shown(name).strip('"'), "is no dimension of this sweep", f"it has {', '.join(dims)}")
     return found

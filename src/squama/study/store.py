@@ -270,11 +270,10 @@ def check(path: Path, plan: Plan) -> Array:
 
     A damaged store is refused.
     """
-    known = coordinates(plan)
     for place, data in _files(plan).items():
         name = place.partition("/")[0]
         try:
-            sound = (path / place).read_bytes() == data or _alike(path, plan, name, known)
+            sound = (path / place).read_bytes() == data or _alike(path, plan, name)
         except Exception:  # damage shows itself in zarr as errors of many kinds
             sound = False
         if not sound:
@@ -290,14 +289,14 @@ def _files(plan: Plan) -> dict[str, bytes]:
     return {name: data.to_bytes() for name, data in made.items() if "/" in name}
 
 
-def _alike(path: Path, plan: Plan, name: str, known: Mapping[str, tuple[Array, object]]) -> bool:
+def _alike(path: Path, plan: Plan, name: str) -> bool:
     """Say whether an array means what the plan tells, in other letters: those of another version of zarr."""
     library = need("zarr")
     made = library.storage.MemoryStore()
     _fill(made, plan)
     array, wanted = library.open_array(path / name, mode="r", zarr_format=3), library.open_group(made, mode="r")[name]
     alike = json.dumps(array.metadata.to_dict()) == json.dumps(wanted.metadata.to_dict())
-    return alike and (name not in known or np.array_equal(array[:], known[name][0]))
+    return alike and (name not in coordinates(plan) or np.array_equal(array[:], coordinates(plan)[name][0]))
 
 
 def _mend(path: Path, plan: Plan) -> None:
@@ -357,14 +356,14 @@ def there(path: Path) -> bool:
     need("zarr")
     if path.suffix.lower() != ".zarr":
         refuse(files.label(path) or '""', "", "has not the extension .zarr", "write e.g. map.zarr")
-    if not files.exists(path):
-        folder = path.absolute().parent
-        if not folder.is_dir():
-            raise _no(path, f"its folder {files.label(folder)} does not exist", "make it first or give another path")
-        if not _writable(folder):
-            raise _no(path, f"its folder {files.label(folder)} is read-only", "give another path")
-        return False
-    return True
+    if files.exists(path):
+        return True
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise _no(path, f"its folder {files.label(folder)} does not exist", "make it first or give another path")
+    if not _writable(folder):
+        raise _no(path, f"its folder {files.label(folder)} is read-only", "give another path")
+    return False
 
 
 def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
@@ -393,22 +392,9 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
 
 
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Open the store of a sweep; values are read when they are used.
+    """Open the store of a sweep, finished or not, as from :func:`squama.sweep`; values are read when they are used.
 
-    Parameters
-    ----------
-    path : path
-        The store, finished or not.
-
-    Returns
-    -------
-    xarray.Dataset
-        As from :func:`squama.sweep`.
-
-    Raises
-    ------
-    InputError
-        There is no store, squama did not write it, or it is damaged.
+    Raises InputError: there is no store, squama did not write it, or it is damaged.
     """
     place = Path(path)
     plan = read_plan(place)

@@ -78,8 +78,6 @@ def sweep(
 
     Parameters
     ----------
-    beam : Beam
-        The beam; what is not swept stays as it is.
     over : mapping
         Parameters and their values: ``(low, high, count)`` with both ends, a list or an array of increasing values,
         or text such as ``"15deg:75deg:601"``. Names: eta, beta, lam, zeta, slenderness, alpha, theta0, mu, margin, or
@@ -89,7 +87,6 @@ def sweep(
     sense, margin : str, float
         As in :func:`squama.twist`.
     load : {"twisting", "bending"}
-        Kind of loading.
     out : path
         The store, ending in .zarr: made, or continued.
     tile : int, optional
@@ -141,7 +138,7 @@ def make_plan(
     bare: bool = True,
 ) -> Plan:
     """Check the arguments of :func:`sweep` and every corner of its grid; return what is to be computed."""
-    arguments.one_of("load", load, tuple(LOADS))
+    arguments.load(load)
     arguments.sense(sense)
     laws = (law,) if isinstance(law, str) else tuple(law)
     for name in laws:

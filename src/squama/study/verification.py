@@ -41,9 +41,8 @@ class Verified(NamedTuple):
 
 def default_reach(beam: Beam, mu: float, sense: str = "+") -> float:
     """Return the twist rate (rad/m) to go to: where the hinge's curve is cut off, at most 0.3 rad per pitch."""
-    answer = doors.twist(beam, mu=mu, sense=sense, points=3)
-    last = float(answer["Phi"].values[-1])
-    return min(last, REACH / beam.pitch) if np.isfinite(last) and last > 0 else REACH / beam.pitch
+    last = float(doors.twist(beam, mu=mu, sense=sense, points=3)["Phi"].values[-1])
+    return min(last, REACH / beam.pitch) if last > 0 else REACH / beam.pitch
 
 
 def verify(
@@ -65,8 +64,6 @@ def verify(
 
     Parameters
     ----------
-    beam : Beam
-        The beam.
     folder : path
         Where all files go; made if need be. Runs of elements leave their restart files there, and the same call goes
         on from them.
@@ -79,10 +76,6 @@ def verify(
         Its mesh.
     announce : callable, optional
         Told in words what comes next.
-
-    Returns
-    -------
-    Verified
 
     Raises
     ------

@@ -14,7 +14,7 @@ from squama import arguments
 from squama.curves.doors import respond
 from squama.io import datasets
 from squama.loads import LOADS
-from squama.model.outcome import End
+from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import Motion, Setting, shape
@@ -131,7 +131,8 @@ def outcome(state: State) -> tuple[str, str, str]:
         where.append(f"end at {angle} = {number(p['load_end'])} rad/pitch")
     if p["other_contact"]:
         where.append(f"other contact: {p['other_contact']}")
-    sentence = m.sentence[0].upper() + m.sentence[1:] + "."
+    words = SENTENCES[m.end]
+    sentence = f"{words[0].upper()}{words[1:]}."
     if state.twist > m.last:
         sentence += f" Shown at its last state, {angle} = {number(m.last)}."
     return str(m.end), "; ".join(where), sentence

@@ -63,8 +63,6 @@ def uncertainty(
 
     Parameters
     ----------
-    beam
-        The nominal beam.
     vary
         Distributions by the names of the beam file, independent of each other: "60 deg +- 1 deg" (limits, every value
         between them equally likely), "+- 1 deg" (about the beam's own), "60 deg +- 1 deg triangular",
@@ -74,10 +72,8 @@ def uncertainty(
     before
         Twist (curvature in bending) for the probability of locking before it: a rate in rad/m or text such as
         "120 deg total", "0.2 rad/pitch". An angle per pitch or in total does not change with the pitch of a sample.
-    mu
-        Coefficient of friction in place of the beam's own.
-    load, law, sense, margin
-        As in :func:`squama.solve`.
+    mu, load, law, sense, margin
+        As in :func:`squama.solve`; the beam's own friction if not given.
     samples
         How many at least; Sobol points come as 32 sets of a power of two each, others as 32 equal sets.
     sampler
@@ -89,10 +85,8 @@ def uncertainty(
     indices
         Base number N of Sobol indices, a power of two such as 4096, or 0 for none: N (D + 2) more beams are solved for
         D tolerances. Needs the extra ``fit``.
-    keep
-        Whether the samples are part of the dataset.
-    bare
-        Whether a number without a unit is SI.
+    keep, bare
+        Whether the samples are part of the dataset; whether a number without a unit is SI.
 
     Returns
     -------
@@ -117,7 +111,7 @@ def uncertainty(
     >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
     0.283 +- 0.006 rad/pitch
     """
-    arguments.one_of("load", load, tuple(LOADS))
+    arguments.load(load)
     arguments.law(law)
     arguments.sense(sense)
     arguments.one_of("sampler", sampler, SAMPLERS)

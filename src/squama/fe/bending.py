@@ -1,0 +1,246 @@
+"""How the exposed part of a scale bends: modes of a solid of quadratic bricks, or polynomials of a thin plate.
+
+Both are clamped at X = 0, where the rigid embedded part begins, and fill the ``modes`` and ``stiffness`` of
+:class:`squama.fe.exposed.Exposed`. Lengths in pitches; the modulus over that of the substrate.
+
+The solid: 20-node bricks with 2 x 2 x 2 Gauss points, which bend without locking, two layers over the thickness. Of its
+static answers to forces along n_Z at the places where scales can touch, the leading ones are kept: with C the
+compliance between these places and w their shares of edges and face, the eigenvectors of w^1/2 C w^1/2. Under a point
+force the rest is missing; :data:`MODES` leave out less than a hundredth of the deflection at the plate's edges.
+
+The plate (Kirchhoff): w = sum_ij a_ij X^i Y^j from i = 2, D = E h^3 / (12 (1 - nu^2)),
+    K = D int (w_XX + w_YY)^2 - 2 (1 - nu) (w_XX w_YY - w_XY^2) dX dY;
+points of the surface move along n_Z only.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from squama.fe.elements import Material
+from squama.fe.exposed import Exposed, sheet
+from squama.types import Array
+
+MODES = 24
+"""Answers of the solid that are kept."""
+LAYERS = 2
+ALONG, ACROSS = 7, 3
+"""Highest powers of X and Y of the thin plate."""
+BRICKS = (12, 6)
+"""Bricks along and across."""
+
+# nodes of the brick: corners in the order of the deck's C3D8, then middles of the edges
+_CORNERS = np.array(
+    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
+)
+_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+NODES = np.concatenate([_CORNERS, [(_CORNERS[a] + _CORNERS[b]) / 2 for a, b in _EDGES]])
+"""Places (20, 3) of a brick's nodes between -1 and 1."""
+
+
+def shapes(at: Array) -> tuple[Array, Array]:
+    """Return the shape functions (n, 20) of a brick at places (n, 3) in it, and their derivatives (n, 20, 3)."""
+    r = 1 + NODES * at[:, None]
+    values, rates = np.empty(r.shape[:2]), np.empty(r.shape)
+    sums = (NODES * at[:, None]).sum(axis=-1)
+    for a, node in enumerate(NODES):
+        middle = np.flatnonzero(node == 0)
+        x, y, z = r[:, a].T
+        if not middle.size:
+            # r s t (xi + eta + zeta - 2) / 8
+            factor = sums[:, a] - 2
+            values[:, a] = x * y * z * factor / 8
+            for i, others in enumerate((y * z, x * z, x * y)):
+                rates[:, a, i] = node[i] * others * (factor + r[:, a, i]) / 8
+        else:
+            (m,) = middle
+            i, j = (k for k in range(3) if k != m)
+            q = 1 - at[:, m] ** 2
+            values[:, a] = q * r[:, a, i] * r[:, a, j] / 4
+            rates[:, a, m] = -2 * at[:, m] * r[:, a, i] * r[:, a, j] / 4
+            rates[:, a, i] = node[i] * q * r[:, a, j] / 4
+            rates[:, a, j] = node[j] * q * r[:, a, i] / 4
+    return values, rates
+
+
+class Bricks:
+    """A plate of equal bricks: ``nodes`` (n, 3), ``cells`` (m, 20).
+
+    Parameters
+    ----------
+    eta, beta, h : float
+        Length, half width and thickness.
+    along, across : int
+        Numbers of bricks; :data:`LAYERS` over the thickness.
+    """
+
+    def __init__(self, eta: float, beta: float, h: float, along: int, across: int) -> None:
+        self.counts = np.array([along, across, LAYERS])
+        self.low = np.array([0.0, -beta, -h / 2])
+        self.size = np.array([eta, 2 * beta, h]) / self.counts
+        cells = np.array(list(itertools.product(*map(range, self.counts))))
+        # twice the place, in bricks
+        places = 2 * cells[:, None] + np.asarray(NODES + 1, np.int64)
+        unique, index = np.unique(places.reshape(-1, 3), axis=0, return_inverse=True)
+        self.nodes, self.cells = self.low + unique / 2 * self.size, index.reshape(-1, 20)
+
+    def stiffness(self, material: Material) -> Any:
+        """Return the small-strain stiffness (3 n, 3 n), sparse."""
+        from scipy import sparse
+
+        lame, shear = material.lame
+        D = np.zeros((6, 6))
+        D[:3, :3] = lame
+        D += np.diag([2 * shear] * 3 + [shear] * 3)
+        g = np.array(list(itertools.product((-1, 1), repeat=3))) / np.sqrt(3)
+        each = np.zeros((60, 60))
+        for rates in shapes(g)[1] * (2 / self.size):
+            B = np.zeros((6, 20, 3))
+            for row, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]):
+                B[row, :, i] += rates[:, j]
+                if i != j:
+                    B[row, :, j] += rates[:, i]
+            each += B.reshape(6, 60).T @ D @ B.reshape(6, 60) * self.size.prod() / 8
+        at = (3 * self.cells[:, :, None] + np.arange(3)).reshape(-1, 60)
+        rows, columns = np.repeat(at, 60, axis=1).ravel(), np.tile(at, 60).ravel()
+        n = 3 * len(self.nodes)
+        return sparse.coo_array((np.tile(each.ravel(), len(at)), (rows, columns)), shape=(n, n)).tocsc()
+
+    def at(self, points: Array) -> Any:
+        """Return the sparse matrix (points, nodes) of the shape functions at points (k, 3) of the plate."""
+        from scipy import sparse
+
+        place = (points - self.low) / self.size
+        cell = np.clip(np.floor(place).astype(np.int64), 0, self.counts - 1)
+        number = np.ravel_multi_index(tuple(cell.T), tuple(self.counts))
+        values, _ = shapes(2 * (place - cell) - 1)
+        rows = np.repeat(np.arange(len(points)), 20)
+        shape = (len(points), len(self.nodes))
+        return sparse.coo_array((values.ravel(), (rows, self.cells[number].ravel())), shape=shape).tocsr()
+
+
+def solid(
+    eta: float,
+    beta: float,
+    h: float,
+    material: Material,
+    *,
+    contact_h: float | None = None,
+    bricks: tuple[int, int] = BRICKS,
+    modes: int = MODES,
+) -> Exposed:
+    """Return an exposed part that bends as a solid of quadratic bricks.
+
+    Parameters
+    ----------
+    eta, beta, h : float
+        Length, half width and thickness, pitches.
+    material : Material
+        Young's modulus over that of the substrate, and Poisson's ratio.
+    contact_h : float, optional
+        Thickness of the contact surface, 0 for the middle plane; that of the plate if not given.
+    bricks : (int, int)
+        Numbers along and across.
+    modes : int
+        How many are kept.
+    """
+    plate = Bricks(eta, beta, h, *bricks)
+    surface = sheet(*lines(eta, beta, bricks), h if contact_h is None else contact_h)
+    places, shares = _touched(surface, eta, beta)
+    answers = _answers(plate, material, places)
+    to_places = plate.at(places)
+    compliance = to_places @ answers[2::3]
+    root = np.sqrt(shares)
+    values, axes = np.linalg.eigh(root[:, None] * (compliance + compliance.T) / 2 * root)
+    kept = np.argsort(values)[::-1][:modes]
+    forces = root[:, None] * axes[:, kept]
+    moved = (answers @ forces).reshape(-1, 3, kept.size)
+    within = np.clip(surface.points, [0, -beta, -h / 2], [eta, beta, h / 2])
+    on = plate.at(within)
+    shapes_at = np.stack([on @ moved[:, axis] for axis in range(3)], axis=1)
+    return surface.bending(shapes_at, forces.T @ compliance @ forces)
+
+
+def mesh_error(eta: float, beta: float, h: float, material: Material, bricks: tuple[int, int] = BRICKS) -> float:
+    """Return by how much bricks of twice the size are stiffer under a force on a corner of the tip: about the error."""
+    corner, flexible = np.array([[eta, -beta, 0.0]]), []
+    for along, across in (bricks, tuple(max(1, n // 2) for n in bricks)):
+        mesh = Bricks(eta, beta, h, along, across)
+        flexible.append(float((mesh.at(corner) @ _answers(mesh, material, corner)[2::3])[0, 0]))
+    return 1 - flexible[1] / flexible[0]
+
+
+def lines(eta: float, beta: float, bricks: tuple[int, int]) -> tuple[Array, Array]:
+    """Return the lines of the contact surface's grid, two for each brick."""
+    along, across = bricks
+    return np.linspace(0, eta, 2 * along + 1), np.linspace(-beta, beta, 2 * across + 1)
+
+
+def _touched(surface: Exposed, eta: float, beta: float) -> tuple[Array, Array]:
+    """Return places (k, 3) of the middle plane where forces may act, and their shares: edges before the face."""
+    flat = np.unique(surface.points[:, :2], axis=0)
+    flat = flat[flat[:, 0] > 0]
+    edge = (flat[:, 0] == eta) | (np.abs(flat[:, 1]) == beta)
+    shares = np.where(edge, 1.0 / edge.sum(), 0.1 / max(1, (~edge).sum()))
+    return np.column_stack([flat, np.zeros(len(flat))]), shares
+
+
+def _answers(plate: Bricks, material: Material, places: Array) -> Array:
+    """Return the displacements (3 n, k) of the clamped plate's nodes under unit forces along n_Z at places (k, 3)."""
+    from scipy.sparse.linalg import splu
+
+    free = (3 * np.flatnonzero(plate.nodes[:, 0] > 0)[:, None] + np.arange(3)).ravel()
+    K = plate.stiffness(material)[free][:, free]
+    force, out = np.zeros((2, 3 * len(plate.nodes), len(places)))
+    force[2::3] = plate.at(places).T.toarray()
+    out[free] = splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(force[free])
+    return out
+
+
+def plate(
+    surface: Exposed, eta: float, beta: float, D: float, nu: float, *, along: int = ALONG, across: int = ACROSS
+) -> Exposed:
+    """Return an exposed part that bends as a thin plate, by polynomials.
+
+    Parameters
+    ----------
+    surface : Exposed
+        The contact surface, from :func:`squama.fe.exposed.sheet`.
+    eta, beta : float
+        Length and half width, pitches.
+    D, nu : float
+        Bending stiffness per width, E d^3, and Poisson's ratio.
+    along, across : int
+        Highest powers of X (from 2) and Y.
+    """
+    x, wx = legendre.leggauss(along + 2)
+    y, wy = legendre.leggauss(across + 2)
+    X, Y = (v.ravel() for v in np.meshgrid((1 + x) / 2, y, indexing="ij"))
+    weights = np.outer(wx / 2 * eta, wy * beta).ravel()
+    powers = list(itertools.product(range(along - 1), range(across + 1)))
+
+    def by(X: Array, Y: Array, m: int, n: int) -> Array:
+        """Derive (points, r) X^2 P_i(2 X - 1) P_j(Y), m times by X and n times by Y."""
+        return np.column_stack([_along(i, X, m) * _legendre(j, Y, n) for i, j in powers]) / eta**m / beta**n
+
+    XX, YY, XY = (by(X, Y, *order) for order in ((2, 0), (0, 2), (1, 1)))
+    W = weights[:, None]
+    both = XX + YY
+    K = both.T @ (W * both) - (1 - nu) * (XX.T @ (W * YY) + YY.T @ (W * XX) - 2 * XY.T @ (W * XY))
+    modes = np.zeros((len(surface.points), 3, len(powers)))
+    modes[:, 2] = by(surface.points[:, 0] / eta, surface.points[:, 1] / beta, 0, 0)
+    return surface.bending(modes, D * K)
+
+
+def _legendre(n: int, x: Array, order: int) -> Array:
+    return np.asarray(legendre.Legendre.basis(n).deriv(order)(x))
+
+
+def _along(n: int, X: Array, order: int) -> Array:
+    square = np.polynomial.Polynomial([0.0, 0.0, 1.0])
+    basis = legendre.Legendre.basis(n, domain=[0.0, 1.0]).convert(kind=np.polynomial.Polynomial)
+    return np.asarray((square * basis).deriv(order)(X))

@@ -1,0 +1,83 @@
+"""What holds the scales of a beam: the matrix of its file, the law, elements, or else a hinge; one rule for all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from squama.errors import InputError, Problem
+from squama.fe.geometry import geometry
+from squama.joints import law
+from squama.joints.factor import scaled
+
+if TYPE_CHECKING:
+    from squama.beam.design import Beam
+    from squama.types import Array
+
+Source = Literal["matrix", "law", "elements", "hinge"]
+
+
+class Joint(NamedTuple):
+    """What holds a scale.
+
+    ``K`` in E = 1 and d = 1 over the nine motions of :mod:`squama.joints.factor`, the first seven where a file gives
+    no more, None on a hinge; where it is from; a note for the reader, empty where there is nothing to say; ``band``,
+    about how far the torque may be off for it, relative, NaN where that is not known.
+    """
+
+    K: Array | None
+    source: Source
+    note: str
+    band: float
+
+
+def shape(beam: Beam) -> law.Shape:
+    """Return what a beam's joint depends on."""
+    g = geometry(beam)._asdict()
+    return law.Shape(*(g[name] for name in law.Shape._fields))
+
+
+def joint_of(beam: Beam) -> Joint:
+    """Return what holds a beam's scales.
+
+    The matrix of its file; else the law, in its range; else elements, where the extra fe is installed, kept in the
+    user's cache; else a hinge. A stiffness or an inclusion factor that the file gives was measured and goes before
+    all: K takes it on, see :func:`squama.joints.factor.scaled`.
+
+    Raises
+    ------
+    InputError
+        The elements refuse the beam, or the file of the law is missing.
+    """
+    found = _found(beam)
+    if found.K is None or (beam.joint.stiffness is None and beam.joint.inclusion_factor is None):
+        return found
+    unit = beam.substrate.youngs_modulus * beam.pitch**3
+    K_theta = None if beam.joint.stiffness is None else beam.joint.stiffness / unit
+    rigid = None if beam.joint.inclusion_factor is None else beam.torsional_rigidity / (unit * beam.pitch)
+    return found._replace(K=scaled(found.K, K_theta=K_theta, rigidity=rigid))
+
+
+def _found(beam: Beam) -> Joint:
+    """Return the joint without what the file gives of single figures."""
+    if beam.joint.matrix is not None:
+        return Joint(beam.joint.matrix.K, "matrix", "", math.nan)
+    form = shape(beam)
+    problems = law.outside(form)
+    if not problems:
+        return Joint(law.stiffness(form), "law", "", 2 * law.errors().torque.rms)
+    from squama.fe.stiffness import joint
+
+    try:
+        made = joint(beam)
+    except InputError as error:
+        why = said([*problems, *error.problems])
+        return Joint(None, "hinge", f"the scales are on hinges, not as in the beam: {why}", math.nan)
+    note = f"the joint is by elements: {said(problems)}"
+    return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value)
+
+
+def said(problems: Iterable[Problem]) -> str:
+    """Return mistakes in one line, each once."""
+    return "; ".join(dict.fromkeys(map(str, problems)))

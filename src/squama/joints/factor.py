@@ -1,0 +1,57 @@
+"""A joint's stiffness K (9, 9) and its Cholesky factor, whose diagonal has the figures that have names.
+
+Variables: the scale's motions (u_X, u_Y, u_Z, w_X, w_Y, w_Z), the twist phi, the bend psi and the stretch epsilon, all
+per pitch (:mod:`squama.fe.pitch_stiffness`); E = 1, d = 1. With the variables in the :data:`ORDER` u_X, u_Y, u_Z, w_X,
+w_Z, w_Y, phi, psi, epsilon and K = L L^T, the square of a pivot is the stiffness of its variable, those before it free
+and those behind it held:
+    of w_Y       K_theta = 1 / (A^-1)_55, A the six motions' part
+    of phi       the torque per twist of the pitch, the scale free, neither bent nor stretched
+    of psi       the moment per bend, the scale and the twist free
+    of epsilon   the tension per stretch, all else free.
+The energy is 1/2 sum_j (pivot_j (x_j + sum_i c_ij x_i))^2 with c_ij = L_ij / L_jj: -c_ij says how far x_j goes by
+itself with each x_i behind it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from squama.types import Array
+
+ORDER = (0, 1, 2, 3, 5, 4, 6, 7, 8)
+"""Rows of K in the order of the factor."""
+K_THETA, TWIST, BEND, STRETCH = 5, 6, 7, 8
+"""Places of pivots."""
+MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
+"""Signs of the variables in the mirror x = 0, which turns alpha into -alpha: K(-alpha) = MIRROR K(alpha) MIRROR."""
+
+
+def factor(K: Array) -> Array:
+    """Return L (..., m, m) of matrices K (..., m, m), m = 7 or 9, lower triangles over the variables in their order."""
+    order = ORDER[: K.shape[-1]]
+    return np.linalg.cholesky(K[..., order, :][..., order])
+
+
+def product(L: Array) -> Array:
+    """Return K of a factor L, real or complex."""
+    # the order is its own inverse
+    L = L[..., ORDER[: L.shape[-1]], :]
+    return np.asarray(L @ np.swapaxes(L, -1, -2))
+
+
+def pivots(K: Array) -> Array:
+    """Return the squares (..., m) of the factor's pivots."""
+    return np.asarray(np.diagonal(factor(K), axis1=-2, axis2=-1) ** 2)
+
+
+def scaled(K: Array, *, K_theta: float | None = None, rigidity: float | None = None) -> Array:
+    """Return K with its K_theta or its torque per twist (both E d^3) as given, whatever is None as it is.
+
+    The factor's column of the pivot is stretched, so that the other pivots stay and so does how far each motion goes
+    by itself with the load.
+    """
+    L = factor(K)
+    for place, value in ((K_THETA, K_theta), (TWIST, rigidity)):
+        if value is not None:
+            L[..., place] *= np.sqrt(value) / L[..., place, place, None]
+    return product(L)

@@ -1,0 +1,89 @@
+"""What holds a beam's scales: the matrix, the law, elements, a hinge, in this order."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import squama
+from squama.beam import matrixfile
+from squama.errors import InputError
+from squama.fe import stiffness
+from squama.joints import factor, law
+from squama.joints.choice import joint_of, shape
+
+FIG6B = {"beta": 0.6, "lam": 0.32, "zeta": 0.18, "slenderness": 45}
+
+
+def beam(**changes: object) -> squama.Beam:
+    return squama.Beam.from_ratios(**{**FIG6B, **changes})
+
+
+def test_the_law_in_its_range() -> None:
+    found = joint_of(beam())
+    assert (found.source, found.note) == ("law", "")
+    np.testing.assert_array_equal(found.K, law.stiffness(shape(beam())))
+    assert found.band == 2 * law.errors().torque.rms
+    # elements of no size, with their error bars (docs, theory: elements)
+    assert factor.pivots(found.K)[factor.K_THETA] == pytest.approx(0.0119, rel=0.03)
+    # size, modulus and the exposed part play no role
+    other = joint_of(beam(width="64 mm", thickness="32 mm", youngs_modulus="1 MPa", eta=2))
+    np.testing.assert_allclose(other.K, found.K, rtol=1e-9)
+
+
+def test_a_matrix_goes_first() -> None:
+    K = law.stiffness(shape(beam()))[:7, :7] * 1.1
+    given = beam().replace(joint={"matrix": matrixfile.stored(beam(), K)})
+    found = joint_of(given)
+    assert found.source == "matrix"
+    assert math.isnan(found.band)
+    np.testing.assert_allclose(found.K, K, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("with_matrix", [False, True])
+def test_measured_figures_go_before_all(with_matrix: bool) -> None:
+    plain = beam()
+    if with_matrix:
+        plain = plain.replace(joint={"matrix": matrixfile.stored(plain, law.stiffness(shape(plain))[:7, :7])})
+    given = plain.replace(joint={"stiffness": 2 * plain.joint_stiffness, "inclusion_factor": 1.7})
+    unit = given.substrate.youngs_modulus * given.pitch**3
+    pivots = factor.pivots(joint_of(given).K)
+    assert pivots[factor.K_THETA] * unit == pytest.approx(given.joint_stiffness, rel=1e-9)
+    assert pivots[factor.TWIST] * unit * given.pitch == pytest.approx(given.torsional_rigidity, rel=1e-9)
+    only = factor.pivots(joint_of(plain.replace(joint={"stiffness": given.joint_stiffness})).K)
+    assert only[factor.TWIST] == pytest.approx(factor.pivots(joint_of(plain).K)[factor.TWIST], rel=1e-9)
+
+
+def test_elements_beyond_the_range(monkeypatch: pytest.MonkeyPatch) -> None:
+    K = law.stiffness(shape(beam()))
+    made = SimpleNamespace(K=K, K_theta=stiffness.Value(0.012, 0.00012))
+    monkeypatch.setattr(stiffness, "joint", lambda _: made)
+    found = joint_of(beam(poisson_ratio=0.1))
+    assert found.source == "elements"
+    assert found.K is K
+    assert found.band == pytest.approx(0.01)
+    assert found.note == (
+        "the joint is by elements: substrate.poisson_ratio = 0.1: the law of the joint goes from 0.245 to 0.495"
+    )
+
+
+def test_a_hinge_where_nothing_else_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lacks(_: squama.Beam) -> None:
+        message = "finite elements need netgen-mesher; install them with: pip install 'squama[fe]'"
+        raise InputError(message)
+
+    monkeypatch.setattr(stiffness, "joint", lacks)
+    found = joint_of(beam(poisson_ratio=0.1).replace(joint={"stiffness": "1 N m"}))
+    assert (found.K, found.source) == (None, "hinge")
+    assert math.isnan(found.band)
+    assert found.note.startswith("the scales are on hinges, not as in the beam: substrate.poisson_ratio = 0.1")
+    assert "pip install 'squama[fe]'" in found.note
+
+
+def test_neighbours_that_meet_are_told_once() -> None:
+    found = joint_of(beam(zeta=0.8))
+    assert found.source == "hinge"
+    assert found.note.count("neighbours meet") == 1

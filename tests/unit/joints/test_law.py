@@ -1,0 +1,162 @@
+"""The law of the joint: what holds by construction, its derivatives, its file, and elements that were not fitted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapes import drawn
+
+import squama
+from squama.errors import InputError
+from squama.fe.geometry import Geometry
+from squama.joints import factor, law
+
+SAMPLE = Path(__file__).parents[3] / "tools" / "joint_law_sample.npz"
+
+
+def test_positive_definite_over_and_beyond_the_range() -> None:
+    for wider in (0.0, 0.3):
+        K = law.stiffness(drawn(2000, wider=wider))
+        np.testing.assert_allclose(K, np.swapaxes(K, 1, 2), rtol=0, atol=1e-14)
+        d = np.sqrt(np.diagonal(K, axis1=1, axis2=2))
+        assert np.linalg.eigvalsh(K / (d[:, :, None] * d[:, None, :])).min() > 1e-6
+
+
+def test_a_negative_alpha_is_the_mirror() -> None:
+    shape = drawn(50)
+    M = np.diag(factor.MIRROR)
+    there = law.stiffness(shape._replace(alpha=-shape.alpha))
+    np.testing.assert_allclose(there, M @ law.stiffness(shape) @ M, rtol=1e-12, atol=1e-14)
+    # what changes sign vanishes at alpha = 0
+    flat = law.stiffness(shape._replace(alpha=0 * shape.alpha))
+    np.testing.assert_allclose(flat, M @ flat @ M, rtol=0, atol=0)
+
+
+def test_one_shape_and_many_are_the_same() -> None:
+    shape = drawn(300)
+    K = law.stiffness(shape)
+    for i in (0, 150, 299):
+        one = law.Shape(*(float(x[i]) for x in shape))
+        assert law.stiffness(one).shape == (9, 9)
+        np.testing.assert_allclose(law.stiffness(one), K[i], rtol=1e-9, atol=1e-12)
+    # numbers beside arrays
+    nu = law.stiffness(one._replace(nu=np.array([one.nu, 0.3])))
+    np.testing.assert_allclose(nu[0], K[299], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", law.Shape._fields)
+def test_complex_steps_are_the_derivatives(name: str) -> None:
+    shape = drawn(20, seed=3)
+    x, h = getattr(shape, name), 1e-5
+    slope = law.stiffness(shape._replace(**{name: x + 1e-30j})).imag / 1e-30
+    ahead, behind = (law.stiffness(shape._replace(**{name: x + step})) for step in (h, -h))
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+
+
+def test_pivots_are_the_figures() -> None:
+    K = law.stiffness(drawn(20))
+    found = factor.pivots(K)
+    inverse = np.linalg.inv(K[:, :6, :6])
+    np.testing.assert_allclose(found[:, factor.K_THETA], 1 / inverse[:, 4, 4], rtol=1e-10)
+    own = np.linalg.solve(K[:, :6, :6], K[:, :6, 6:7])
+    rigidity = K[:, 6, 6] - (K[:, 6:7, :6] @ own)[:, 0, 0]
+    np.testing.assert_allclose(found[:, factor.TWIST], rigidity, rtol=1e-10)
+    np.testing.assert_allclose(found[:, factor.STRETCH], 1 / np.linalg.inv(K)[:, 8, 8], rtol=1e-10)
+    np.testing.assert_allclose(factor.product(factor.factor(K)), K, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(factor.pivots(K[:, :7, :7]), found[:, :7], rtol=1e-12)
+
+
+def test_scaled_to_measured_figures() -> None:
+    K = law.stiffness(drawn(1))[0]
+    for part in (K, K[:7, :7]):
+        to = factor.scaled(part, K_theta=0.02, rigidity=0.5)
+        before, after = factor.pivots(part), factor.pivots(to)
+        assert after[factor.K_THETA] == pytest.approx(0.02, rel=1e-12)
+        assert after[factor.TWIST] == pytest.approx(0.5, rel=1e-12)
+        rest = [i for i in range(len(part)) if i not in {factor.K_THETA, factor.TWIST}]
+        np.testing.assert_allclose(after[rest], before[rest], rtol=1e-10)
+        # a scale goes by itself with the twist as before
+        own = [np.linalg.solve(x[:6, :6], x[:6, 6]) for x in (part, to)]
+        np.testing.assert_allclose(*own, rtol=1e-10)
+    np.testing.assert_allclose(factor.scaled(K), K, rtol=1e-12, atol=1e-15)
+
+
+def test_it_is_near_elements_that_were_not_fitted() -> None:
+    with np.load(SAMPLE) as file:
+        coarse, fine = (file[f"held_out_{name}"].astype(float) for name in ("coarse", "fine"))
+        shapes = file["held_out_shape"]
+    i, j = np.tril_indices(9)
+    limit = np.zeros((len(coarse), 9, 9))
+    limit[:, i, j] = limit[:, j, i] = 2 * fine - coarse
+    shape = law.Shape(*shapes.astype(float).T)
+    inside = law.within(shape)
+    off = factor.pivots(law.stiffness(shape.at(inside))) / factor.pivots(limit[inside]) - 1
+    told = law.errors()
+    assert inside.sum() == told.designs
+    for place, error in ((factor.K_THETA, told.K_theta), (factor.TWIST, told.rigidity)):
+        assert np.sqrt((off[:, place] ** 2).mean()) == pytest.approx(error.rms, rel=0.01)
+        assert np.abs(off[:, place]).max() == pytest.approx(error.worst, rel=0.01)
+    for error in told[1:]:
+        assert error.rms <= 0.02
+        assert error.worst <= 0.06
+
+
+def test_where_it_ends() -> None:
+    shape = drawn(400, seed=5, wider=0.1)
+    inside = law.within(shape)
+    assert 50 < inside.sum() < 350
+    for i, found in enumerate(inside):
+        one = law.Shape(*(float(x[i]) for x in shape))
+        assert bool(law.outside(one)) is not bool(found)
+    fits = np.array([_fits(*(float(x[i]) for x in shape)) for i in range(400)])
+    assert not (inside & ~fits).any()
+    assert (~fits).sum() > 20
+
+
+def _fits(*shape: float) -> bool:
+    one = law.Shape(*shape)
+    try:
+        Geometry(*one[:3], 1.0, *one[3:])._replace(alpha=abs(one.alpha)).check()
+    except InputError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("alpha", np.radians(80), "scale.alpha = 80 deg: the law of the joint goes from 0 to 75 deg"),
+        ("theta0", np.radians(3), "scale.theta0 = 3 deg: the law of the joint goes from 5 to 25.5 deg"),
+        ("beta", 0.2, "scale.width = 0.4 pitches: the law of the joint goes from 0.69 to 2.5 pitches"),
+        ("zeta", 0.05, "scale.embedded = 0.05 pitches: the law of the joint goes from 0.095 to 0.52 pitches"),
+        ("thickness", 0.08, "scale.thickness = 0.6515 of the gap: the law"),
+        ("lam", 1.2, "substrate.thickness = 2.4 pitches: the law of the joint goes from 0.58 to 1.64 pitches"),
+        ("width", 5.0, "substrate.width = 5.893 of the scale's: the law of the joint goes from 1.01 to 3.15"),
+        ("nu", 0.1, "substrate.poisson_ratio = 0.1: the law of the joint goes from 0.245 to 0.495"),
+        ("zeta", 0.6, "scale.embedded = 0.6 pitches: the law"),
+    ],
+)
+def test_ranges_are_named_as_in_the_beam_file(name: str, value: float, words: str) -> None:
+    shape = law.Shape(1.28, 0.32, 0.18, 0.6, 0.004, np.pi / 4, np.radians(10), 0.25)
+    assert law.outside(shape) == []
+    assert words in "\n".join(map(str, law.outside(shape._replace(**{name: value}))))
+
+
+@pytest.mark.parametrize("damage", ["gone", "cut", "flipped", "other"])
+def test_a_damaged_file_is_one_line(damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    place, data = tmp_path / "law.npz", law.PLACE.read_bytes()
+    if damage == "cut":
+        place.write_bytes(data[: len(data) // 2])
+    elif damage == "flipped":
+        place.write_bytes(data[:5000] + bytes([data[5000] ^ 255]) + data[5001:])
+    elif damage == "other":
+        np.savez(place, version=0)
+    monkeypatch.setattr(law, "PLACE", place)
+    law.shipped.cache_clear()
+    try:
+        with pytest.raises(squama.InputError, match=r"law\.npz: the law of the joint is missing, damaged"):
+            law.stiffness(drawn(1))
+    finally:
+        law.shipped.cache_clear()

@@ -1,0 +1,300 @@
+"""The law of the joint, made anew: sample the elements, fit, and check on designs that were not fitted.
+
+python tools/joint_law.py sample [--count N] [--workers W] [--folder F]     designs for the fit
+python tools/joint_law.py check-sample [--count N] ...                      designs that are never fitted
+python tools/joint_law.py pack [--folder F]      add both to the sample that stands beside this file
+python tools/joint_law.py fit [--folder F]       write the law into the package, from both samples
+python tools/joint_law.py check [--folder F]     print its errors on designs that were not fitted
+Sampling goes on where it was stopped; fit and check need no elements.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+import time
+from collections.abc import Iterable
+from math import cos, radians, sin
+from pathlib import Path
+from typing import Any, NamedTuple
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+
+import numpy as np
+from joint_process import fitted, predicted
+from joint_torque import torque
+
+from squama.fe.geometry import Geometry
+from squama.joints import law
+from squama.joints.factor import K_THETA, TWIST, factor, pivots
+from squama.types import Array
+
+BOX = {
+    "alpha": (0.0, 77.0), "beta": (0.33, 1.3), "theta0": (4.7, 27.0), "zeta": (0.09, 0.55), "gap": (0.02, 0.5),
+    "lam": (0.28, 0.85), "width": (1.02, 3.2), "nu": (0.24, 0.496),
+}  # fmt: skip
+"""Where samples are drawn: a little more than the law's ranges, angles in degrees; ``gap`` is the thickness over
+cos(alpha) sin(theta0), ``width`` that of the bar over the scale's 2 beta cos(alpha)."""
+FINE = 4
+"""Every so many designs are computed with the finer mesh, too: what it changes is smooth and is fitted apart."""
+LINEAR = {"alpha", "nu"}
+PACKED = Path(__file__).with_name("joint_law_sample.npz")
+_REST = np.setdiff1d(np.arange(9), (K_THETA, TWIST))
+GROUPS = (
+    np.array([K_THETA]),
+    np.array([TWIST]),
+    np.concatenate([_REST, 9 + np.flatnonzero(~law.ODD[9:])]),
+    np.flatnonzero(law.ODD),
+)
+"""Outputs that share their lengths."""
+
+
+def design(index: int, *, held_out: bool) -> dict[str, float]:
+    """Return the sample's design of a number: Sobol points for the fit, random ones to check it."""
+    from scipy.stats import qmc
+
+    if held_out:
+        u = np.random.default_rng([7, index]).uniform(0.03, 0.97, len(BOX))
+    else:
+        # the first point is a corner
+        u = qmc.Sobol(len(BOX), scramble=False).fast_forward(index + 1).random(1)[0]
+    out = {}
+    for x, (name, (low, high)) in zip(u.tolist(), BOX.items(), strict=True):
+        out[name] = low + x * (high - low) if name in LINEAR else low * (high / low) ** x
+    return out
+
+
+def geometry(x: dict[str, float]) -> Geometry:
+    """Return a pitch of the design."""
+    alpha, theta0 = radians(x["alpha"]), radians(x["theta0"])
+    thickness = x["gap"] * cos(alpha) * sin(theta0)
+    width = x["width"] * 2 * x["beta"] * cos(alpha)
+    return Geometry(width, x["lam"], x["zeta"], 1.0, x["beta"], thickness, alpha, theta0, x["nu"])
+
+
+def one(job: tuple[int, bool]) -> dict[str, object]:
+    """Return the record of a design: lower triangles of K of each mesh, and of the strains of the coarser one."""
+    from squama.errors import InputError
+    from squama.fe.mesh import pitch_mesh
+    from squama.fe.pitch_stiffness import response
+    from squama.fe.stiffness import sizes
+
+    index, held_out = job
+    began = time.process_time()
+    x = design(index, held_out=held_out)
+    record: dict[str, object] = {"index": index, "design": x}
+    try:
+        g = geometry(x)
+        g.check()
+        size, edges = sizes(g, 3)
+        every = held_out or index % FINE == 0
+        found = [response(pitch_mesh(g, size, edge), g) for edge in edges[1 : 2 + every]]
+    except InputError as error:
+        return {**record, "refused": str(error).splitlines()[0][:120]}
+    low = np.tril_indices(9)
+    record["K"] = [[float(f"{v:.8g}") for v in r.K[low]] for r in found]
+    record["strain"] = [[float(f"{v:.5g}") for v in form[low]] for form in found[0].strain]
+    return {**record, "elements": found[-1].elements, "seconds": round(time.process_time() - began, 2)}
+
+
+def _name(*, held_out: bool) -> str:
+    """Return what a sample is called."""
+    return "held_out" if held_out else "sample"
+
+
+def _lines(file: Path) -> Iterable[dict[str, Any]]:
+    """Return the records of a file of JSON lines, those cut short left out."""
+    for line in file.read_text().splitlines() if file.exists() else ():
+        try:
+            yield json.loads(line)
+        except ValueError:
+            print(f"{file}: a line cut short is left out")
+
+
+def sample(file: Path, count: int, workers: int, *, held_out: bool) -> None:
+    """Add designs to a file of JSON lines, those that are there set aside."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    done = {record["index"] for record in _lines(file)}
+    jobs = [(i, held_out) for i in range(count) if i not in done]
+    with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=50) as pool, file.open("a") as out:
+        if file.stat().st_size and not file.read_bytes().endswith(b"\n"):
+            out.write("\n")
+        for n, record in enumerate(pool.imap_unordered(one, jobs)):
+            out.write(json.dumps(record) + "\n")
+            out.flush()
+            if n % 20 == 0:
+                print(f"{len(done) + n + 1} of {count}", flush=True)
+
+
+class Records(NamedTuple):
+    """Designs with their elements.
+
+    Numbers, shapes, K (n, 9, 9) of the coarser mesh and of the finer one, NaN where it was not made, forms of the
+    strains (n, 4, 45).
+    """
+
+    index: Array
+    shape: law.Shape
+    coarse: Array
+    fine: Array
+    strain: Array
+
+    @property
+    def both(self) -> Array:
+        """Where both meshes were made."""
+        return np.isfinite(self.fine[:, 0, 0])
+
+    @property
+    def limit(self) -> Array:
+        """K for elements of no size, in proportion to which the error falls."""
+        return 2 * self.fine - self.coarse
+
+    def at(self, which: Array) -> Records:
+        """Return some."""
+        shape = self.shape.at(which)
+        return Records(self.index[which], shape, *(x[which] for x in self[2:]))
+
+
+def records(folder: Path, *, held_out: bool) -> Records:
+    """Return what the packed sample and a folder hold, by their numbers; refused designs are left out."""
+    rows: dict[int, tuple[Array, Array, Array]] = {}
+    name = _name(held_out=held_out)
+    if PACKED.exists():
+        with np.load(PACKED) as file:
+            table = [file[f"{name}_{key}"].astype(float) for key in ("index", "coarse", "fine", "strain")]
+        rows = {int(i): tuple(rest) for i, *rest in zip(*table, strict=True)}
+    for record in _lines(folder / f"{name}.jsonl"):
+        if "K" in record:
+            K = [np.array(v) for v in record["K"]]
+            rows[record["index"]] = K[0], K[1] if len(K) > 1 else np.full(45, np.nan), np.array(record["strain"])
+    index = np.array(sorted(rows))
+    coarse, fine, strain = (np.array([rows[i][k] for i in index.tolist()]) for k in range(3))
+    shapes = [geometry(design(i, held_out=held_out)) for i in index.tolist()]
+    shape = law.Shape(*(np.array([getattr(g, name) for g in shapes]) for name in law.Shape._fields))
+    return Records(index, shape, whole(coarse), whole(fine), strain)
+
+
+def whole(rows: Array) -> Array:
+    """Return symmetric matrices (n, 9, 9) of their lower triangles (n, 45)."""
+    K = np.zeros((len(rows), 9, 9))
+    i, j = np.tril_indices(9)
+    K[:, i, j] = K[:, j, i] = rows
+    return K
+
+
+def pack(folder: Path) -> None:
+    """Write both samples into the file beside this one."""
+    low, arrays = np.tril_indices(9), {}
+    for held_out in (False, True):
+        r, name = records(folder, held_out=held_out), _name(held_out=held_out)
+        arrays[f"{name}_index"] = r.index.astype(np.int32)
+        arrays[f"{name}_shape"] = np.column_stack(r.shape)
+        for key, values in (("coarse", r.coarse[:, *low]), ("fine", r.fine[:, *low])):
+            arrays[f"{name}_{key}"] = values.astype(np.float32)
+        arrays[f"{name}_strain"] = r.strain.astype(np.float32)
+    np.savez_compressed(PACKED, **arrays)
+    print(f"{PACKED.name}: {len(arrays['sample_index'])} and {len(arrays['held_out_index'])} designs")
+
+
+def outputs(shape: law.Shape, K: Array) -> Array:
+    """Return what the law fits of K (n, 9, 9): the inverse of its last step, (n, 45)."""
+    L = factor(K)
+    p = np.diagonal(L, axis1=1, axis2=2)
+    logs = np.log(p)
+    logs[:, TWIST:] -= np.log(law.bare(shape)) / 2
+    y = np.column_stack([logs, L[:, law.ROWS, law.COLUMNS] / p[:, law.COLUMNS]])
+    y[:, law.ODD] /= np.sin(shape.alpha)[:, None]
+    return y
+
+
+def fit(sample: Records) -> dict[str, Array]:
+    """Return the arrays of the law's file but for its errors.
+
+    What the finer mesh and the limit of no size change is fitted to the designs that have both, and added to all.
+    """
+    f = law.features(sample.shape)
+    mean, spread = f.mean(0), f.std(0)
+    x, both, noise = (f - mean) / spread, sample.both, 1 / np.sin(sample.shape.alpha) ** 2
+    y = outputs(sample.shape, sample.coarse)
+    change = outputs(sample.shape.at(both), sample.limit[both]) - y[both]
+    group, n = np.zeros(law.OUTPUTS, np.int8), len(x)
+    weights, trend, lengths = np.zeros((n, law.OUTPUTS)), np.zeros((1 + x.shape[1], law.OUTPUTS)), []
+    for g, at in enumerate(GROUPS):
+        odd = noise if law.ODD[at[0]] else np.ones(n)
+        size = change[:, at].std(0)
+        small = fitted(x[both], change[:, at] / size, odd[both], 30)
+        goal = y[:, at] + predicted(small, x[both], x) * size
+        size = goal.std(0)
+        found = fitted(x, goal / size, odd)
+        group[at], weights[:, at], trend[:, at] = g, found.weights * size, found.trend * size
+        lengths.append(found.lengths)
+        left = np.sqrt((found.left_out**2).mean(0)) * size
+        print(f"group {g}: noise {found.noise:.1e}, left out {np.round(left.min(), 4)} to {np.round(left.max(), 4)}")
+    table = {
+        "sample": x,
+        "mean": mean,
+        "spread": spread,
+        "lengths": np.array(lengths),
+        "weights": weights,
+        "trend": trend,
+    }
+    return {"version": np.array(law.VERSION), "group": group, **{k: v.astype(np.float32) for k, v in table.items()}}
+
+
+def errors(found: law.Law, held_out: Records) -> tuple[Array, list[tuple[str, Array]]]:
+    """Return the numbers of the law's file, and rows of relative errors by name, on designs that were not fitted."""
+    r = held_out.at(held_out.both)
+    r = r.at(law.within(r.shape))
+    K, true = law.stiffness(r.shape, found), r.limit
+    names = ("u_X", "u_Y", "u_Z", "w_X", "w_Z", "K_theta (w_Y)", "rigidity (phi)", "bend (psi)", "stretch")
+    rows = list(zip(names, (pivots(K) / pivots(true) - 1).T, strict=True))
+    eta = np.random.default_rng(3).choice([2.5, 3.5, 4.5], len(K))
+    expected = torque(r.shape, true, eta)
+    reached = torque(r.shape, K, eta, 2 * expected.engagement)
+    good = expected.good & reached.good
+    rows += [("engagement", (reached.engagement / expected.engagement - 1)[good])]
+    rows += [("torque", (reached.torque / expected.torque - 1)[good])]
+    three = [dict(rows)[name] for name in (names[K_THETA], names[TWIST], "torque")]
+    numbers = [len(K), *(x for e in three for x in (np.sqrt((e**2).mean()), np.abs(e).max()))]
+    L, exact = ((A / np.diagonal(A, axis1=1, axis2=2)[:, None]) for A in (factor(K), factor(true)))
+    rows += [("ratios of the factor (absolute)", (L - exact)[:, law.ROWS, law.COLUMNS].ravel())]
+    return np.array(numbers), rows
+
+
+def table(rows: Iterable[tuple[str, Array]]) -> None:
+    """Print errors in per cent."""
+    print(f"{'':34}{'designs':>8}{'rms':>8}{'worst':>8}  %")
+    for name, e in rows:
+        print(f"{name:34}{e.size:8}{100 * np.sqrt((e**2).mean()):8.2f}{100 * np.abs(e).max():8.2f}")
+
+
+def main() -> int:
+    """Run a task."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("task", choices=("sample", "check-sample", "pack", "fit", "check"))
+    parser.add_argument("--count", type=int, default=1500)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--folder", type=Path, default=Path("out/joint_law"))
+    given = parser.parse_args()
+    if given.task in {"sample", "check-sample"}:
+        held_out = given.task == "check-sample"
+        file = given.folder / f"{_name(held_out=held_out)}.jsonl"
+        sample(file, given.count, given.workers, held_out=held_out)
+    elif given.task == "pack":
+        pack(given.folder)
+    elif given.task == "fit":
+        found = fit(records(given.folder, held_out=False))
+        numbers, rows = errors(law.unpacked({**found, "errors": np.zeros(7)}), records(given.folder, held_out=True))
+        np.savez_compressed(law.PLACE, **found, errors=numbers)
+        table(rows)
+    else:
+        table(errors(law.shipped(), records(given.folder, held_out=True))[1])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
