@@ -70,7 +70,7 @@ def measure(scales: int, mesh: tuple[float, float], twist: float, increments: in
         theirs = run_calculix(place, threads=1)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    asked = {"scales": scales, "mesh": mesh, "increment": twist / increments}
+    asked = {"scales": scales, "mesh": mesh, "increment": twist / increments, "ideal": True}
     cell(BEAM, to=f"{twist / increments} rad/pitch", **asked)
     begun = time.process_time()
     ours = cell(BEAM, to=f"{twist} rad/pitch", **asked)

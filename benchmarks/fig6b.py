@@ -38,6 +38,7 @@ def run(eta: float, mu: float, folder: Path) -> tuple[xr.Dataset, str | tuple[fl
             mu=mu,
             to=f"{par.FIG6B_REACH[eta]:g} rad/pitch",
             mesh=mesh,
+            ideal=True,
             restart=folder / f"{name}.npz",
             progress=runs.print_progress,
         )

@@ -101,6 +101,16 @@ def test_arguments(arguments, words):
         runs.cell(par.fig6b(3.0), **{"mu": 0.2, **arguments})
 
 
+def test_plates_that_touch_at_rest_are_refused():
+    beam = par.fig6b(3.0)
+    # cos(alpha) sin(theta0) = .1228
+    beam = beam.replace(scale={"thickness": 0.124 * beam.pitch})
+    with pytest.raises(
+        InputError, match=r"scale.thickness = .* touch their neighbours at rest; write less than 0.1228"
+    ):
+        runs.cell(beam, to="0.1 rad/pitch", mu=0.2)
+
+
 def test_without_friction_it_says_so():
     with pytest.raises(InputError, match="mu: is not given"):
         runs.cell(par.fig6b(3.0), to="0.1 rad/pitch")

@@ -176,6 +176,6 @@ def test_a_restart_file_runs_no_code(tmp_path):
     file = tmp_path / "run.npz"
     np.savez(file, key=np.array([Planted()], dtype=object))
     walk = condense.Walk(Rest.at(3, 0.6, 0.32, np.pi / 4, np.radians(10)), np.eye(7), 0.2, condense.FREE, DHAT, SLIP)
-    with pytest.raises(InputError, match="is no restart file of this version of squama"):
+    with pytest.raises(InputError, match="is damaged, or no restart file of this version of squama"):
         walk.resume(file, {})
     assert list(tmp_path.iterdir()) == [file]

@@ -56,7 +56,7 @@ def test_other_ends_keep_their_words(ended):
 
 
 def test_a_cell_says_that_its_scales_snap():
-    data = runs.cell(NARROW, to="0.2 rad/pitch", mesh=MESH, increment=0.02)
+    data = runs.cell(NARROW, to="0.2 rad/pitch", mesh=MESH, increment=0.02, ideal=True)
     assert data.attrs["reached"] == 0
     assert "the scales snap there" in data.attrs["sentence"]
     # the contact has come to the end of the tip edge
@@ -69,7 +69,7 @@ def test_a_cell_says_that_its_scales_snap():
 
 @pytest.mark.slow
 def test_a_finite_beam_says_that_its_scales_snap():
-    data = runs.cell(NARROW, scales=3, to="0.3 rad/pitch", mesh=MESH, increment=0.02)
+    data = runs.cell(NARROW, scales=3, to="0.3 rad/pitch", mesh=MESH, increment=0.02, ideal=True)
     assert data.attrs["reached"] == 0
     assert "the scales snap there" in data.attrs["sentence"]
     assert 0.15 < float(data["phi"][-1]) < 0.25

@@ -208,7 +208,8 @@ def test_python_gets_the_same_words():
         'scale.width = "12 deg": is an angle, but a length is needed; write e.g. "12 mm"',
         'scale.thickness = nan: is not a finite number; write e.g. "0.2 mm"',
         'scale.alpha = 45 rad: is out of range (0 to 90 deg, exclusive); write "45 deg"',
-        "scale.tetha0: unknown key; did you mean theta0? allowed: length, embedded, width, thickness, alpha, theta0",
+        "scale.tetha0: unknown key; did you mean theta0? allowed: length, embedded, width, thickness, alpha, theta0, "
+        "youngs_modulus, poisson_ratio, strength",
     ]
     with pytest.raises(InputError) as caught:
         Beam(scale=3, substrat={}, pitch="20 mm")

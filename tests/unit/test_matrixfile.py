@@ -5,11 +5,15 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import squama
 from squama import InputError
 from squama.beam import matrixfile
 from squama.cli import main
+from squama.inverse.front import beams
+from squama.plot import response_figure
+from squama.study.sweeping import compute, make_plan
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
 D, E = BEAM.pitch, BEAM.substrate.youngs_modulus
@@ -117,6 +121,24 @@ def test_python_looks_in_the_current_folder(place, monkeypatch):
     assert BEAM.replace(joint={"matrix": place / "in" / "joint.csv"}).joint.matrix == STORED
 
 
+@pytest.mark.parametrize("door", ["text", "plot", "front", "column", "store"])
+def test_a_beam_kept_in_a_result_opens_no_file(door, place):
+    """The matrix is there and sound: who sent the result must not learn that."""
+    named = BEAM.to_toml() + f"[joint]\nmatrix = '{place / 'in' / 'joint.csv'}'\n"
+    front = xr.Dataset({"joint.matrix": ("design", [str(place / "in" / "joint.csv")])}, attrs={"start": BEAM.to_toml()})
+    curve = squama.twist(BEAM, points=4).assign_attrs(beam=named)
+    plan = make_plan(BEAM, {"mu": [0.1, 0.2]})._replace(beam_toml=named)
+    doors = {
+        "text": lambda: squama.Beam.from_toml_text(named),
+        "plot": lambda: response_figure(curve),
+        "front": lambda: beams(front.drop_vars("joint.matrix").assign_attrs(start=named)),
+        "column": lambda: beams(front),
+        "store": lambda: compute(plan, next(plan.tiles())),
+    }
+    with pytest.raises(InputError, match=r"joint\.matrix = .*: names a file, which only a beam's own file can"):
+        doors[door]()
+
+
 def test_another_shape_is_named_in_one_line(place):
     beam = squama.Beam.from_toml("in/beam.toml")
     (line,) = beam.replace(scale={"embedded": "5 mm", "alpha": "50 deg"}, substrate={"poisson_ratio": 0.3}).warnings()
@@ -206,7 +228,7 @@ def test_a_compliant_joint_needs_no_elements(place, capsys, monkeypatch):
     known = builtins.__import__
 
     def without(name, *rest, **more):
-        if name.split(".")[0] in {"netgen", "pypardiso"} or name in {"squama.fe.stiffness", "squama.fe.mesh"}:
+        if name.split(".")[0] in {"netgen", "pypardiso"} or name == "squama.fe.stiffness":
             raise ImportError(name)
         return known(name, *rest, **more)
 

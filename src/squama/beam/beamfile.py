@@ -34,6 +34,7 @@ QUARTER = Bounds(0.0, math.pi / 2, "0 to 90 deg, exclusive")
 MODULUS = Bounds(1e-6, 1e15, "more than 0; 1e-6 Pa to 1e15 Pa", closed=True)
 POISSON = Bounds(-1.0, 0.5, "-1 to 0.5, exclusive")
 STIFFNESS = Bounds(1e-18, 1e15, "more than 0; 1e-18 N m to 1e15 N m", closed=True)
+STRAIN = Bounds(1e-6, 100.0, "more than 0; 1e-6 to 100", closed=True)
 FACTOR = Bounds(1e-3, 1e3, "more than 0; 0.001 to 1000", closed=True)
 FRICTION = Bounds(0.0, 10.0, "0 to 10", closed=True)
 
@@ -50,12 +51,17 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "thickness": _number(Dimension.LENGTH, SIZE, "thickness t_s", '"0.2 mm"'),
         "alpha": _number(Dimension.ANGLE, QUARTER, "angle between the cross-section and the scale's width", '"45 deg"'),
         "theta0": _number(Dimension.ANGLE, QUARTER, "inclination at rest", '"10 deg"'),
+        "youngs_modulus": _number(Dimension.PRESSURE, MODULUS, "E_s; without it the scale is rigid", '"3 GPa"'),
+        "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu_s", "0.35"),
+        "strength": _number(Dimension.PRESSURE, MODULUS, "largest stress (von Mises) of a scale", '"50 MPa"'),
     },
     "substrate": {
         "width": _number(Dimension.LENGTH, SIZE, "width", '"32 mm"'),
         "thickness": _number(Dimension.LENGTH, SIZE, "full thickness 2t", '"16 mm"'),
         "youngs_modulus": _number(Dimension.PRESSURE, MODULUS, "E_B", '"1.5 MPa"'),
         "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu", "0.49"),
+        "strength": _number(Dimension.PRESSURE, MODULUS, "largest stress (von Mises) of the bar", '"4 MPa"'),
+        "strain_limit": _number(Dimension.RATIO, STRAIN, "largest strain of the bar", "2"),
     },
     "beam": {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),
@@ -167,7 +173,7 @@ def unknown_key(table: str, key: str, *, whole_beam: bool = False) -> Problem:
     """Say that a key of a table is not known, and guess which was meant."""
     keys = [*TABLES[table], *(name for name in TABLES if whole_beam and name != "beam")]
     homes = _homes(key)
-    meant = f"it belongs in [{homes[0]}]; " if homes else guess(key, keys)
+    meant = f"it belongs in {' or '.join(f'[{home}]' for home in homes)}; " if homes else guess(key, keys)
     return Problem(f"{table}.{_name(key)}", "", "unknown key", f"{meant}allowed: {', '.join(keys)}")
 
 

@@ -37,8 +37,8 @@ class Beam(Assembly):
     Raises
     ------
     InputError
-        One line per mistake; also if eta or beta is above 100, or the embedded tab would come out of the
-        substrate's other face.
+        One line per mistake; also if eta or beta is above 100, the embedded tab would come out of the substrate's
+        other face, or the scales are softer than their joint by a factor of a million.
     """
 
     if TYPE_CHECKING:
@@ -92,9 +92,12 @@ class Beam(Assembly):
         *,
         source: str = "beam",
         overrides: Mapping[str, Mapping[str, Any]] | None = None,
-        folder: str | os.PathLike[str] = "",
+        folder: str | os.PathLike[str] | None = None,
     ) -> Self:
-        """Read a beam from the text of a file: its name in messages is `source`, other files are in `folder`."""
+        """Read a beam from the text of a file: its name in messages is `source`, other files are in `folder`.
+
+        Without a folder the text names no file: so it is with that of links, results and stores.
+        """
         with naming(source=source):
             arguments, problems = beamfile.parse(text)
         if overrides:
@@ -120,6 +123,8 @@ class Beam(Assembly):
         mu: Quantity | None = None,
         stiffness: Quantity | None = None,
         inclusion_factor: Quantity | None = None,
+        modulus_ratio: float | None = None,
+        scale_poisson_ratio: Quantity | None = None,
     ) -> Self:
         """Make a beam from the paper's ratios; the defaults are those of its Figs. 4, 5, 6a and 7.
 
@@ -139,6 +144,8 @@ class Beam(Assembly):
             N.
         mu, stiffness, inclusion_factor : float or str, optional
             As in `Friction` and `Joint`.
+        modulus_ratio, scale_poisson_ratio : float, optional
+            E_s/E_B, positive, and nu_s; rigid scales without the first.
 
         Returns
         -------
@@ -149,15 +156,19 @@ class Beam(Assembly):
         InputError
             One line per mistake.
         """
-        r = read_ratios({"eta": eta, "beta": beta, "lam": lam, "zeta": zeta, "slenderness": slenderness})
+        given = {"eta": eta, "beta": beta, "lam": lam, "zeta": zeta, "slenderness": slenderness}
+        r = read_ratios(given if modulus_ratio is None else {**given, "modulus_ratio": modulus_ratio})
         substrate = Substrate(
             width=width, thickness=thickness, youngs_modulus=youngs_modulus, poisson_ratio=poisson_ratio
         )
         d = substrate.thickness / 2 / r["lam"]
         embedded = r["zeta"] * d
         sizes = {"length": r["eta"] * d, "embedded": embedded, "width": 2 * r["beta"] * d}
+        sizes |= {"thickness": embedded / r["slenderness"]}
+        modulus = None if modulus_ratio is None else r["modulus_ratio"] * substrate.youngs_modulus
+        elastic = {"youngs_modulus": modulus, "poisson_ratio": scale_poisson_ratio}
         return cls(
-            scale={**sizes, "thickness": embedded / r["slenderness"], "alpha": alpha, "theta0": theta0},
+            scale={**sizes, "alpha": alpha, "theta0": theta0, **elastic},
             substrate=substrate,
             pitch=d,
             scales=scales,
@@ -186,7 +197,7 @@ class Beam(Assembly):
         for name, value in changes.items():
             old = data.get(name)
             data[name] = {**old, **value} if isinstance(old, dict) and isinstance(value, Mapping) else value
-        return self._build(data)
+        return self._build(data, folder="")
 
     def _with(self, values: Mapping[str, float | None]) -> Self:
         """Return a copy with some values replaced, by their names in the beam file such as "scale.length"."""
@@ -204,9 +215,9 @@ class Beam(Assembly):
         *,
         source: str = "",
         bare: bool = True,
-        folder: str | os.PathLike[str] | None = "",
+        folder: str | os.PathLike[str] | None = None,
     ) -> Self:
-        """Validate nested data; put the source before what is wrong. Without a ``folder`` (None) it names no file."""
+        """Validate nested data; put the source before what is wrong. Without a ``folder`` it names no file."""
         found = Problems(problems)
         with naming(source=source):
             try:

@@ -6,6 +6,7 @@ carries its unit ("45 deg", "60 mm"). In a file a unit is always needed.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from numbers import Integral
@@ -31,7 +32,10 @@ RATIOS = {
     "zeta": RATIO._replace(example="0.35"),
     "slenderness": RATIO._replace(example="35"),
 }
-"""Bounds of the ratios."""
+"""Bounds of the ratios that the contact and the laws of the joint depend on."""
+_ALL_RATIOS = {**RATIOS, "modulus_ratio": RATIO._replace(example="2000")}
+PLASTIC = 0.35
+"""Poisson's ratio of scales whose modulus alone is given: typical of printed plastics."""
 
 
 def _read(name: str) -> BeforeValidator:
@@ -57,7 +61,7 @@ def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
     problems = Problems()
     for name, value in given.items():
         with problems.caught(name):
-            ratios[name] = bounded(value, Dimension.RATIO, RATIOS[name])
+            ratios[name] = bounded(value, Dimension.RATIO, _ALL_RATIOS[name])
     problems.settle()
     return ratios
 
@@ -70,9 +74,9 @@ def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
         return matrixfile.parse(value)
     folder = (info.context or {}).get("folder", "")
     if folder is None:
-        # what comes from a stranger does not learn what files there are
-        remedy = "open the beam's file with: squama explore beam.toml"
-        raise InputError(Problem("", shown(value), "names a file, which a link cannot", remedy))
+        # links, results and stores may come from a stranger, who does not learn what files there are
+        reason = "names a file, which only a beam's own file can"
+        raise InputError(Problem("", shown(value), reason, "read that file itself, or write the matrix out"))
     if isinstance(value, str | os.PathLike) and os.fspath(value):
         return matrixfile.read(Path(folder) / value)
     raise InputError(Problem("", shown(value), "is not the name of a file", 'write e.g. "joint.csv"'))
@@ -102,7 +106,7 @@ class Part(BaseModel):
 
 
 class Scale(Part):
-    """One scale: a rigid rectangular plate, partly embedded.
+    """One scale: a rectangular plate, partly embedded; the models so far take it as rigid and thin.
 
     Parameters
     ----------
@@ -113,11 +117,18 @@ class Scale(Part):
     width : float or str
         Full width 2b, m.
     thickness : float or str
-        Thickness t_s, m; it enters the joint's stiffness only.
+        Thickness t_s, m.
     alpha : float or str
         Angle between the cross-section and the scale's width, rad; 0 to 90 deg, exclusive.
     theta0 : float or str
         Inclination at rest, rad; 0 to 90 deg, exclusive.
+    youngs_modulus : float or str, optional
+        E_s, Pa; a scale without it is rigid.
+    poisson_ratio : float, optional
+        nu_s; -1 to 0.5, exclusive. It is asked for where the modulus is given, and is 0.35 (printed plastics) then if
+        it is not.
+    strength : float or str, optional
+        Largest stress (von Mises), Pa.
 
     Raises
     ------
@@ -132,6 +143,9 @@ class Scale(Part):
     thickness: Annotated[float, _read("scale.thickness")]
     alpha: Annotated[float, _read("scale.alpha")]
     theta0: Annotated[float, _read("scale.theta0")]
+    youngs_modulus: Annotated[float, _read("scale.youngs_modulus")] | None = None
+    poisson_ratio: Annotated[float, _read("scale.poisson_ratio")] | None = None
+    strength: Annotated[float, _read("scale.strength")] | None = None
 
     if TYPE_CHECKING:
 
@@ -144,7 +158,15 @@ class Scale(Part):
             thickness: Quantity,
             alpha: Quantity,
             theta0: Quantity,
+            youngs_modulus: Quantity | None = None,
+            poisson_ratio: Quantity | None = None,
+            strength: Quantity | None = None,
         ) -> None: ...
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio nu_s, as given or 0.35."""
+        return PLASTIC if self.poisson_ratio is None else self.poisson_ratio
 
 
 class Substrate(Part):
@@ -160,6 +182,10 @@ class Substrate(Part):
         E_B, Pa.
     poisson_ratio : float
         nu; -1 to 0.5, exclusive.
+    strength : float or str, optional
+        Largest stress (von Mises), Pa.
+    strain_limit : float, optional
+        Largest strain; 2 is three times the length.
 
     Raises
     ------
@@ -172,11 +198,20 @@ class Substrate(Part):
     thickness: Annotated[float, _read("substrate.thickness")]
     youngs_modulus: Annotated[float, _read("substrate.youngs_modulus")]
     poisson_ratio: Annotated[float, _read("substrate.poisson_ratio")]
+    strength: Annotated[float, _read("substrate.strength")] | None = None
+    strain_limit: Annotated[float, _read("substrate.strain_limit")] | None = None
 
     if TYPE_CHECKING:
 
         def __init__(
-            self, *, width: Quantity, thickness: Quantity, youngs_modulus: Quantity, poisson_ratio: Quantity
+            self,
+            *,
+            width: Quantity,
+            thickness: Quantity,
+            youngs_modulus: Quantity,
+            poisson_ratio: Quantity,
+            strength: Quantity | None = None,
+            strain_limit: Quantity | None = None,
         ) -> None: ...
 
 
@@ -267,6 +302,25 @@ class Assembly(Part):
     def slenderness(self) -> float:
         """Embedded length over the scale's thickness, L/t_s."""
         return self.scale.embedded / self.scale.thickness
+
+    @property
+    def thickness_ratio(self) -> float:
+        """Thickness of a scale over the pitch, h = t_s/d."""
+        return self.scale.thickness / self.pitch
+
+    @property
+    def modulus_ratio(self) -> float:
+        """Modulus of the scales over that of the substrate, E_s/E_B; inf for rigid scales."""
+        return (self.scale.youngs_modulus or math.inf) / self.substrate.youngs_modulus
+
+    @property
+    def plate_rigidity(self) -> float:
+        """Bending rigidity of a scale per width, D = E_s t_s^3/(12 (1 - nu_s^2)), N m; inf for a rigid one.
+
+        Source: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Eq. 3; thin plates.
+        """
+        E = self.scale.youngs_modulus or math.inf
+        return E * self.scale.thickness**3 / (12 * (1 - self.scale.nu**2))
 
     @property
     def ratios(self) -> dict[str, float]:

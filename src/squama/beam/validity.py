@@ -9,10 +9,13 @@ from squama.beam.parts import Assembly
 from squama.errors import Problems, refuse
 from squama.loads import LOADS, Load
 from squama.model import joint, reach, thickness, twisting
-from squama.units import Dimension, shown
+from squama.units import Dimension, as_text, shown
 
 THIN = 0.05
 """Largest share of the gap between neighbours that a plate may fill and still be called thin."""
+
+SOFTEST = 1e-6
+"""Least stiffness of a scale over that of its joint."""
 
 
 def messages(beam: Assembly, load: str = "twisting", sense: str = "+") -> list[str]:
@@ -26,8 +29,8 @@ def messages(beam: Assembly, load: str = "twisting", sense: str = "+") -> list[s
 def parts_fit(beam: Assembly) -> None:
     """Refuse a beam whose parts do not fit each other.
 
-    Its scales reach over too many neighbours, each of which would be asked for its contact, or the embedded tab,
-    inclined by theta0, would come out of the substrate's other face.
+    Its scales reach over too many neighbours, each of which would be asked for its contact, the embedded tab, inclined
+    by theta0, would come out of the substrate's other face, or the scales are far softer than their joint.
     """
     problems = Problems()
     d, most = beam.pitch, beam.pitch * reach.LARGEST
@@ -43,6 +46,17 @@ def parts_fit(beam: Assembly) -> None:
     if depth >= room:
         reason = f"the tab goes through the substrate, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
         problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
+    E, width = beam.scale.youngs_modulus, beam.scale.width
+    if (
+        E is not None
+        and (plate := 3 * beam.plate_rigidity * width / beam.scale.length) < SOFTEST * beam.joint_stiffness
+    ):
+        figures = f"3 D 2b/l = {plate:.3g} N m against K_theta = {beam.joint_stiffness:.3g} N m"
+        reason = f"is that of a scale more than {1 / SOFTEST:,.0f} times softer than its joint, {figures}"
+        # rounded up
+        least = float(f"{1.001 * E * SOFTEST * beam.joint_stiffness / plate:.4g}")
+        given, enough = (as_text(x, Dimension.PRESSURE) for x in (E, least))
+        problems.add("scale.youngs_modulus", given, reason, f"write at least {enough}")
     problems.settle()
 
 
@@ -64,7 +78,7 @@ def _width(beam: Assembly, load: Load) -> list[str]:
 
 
 def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
-    tau, gap = beam.scale.thickness / beam.pitch, thickness.gap(load.slant(beam.scale.alpha), beam.scale.theta0)
+    tau, gap = beam.thickness_ratio, thickness.gap(load.slant(beam.scale.alpha), beam.scale.theta0)
     if tau <= THIN * gap * (1 + 1e-9):
         return []
     words = f"gap d sin(theta0){' cos(alpha)' * load.sided} = {_mm(gap * beam.pitch)}"
@@ -100,7 +114,7 @@ def _meets(ratios: dict[str, float]) -> bool:
 
 def _laws(beam: Assembly, load: Load) -> list[str]:
     ratios = {
-        "t_s/d": beam.scale.thickness / beam.pitch,
+        "t_s/d": beam.thickness_ratio,
         "L/d": beam.zeta,
         "L/(2t)": beam.scale.embedded / beam.substrate.thickness,
         "t_s/(l + L)": beam.scale.thickness / (beam.scale.length + beam.scale.embedded),

@@ -30,12 +30,13 @@ MOST = 8
 Out = Annotated[str | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
 _MANY, _STARTS = "How many different designs at most (the file's, or 5).", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
+_FRONT = "Target file (TOML) with a table [front]; see docs, how-to: design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
 _POPULATION = "Designs of a generation, and of the front at most (the file's, or 200)."
 
 
 def design(
-    target: str,
+    target: Annotated[str, Parameter(help="Target file (TOML); see docs, how-to: design a beam.")],
     /,
     *,
     out: Out = None,
@@ -49,11 +50,6 @@ def design(
     """Find beams that do what is asked: lock at a twist, follow a curve, within bounds and limits.
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
-
-    Parameters
-    ----------
-    target
-        Target file (TOML); see docs, how-to: design a beam.
     """
     flags.check_places([(path, flags.PLOTS) for path in plot], [target])
     read = settled(read_target(base, target, out, force=force))
@@ -150,7 +146,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
 
 
 def pareto(
-    target: str,
+    target: Annotated[str, Parameter(help=_FRONT)],
     /,
     *,
     out: Out = None,
@@ -161,13 +157,7 @@ def pareto(
     seed: Annotated[int | None, flag("Seed of the search (the file's, or 1).", read=whole(0, 2**31 - 1, "1"))] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Trade figures of beams off against each other: a Pareto front, each point a beam that can be built (extra fit).
-
-    Parameters
-    ----------
-    target
-        Target file (TOML) with a table [front]; see docs, how-to: design a beam.
-    """
+    """Trade figures of beams off against each other: a front, each point a beam that can be built (extra fit)."""
     if pick and out is None:
         flags.problems().add("--pick", "", "says which designs -o writes", "give -o too")
     common.check(target)

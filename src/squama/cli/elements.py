@@ -38,8 +38,7 @@ def _mesh(name: str, text: str) -> MeshSize:
         return text
     sizes = text.split(",")
     if len(sizes) != 2:
-        allowed = f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02"
-        refuse(name, f'"{text}"', allowed)
+        refuse(name, f'"{text}"', f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02")
     return _size(name, sizes[0]), _size(name, sizes[1])
 
 
@@ -92,6 +91,7 @@ def cell(
     run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
+    ideal: Annotated[bool, Parameter(help="Take the scales as thin and rigid, as in the paper.")] = False,
     vtk: Annotated[str | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
     picture: Annotated[tuple[str, ...], flag(_PICTURE)] = (),
     restart: Annotated[str | None, flag(_RESTART)] = None,
@@ -119,6 +119,7 @@ def cell(
             to=settled(twist),
             scales=scales,
             ends=ends,
+            ideal=ideal,
             restart=restart,
             progress=None if quiet else runs.print_progress,
             announce=None if quiet else announce,
@@ -155,6 +156,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
         f" by finite elements{many}: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, {blocked}"
         f"{data.attrs['mesh']}"
     )
+    yield f"scales {data.attrs['plates']}"
     yield str(data.attrs["sentence"])
     torque = f"torque T = {units.moment(float(last['T']))}"
     if finite:
@@ -168,8 +170,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
         yield f"{torque}, inclination theta = {_of(last, 'theta', 'deg', math.degrees(1))}"
         yield f"normal force N = {_of(last, 'N', 'N')}, friction force f = {_of(last, 'f', 'N')}"
     yield f"energy balance: (W - U_el - W_fr)/W = {data.attrs['energy_error']:.2e}"
-    if finite:
-        yield from output.warnings(data.attrs["warnings"])
+    yield from output.warnings(data.attrs["warnings"])
     before = ""
     for phi, words in zip(data["phi"].values, data["contact"].values, strict=True):
         if words != before:

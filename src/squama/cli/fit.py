@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
+
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import refuse
@@ -41,6 +43,7 @@ def _with_unit(unit: str) -> flags.Reader[str]:
 
 _twist, _torque = _with_unit("rad/pitch"), _with_unit("N m")
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
+_FILES = 'Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", and the beam file.'
 _FIND = 'What to find: "mu,K_theta" (default), any of mu, K_theta, C_f, E_B, theta0, zero.'
 _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may be repeated.'
 _NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm"; from the residuals if not given.'
@@ -70,7 +73,7 @@ SEARCH = Search()
 
 
 def fit(
-    *files: str,
+    *files: Annotated[str, Parameter(help=_FILES)],
     find: Annotated[str, flag(_FIND)] = "mu,K_theta",
     bounds: Annotated[tuple[flags.Pair, ...], flag(_BOUNDS, read=_limits, many=True)] = (),
     search: Search = SEARCH,
@@ -78,13 +81,7 @@ def fit(
     corner: Annotated[str | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
-
-    Parameters
-    ----------
-    files
-        Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", and the beam file.
-    """
+    """Find friction, joint stiffness and other parameters of a beam from measured torque and twist."""
     beams = [f for f in files if f.lower().endswith(".toml")]
     data = [f for f in files if f not in beams]
     _count(beams, data)

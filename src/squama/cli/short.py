@@ -15,17 +15,25 @@ from squama.errors import refuse
 from squama.io.files import exists, label
 
 EXAMPLE = Path(__file__).with_name("example.toml")
+_TABLE = (
+    "CSV file with the columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are carried along. Added are "
+    "phi_e_rad, end, theta_end_deg, phi_end_rad, neighbour. Bad rows are named and left out."
+)
+_FIGURES = (
+    "Any of fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines of twisting beside bending); "
+    "all if none is given."
+)
+_START = "Beam file (TOML) to start from; without one, PLA scales on silicone."
 _CONTACTS = "Which contacts may end a curve: tip (of all neighbours) or all (every pair of plates) (tip)."
 
 
-def new(beam: str, /, *, force: Annotated[bool, Parameter(help="Replace a file that is there.")] = False) -> int:
-    """Write a commented example of a beam file.
-
-    Parameters
-    ----------
-    beam
-        The file to write, e.g. beam.toml.
-    """
+def new(
+    beam: Annotated[str, Parameter(help="The file to write, e.g. beam.toml.")],
+    /,
+    *,
+    force: Annotated[bool, Parameter(help="Replace a file that is there.")] = False,
+) -> int:
+    """Write a commented example of a beam file."""
     from squama.io import datasets
 
     datasets.check_place(beam)
@@ -38,7 +46,7 @@ def new(beam: str, /, *, force: Annotated[bool, Parameter(help="Replace a file t
 
 
 def ends(
-    designs: str,
+    designs: Annotated[str, Parameter(help=_TABLE)],
     /,
     *,
     out: Annotated[str, flag("CSV file to write.", "--out", "-o")],
@@ -47,14 +55,7 @@ def ends(
     contacts: Annotated[str, flag(_CONTACTS, read=one_of("tip", "all"))] = "tip",
     json: flags.Json = False,
 ) -> int:
-    """Find where many designs engage and how they end, from a table.
-
-    Parameters
-    ----------
-    designs
-        CSV file with the columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are carried along. Added are
-        phi_e_rad, end, theta_end_deg, phi_end_rad, neighbour. Bad rows are named and left out.
-    """
+    """Find where many designs engage and how they end, from a table."""
     flags.check_places([(out, (".csv",))], [designs])
     flags.problems().settle()
 
@@ -75,19 +76,12 @@ def ends(
 
 
 def paper(
-    *figures: str,
+    *figures: Annotated[str, Parameter(help=_FIGURES)],
     out: Annotated[str, flag("Folder to write to; made if need be.", "--out", "-o")],
     points: Annotated[str | None, flag("CSV file of finite element points to draw in Fig. 6b.")] = None,
     json: flags.Json = False,
 ) -> int:
-    """Compute the figures of the paper on twisting (2020) and check its claims.
-
-    Parameters
-    ----------
-    figures
-        Any of fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines of twisting beside bending);
-        all if none is given.
-    """
+    """Compute the figures of the paper on twisting (2020) and check its claims."""
     from squama.paper import twisting2020
 
     written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None)
@@ -96,20 +90,14 @@ def paper(
 
 
 def explore(
-    beam: str | None = None,
+    beam: Annotated[str | None, Parameter(help=_START)] = None,
     /,
     *,
     port: Annotated[int, flag("Port of the page; 0 takes any that is free (0).", read=whole(0, 65535, "8080"))] = 0,
     browser: Annotated[bool, Parameter(negative="--no-browser", help="Open a browser; --no-browser does not.")] = True,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Open the explorer: a page on this machine (127.0.0.1) that shows a beam in space, its curves and a regime map.
-
-    Parameters
-    ----------
-    beam
-        Beam file (TOML) to start from; without one, PLA scales on silicone.
-    """
+    """Open the explorer: a page on this machine (127.0.0.1) that shows a beam in space, its curves and a regime map."""
     from squama.web import server, state
 
     start = None

@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from cyclopts import Parameter
+
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import refuse
@@ -80,7 +82,7 @@ _NAMES = ("x", "y", "panels", "at", "lines", "paths", "variable")
 
 
 def map(  # noqa: A001 - the command's name
-    store: str,
+    store: Annotated[str, Parameter(help="Store of a sweep (.zarr), finished or not.")],
     /,
     *,
     plot: flags.Plot = (),
@@ -94,13 +96,7 @@ def map(  # noqa: A001 - the command's name
     paths: Annotated[str | None, flag(_PATHS)] = None,
     json: flags.Json = False,
 ) -> int:
-    """Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV.
-
-    Parameters
-    ----------
-    store
-        Store of a sweep (.zarr), finished or not.
-    """
+    """Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV."""
     from squama.io.datasets import save
     from squama.study import slices
     from squama.study.store import open_sweep

@@ -108,8 +108,7 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam) -> dic
     with flags.problems().caught(), flags.laid({name: f"--vary {name}" for name in given}):
         read(given)
     if not found and len(flags.problems()) == before and "--vary" not in flags.problems().flags:
-        remedy = 'write e.g. --vary scale.alpha="60 deg +- 1 deg"'
-        flags.problems().add("--vary", "", "no tolerance is given", remedy)
+        flags.problems().add("--vary", "", "no tolerance is given", 'write e.g. --vary scale.alpha="60 deg +- 1 deg"')
     return found
 
 

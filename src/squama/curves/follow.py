@@ -35,15 +35,15 @@ class Model(NamedTuple):
 
 
 def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
-    from squama.curves import compliant
+    from squama.curves import real
 
-    return compliant.solve(asked)
+    return real.solve(asked)
 
 
 def _compliant_walk(asked: Asked) -> States:
-    from squama.curves import compliant_cycles
+    from squama.curves import real_cycles
 
-    return compliant_cycles.walk(asked)
+    return real_cycles.walk(asked)
 
 
 MODELS = {

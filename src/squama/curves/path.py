@@ -48,7 +48,7 @@ class Asked(NamedTuple):
     """What is asked of a model.
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
-    (magnitudes) at which a curve is wanted instead.
+    (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales.
     """
 
     beam: Beam
@@ -58,6 +58,7 @@ class Asked(NamedTuple):
     margin: float
     points: int
     at: Array | None = None
+    ideal: bool = False
 
 
 class Case(NamedTuple):
@@ -118,7 +119,7 @@ class States(NamedTuple):
     """What a model says along a path: values by dimension and role, and what its attributes and warnings add."""
 
     by_dim: Mapping[tuple[str, ...], dict[str, Array]]
-    attrs: Mapping[str, float] = {}
+    attrs: Mapping[str, float | str] = {}
     notes: Sequence[str] = ()
 
 

@@ -74,21 +74,12 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Export:
-    """What was made.
+    """What was made: the ``files`` that were written, and every size in the ``plan``, in mm and rad.
 
-    Attributes
-    ----------
-    files : tuple of Path
-        The files that were written.
-    bill : tuple
-        Bill of materials: rows with ``part``, ``material``, ``made``, ``number``, ``volume`` of one (mm^3), ``density``
-        (g/cm^3), ``mass`` of one (g).
-    checks : tuple
-        What was measured of solids and files: ``what``, ``solid``, ``expected``, ``measured``, ``unit``, ``tolerance``.
-    plan : tuple
-        Every size, in mm and rad.
-    solids : dict
-        Meshes by file name without ending: lists of (name, vertices (n, 3) in mm, triangles (m, 3)).
+    ``bill`` of materials: rows with ``part``, ``material``, ``made``, ``number``, ``volume`` of one (mm^3), ``density``
+    (g/cm^3), ``mass`` of one (g). ``checks``: what was measured of solids and files: ``what``, ``solid``, ``expected``,
+    ``measured``, ``unit``, ``tolerance``. ``solids``: meshes by file name without ending, lists of (name, vertices (n,
+    3) in mm, triangles (m, 3)).
     """
 
     files: tuple[Path, ...]
@@ -130,18 +121,12 @@ def export(
         Any of "scale", "substrate", "mould", "assembly".
     formats
         Any of "stl", "3mf" (both in mm) and "step" (needs the extra ``step``).
-    clearance
-        Room between tab and slot on every side, m or text; the same between blades and the lid of the mould.
-    feature
-        Least size that can be printed or cast, m or text.
-    wall
-        Thickness of the mould's walls, floor and lid, m or text.
-    ends
-        Plain length of the bar before the first and behind the last pitch, m or text.
+    clearance, feature, wall, ends, bed
+        Lengths, m or text: room between tab and slot on every side, and between blades and the lid of the mould; least
+        size that can be printed or cast; thickness of the mould's walls, floor and lid; the plain bar before the first
+        and behind the last pitch; longest part that the printer takes (without it none is refused or cut in pieces).
     draft
         Inclination of the tray's sides, rad or text.
-    bed
-        Longest part that the printer takes, m or text; without it no size is refused and nothing is cut in pieces.
     scale_density, substrate_density
         g/cm^3, for the masses: of what is printed (solid PLA) and of the silicone.
     force

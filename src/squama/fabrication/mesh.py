@@ -62,8 +62,7 @@ def build(recipe: Recipe) -> Mesh:
     """Return a solid's mesh. Raises SquamaError: the cutting failed."""
     kernel = need("manifold3d")
     parts = [manifold(Mesh(recipe.name, block, TRIANGLES)) for block in (recipe.whole, *recipe.cuts)]
-    solid = kernel.Manifold.batch_boolean(parts, kernel.OpType.Subtract)
-    return from_manifold(recipe.name, solid)
+    return from_manifold(recipe.name, kernel.Manifold.batch_boolean(parts, kernel.OpType.Subtract))
 
 
 def manifold(mesh: Mesh) -> Manifold:

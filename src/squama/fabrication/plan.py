@@ -164,8 +164,6 @@ def mm(length: float) -> float:
 def apart(a: Array, b: Array) -> float:
     """Return the distance of two convex polygons (n, 2) in the plane; 0 if they meet.
 
-    Examples
-    --------
     >>> square = np.array([(0, 0), (1, 0), (1, 1), (0, 1.0)])
     >>> apart(square, square + [4, 5])
     5.0

@@ -26,15 +26,14 @@ def check(plan: Plan, parts: tuple[str, ...]) -> None:
 
 def _scale(plan: Plan) -> Iterator[Problem]:
     """Sizes of a single scale."""
-    least, whole = plan.feature, plan.length + plan.embedded
+    reason, remedy = "is less than the least size that can be printed", f"write at least {mm(plan.feature)}"
     for name, size in (("thickness", plan.thickness), ("width", plan.breadth), ("length", plan.length)):
-        if size < least - SLACK:
-            reason, remedy = "is less than the least size that can be printed", "or a smaller feature"
-            yield Problem(f"scale.{name}", mm(size), reason, f"write at least {mm(least)}, {remedy}")
+        if size < plan.feature - SLACK:
+            yield Problem(f"scale.{name}", mm(size), reason, f"{remedy}, or a smaller feature")
     width = "scale.width", mm(plan.breadth)
     if plan.breadth <= plan.thickness:
         yield Problem(*width, f"is no more than the thickness, {mm(plan.thickness)}", "write a plate")
-    if plan.bed is not None and whole > plan.bed + SLACK:
+    if plan.bed is not None and plan.length + plan.embedded > plan.bed + SLACK:
         reason = f"with its tab of {mm(plan.embedded)} the scale is longer than the bed, {mm(plan.bed)}"
         remedy = _at_most(plan.bed - plan.embedded, "embed less of it")
         yield Problem("scale.length", mm(plan.length), reason, remedy)
@@ -120,8 +119,8 @@ def _mould(plan: Plan) -> Iterator[Problem]:
         reason = f"the blades come to {mm(float(inside.min()))} from the tray's sides, they need {mm(plan.feature)}"
         yield Problem(*draft, reason, f"write at most {steepest:g} deg")
     otherwise = "a smaller clearance, or leave out the mould"
-    slits = "the slits of the mould's lid {}", otherwise
-    yield from _ligament(plan, lambda p: between(p, p.slit_profile, p.slit[0]), *slits)
+    slits = "the slits of the mould's lid {}"
+    yield from _ligament(plan, lambda p: between(p, p.slit_profile, p.slit[0]), slits, otherwise)
     long, wide, t = plan.blade
     x, y, z = np.abs(plan.step)
     if plan.scales > 1 and x < long and y < wide and z - t < plan.clearance - SLACK:

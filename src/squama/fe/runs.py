@@ -14,11 +14,14 @@ import numpy as np
 
 from squama import arguments, units
 from squama._version import __version__
+from squama.beam.parts import PLASTIC
 from squama.errors import naming, refuse
+from squama.fe import bending
 from squama.fe.assembly import ENDS, make_walk
-from squama.fe.body import Body
+from squama.fe.body import Bent, Body
 from squama.fe.deformed import Deformed, deformed
-from squama.fe.elements import Elements
+from squama.fe.elements import Elements, Material
+from squama.fe.exposed import Exposed, box
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.walk import Ended, Walk
@@ -35,6 +38,8 @@ MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)
 """Sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
 INCREMENT = 0.01
 """Largest increment of the twist, rad per pitch."""
+FAR = 0.1
+"""Deflection of a scale over its length up to which elements that are linear in its frame will do."""
 MOST = 200
 """Largest number of scales of a beam of elements."""
 _ITERATIONS = 4.5
@@ -74,6 +79,7 @@ def cell(
     increment: float = INCREMENT,
     scales: int | None = None,
     ends: str = "free",
+    ideal: bool = False,
     hinged: bool = False,
     restart: str | os.PathLike[str] | None = None,
     progress: Listener | None = None,
@@ -83,7 +89,9 @@ def cell(
     """Twist a beam by finite elements: one pitch with helical periodicity, or N scales between two grips.
 
     Large strains, Coulomb contact of all scales. Nothing of the analytical model goes in: no joint stiffness, no force
-    law, no place of contact.
+    law, no place of contact. Scales are as thick as the beam says; where their modulus is known, their exposed parts
+    bend as solids of quadratic elements, linear in a frame that turns with the rigid embedded part
+    (:mod:`squama.fe.bending`), which holds for deflections up to a tenth of their length.
 
     Parameters
     ----------
@@ -105,6 +113,8 @@ def cell(
     ends : {"free", "held"}
         The end sections (cuts between pitches) of a finite beam are held rigidly, one fixed, the other turned; that one
         may move along the axis, or is held there too. They cannot warp, tilt, or move sideways.
+    ideal : bool
+        Scales are rigid and thin, as in the paper.
     hinged : bool
         Block roll and yaw of the scales: what a hinge leaves of the joint's motions.
     restart : path, optional
@@ -128,8 +138,8 @@ def cell(
         base, contact with the next scale (NaN for the last); and ``twist`` of the scale's pitch, the difference of the
         mean turns about z of the two cuts that bound it. T is that of the turned end, ``u_end`` its move.
 
-        Attributes: beam, mesh, ``reached`` and ``sentence`` for the end of the run, ``energy_error``:
-        (W - U_el - W_fr)/W at the end.
+        Attributes: beam, mesh, ``plates`` (what the scales are), ``reached`` and ``sentence`` for the end of the run,
+        ``energy_error``: (W - U_el - W_fr)/W at the end.
 
     Raises
     ------
@@ -157,12 +167,13 @@ def cell(
         refuse("to", f"{goal / beam.pitch:.6g} rad/m", f"must be above 0 and below {np.pi / beam.pitch:.6g}")
     sizes = mesh_sizes(mesh)
     shape = geometry(beam)
+    exposed, plates = (None, "thin, rigid") if ideal else exposed_part(beam, shape)
     pitch = pitch_mesh(shape, *sizes)
     key = {
         "geometry": list(shape), "mu": friction, "sense": sense, "mesh": list(sizes), "hinged": hinged,
-        "nodes": hashlib.sha256(pitch.nodes.tobytes()).hexdigest()[:16],
+        "nodes": hashlib.sha256(pitch.nodes.tobytes()).hexdigest()[:16], "plates": plates,
     }  # fmt: skip
-    walk = make_walk(pitch, shape, friction, scales=scales, ends=ends, hinged=hinged)
+    walk = make_walk(pitch, shape, friction, scales=scales, ends=ends, hinged=hinged, exposed=exposed)
     if scales is not None:
         key |= {"scales": scales, "ends": ends}
         if announce is not None:
@@ -179,13 +190,52 @@ def cell(
         "joint": "elements, roll and yaw blocked" if hinged else "elements",
         **({"ends": ends} if scales else {}),
         "mesh": f"{(scales or 1) * len(pitch.tets)} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",
+        "plates": plates,
         "reached": int(ended.reached),
         "sentence": ended.sentence,
         "beam": beam.replace(scales=scales or beam.scales).to_toml(),
         "squama_version": __version__,
-        "warnings": "\n".join(warnings(shape, scales) if scales else ()),
+        "warnings": "\n".join([*(warnings(shape, scales) if scales else ()), *_bent_far(walk)]),
     }
     return data.assign_coords(mu=((), friction, SYMBOLS["mu"].attrs))
+
+
+def exposed_part(beam: Beam, shape: Geometry) -> tuple[Exposed, str]:
+    """Return the exposed part of a beam's scales, thick and, where their modulus is known, elastic; and words for it.
+
+    Raises
+    ------
+    InputError
+        Plates as thick as these touch at rest.
+    """
+    eta, beta, h = shape.eta, shape.beta, shape.thickness
+    x, y, gap = np.abs(shape.rest.axes[:, 2])
+    # the neighbour at rest is parallel, and so far beside
+    if h >= gap and x < eta and y < 2 * beta:
+        reason = f"plates of {h:.4g} pitches touch their neighbours at rest"
+        remedy = f"write less than {gap:.4g} pitches, or take thin ones (ideal)"
+        refuse("scale.thickness", f"{beam.scale.thickness:.4g} m", reason, remedy)
+    if beam.scale.youngs_modulus is None:
+        return box(eta, beta, h), f"{h:.4g} pitches thick, rigid, since their modulus is not given"
+    nu = beam.scale.poisson_ratio
+    material = Material(beam.modulus_ratio, PLASTIC if nu is None else nu)
+    error = bending.mesh_error(eta, beta, h, material)
+    counts = " x ".join(map(str, (*bending.BRICKS, bending.LAYERS)))
+    words = (
+        f"{h:.4g} pitches thick, elastic ({beam.scale.youngs_modulus / 1e9:.4g} GPa, nu {material.nu:.4g}): "
+        f"{counts} quadratic bricks, about {100 * error:.1f} % too stiff, of which {bending.MODES} motions are kept"
+    )
+    return bending.solid(eta, beta, h, material), words
+
+
+def _bent_far(walk: Walk) -> list[str]:
+    share = max(map(float, walk.columns["deflection"])) / walk.contact.row.rest.eta
+    if share <= FAR:
+        return []
+    return [
+        f"the scales are bent by {100 * share:.0f} % of their length; their elements are linear in a frame that turns "
+        f"with them, which holds up to about {100 * FAR:.0f} %"
+    ]
 
 
 def mesh_sizes(mesh: str | tuple[float, float]) -> tuple[float, float]:
@@ -256,7 +306,7 @@ def warnings(shape: Geometry, scales: int) -> list[str]:
 
 def size(walk: Walk, scales: int, goal: float, increment: float) -> str:
     """Return in words how much there is to do; the time is a guess from this machine's speed at dense products."""
-    body = walk.body
+    body = walk.body.body if isinstance(walk.body, Bent) else walk.body
     assert isinstance(body, Body)
     assert isinstance(body.elements, Elements)
     A = np.ones((700, 700))

@@ -8,6 +8,7 @@ are shortened.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Callable, Sequence
@@ -37,8 +38,8 @@ _FARTHER = 1 / 16
 """Share of an increment by which the twist goes on when the scales are let go."""
 _INVERTED = "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
 _COLUMN = "column_"
-_KEPT = ("numbers", "past_states", "past_phi", "past_corners", f"{_COLUMN}phi")
-"""Arrays of a restart file; there is one for every column."""
+_KEPT = ("numbers", "past_states", "past_phi", "past_corners")
+"""Arrays of a restart file, beside one for every column."""
 
 
 class Contacts(NamedTuple):
@@ -340,9 +341,12 @@ class Walk:
             "past_states": np.array(states), "past_phi": np.array(twists), "past_corners": np.array(corners),
         } | {f"{_COLUMN}{name}": np.array(values) for name, values in self.columns.items()}  # fmt: skip
 
+        made = io.BytesIO()
+        np.savez(made, key=json.dumps(key, sort_keys=True), **arrays)
+
         def write(place: Path) -> None:
             with place.open("wb") as out:
-                np.savez(out, key=json.dumps(key, sort_keys=True), **arrays)
+                out.write(files.sealed(made.getvalue()))
                 out.flush()
                 os.fsync(out.fileno())
 
@@ -354,16 +358,16 @@ class Walk:
         Raises
         ------
         InputError
-            It is not one, or belongs to another run.
+            It is not one, is damaged, or belongs to another run.
         """
-        files.regular(path)
+        data = files.read_bytes(path, files.regular(path))
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with np.load(io.BytesIO(files.unsealed(data)), allow_pickle=False) as stored:
                 old = json.loads(str(stored["key"]))
-                numbers, states, twists, corners, _ = (stored[name] for name in _KEPT)
+                numbers, states, twists, corners = (stored[name] for name in _KEPT)
                 columns = {n.removeprefix(_COLUMN): list(stored[n]) for n in stored if n.startswith(_COLUMN)}
-        except Exception:  # damage shows itself in NumPy as errors of many kinds
-            reason = "is no restart file of this version of squama"
+        except Exception:  # a file of another version shows itself in NumPy as errors of many kinds
+            reason = "is damaged, or no restart file of this version of squama"
             refuse("", "", reason, "remove it or name another output", str(path))
         for name in sorted({*old, *key}):
             if old.get(name) != key.get(name):

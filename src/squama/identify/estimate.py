@@ -151,8 +151,7 @@ def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
     norm = np.linalg.norm(jacobian, axis=0)
     unseen = [n for n, size in zip(names, norm, strict=True) if not size > 0]
     if unseen:
-        where = " and ".join(unseen)
-        refuse(where, "", "the points do not depend on it", "leave it out or measure where they do")
+        refuse(" and ".join(unseen), "", "the points do not depend on it", "leave it out or measure where they do")
     _, s, vt = np.linalg.svd(jacobian / norm, full_matrices=False)
     if s[-1] < SINGULAR * s[0]:
         one = [n for n, v in zip(names, vt[-1], strict=True) if abs(v) > 0.1]

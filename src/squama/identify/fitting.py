@@ -62,31 +62,23 @@ def fit(
         A CSV file with units in its header, or several; a dataset of :func:`squama.cycle` or another mapping with
         ``Phi`` (rad/m) or ``phi`` (rad) and ``T`` (N m), in bending ``kappa`` or ``psi`` and ``M``. Rows in the order
         measured: loading only, or loading and unloading. Several specimens: a column ``specimen``, or several files.
-    beam
-        The beam; what is not to be found is known from it.
-    parameters
-        What is to be found, of ``mu``, ``K_theta``, ``C_f``, ``E_B`` (Young's modulus of the bar; its shear modulus
-        follows), ``theta0`` and ``zero`` (reading of the load cell at no load).
-    load
-        "twisting" or "bending".
-    law
-        "edge" (satisfies virtual work) or "plate" (the paper's); in bending they coincide.
+    beam, parameters
+        The beam, from which all else is known, and what is to be found, of ``mu``, ``K_theta``, ``C_f``, ``E_B``
+        (Young's modulus of the bar; its shear modulus follows), ``theta0`` and ``zero`` (reading of the load cell at no
+        load).
+    load, law
+        As in :func:`squama.solve`.
     bounds
         Lower and upper bound by parameter: SI numbers or texts such as "5 deg"; None for an open end.
     noise
         Standard deviation of a measured torque, N m or text such as "5 N mm"; from the residuals if not given.
     to
         Twist beyond which points are not used: rad/m or text such as "0.1 rad/pitch".
-    reversal
-        Way back that is taken for noise of the measured twist, not for a reversal.
-    stick
-        Way after a reversal on which points are not used, because the joints still give there.
-    starts
-        Number of starts of the search.
-    posterior
-        Number of posterior samples to draw (extra ``fit``); 0 for none.
-    seed
-        Seed of the samples.
+    reversal, stick
+        Way back that is taken for noise of the measured twist, not for a reversal; way after a reversal on which points
+        are not used, because the joints still give there.
+    starts, posterior, seed
+        Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed.
     joint
         "hinge" or "compliant": six motions of a scale against the substrate, whose matrix is the beam's or computed
         once (extra fe); the record is walked for each friction tried, from one start. ``K_theta`` multiplies the
@@ -157,14 +149,12 @@ def placed(record: Record, asked: Asked, law: str) -> _Points:
     most = np.where(record.load < 0, senses.most["-"], senses.most["+"])
     covered = np.abs(record.load) <= most * (1 + _NEAR)
     forward = build(senses, np.where(covered, record.load, 0.0), record.way)
-    usable = record.asked & covered & ~(record.stuck & (forward.theta > 0))
-    return _Points(record, forward, usable)
+    return _Points(record, forward, record.asked & covered & ~(record.stuck & (forward.theta > 0)))
 
 
 def _compliant(beam: Beam, load: str, law: str, samples: int) -> Beam:
     """Return the beam with the matrix of its joint, alone; refuse what the compliant joint does not cover."""
-    way = path.Asked(beam, path.LoadPath.of(load, [1.0]), np.zeros(()), law, 0.01, 3)
-    follow.model("compliant", way)
+    follow.model("compliant", path.Asked(beam, path.LoadPath.of(load, [1.0]), np.zeros(()), law, 0.01, 3))
     if samples:
         refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
     from squama.curves import compliant

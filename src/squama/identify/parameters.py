@@ -63,8 +63,6 @@ class Parameter(NamedTuple):
 def with_error(value: float, error: float, unit: str) -> str:
     """Write a value and its error with as many digits as the error has two.
 
-    Examples
-    --------
     >>> with_error(0.2512, 0.0134, "1"), with_error(1.5123e6, 2.2e4, "Pa")
     ('0.251 +- 0.013', '1.512 +- 0.022 MPa')
     """

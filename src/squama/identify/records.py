@@ -192,8 +192,7 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
             f"lie beyond what the model covers: {why}"
         )
         geometry = "check the geometry in the beam file"
-        remedy = f'{geometry}, or use the points before only with to "{low:g} rad/pitch"'
-        problems.add(rec.where(i), "", reason, remedy)
+        problems.add(rec.where(i), "", reason, f'{geometry}, or use the points before only with to "{low:g} rad/pitch"')
     problems.settle()
 
 

@@ -51,38 +51,19 @@ class SpecimenFit(NamedTuple):
 class Fit:
     """Parameters of a beam found from a test.
 
-    Attributes
-    ----------
-    beam : Beam
-        The beam with the estimates put in.
-    parameters : tuple of str
-        Names of what was found; arrays over parameters are in this order.
-    values, errors : dict of float
-        Estimates and their standard errors, SI units.
-    covariance, correlation : ndarray, shape (parameters, parameters)
-        Of the estimates.
-    noise : float
-        Standard deviation of a torque, N m: from the residuals, or as given.
-    rms : float
-        Root mean square of the residuals of the points that were used, N m.
-    residuals : ndarray, shape (points,)
-        Measured less fitted torque, N m, of every point that the model covers; NaN elsewhere.
-    fitted, band : ndarray, shape (points,)
-        Fitted torque and its standard error, N m.
-    branch : ndarray of str, shape (points,)
-        "straight" (before engagement), "loading", "unloading" or "stick" (at a reversal).
-    used : ndarray of bool, shape (points,)
-        Which points the fit is made from; those of a reversal are not.
-    condition : float
-        Condition number of the derivatives to the parameters, columns scaled to one length.
-    specimens : tuple of SpecimenFit
-        Estimates from each specimen alone; empty for a single one.
-    remedies : tuple of Remedy
-        Further measurements, with the standard errors they would bring.
-    notes : tuple of str
-        What is to be known: parameters that are not separable, bounds that are reached, residuals that are not noise.
-    posterior : Posterior or None
-        Samples, if asked for.
+    ``beam`` has the estimates put in. Names of what was found are ``parameters``; in this order ``covariance`` and
+    ``correlation`` (parameters, parameters), by name ``values`` and their standard ``errors``, SI units; ``condition``
+    number of the derivatives to the parameters, columns scaled to one length. ``noise`` standard deviation of a torque,
+    N m: from the residuals, or as given; ``rms`` root mean square of the residuals of the points that were used, N m.
+
+    Arrays of one length, the points: ``residuals`` measured less fitted torque, N m, of every point that the model
+    covers, NaN elsewhere; ``fitted``, ``band`` fitted torque and its standard error, N m; ``branch`` "straight" (before
+    engagement), "loading", "unloading" or "stick" (at a reversal); ``used`` which the fit is made from, none of a
+    reversal.
+
+    ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
+    the standard errors they would bring; ``notes`` what is to be known: parameters that are not separable, bounds that
+    are reached, residuals that are not noise; ``posterior`` samples, if asked for.
     """
 
     beam: Beam
@@ -164,11 +145,12 @@ class Fit:
             text = row.written(self.values[row.name], self.errors[row.name])
             lines.append(f"{row.name:8} {text:24} {row.words}{also}")
         share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
+        rms, noise = moment(self.rms, 3), moment(self.noise, 3)
         source = "given" if self.given_noise else "from the residuals"
         counts = {words: np.count_nonzero(self.branch == b) for b, words in BRANCHES.items()}
         states = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
         lines += [
-            f"residual rms {torque(self.rms)}, {share:.2g} % of the largest; noise {torque(self.noise)} ({source})",
+            f"residual rms {rms}, {share:.2g} % of the largest; noise {noise} ({source})",
             f"{np.count_nonzero(self.used)} of {self.used.size} points used: {states}",
         ]
         for s in self.specimens:
@@ -275,8 +257,3 @@ class Curve(NamedTuple):
     torque: Array
     error: Array
     leg: Array
-
-
-def torque(value: float) -> str:
-    """Write a torque in N m or N mm."""
-    return moment(value, 3)

@@ -11,8 +11,9 @@ import numpy as np
 from squama._version import __version__
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
-from squama.identify.result import Fit, torque
+from squama.identify.result import Fit
 from squama.types import Array
+from squama.units import moment
 
 _SMALL = 0.05
 """Standard error of a friction that is known to be small."""
@@ -63,8 +64,8 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
         )
     if fit.given_noise and fit.rms > 1.5 * fit.noise:
         out.append(
-            f"residuals ({torque(fit.rms)}) are larger than the noise that is given ({torque(fit.noise)}): the model "
-            "misses something of the test, and errors are too small"
+            f"residuals ({moment(fit.rms, 3)}) are larger than the noise that is given ({moment(fit.noise, 3)}): "
+            "the model misses something of the test, and errors are too small"
         )
     return out + (_locked(fit, senses) if senses else []) + _scatter(fit)
 

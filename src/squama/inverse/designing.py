@@ -122,14 +122,10 @@ def inverse_design(
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (what is asked), ``vary`` (bounds by dimension),
         ``limits``, ``tolerance``; and ``start`` or the tables of a beam. See docs, how-to: design a beam.
-    beam : Beam, optional
-        Starting beam, in place of that of the target; what is not varied stays as it is there.
-    designs : int, optional
-        How many distinct designs at most, in place of the target's (5).
-    starts : int
-        Points of the bounds that are screened.
-    seed : int
-        Of the screen's Sobol sequence.
+    beam, designs : Beam, int, optional
+        In place of the target's: beam to start from, which keeps what is not varied; distinct designs at most (5).
+    starts, seed : int
+        Points of the bounds that are screened; seed of their Sobol sequence.
 
     Returns
     -------

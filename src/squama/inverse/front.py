@@ -100,8 +100,7 @@ def trade(
     if not len(y):
         tried = chosen.population * chosen.generations
         reason = f"none of {tried} beams within the bounds has all these figures and keeps all limits"
-        remedy = "widen the bounds, ease the limits, or raise population"
-        refuse("front", "", reason, remedy, target.source)
+        refuse("front", "", reason, "widen the bounds, ease the limits, or raise population", target.source)
     return _dataset(target, chosen, y, values)
 
 
@@ -284,9 +283,8 @@ def spread(costs: Array, most: int) -> Array:
 def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Dataset:
     import xarray as xr
 
-    order = np.argsort(values[:, 0], kind="stable")
+    order, space = np.argsort(values[:, 0], kind="stable"), target.space
     y, values = y[order], values[order]
-    space = target.space
     seen = Trade(target, chosen).evaluate(y, plates=True)
     c, found = seen.cells, seen.found
     variables: dict[str, Any] = {}
@@ -298,8 +296,7 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
         symbol = PARAMETERS[v.key].symbol
         about = {"units": symbol.unit, "long_name": symbol.long_name, "low": v.low, "high": v.high}
         variables[v.name] = ("design", space.values(y)[v.key], about)
-    ends = named(found.code)
-    variables["end"] = ("design", ends, {"long_name": "how the curve ends"})
+    variables["end"] = ("design", named(found.code), {"long_name": "how the curve ends"})
     variables["rate_end"] = ("design", found.load_end / c.d, {"units": "rad/m", "long_name": "twist rate at the end"})
     attrs = {
         "title": "Pareto front of scale-covered beams",
@@ -315,8 +312,6 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
 def beams(front: xr.Dataset) -> list[Beam]:
     """Return the beams of a front, in its order.
 
-    Examples
-    --------
     >>> import xarray as xr
     >>> start = Beam.from_ratios(mu=0.3)
     >>> front = xr.Dataset({"scale.length": ("design", [0.05])}, attrs={"start": start.to_toml()})

@@ -190,8 +190,8 @@ def _weight(where: str, value: object) -> float:
 def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None:
     """Add every pair of goals that no beam can meet, and goals that friction alone excludes."""
     if not found and not problems:
-        known = "lock, engagement, stiffness, RED, critical_mu, points, tangent, curve"
-        problems.add("[target]", "", "asks for nothing", f"allowed: {known}")
+        known = "allowed: lock, engagement, stiffness, RED, critical_mu, points, tangent, curve"
+        problems.add("[target]", "", "asks for nothing", known)
     single = {goal.name: goal for goal in found}
     pitch = next((v for v in space.variables if v.name == "beam.pitch"), None)
     pitches = np.array([space.beam.pitch] if pitch is None else [pitch.low, pitch.high])
@@ -201,8 +201,7 @@ def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None
             problems.add("target.lock", "", "is not beyond target.engagement, but scales engage before they lock")
         for goal in found:
             if goal.want.at is not None and np.all(goal.want.at.per_pitch(pitches) >= lock.value(pitches)):
-                reason = f"is at or beyond the lock at {lock.number:g} {lock.unit}"
-                problems.add(f"target: {goal.name}", "", reason)
+                problems.add(f"target: {goal.name}", "", f"is at or beyond the lock at {lock.number:g} {lock.unit}")
                 break
     seen: dict[Want, Goal] = {}
     for goal in found:
@@ -217,5 +216,4 @@ def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None
             problems.add(f"target: {goal.name}", "", "is given twice", "keep one")
     most = max((v.high for v in space.variables if v.key == "mu"), default=space.beam.friction.mu or 0.0)
     if red and red.sense != "<=" and most == 0:
-        remedy = "give friction.mu or vary it"
-        problems.add("target.RED", "", "no work is dissipated without friction", remedy)
+        problems.add("target.RED", "", "no work is dissipated without friction", "give friction.mu or vary it")

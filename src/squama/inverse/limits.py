@@ -85,8 +85,6 @@ def shear_factor(width: Array | float, thickness: Array | float) -> Array:
     1 - 8/pi^2 sum over odd n of 1/(n^2 cosh(n pi a/(2 b))), a >= b the sides; at the middle of the longer side. Source:
     Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109.
 
-    Examples
-    --------
     >>> print(f"{shear_factor(1.0, 1.0):.3f} {shear_factor(2.0, 1.0):.3f}")
     0.675 0.930
     """

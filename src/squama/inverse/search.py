@@ -127,20 +127,10 @@ def _model(look: Look, i: int, step: Array) -> float:
 def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
     """Return x that minimises |E x - f| under G x >= h; None where the inequalities contradict each other.
 
-    Parameters
-    ----------
-    E, f : array
-        Matrix (k, m) of full column rank, and vector (k,).
-    G, h : array
-        Matrix (c, m) and vector (c,).
+    E (k, m) has full column rank. Source: Lawson and Hanson, Solving Least Squares Problems, chapter 23. With E = Q R
+    and z = R x - Q^T f this is the vector of least length in a polyhedron, whose dual is one non-negative least squares
+    problem.
 
-    Notes
-    -----
-    Source: Lawson and Hanson, Solving Least Squares Problems, chapter 23. With E = Q R and z = R x - Q^T f this is the
-    vector of least length in a polyhedron, whose dual is one non-negative least squares problem.
-
-    Examples
-    --------
     >>> print(lsi(np.eye(2), np.array([2.0, 1.0]), np.array([[-1.0, 0.0]]), np.array([-0.5])))
     [0.5 1. ]
     """

@@ -108,8 +108,7 @@ def _start(
     if start is not None:
         refuse("start", shown(start), "is no file name", 'write e.g. start = "beam.toml"')
     if not tables:
-        remedy = 'write start = "beam.toml", or the tables [scale], [substrate], [beam]'
-        refuse("start", "", "is missing", remedy)
+        refuse("start", "", "is missing", 'write start = "beam.toml", or the tables [scale], [substrate], [beam]')
     return Beam._build(beamfile.merge({}, merged), bare=bare)
 
 
@@ -159,10 +158,8 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
 
 def _variables(table: dict[str, object], problems: Problems, *, bare: bool) -> tuple[Variable, ...]:
     found: list[Variable] = []
-    flat = dict(flattened(table))
-    if not flat:
-        example = targetfile.EXAMPLES["vary"]
-        problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {example}")
+    if not (flat := dict(flattened(table))):
+        problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {targetfile.EXAMPLES['vary']}")
     for name, bounds in flat.items():
         with problems.caught():
             found.append(_variable(f"vary.{name}", name, bounds, bare=bare))
@@ -245,10 +242,9 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, *, b
         with problems.caught():
             if name in groups:
                 si = size(where, value, groups[name])
-                same = [
-                    k for k in keys if (kinds[k] not in DEFAULTS if name == "relative" else kinds[k] is groups[name])
-                ]
-                found |= dict.fromkeys(same, -si if name == "relative" else si)
+                share = name == "relative"
+                same = (k for k in keys if (kinds[k] not in DEFAULTS if share else kinds[k] is groups[name]))
+                found |= dict.fromkeys(same, -si if share else si)
                 continue
             key = _key(where, name)
             share = isinstance(value, str) and value.strip().endswith("%")

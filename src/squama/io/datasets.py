@@ -41,8 +41,6 @@ CSV_HASH = "# sha256: "
 """Begin of the line with the hash of all others."""
 NETCDF_MARK = "squama_file"
 """Global attribute that marks netCDF files: 2 if the file ends with a hash, 1 in files of before."""
-NETCDF_HASH = b"\nsquama sha256 %s\n"
-"""End of netCDF files; readers of HDF5 do not look there."""
 LARGEST = 1_000_000_000
 """Bytes that values may take which take less in the file."""
 _HANGS = 120.0
@@ -50,7 +48,6 @@ _HANGS = 120.0
 NETCDF_LISTS = "squama_lists"
 """Global attribute with the names of those that are lists; HDF5 does not tell a list of one number from a number."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_SEAL = len(NETCDF_HASH % bytes(64))
 _LINE = re.compile(r"# (?:(sizes|sha256)|(attribute|coordinate|variable) (.+?)): (.+)")
 _JOINED = re.compile(r"([,;])([=+@-])")
 _encode = json.JSONEncoder(default=operator.methodcaller("tolist")).encode
@@ -117,8 +114,7 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
         variable = dataset.variables[name]
         role = "coordinate" if name in dataset.coords else "variable"
         if variable.dtype.kind not in _CAST:
-            reason = f"values of type {variable.dtype} cannot be written to CSV"
-            refuse(str(name), "", reason, "write a .nc file")
+            refuse(str(name), "", f"values of type {variable.dtype} cannot be written to CSV", "write a .nc file")
         about = {
             "dims": list(variable.dims),
             "dtype": variable.dtype.str[1:] if variable.dtype.kind == "U" else str(variable.dtype),
@@ -250,8 +246,8 @@ def write_netcdf(dataset: xr.Dataset, place: Path) -> None:
     # on a disk that is full HDF5 would end the process
     made = io.BytesIO()
     marked.drop_encoding().to_netcdf(made, engine="h5netcdf", format="NETCDF4")
-    data = made.getvalue()
-    place.write_bytes(data + NETCDF_HASH % hashlib.sha256(data).hexdigest().encode())
+    # readers of HDF5 do not look behind its end
+    place.write_bytes(files.sealed(made.getvalue()))
 
 
 def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -265,12 +261,12 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     if noted == 64 or int.from_bytes(head[noted : noted + 8], "little") > size:
         raise _refused(path, "is damaged: it is cut off")
     with Path(path).open("rb") as file:
-        digest, left = hashlib.sha256(), size - _SEAL
+        digest, left = hashlib.sha256(), size - files.SEALED
         while left > 0 and (part := file.read(min(left, 1 << 20))):
             digest.update(part)
             left -= len(part)
         seal = file.read()
-    begin, end = NETCDF_HASH.split(b"%s")
+    begin, end = files.SEAL.split(b"%s")
     sealed = digest.hexdigest().encode() in seal
     if not sealed and seal.startswith(begin) and seal.endswith(end):
         raise _refused(path, "is damaged: it is not as squama wrote it, by its hash")

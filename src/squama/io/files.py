@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import secrets
 import select
@@ -15,6 +16,10 @@ from squama.errors import InputError, Problem
 from squama.units import shown
 
 LARGEST_TEXT = 1_000_000
+SEAL = b"\nsquama sha256 %s\n"
+"""End of binary files, behind the data: the hash of all before it."""
+SEALED = len(SEAL % bytes(64))
+"""Bytes of the seal."""
 _WRITE_BITS = 0o222
 _PLACE = (OSError, ValueError, RuntimeError)
 """What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
@@ -76,6 +81,24 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
             # the first end of a pipe may be that nobody has begun to write
             waited = True
         return bytes(found)
+
+
+def sealed(data: bytes) -> bytes:
+    """Return the data with their seal.
+
+    Examples
+    --------
+    >>> len(sealed(b"data")) == 4 + SEALED, unsealed(sealed(b"data"))
+    (True, b'data')
+    """
+    return data + SEAL % hashlib.sha256(data).hexdigest().encode()
+
+
+def unsealed(data: bytes) -> bytes:
+    """Return the data without their seal. Raises ValueError: they do not agree with it, or have none."""
+    if data != sealed(data[:-SEALED]):
+        raise ValueError(SEAL)
+    return data[:-SEALED]
 
 
 def regular(path: str | os.PathLike[str], *, missing: str = "check the name") -> int:

@@ -64,8 +64,7 @@ def _lines(ax: Axes, data: xr.Dataset, x: str, y: str, *, asymptotes: bool = Fal
             below: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.35} if same and law == "plate" else {}
             ax.plot(line[x].values, line[y].values, color=colour, linestyle=DASHES[str(law)], **below)
             if asymptotes and law == "plate" and line["end"] == "frictional lock":
-                end = float(line["phi_end"] / line["phi_e"])
-                ax.axvline(end, color=colour, linewidth=0.8, linestyle=":", zorder=0)
+                ax.axvline(float(line["phi_end"] / line["phi_e"]), color=colour, linewidth=0.8, linestyle=":", zorder=0)
 
 
 def _keys(data: xr.Dataset) -> list[Line2D]:

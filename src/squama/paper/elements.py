@@ -68,8 +68,7 @@ def read_points(path: str | os.PathLike[str]) -> FePoints:
     problems.settle()
     eta, mu, rate, load, *rest = np.array(values).T
     if (count := np.unique(eta).size) > MOST:
-        reason = f"has {count} values of eta, the figure has room for {MOST}"
-        refuse("", "", reason, "write more files", table.name)
+        refuse("", "", f"has {count} values of eta, the figure has room for {MOST}", "write more files", table.name)
     return FePoints(eta, mu, rate, load, table.name, rest[0] if rest else None, _joint(table))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,14 +49,10 @@ class Claim(NamedTuple):
     note: str = ""
 
 
-def _beam(eta: float, beta: float, lam: float, zeta: float, slenderness: float) -> Beam:
+def _beam(**ratios: Any) -> Beam:
     """Return a beam of these ratios with the angles and the bar of all figures."""
     return Beam.from_ratios(
-        eta=eta,
-        beta=beta,
-        lam=lam,
-        zeta=zeta,
-        slenderness=slenderness,
+        **ratios,
         alpha="45 deg",
         theta0="10 deg",
         width="32 mm",

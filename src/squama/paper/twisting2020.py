@@ -57,8 +57,7 @@ def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
 def fig4(_points: FePoints | None = None) -> Made:
     """Friction force against twist rate."""
     data = curves.both_laws(par.main(), par.FIG4_MUS, par.LAWS)
-    table = flat(data, {**_CURVE, "theta (deg)": "theta", "f0 (1)": "f0"})
-    return Made(curves.fig4(data), table, claims.fig4(data))
+    return Made(curves.fig4(data), flat(data, {**_CURVE, "theta (deg)": "theta", "f0 (1)": "f0"}), claims.fig4(data))
 
 
 def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim]) -> Made:

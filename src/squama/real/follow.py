@@ -19,10 +19,29 @@ from squama.types import Array
 FREE, SLIP, STICK = range(3)
 RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, NONE = range(7)
 """Ends by number."""
-COLUMNS = ("phi", "T", "N", "f", "x", "y", "c1", "c2", "W_fr", "mode", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "eps")
+COLUMNS = (
+    "phi",
+    "T",
+    "N",
+    "f",
+    "x",
+    "y",
+    "c1",
+    "c2",
+    "W_fr",
+    "W",
+    "mode",
+    "u_X",
+    "u_Y",
+    "u_Z",
+    "w_X",
+    "w_Y",
+    "w_Z",
+    "eps",
+)
 """What is written of each point."""
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
-_START, _SOFTLY, _GENTLE = 1 / 16, 1e-3, 1e-5
+_START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
 _TOUCH = -1e-6
 _ALONG, _ACROSS = 16, 8
@@ -102,14 +121,14 @@ def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
 
 
 @_jit
-def write(d: Design, s: Array, mode: int, work: float, out: Array) -> None:
+def write(d: Design, s: Array, mode: int, rubbed: float, work: float, out: Array) -> None:
     """Write a row of :data:`COLUMNS`."""
     m = d.motions
     out[0], out[1], out[2], out[3] = s[PHI], s[TORQUE], s[NORMAL], s[FRICTION]
     out[4], out[5], out[6], out[7] = s[AT], s[AT + 1], s[m + 3], s[m + 4]
-    out[8], out[9] = work, mode
-    out[10:17] = 0.0
-    out[10 : 10 + m] = s[:m]
+    out[8], out[9], out[10] = rubbed, work, mode
+    out[11:18] = 0.0
+    out[11 : 11 + m] = s[:m]
     if not d.elastic:
         out[6] = out[7] = 0.0
 
@@ -166,6 +185,13 @@ def guess(d: Design, now: Step, size: float, ratio: float, fresh: bool, room: Ar
     return possible
 
 
+@_in
+def turned_by(a: Array, b: Array) -> float:
+    """Return the cosine between the directions of slip of two states; 0 where one has none."""
+    i = SLIDING
+    return a[i] * b[i] + a[i + 1] * b[i + 1] + a[i + 2] * b[i + 2]
+
+
 @_jit
 def accept(room: Array, size: float, before: float, fresh: bool) -> None:
     """Make the new state the last one, after a step that followed one of the size ``before``."""
@@ -181,7 +207,7 @@ def accept(room: Array, size: float, before: float, fresh: bool) -> None:
 def follow(
     d: Design, start: tuple[float, float, float], targets: Array, step: float, every: int, out: Array
 ) -> End:  # fmt: skip
-    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 17) not reached stay.
+    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 18) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
     many steps.
@@ -189,8 +215,8 @@ def follow(
     room, J, order, b = np.zeros((STATES, WIDTH)), np.empty((MOST, MOST)), np.zeros(MOST, np.int64), np.zeros(24)
     last, new, rates = room[LAST], room[NEW], free_rates(d)
     at_rest(d, rates, 0.0, last)
-    mode, fresh, known, closing, work, way, count = FREE, True, False, False, 0.0, 1.0, 0
-    h, h_last, narrow = step, step, math.inf
+    mode, fresh, known, closing, rubbed, work, way, count = FREE, True, False, False, 0.0, 0.0, 1.0, 0
+    h, h_last, narrow, bold = step, step, math.inf, False
     for i in range(targets.size):
         goal = targets[i]
         if goal != last[PHI]:
@@ -201,9 +227,12 @@ def follow(
         while last[PHI] != goal:
             phi = last[PHI]
             if mode == FREE:
+                before = last[TORQUE]
                 at_rest(d, rates, goal, last)
                 if way > 0 and phi < start[0] <= goal:
                     at_rest(d, rates, start[0], last)
+                work += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
+                if way > 0 and phi < start[0] <= goal:
                     last[AT], last[AT + 1] = start[1], start[2]
                     mode, fresh, known, h, narrow, closing = SLIP, True, False, step * _START, math.inf, False
                 continue
@@ -219,12 +248,16 @@ def follow(
             found, code, edge, k = guess(d, now, size, ratio, fresh, room, J, order), STOPPED, -1, 0
             if found:
                 found, known = solve(d, to, now, room, J, order, known)
+            # friction that turns round within a step is no solution: the contact would stick first
+            found = found and (mode == STICK or turned_by(last, new) >= 0.0)
             if found and new[NORMAL] < 0.0:
                 code = PARTED
                 if way < 0.0:
                     # it opens where it closed: nothing but the twist holds the scales there
-                    work += last[FRICTION] * last[SPEED] / 2 * max(0.0, phi - start[0])
+                    rubbed += last[FRICTION] * last[SPEED] / 2 * max(0.0, phi - start[0])
+                    before = last[TORQUE]
                     at_rest(d, rates, min(phi, start[0]), last)
+                    work += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
                     mode, fresh = FREE, True
                     continue
             elif found:
@@ -232,6 +265,7 @@ def follow(
                 held = d.mu * new[NORMAL] - new[FRICTION]
                 if code < 0 and mode == STICK and held < _HELD * new[NORMAL] and (held < 0.0 or closing):
                     if abs(held) < _HELD * new[NORMAL] or size < _SMALLEST:
+                        work += (last[TORQUE] + new[TORQUE]) / 2 * (to - phi)
                         accept(room, size, h_last, fresh)
                         # the slip's direction turns quickly at first
                         mode, fresh, known, h, closing = SLIP, True, False, step * _SOFTLY, False
@@ -242,19 +276,23 @@ def follow(
                         h, closing = size * min(0.9, max(0.1, share)) if not closing else size * share, True
                     continue
             if code >= 0:
-                h, narrow, known = size / 2, size, False
+                h, narrow, known = size / 2, narrow if code == STOPPED else size, False
                 if h < _LEAST:
-                    return End(code, phi, edge, k, i)
+                    if not (fresh and mode == SLIP and code == STOPPED and not bold and phi != start[0]):
+                        return End(code, phi, edge, k, i)
+                    # the slip's direction turns quickly where it sets out: a larger step may find where it turns to
+                    bold, h, narrow = True, step, math.inf
                 continue
             count += 1
             if mode == SLIP:
-                work += (last[FRICTION] * (new if fresh else last)[SPEED] + new[FRICTION] * new[SPEED]) / 2 * size
+                rubbed += (last[FRICTION] * (new if fresh else last)[SPEED] + new[FRICTION] * new[SPEED]) / 2 * size
+            work += (last[TORQUE] + new[TORQUE]) / 2 * (to - phi)
             accept(room, size, h_last, fresh)
-            h_last, fresh, narrow = size, False, narrow - size
+            h_last, fresh, bold, narrow = size, False, False, narrow - size
             h = min(step, 2 * size) if not closing else size
             if narrow < 2 * _LEAST:
                 narrow = math.inf
             elif narrow < math.inf:
                 h = min(h, narrow / 2)
-        write(d, last, mode, work, out[i])
+        write(d, last, mode, rubbed, work, out[i])
     return End(RANGE, last[PHI], -1, 0, targets.size)

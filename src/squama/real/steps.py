@@ -15,7 +15,7 @@ from squama.real.contact import (
 )  # fmt: skip
 from squama.types import Array
 
-TIGHT = 1e-9
+TIGHT = 1e-8
 """Newton's last correction, relative."""
 _MOVE, _LEAST_MOVE = 1e-7, 1e-11
 _ROUNDS, _FEW, _QUICK = 20, 5, 0.3
@@ -95,7 +95,9 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
             size = max(size, abs(r[j]))
         if not size < 1.0:
             return False, False
-        if size < TIGHT:
+        if size < (0.01 if step.stuck else 1.0) * TIGHT:
+            # deflections of soft plates count, too
+            residual(d, f, phi, step, room, MISSED)
             return True, i < _FEW
         known = fresh or size < _QUICK * old
         fresh, old = False, size

@@ -145,5 +145,4 @@ def run(
             finished(tile, wrote)
             fill()
     except (CancelledError, gone):
-        remedy = "start it and run the same command again, finished tiles are kept"
-        refuse("dask", "", "the scheduler has gone", remedy)
+        refuse("dask", "", "the scheduler has gone", "start it and run the same command again, finished tiles are kept")

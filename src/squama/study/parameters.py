@@ -42,13 +42,17 @@ def _key(name: str) -> Parameter:
     return Parameter(dimension, bounds, Symbol(name, si_unit(dimension), f"{table} {words}", ""))
 
 
+UNUSED = (
+    "scale.youngs_modulus", "scale.poisson_ratio", "scale.strength", "substrate.strength", "substrate.strain_limit",
+)  # fmt: skip
+"""Numbers of a beam file on which no figure depends: the scales are rigid here."""
 FULL = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
 """Names as in the beam file of the parameters that have a shorter one."""
 PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
-    **{name: _key(name) for name in beamfile.NUMBERS if name not in FULL.values()},
+    **{name: _key(name) for name in beamfile.NUMBERS if name not in (*FULL.values(), *UNUSED)},
 }
 """Parameters by name, in the order in which messages list them."""
 
@@ -61,6 +65,7 @@ _CHANGES = {
     "lam": ("beam.pitch", "scale.length", "scale.width", "scale.embedded", "scale.thickness"),
 }
 _NO_EFFECT = {
+    **dict.fromkeys(UNUSED, "changes nothing here, where scales are rigid and nothing breaks; leave it out"),
     "beam.scales": "the figures of a sweep are per pitch or per length, so it changes nothing; leave it out",
     "law": "is no range; give both laws with --law edge,plate",
     "sense": "is no range; sweep each sense into a store of its own",

@@ -114,15 +114,12 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     """
     if part.y != "mu" or part.panels not in (None, "law", "margin"):
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
-    data = part.data
-    load = data.attrs["load"]
+    data, load = part.data, part.data.attrs["load"]
     beam = Beam.from_toml_text(data.attrs["beam"])
     held = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
     at = np.array([read_value(part.x, text, bare=bare) for text in texts])
-    c = columns(beam, held | {part.x: at}, load=load)
-    c = c._replace(mu=np.zeros(at.size))
-    kind = LOADS[load]
-    flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in kind.contact}
+    c = columns(beam, held | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
+    flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in LOADS[load].contact}
     found = solution.solve(flat, load=load, law="edge", sense=data.attrs["sense"])
     answer: dict[float, tuple[Array, Array]] = {}
     for index, track in found.tracks:

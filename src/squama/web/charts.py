@@ -17,10 +17,9 @@ Options = dict[str, Any]
 """What a chart is drawn from, for the browser."""
 DASHES = ([8, 4], [3, 3], [10, 3, 2, 3])
 """Lines of the kept designs."""
-
-
 ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
 """Pixels around the curves; the mark of the current point lies over them."""
+LEGEND: Options = {"right": 8, "top": 2, "itemWidth": 22, "itemHeight": 8, "itemStyle": {"opacity": 0}}
 PLOTS = ("torque", "theta", "f")
 """Variables that are drawn, of a curve and of a state."""
 
@@ -49,9 +48,8 @@ def line_options(state: State, plot: str, *, dark: bool) -> Options:
     """Return the options of one plot: the curve, the kept ones dashed, the current point."""
     look, names = THEMES["dark" if dark else "light"], LOADS[state.load]
     across = f"{names.angle_words.capitalize()} {names.letter} (rad)"
-    same = [(i, one) for i, one in enumerate(state.kept) if one.load == state.load]
+    same = {i: live.along(one.setting) for i, one in enumerate(state.kept) if one.load == state.load}
     own = live.along(state.setting)
-    others = [live.along(one.setting) for _, one in same]
     right, top = _frame(state, plot)
     factor, sign = (1.0, "") if plot == "theta" else prefix(top)
     label = {
@@ -60,30 +58,24 @@ def line_options(state: State, plot: str, *, dark: bool) -> Options:
         "f": f"Friction force f ({sign}N)",
     }[plot]
     series: list[Options] = []
-    for (i, _), curve in zip(same, others, strict=True):
+    for i, curve in same.items():
         dashed = {"color": KEPT[i], "width": 1.8, "type": DASHES[i]}
         series.append(_line(live.NAMES[i], curve, plot, factor, dashed))
     if plot == "torque":
         ends = [[0.0, 0.0], [right / 1.03, own.bare * right / 1.03 * factor]]
         grey = {"color": look["ink"], "width": 1, "type": [2, 3], "opacity": 0.6}
         series.append(_series("without contact", ends, grey))
+    shown = ["without contact"] * (plot == "torque") + [live.NAMES[i] for i in same]
     series.append(_line("this design", own, plot, factor, {"color": look["curve"], "width": 2.2}))
     return {
         **ground(f"{label} against {across}", ROOM),
         "title": {"text": label, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
-        "legend": _legend(look, plot, [live.NAMES[i] for i, _ in same]),
+        "legend": {"data": shown, "textStyle": {"color": look["ink"], "fontSize": 10}, **LEGEND},
         "xAxis": axis(across, look, nameGap=20, min=0, max=_short(right)),
         "yAxis": axis("", look, max=_short(top * factor), min=0),
         "series": series,
     }
-
-
-def _legend(look: Mapping[str, str], plot: str, names: list[str]) -> Options:
-    shown = (["without contact"] if plot == "torque" else []) + names
-    style = {"color": look["ink"], "fontSize": 10}
-    return {"data": shown, "right": 8, "top": 2, "itemWidth": 22, "itemHeight": 8, "textStyle": style,
-            "itemStyle": {"opacity": 0}}  # fmt: skip
 
 
 def _top(curves: list[live.Along], plot: str, value: float) -> float:

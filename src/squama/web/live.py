@@ -87,23 +87,14 @@ def taken(link: str) -> State:
 def scene(state: State) -> dict[str, object]:
     """Return what the three-dimensional view needs: design and state, no vertices."""
     m = motion(state.setting)
-    now = m.state(state.twist)
-    return {
-        "design": shape(state.setting, m.neighbour),
-        "state": {**now._asdict(), "mu": state.mu},
-        "words": picture_words(state),
-    }
-
-
-def picture_words(state: State) -> str:
-    """Say what the view shows, for those who do not see it."""
-    now, names = motion(state.setting).state(state.twist), LOADS[state.load]
-    many, drawn = state.beam.scales, shape(state.setting)["scales"]
-    count = f"{many} scales" if drawn == many else f"{drawn} of {many} scales"
-    return (
-        f"Beam of {count}, {names.done} by {number(now.load)} rad per pitch; "
+    now, design, many = m.state(state.twist), shape(state.setting, m.neighbour), state.beam.scales
+    count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
+    # what the view shows, for those who do not see it
+    words = (
+        f"Beam of {count}, {LOADS[state.load].done} by {number(now.load)} rad per pitch; "
         f"scales at {number(math.degrees(now.theta))} degrees, {WORDS[now.name]}"
     )
+    return {"design": design, "state": {**now._asdict(), "mu": state.mu}, "words": words}
 
 
 def readings(state: State) -> list[tuple[str, str]]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch import solve
+from squama.batch import solved
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS
@@ -119,13 +119,14 @@ def grid(wanted: Key) -> Grid:
 
 
 def warm_up() -> threading.Thread:
-    """Solve a design of each kind on a thread of its own, so that the first map need not wait for the compiler."""
+    """Load or compile the code for many designs on a thread of its own, so that the first map need not wait."""
 
-    def tiny() -> None:
-        for load in LOADS:
-            solve(eta=3.0, beta=1.25, lam=0.45, alpha=0.8, theta0=0.2, mu=0.5, stiffness_ratio=1.0, load=load)
+    def compiled() -> None:
+        designs = tuple(np.full(1, v) for v in (3.0, 1.25, 0.45, 0.8, 0.2, 0.5, 1.0))
+        # without a limit below which Python would answer
+        solved(designs, law="edge", sense="+", margin=0.01, load="twisting", few=0)
 
-    thread = threading.Thread(target=tiny, name="warm-up", daemon=True)
+    thread = threading.Thread(target=compiled, name="warm-up", daemon=True)
     thread.start()
     return thread
 

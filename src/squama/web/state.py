@@ -145,8 +145,6 @@ def preset(name: str, kept: tuple[State, ...] = ()) -> State:
 def query(state: State) -> str:
     """Return the query of the link that shows a state.
 
-    Examples
-    --------
     >>> link = query(preset("main"))
     >>> link[:57], read(link) == preset("main")
     ('load=twisting&law=edge&sense=%2B&joint=hinge&margin=0.01&', True)
@@ -194,7 +192,7 @@ def read(text: str, *, kept: bool = True) -> State:
     if len(keeps) > MOST_KEPT:
         problems.add("keep", reason=f"{len(keeps)} designs", remedy=f"at most {MOST_KEPT}")
     problems.settle()
-    beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False, folder=None)
+    beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False)
     state = State(beam, 0.0)
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
     for name, given in plain.items():

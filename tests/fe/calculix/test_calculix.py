@@ -81,7 +81,7 @@ def ours(scales, increments, twist):
     from squama.fe.runs import cell
 
     mesh = COARSE["size"], COARSE["edge_size"]
-    return cell(BEAM, scales=scales, to=f"{twist} rad/pitch", mesh=mesh, increment=twist / increments)
+    return cell(BEAM, scales=scales, to=f"{twist} rad/pitch", mesh=mesh, increment=twist / increments, ideal=True)
 
 
 def agree(found, own, torque, angle):

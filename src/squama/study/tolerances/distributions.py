@@ -15,7 +15,7 @@ import numpy as np
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.errors import Problems, refuse
-from squama.study.parameters import EXAMPLES, FULL, PARAMETERS, canonical, flattened, meant, own, text_of
+from squama.study.parameters import EXAMPLES, FULL, PARAMETERS, UNUSED, canonical, flattened, meant, own, text_of
 from squama.types import Array
 from squama.units import LONGEST, Dimension, QuantityError, for_people, quantity, shown
 
@@ -24,8 +24,8 @@ MOST_CUT = 0.1
 _NOTED = 1e-9
 KINDS = {"normal": "mean, sd", "uniform": "low, high", "triangular": "low, most likely, high"}
 """Distributions, and the values by which each is given."""
-KEYS = tuple(beamfile.NUMBERS)
-"""What may scatter: every dimension, angle and modulus of a beam file."""
+KEYS = tuple(name for name in beamfile.NUMBERS if name not in UNUSED)
+"""What may scatter: every number of a beam file on which a figure depends."""
 _SHORT = {**FULL, "pitch": "beam.pitch"}
 _CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
 _PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)

@@ -76,10 +76,8 @@ def uncertainty(
         As in :func:`squama.solve`; the beam's own friction if not given.
     samples
         How many at least; Sobol points come as 32 sets of a power of two each, others as 32 equal sets.
-    sampler
-        "sobol" (scrambled Sobol points) or "random" (PCG64).
-    seed
-        The same seed gives the same samples, whatever the number of threads.
+    sampler, seed
+        "sobol" (scrambled Sobol points) or "random" (PCG64); the same seed gives the same samples on any threads.
     levels
         Probabilities of the quantiles.
     indices

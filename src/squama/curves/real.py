@@ -1,0 +1,235 @@
+"""The real beam in SI units: thick, elastic scales on a joint that gives, by the model of :mod:`squama.real`.
+
+A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
+makes it thin and rigid. One contact of two edges is followed, by the force law of edges. Where another one comes in,
+the curve goes on by general contact where the extra fe is installed (:mod:`squama.curves.compliant`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
+from squama.curves.path import Asked, Case, Curve, States, figures
+from squama.errors import refuse
+from squama.joints.choice import Joint, joint_of
+from squama.model.outcome import End
+from squama.real import follow, path
+from squama.types import Array
+
+RANGE = 0.3
+"""Twist per pitch, rad, to which a curve goes unless asked otherwise."""
+STRAIN_LIMIT = 0.3
+"""Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
+MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
+_FINE = 2e-3
+_NEAR = 1e-5
+_ENDS = {
+    follow.RANGE: End.RANGE, follow.OTHER: End.OTHER, follow.STOPPED: End.STOPPED, follow.PARTED: End.SNAP,
+    follow.NONE: End.NONE,
+}  # fmt: skip
+_LENGTHS = ("p", "s", "u_X", "u_Y", "u_Z", "deflection")
+_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "pull_out")
+_ALONG = (
+    *("rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED"),
+    *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "pull_out", "U_joint", "U_plate", "U_bar"),
+)
+TIMES = {"twofold": 2.0, "fivefold": 5.0}
+"""Tangent stiffness over that of the beam without contact whose twist is a figure."""
+
+
+class Held(NamedTuple):
+    """What holds a beam's scales, and its figures in SI units."""
+
+    joint: Joint
+    K: Array
+    K_theta: float
+    rigidity: float
+
+    @classmethod
+    def of(cls, beam: Beam) -> Held:
+        """Return that of a beam; refuse one whose joint is not known."""
+        joint = joint_of(beam)
+        if joint.K is None:
+            refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
+        unit, K = beam.substrate.youngs_modulus * beam.pitch**3, np.asarray(joint.K, float)
+        rigidity = twisting_stiffness(K[:7, :7]) * unit * beam.pitch
+        return cls(joint, K, inclination_stiffness(K[:7, :7]) * unit, rigidity)
+
+
+def scale(beam: Beam, *, ideal: bool) -> path.Scale:
+    """Return a beam's scale; ``ideal``: thin and rigid, elastic else where its modulus is known."""
+    s, d, E = beam.scale, beam.pitch, beam.substrate.youngs_modulus
+    thin = path.Scale(beam.eta, beam.beta, beam.lam, s.alpha, s.theta0, 0.0)
+    if ideal:
+        return thin
+    thick = thin._replace(h=s.thickness / d)
+    if s.youngs_modulus is None:
+        return thick
+    return thick._replace(D=beam.plate_rigidity / (E * d**3), nu=s.nu)
+
+
+def idealisation(beam: Beam, *, ideal: bool) -> str:
+    """Say in words how the scales are taken."""
+    if ideal:
+        return "thin, rigid scales"
+    return "thick, rigid scales" if beam.scale.youngs_modulus is None else "thick, elastic scales"
+
+
+class Path(NamedTuple):
+    """A beam's path in one sense, see :class:`squama.curves.path.Solved`."""
+
+    beam: Beam
+    held: Held
+    way: path.Path
+    sign: int
+    far: float
+
+    @property
+    def case(self) -> Case:
+        """What the beam and its joint bring."""
+        beam, held = self.beam, self.held
+        return Case(beam.pitch, held.rigidity, held.K_theta, beam.eta, beam.scale.theta0, self.sign < 0)
+
+    def curve(self, *, points: int, at: Array | None = None) -> Curve:
+        """Return the curve at evenly spaced twists, or at twists per pitch; NaN beyond an earlier end."""
+        engaged = self.way.contact.phi
+        if at is None:
+            stop = self.states(np.array([self.far]))[1].phi
+            at = np.linspace(0.0, stop, points)
+            if 0 < engaged < stop:
+                at[np.abs(at - engaged).argmin()] = engaged
+        at = np.asarray(at, float)
+        most = float(at.max(initial=0.0))
+        fine = np.linspace(0.0, most, max(3, math.ceil(most / _FINE) + 1))
+        wanted = np.union1d(at, engaged) if engaged < most else np.unique(at)
+        nearest = wanted[np.clip(np.searchsorted(wanted, fine), 0, wanted.size - 1)]
+        twists = np.union1d(wanted, fine[np.abs(nearest - fine) > _NEAR])
+        rows, end = self.states(twists)
+        own = values(self, twists, rows)
+        which = np.searchsorted(twists, at)
+        reached = np.flatnonzero(np.isfinite(rows[:, 1]))
+        last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in own.items()}
+        found = {
+            **figures(self.case, last, engaged, end.phi, last["theta"]),
+            **ending(self.way, end),
+            **_thresholds(self, twists, own),
+        }
+        return Curve({role: own[role][which] for role in _ALONG}, found)
+
+    def states(self, twists: Array) -> tuple[Array, follow.End]:
+        """Follow the model's path, see :meth:`squama.real.path.Path.states`."""
+        return self.way.states(twists)
+
+
+def solve(asked: Asked) -> tuple[list[Path], States]:
+    """Return the paths of a beam for each coefficient of friction."""
+    beam, to, ideal = asked.beam, abs(asked.path.values[-1]), asked.ideal
+    far = RANGE if to == math.inf else to
+    if far >= math.pi:
+        refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
+    held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
+    plate = scale(beam, ideal=ideal)
+    most = max(far, 0.0 if asked.at is None else float(np.max(asked.at)))
+    found = []
+    for mu in np.atleast_1d(asked.mus):
+        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)
+        found.append(Path(beam, held, way, sign, far))
+    attrs = attributes(held, beam, ideal=ideal)
+    return found, States({}, attrs, notes(held.joint, far if asked.at is None else float(np.max(asked.at))))
+
+
+def attributes(held: Held, beam: Beam, *, ideal: bool) -> dict[str, float | str]:
+    """Return what answers say of the model."""
+    return {
+        "K_theta": held.K_theta, "rigidity": held.rigidity, "joint_source": held.joint.source,
+        "band": held.joint.band, "scales": idealisation(beam, ideal=ideal),
+    }  # fmt: skip
+
+
+def notes(joint: Joint, far: float) -> list[str]:
+    """Say where a curve to the twist ``far`` (rad per pitch) leaves what the model was compared with."""
+    lines = [joint.note] if joint.note else []
+    if far > STRAIN_LIMIT:
+        lines.append(
+            f"the joint's stiffness is that of small strains: it was compared with nonlinear elements up to "
+            f"{STRAIN_LIMIT:g} rad per pitch, and the curve goes to {far:.3g}"
+        )
+    return lines
+
+
+def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
+    """Return every variable at the states of ``rows``, SI units, by role."""
+    beam, held, way = one.beam, one.held, one.way
+    d, E = beam.pitch, beam.substrate.youngs_modulus
+    column = dict(zip(follow.COLUMNS, rows.T, strict=True))
+    touching = column["mode"] > 0
+    own = {name: column[name] for name in MOTIONS}
+    own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
+    own |= path.energies(way, rows)
+    own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
+    own["torque"] = column["T"]
+    own["deflection"] = path.tip(way, rows)
+    own["pull_out"] = path.pull_out(way, rows)
+    own["stress"] = path.stresses(way, rows)[0] * E if way.scale.elastic else np.full(len(rows), np.nan)
+    units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3}
+    v = {role: x * units.get(role, 1.0) for role, x in own.items()}
+    v["load"], v["rate"], v["theta"] = twists, twists / d, path.inclinations(way, rows)
+    v["scales"] = v["torque"] - held.rigidity * v["rate"]
+    v["tangent"] = np.where(np.isfinite(v["torque"]), held.rigidity, np.nan)
+    contact = np.flatnonzero(touching | (np.abs(twists - way.contact.phi) < 1e-12))
+    if contact.size > 2:
+        v["tangent"][contact] = np.gradient(v["torque"][contact], v["rate"][contact], edge_order=2)
+    v["stiffness_ratio"] = v["tangent"] / held.rigidity
+    v["f0"] = v["f"] * beam.scale.length / held.K_theta
+    total, reached = v["U_el"] + v["W_fr"], np.isfinite(v["torque"])
+    v["RED"] = np.divide(v["W_fr"], total, out=np.where(reached, 0.0, np.nan), where=total > 0)
+    v["work"] = column["W"] * E * d**2
+    return v
+
+
+def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
+    """Return how the curve ends, what touches first and what comes in later, by role."""
+    c, code = way.contact, end.code
+    edge = {follow.OFF_FIRST: c.first, follow.OFF_SECOND: c.second}.get(code)
+    name = End.NONE if c.first == -1 and code == follow.RANGE else _ENDS.get(code)
+    if edge is not None:
+        name = (End.OFF_TIP, End.OFF_SIDE, End.OFF_SIDE, End.OTHER)[edge]
+    other = path.place(end.edge, end.k) if code == follow.OTHER else ""
+    where = f"{other} at {end.phi:.4g} rad/pitch" if other else ""
+    return {
+        "end": str(name),
+        "neighbour": max(0, c.k) if c.first != -1 else 0,
+        "other_contact": where,
+        "first_contact": c.words,
+    }
+
+
+def _thresholds(one: Path, twists: Array, v: dict[str, Array]) -> dict[str, float]:
+    """Return what replaces a lock: twists per pitch, NaN where they are not reached, and the energy's error."""
+    reached = np.isfinite(v["torque"])
+    touching = reached & (twists >= one.way.contact.phi)
+    x, torque = twists[reached], v["torque"][reached]
+    found = {f"load_{name}": _first(twists[touching], v["stiffness_ratio"][touching], n) for name, n in TIMES.items()}
+    strength = one.beam.scale.strength
+    found["load_strength"] = math.nan if strength is None else _first(x, v["stress"][reached], strength)
+    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
+    found["load_peak"] = float(x[peak[0] + 1]) if peak.size else math.nan
+    work, stored = v["work"][reached], (v["U_el"] + v["W_fr"])[reached]
+    found["energy_error"] = float((work[-1] - stored[-1]) / work[-1]) if reached.any() and work[-1] > 0 else 0.0
+    return found
+
+
+def _first(x: Array, y: Array, level: float) -> float:
+    """Return where y first comes to a level, linear between points; NaN where it does not."""
+    above = np.flatnonzero(y >= level)
+    if not above.size:
+        return math.nan
+    i = int(above[0])
+    if i == 0 or not math.isfinite(y[i - 1]):
+        return float(x[i])
+    return float(x[i - 1] + (level - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]))

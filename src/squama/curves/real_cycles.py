@@ -1,0 +1,251 @@
+"""Loading, unloading and reversal of the real beam: its path is walked through a history of twists.
+
+Nothing is a function of the twist alone: the scales' motions depend on the way. After a reversal the contact sticks
+while the friction turns round (docs, theory: cycles). Scales are apart at no twist, so each part of a history in one
+sense begins anew there.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.curves import real
+from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
+from squama.errors import refuse
+from squama.model import history
+from squama.model.outcome import SENTENCES, End
+from squama.real import follow, path
+from squama.types import Array
+
+INCREMENT = 5e-4
+"""Largest increment of the twist, rad per pitch: work and dissipation agree to some 1e-4 with it."""
+MOST = 100_000
+"""Increments of a history at most."""
+AFTER = 14
+"""Points after a reversal, at twists that go back by ever more, so that the steep part is resolved."""
+_LEAST = 2e-6
+_FULL = 1e-9
+_ALONG = (
+    *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr"),
+    *(*real.MOTIONS, "stiffness_ratio", "deflection", "stress", "pull_out", "U_joint", "U_plate", "U_bar"),
+)
+_BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
+
+
+class _Way(NamedTuple):
+    """A walked history: signed twists of its points, their legs and states; the number of each value's point."""
+
+    twists: Array
+    legs: Array
+    rows: Array
+    turns: list[int]
+
+
+def walk(asked: Asked) -> States:
+    """Return the states along a history, its loops, and what holds for each sense.
+
+    To the points that are asked of each way some come after each reversal. A history on which the contact ends is
+    refused: the twist, and what happens there.
+    """
+    values, beam = asked.path.values, asked.beam
+    _check(values)
+    held = real.Held.of(beam)
+    plate, mu, far = real.scale(beam, ideal=asked.ideal), float(asked.mus), max(map(abs, values))
+    paths = {
+        sense: real.Path(
+            beam, held, path.Path.of(plate, held.K, mu, sense=-1 if sense == "-" else 1, most=far),
+            -1 if sense == "-" else 1, far,
+        )
+        for sense in used_senses(values)
+    }  # fmt: skip
+    way = _walked(paths, values, asked.points)
+    along = _along(paths, way)
+    d = beam.pitch
+    residual = [_residual(paths, values, loop) for loop in history.loops(values)]
+    total = float(along["U_el"][-1] + along["W_fr"][-1])
+    error = (float(along["work"][-1]) - total) / max(float(along["W_fr"][-1]), float(along["U_el"].max()), 1e-300)
+    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+        ("point",): {"branch": along["branch"], "leg": way.legs, **{role: along[role] for role in _ALONG}},
+        ("loop",): _loops(way, along, values, d, residual),
+        ("sense",): _senses(paths, values),
+        (): {"energy_error": np.asarray(error)},
+    }
+    attrs = {**real.attributes(held, beam, ideal=asked.ideal), "increment": INCREMENT}
+    return States(by_dim, attrs, real.notes(held.joint, far))
+
+
+def _check(values: list[float]) -> None:
+    far = max(values, key=abs)
+    if abs(far) >= math.pi:
+        refuse("twist", f"{far:.6g} rad/pitch", "must be below half a turn per pitch")
+    way = sum(abs(b - a) for a, b in itertools.pairwise(values))
+    if way > MOST * INCREMENT:
+        reason = f"the beam would have to be walked over {way:.4g} rad per pitch in increments of {INCREMENT:g}"
+        refuse("twist", "", reason, f"give at most {MOST * INCREMENT:.4g}, by fewer twists or loops")
+
+
+def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _Way:
+    """Walk a history; parts in one sense one after the other."""
+    twists, legs, turns = [0.0], [1], [0]
+    reversals = set(history.reversals(values))
+    for i, (start, stop) in enumerate(itertools.pairwise(values)):
+        goals = _goals(start, stop, values[: i + 1], points, turned=i in reversals)
+        twists += goals
+        legs += [i + 1] * len(goals)
+        turns.append(len(twists) - 1)
+    x = np.array(twists)
+    rows = np.zeros((x.size, len(follow.COLUMNS)))
+    rows[:, 4:6] = np.nan
+    rubbed = work = 0.0
+    # a part is what lies between two states without twist
+    ends = [*np.flatnonzero(x == 0), x.size]
+    for a, b in itertools.pairwise(ends):
+        part = slice(a, min(b + 1, x.size))
+        if part.stop - part.start < 2:
+            continue
+        one = paths["-" if x[a + 1] < 0 else "+"]
+        found, end = one.way.states(np.abs(x[part]), INCREMENT)
+        if end.code != follow.RANGE:
+            _refuse(one, end, float(x[part][end.solved]))
+        found[:, 8] += rubbed
+        found[:, 9] += work
+        rubbed, work = float(found[-1, 8]), float(found[-1, 9])
+        rows[part] = found
+    return _Way(x, np.array(legs), rows, turns)
+
+
+def _goals(start: float, stop: float, earlier: list[float], points: int, *, turned: bool) -> list[float]:
+    """Return the twists of a way: growing steps where the load has turned, then even ones; where loops may close; 0."""
+    way, span = math.copysign(1.0, stop - start), abs(stop - start)
+    near = start + way * np.geomspace(_LEAST, max(2 * _LEAST, min(0.02, span / 4)), AFTER) if turned else np.empty(0)
+    here = float(near[-1]) if turned else start
+    even = np.linspace(here, stop, points + 1)[1:]
+    closing = [v for v in {0.0, *earlier} if (v - start) * way > _FULL and (stop - v) * way > _FULL]
+    kept = [float(x) for x in (*near, *even) if not closing or min(abs(x - v) for v in closing) > _FULL]
+    return sorted({*kept, *closing, stop}, reverse=way < 0)
+
+
+def _refuse(one: real.Path, end: follow.End, asked: float) -> None:
+    """Say where the scales do not follow."""
+    found = real.ending(one.way, end)
+    words = SENTENCES[End(str(found["end"]))]
+    other = f" ({found['other_contact']})" if found["other_contact"] else ""
+    reason = f"the contact is followed to {end.phi * one.sign:.5g} rad/pitch: {words}{other}"
+    refuse("twist", f"{asked:.6g} rad/pitch", reason, "turn round before")
+
+
+def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
+    """Return every variable along the history, by role."""
+    size, negative = np.abs(way.twists), way.twists < 0
+    parts = {sense: real.values(one, size, way.rows) for sense, one in paths.items()}
+    v = dict(parts["+"])
+    if "-" in parts:
+        v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
+    sign = np.where(negative, -1.0, 1.0)
+    for role in ("load", "rate", "torque", "scales"):
+        v[role] = v[role] * sign
+    for role, one in zip(real.MOTIONS, path.MIRROR, strict=False):
+        v[role] = v[role] * np.where(negative, one, 1.0)
+    inward = np.diff(size, prepend=0.0) < 0
+    v["f"] = v["f"] * np.where(inward, -1.0, 1.0)
+    v["tangent"] = np.empty(size.size)
+    for a, b in itertools.pairwise(way.turns):
+        slope = np.gradient(v["torque"][a : b + 1], v["rate"][a : b + 1])
+        v["tangent"][a + 1 : b + 1] = slope[1:]
+        if a == 0:
+            v["tangent"][0] = slope[0]
+    v["stiffness_ratio"] = v["tangent"] / next(iter(paths.values())).held.rigidity
+    mode = way.rows[:, 10]
+    branch = np.where(mode == follow.STICK, 3, np.where(inward, 2, 1)) * (mode != follow.FREE)
+    v["branch"] = _BRANCHES[branch.astype(int)]
+    return v
+
+
+class _Closed(NamedTuple):
+    """A loop by the numbers of its points: where it began, where it turned, where it closed."""
+
+    loop: history.Loop
+    began: int
+    turned: int
+    closed: int
+
+
+def _closed(way: _Way, values: list[float]) -> list[_Closed]:
+    found = []
+    for loop in history.loops(values):
+        # it closes where it began: the twist that the last way leads back to
+        rising = values[loop.closed] > values[loop.closed - 1]
+        first, other = sorted((loop.base, loop.top), reverse=rising)
+        turned = [j for j in range(loop.closed) if values[j] == other][-1]
+        began = [j for j in range(turned) if values[j] == first or j == 0][-1]
+        last = range(way.turns[loop.closed - 1], way.turns[loop.closed] + 1)
+        closed = next(i for i in last if way.twists[i] == first)
+        found.append(_Closed(loop, way.turns[began], way.turns[turned], closed))
+    return found
+
+
+def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residual: list[float]) -> dict[str, Array]:
+    """Return the figures of every closed loop, by role."""
+    rows: list[list[float]] = []
+    done: list[tuple[_Closed, float]] = []
+    for one, left in zip(_closed(way, values), residual, strict=True):
+        dissipated = float(v["W_fr"][one.closed] - v["W_fr"][one.began])
+        # what has closed inside is a loop of its own
+        dissipated -= sum(w for c, w in done if one.began <= c.began and c.closed <= one.closed)
+        done.append((one, dissipated))
+        outward = abs(way.twists[one.turned]) > abs(way.twists[one.began])
+        top, base = (one.turned, one.closed) if outward else (one.began, one.turned)
+        stuck = top
+        while stuck + 1 < way.twists.size and v["branch"][stuck + 1] == "stick":
+            stuck += 1
+        torques = tuple(float(v["torque"][i]) for i in (top, stuck, base))
+        elastic = float(v["U_el"][top])
+        rows.append(
+            loop_figures(
+                (one.loop.base, one.loop.top),
+                d,
+                dissipated=dissipated,
+                elastic=elastic,
+                torques=(torques[0], torques[1], torques[2]),
+                residual=left,
+            )
+        )
+    return loop_table(rows)
+
+
+def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Loop) -> float:
+    """Return the twist that is left when the beam is let go at a loop's top: where the torque comes to zero."""
+    last = [j for j in range(loop.closed + 1) if values[j] == loop.top][0]
+    one = paths["-" if loop.top < 0 else "+"]
+    start = [j for j in range(last + 1) if values[j] == 0][-1]
+    down = _goals(abs(loop.top), 0.0, [], 60, turned=True)
+    targets = np.array([*np.abs(values[start : last + 1]), *down])
+    rows, end = one.way.states(targets, INCREMENT)
+    x, torque = targets[-len(down) :], rows[-len(down) :, 1]
+    if end.code != follow.RANGE or not (torque <= 0).any():
+        return 0.0
+    i = int(np.argmax(torque <= 0))
+    if i == 0 or x[i] == 0 or rows[-len(down) + i, 2] == 0:
+        return 0.0
+    share = torque[i - 1] / (torque[i - 1] - torque[i])
+    return math.copysign(float(x[i - 1] + share * (x[i] - x[i - 1])), loop.top)
+
+
+def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array]:
+    """Return what holds for either sense of twist that the history goes to."""
+    rows = []
+    for one in paths.values():
+        contact = one.way.contact
+        rows.append(
+            {
+                "load_e": contact.phi,
+                "load_end": max(*(v * one.sign for v in values), 0.0),
+                **real.ending(one.way, follow.End(follow.RANGE, 0.0, -1, 0, 0)),
+                "end": str(End.RANGE),
+            }
+        )
+    return {"sense": np.array(list(paths)), **{role: np.array([row[role] for row in rows]) for role in rows[0]}}
