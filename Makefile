@@ -88,10 +88,10 @@ endif
 # ---- use -------------------------------------------------------------------------------------------------
 
 .PHONY: demo
-demo: .venv/.run ## the main job on examples/pla_on_vps.toml: summary, picture, CSV and netCDF in out/
+demo: .venv/.run ## the main job on examples/stiff_skin.toml: summary, picture, CSV and netCDF in out/
 	@mkdir -p out
-	.venv/bin/squama twist examples/pla_on_vps.toml \
-	  --plot out/pla_on_vps.png --csv out/pla_on_vps.csv --netcdf out/pla_on_vps.nc | tee out/pla_on_vps.txt
+	.venv/bin/squama twist examples/stiff_skin.toml \
+	  --plot out/stiff_skin.png --csv out/stiff_skin.csv --netcdf out/stiff_skin.nc | tee out/stiff_skin.txt
 
 .PHONY: paper
 paper: .venv/.run ## the paper's figures and the table of its claims, in out/paper
@@ -113,14 +113,23 @@ lint: .venv/.dev ## ruff and mypy --strict
 	$(RUN) -m ruff format --check .
 	$(RUN) -m mypy --strict
 
+# commands of which one shows that it is there, Debian packages, and what goes without
+define install
+	@if command -v $(1) >/dev/null; then exit 0; fi
+	ask="$(3): apt-get install $(2)"
+	if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then echo "$$ask" >&2; exit 0; fi
+	echo "installing $(2)"
+	export DEBIAN_FRONTEND=noninteractive
+	{ apt-get update -qq && apt-get install -y -qq --no-install-recommends $(2); } >/dev/null 2>&1 || echo "$$ask" >&2
+endef
+
 .PHONY: browser
 browser: ## Chromium, in which the explorer is tested; without it those tests are left out
-	@if command -v chromium chromium-browser google-chrome >/dev/null; then exit 0; fi
-	ask="the explorer is not tested, for Chromium is missing: apt-get install chromium"
-	if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then echo "$$ask" >&2; exit 0; fi
-	echo "installing chromium, in which the explorer is tested"
-	export DEBIAN_FRONTEND=noninteractive
-	{ apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core; } >/dev/null 2>&1 || echo "$$ask" >&2
+	$(call install,chromium chromium-browser google-chrome,chromium fonts-dejavu-core,the explorer is not tested without Chromium)
+
+.PHONY: calculix
+calculix: ## CalculiX, the second finite element program; without it its tests are left out
+	$(call install,ccx,calculix-ccx,decks are not run without CalculiX)
 
 .PHONY: pytest
 pytest: .venv/.dev browser
@@ -131,7 +140,7 @@ docs: .venv/.dev ## the documentation, in docs/_build/html
 	$(RUN) -m sphinx -q -W --keep-going -b html -d docs/_build/doctrees docs docs/_build/html
 
 .PHONY: verify
-verify: .venv/.dev browser fig6b ## the long checks: stored results of elements anew, slow tests, random campaigns, then the planted errors
+verify: .venv/.dev browser calculix fig6b ## the long checks: stored results of elements anew, slow tests, random campaigns, then the planted errors
 	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable -m slow tests
 	$(RUN) tests/campaigns/run.py
 	$(RUN) tests/mutants/run.py --sample 400 --jobs $(JOBS)

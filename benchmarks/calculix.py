@@ -62,7 +62,9 @@ class Row(NamedTuple):
 
 def measure(scales: int, mesh: tuple[float, float], twist: float, increments: int) -> Row:
     """Run both programs to a twist (rad per pitch)."""
-    model = deck.model(BEAM, scales=scales, mu=0.2, twist=twist, size=mesh[0], edge_size=mesh[1], increments=increments)
+    model = deck.model(
+        BEAM, scales=scales, mu=0.2, twist=twist, size=mesh[0], edge_size=mesh[1], increments=increments, ideal=True
+    )
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "beam.inp"
         place.write_text(deck.write(model, "calculix"), encoding="utf-8")

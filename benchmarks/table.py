@@ -146,8 +146,9 @@ where the script integrates the frictional work too (`quad`), and some 170 times
 a design against 970 and 410 µs. `benchmarks/test_ends.py` measures both.
 
 A curve of 200 points, warm: the solved path with all its variables takes 0.9 to 1.0 ms (0.4 ms of it for the
-evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` looks for every other contact
-of the plates and labels the answer as well, which makes 2.3 to 2.7 ms. `benchmarks/test_curve.py` measures all three.
+evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` on the
+hinge looks for every other contact of the plates and labels the answer as well, which makes 2.3 to 2.7 ms.
+`benchmarks/test_curve.py` measures all three.
 
 ## Fits, designs, tolerances and the explorer
 

@@ -31,7 +31,7 @@ def test_evaluation_of_200_points(benchmark) -> None:
 
 
 def test_twist_with_all_contacts_and_labels(benchmark) -> None:
-    benchmark(lambda: squama.twist(BEAM, mu=0.5))
+    benchmark(lambda: squama.twist(BEAM, mu=0.5, joint="hinge"))
 
 
 def test_forces_at_200_points(benchmark) -> None:

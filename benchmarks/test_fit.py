@@ -15,7 +15,7 @@ NAMES = ("mu", "K_theta", "theta0")
 
 
 def loop() -> dict[str, np.ndarray]:
-    c = squama.cycle(BEAM, "0.2 rad/pitch", points=80)
+    c = squama.cycle(BEAM, "0.2 rad/pitch", points=80, joint="hinge")
     torque = c["T"].values
     noise = np.random.default_rng(1).normal(0, 0.02 * torque.max(), torque.size)
     return {"phi": c.phi.values, "T": torque + noise}

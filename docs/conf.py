@@ -13,6 +13,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import squama
 from squama.beam.beamfile import TABLES
+from squama.joints import law
 from squama.model.joint import LAWS
 
 project = "squama"
@@ -60,10 +61,37 @@ def keys() -> list[str]:
 def joint_laws() -> list[str]:
     """Rows of the table of scaling laws and their ranges."""
     rows = ["| law | formula | source | ranges |", "|---|---|---|---|"]
-    for law in LAWS.values():
-        limits = "; ".join(f"`{x.ratio}` {x.low:g} to {x.high:g} ({x.reason})" for x in law.limits)
-        rows.append(f"| {law.name} | `{law.formula}` | {law.source} | {limits or 'none'} |")
+    for each in LAWS.values():
+        limits = "; ".join(f"`{x.ratio}` {x.low:g} to {x.high:g} ({x.reason})" for x in each.limits)
+        rows.append(f"| {each.name} | `{each.formula}` | {each.source} | {limits or 'none'} |")
     return rows
+
+
+def law_ranges() -> list[str]:
+    """Rows of the table of ranges of the law of the joint."""
+    rows = ["| key | from | to | |", "|---|---|---|---|"]
+    return rows + [f"| `{r.key}` | {r.low:g} | {r.high:g}{r.unit} | {r.part} |" for r in law.RANGES]
+
+
+def law_errors() -> list[str]:
+    """Rows of the table of errors of the law of the joint."""
+    designs, *errors = law.errors()
+    rows = [f"| on {designs} designs that were not fitted | rms | worst |", "|---|---|---|"]
+    names = (
+        "$K_\\theta$", "torque per twist of the pitch, no contact", "torque at twice the engagement",
+        "strain near an edge of the embedded scale, at twice the engagement",
+    )  # fmt: skip
+    return rows + [f"| {n} | {e.rms:.1%} | {e.worst:.1%} |" for n, e in zip(names, errors, strict=True)]
+
+
+TABLES_OF = {
+    "symbols": symbols,
+    "keys": keys,
+    "joint-laws": joint_laws,
+    "law-ranges": law_ranges,
+    "law-errors": law_errors,
+}
+"""What a table is asked for by."""
 
 
 class Table(SphinxDirective):
@@ -72,7 +100,7 @@ class Table(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        rows = {"symbols": symbols, "keys": keys, "joint-laws": joint_laws}[self.arguments[0]]()
+        rows = TABLES_OF[self.arguments[0]]()
         return self.parse_text_to_nodes("\n".join(rows))
 
 

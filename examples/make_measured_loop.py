@@ -37,7 +37,7 @@ def make() -> str:
     rng = np.random.default_rng(SEED)
     beam = squama.Beam.from_toml(HERE / "pla_on_vps.toml").replace(friction={"mu": MU}, joint={"stiffness": K_THETA})
     history = ", ".join(f"{end}" for end in ENDS) + " deg total"
-    true = squama.cycle(beam, history, points=2000)
+    true = squama.cycle(beam, history, points=2000, joint="hinge", ideal=True)
     total, torque = np.degrees(true.Phi.values * beam.length), 1e3 * true["T"].values
     # every way begins and ends with a turning point, which stands twice in a cycle
     readings = []

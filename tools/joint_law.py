@@ -29,8 +29,8 @@ from joint_process import fitted, predicted
 from joint_torque import torque
 
 from squama.fe.geometry import Geometry
-from squama.joints import law
-from squama.joints.factor import K_THETA, TWIST, factor, pivots
+from squama.joints import law, processes
+from squama.joints.factor import BEND, K_THETA, ORDER, STRETCH, TWIST, factor, pivots
 from squama.types import Array
 
 BOX = {
@@ -43,14 +43,14 @@ FINE = 4
 """Every so many designs are computed with the finer mesh, too: what it changes is smooth and is fitted apart."""
 LINEAR = {"alpha", "nu"}
 PACKED = Path(__file__).with_name("joint_law_sample.npz")
-_REST = np.setdiff1d(np.arange(9), (K_THETA, TWIST))
 GROUPS = (
-    np.array([K_THETA]),
-    np.array([TWIST]),
-    np.concatenate([_REST, 9 + np.flatnonzero(~law.ODD[9:])]),
+    *(np.array(at) for at in ((K_THETA,), (TWIST,), (0, 2), (3, 4), (1, BEND, STRETCH))),
+    9 + np.flatnonzero(~law.ODD[9:]),
     np.flatnonzero(law.ODD),
 )
-"""Outputs that share their lengths."""
+"""Outputs of K that share their lengths."""
+STRAINS = processes.STIFFNESS + np.arange(processes.STRAIN)
+"""Outputs of the strains, after those of K."""
 
 
 def design(index: int, *, held_out: bool) -> dict[str, float]:
@@ -116,9 +116,9 @@ def _lines(file: Path) -> Iterable[dict[str, Any]]:
 
 
 def sample(file: Path, count: int, workers: int, *, held_out: bool) -> None:
-    """Add designs to a file of JSON lines, those that are there set aside."""
+    """Add designs to a file of JSON lines, those that are there or packed set aside."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    done = {record["index"] for record in _lines(file)}
+    done = {record["index"] for record in _lines(file)} | set(_packed(file.stem))
     jobs = [(i, held_out) for i in range(count) if i not in done]
     with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=50) as pool, file.open("a") as out:
         if file.stat().st_size and not file.read_bytes().endswith(b"\n"):
@@ -134,7 +134,7 @@ class Records(NamedTuple):
     """Designs with their elements.
 
     Numbers, shapes, K (n, 9, 9) of the coarser mesh and of the finer one, NaN where it was not made, forms of the
-    strains (n, 4, 45).
+    strains (n, 4, 9, 9).
     """
 
     index: Array
@@ -161,12 +161,8 @@ class Records(NamedTuple):
 
 def records(folder: Path, *, held_out: bool) -> Records:
     """Return what the packed sample and a folder hold, by their numbers; refused designs are left out."""
-    rows: dict[int, tuple[Array, Array, Array]] = {}
     name = _name(held_out=held_out)
-    if PACKED.exists():
-        with np.load(PACKED) as file:
-            table = [file[f"{name}_{key}"].astype(float) for key in ("index", "coarse", "fine", "strain")]
-        rows = {int(i): tuple(rest) for i, *rest in zip(*table, strict=True)}
+    rows = _packed(name)
     for record in _lines(folder / f"{name}.jsonl"):
         if "K" in record:
             K = [np.array(v) for v in record["K"]]
@@ -175,14 +171,23 @@ def records(folder: Path, *, held_out: bool) -> Records:
     coarse, fine, strain = (np.array([rows[i][k] for i in index.tolist()]) for k in range(3))
     shapes = [geometry(design(i, held_out=held_out)) for i in index.tolist()]
     shape = law.Shape(*(np.array([getattr(g, name) for g in shapes]) for name in law.Shape._fields))
-    return Records(index, shape, whole(coarse), whole(fine), strain)
+    return Records(index, shape, whole(coarse), whole(fine), whole(strain))
+
+
+def _packed(name: str) -> dict[int, tuple[Array, Array, Array]]:
+    """Return the rows of a packed sample by their numbers: both meshes and strains, lower triangles."""
+    if not PACKED.exists():
+        return {}
+    with np.load(PACKED) as file:
+        index, *table = (file[f"{name}_{key}"].astype(float) for key in ("index", "coarse", "fine", "strain"))
+    return {int(i): (coarse, fine, strain) for i, coarse, fine, strain in zip(index, *table, strict=True)}
 
 
 def whole(rows: Array) -> Array:
-    """Return symmetric matrices (n, 9, 9) of their lower triangles (n, 45)."""
-    K = np.zeros((len(rows), 9, 9))
+    """Return symmetric matrices (.., 9, 9) of their lower triangles (.., 45)."""
+    K = np.zeros((*rows.shape[:-1], 9, 9))
     i, j = np.tril_indices(9)
-    K[:, i, j] = K[:, j, i] = rows
+    K[..., i, j] = K[..., j, i] = rows
     return K
 
 
@@ -193,9 +198,8 @@ def pack(folder: Path) -> None:
         r, name = records(folder, held_out=held_out), _name(held_out=held_out)
         arrays[f"{name}_index"] = r.index.astype(np.int32)
         arrays[f"{name}_shape"] = np.column_stack(r.shape)
-        for key, values in (("coarse", r.coarse[:, *low]), ("fine", r.fine[:, *low])):
-            arrays[f"{name}_{key}"] = values.astype(np.float32)
-        arrays[f"{name}_strain"] = r.strain.astype(np.float32)
+        for key in ("coarse", "fine", "strain"):
+            arrays[f"{name}_{key}"] = getattr(r, key)[..., *low].astype(np.float32)
     np.savez_compressed(PACKED, **arrays)
     print(f"{PACKED.name}: {len(arrays['sample_index'])} and {len(arrays['held_out_index'])} designs")
 
@@ -211,6 +215,17 @@ def outputs(shape: law.Shape, K: Array) -> Array:
     return y
 
 
+def strain_outputs(sample: Records) -> Array:
+    """Return what the law fits of the forms of the strains, (n, 184): per edge log m and the lower triangle of R."""
+    L = factor(sample.coarse)[:, None]
+    rows = list(ORDER)
+    M = np.linalg.solve(L, np.swapaxes(np.linalg.solve(L, sample.strain[..., rows, :][..., rows]), -1, -2))
+    trace = np.trace(M, axis1=-2, axis2=-1)
+    w, V = np.linalg.eigh((M + np.swapaxes(M, -1, -2)) / (2 * trace[..., None, None]))
+    R = (V * np.sqrt(np.maximum(w, 0.0))[..., None, :]) @ np.swapaxes(V, -1, -2)
+    return np.concatenate([np.log(trace)[..., None] / 2, R[..., *np.tril_indices(9)]], -1).reshape(len(M), -1)
+
+
 def fit(sample: Records) -> dict[str, Array]:
     """Return the arrays of the law's file but for its errors.
 
@@ -221,13 +236,21 @@ def fit(sample: Records) -> dict[str, Array]:
     x, both, noise = (f - mean) / spread, sample.both, 1 / np.sin(sample.shape.alpha) ** 2
     y = outputs(sample.shape, sample.coarse)
     change = outputs(sample.shape.at(both), sample.limit[both]) - y[both]
-    group, n = np.zeros(law.OUTPUTS, np.int8), len(x)
-    weights, trend, lengths = np.zeros((n, law.OUTPUTS)), np.zeros((1 + x.shape[1], law.OUTPUTS)), []
-    for g, at in enumerate(GROUPS):
-        odd = noise if law.ODD[at[0]] else np.ones(n)
+    goals = []
+    for at in GROUPS:
+        odd = noise if law.ODD[at[0]] else np.ones(len(x))
         size = change[:, at].std(0)
         small = fitted(x[both], change[:, at] / size, odd[both], 30)
-        goal = y[:, at] + predicted(small, x[both], x) * size
+        goals.append((at, y[:, at] + predicted(small, x[both], x) * size, odd))
+    goals.append((STRAINS, strain_outputs(sample), np.ones(len(x))))
+    most = STRAINS[-1] + 1
+    group, weights, trend, lengths = (
+        np.zeros(most, np.int8),
+        np.zeros((len(x), most)),
+        np.zeros((1 + x.shape[1], most)),
+        [],
+    )
+    for g, (at, goal, odd) in enumerate(goals):
         size = goal.std(0)
         found = fitted(x, goal / size, odd)
         group[at], weights[:, at], trend[:, at] = g, found.weights * size, found.trend * size
@@ -242,10 +265,14 @@ def fit(sample: Records) -> dict[str, Array]:
         "weights": weights,
         "trend": trend,
     }
-    return {"version": np.array(law.VERSION), "group": group, **{k: v.astype(np.float32) for k, v in table.items()}}
+    return {
+        "version": np.array(processes.VERSION),
+        "group": group,
+        **{k: v.astype(np.float32) for k, v in table.items()},
+    }
 
 
-def errors(found: law.Law, held_out: Records) -> tuple[Array, list[tuple[str, Array]]]:
+def errors(found: processes.Law, held_out: Records) -> tuple[Array, list[tuple[str, Array]]]:
     """Return the numbers of the law's file, and rows of relative errors by name, on designs that were not fitted."""
     r = held_out.at(held_out.both)
     r = r.at(law.within(r.shape))
@@ -258,8 +285,12 @@ def errors(found: law.Law, held_out: Records) -> tuple[Array, list[tuple[str, Ar
     good = expected.good & reached.good
     rows += [("engagement", (reached.engagement / expected.engagement - 1)[good])]
     rows += [("torque", (reached.torque / expected.torque - 1)[good])]
-    three = [dict(rows)[name] for name in (names[K_THETA], names[TWIST], "torque")]
-    numbers = [len(K), *(x for e in three for x in (np.sqrt((e**2).mean()), np.abs(e).max()))]
+    # the strains of the coarser mesh, at the state of the torque
+    q, forms = expected.motions[good], (law.strain(r.shape, found), r.strain)
+    there, here = (np.sqrt(np.einsum("ni,neij,nj->ne", q, form[good], q)) for form in forms)
+    rows += [("strain", (there / here - 1).ravel())]
+    told = [dict(rows)[name] for name in (names[K_THETA], names[TWIST], "torque", "strain")]
+    numbers = [len(K), *(x for e in told for x in (np.sqrt((e**2).mean()), np.abs(e).max()))]
     L, exact = ((A / np.diagonal(A, axis1=1, axis2=2)[:, None]) for A in (factor(K), factor(true)))
     rows += [("ratios of the factor (absolute)", (L - exact)[:, law.ROWS, law.COLUMNS].ravel())]
     return np.array(numbers), rows
@@ -288,11 +319,13 @@ def main() -> int:
         pack(given.folder)
     elif given.task == "fit":
         found = fit(records(given.folder, held_out=False))
-        numbers, rows = errors(law.unpacked({**found, "errors": np.zeros(7)}), records(given.folder, held_out=True))
-        np.savez_compressed(law.PLACE, **found, errors=numbers)
+        numbers, rows = errors(
+            processes.unpacked({**found, "errors": np.zeros(9)}), records(given.folder, held_out=True)
+        )
+        np.savez_compressed(processes.PLACE, **found, errors=numbers)
         table(rows)
     else:
-        table(errors(law.shipped(), records(given.folder, held_out=True))[1])
+        table(errors(processes.shipped(), records(given.folder, held_out=True))[1])
     return 0
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.optimize import minimize
 
+from squama.joints.processes import nearness
 from squama.types import Array
 
 LENGTHS, NOISE = (-1.5, 5.0), (np.log(1e-7), 0.0)
@@ -27,7 +28,7 @@ class Process(NamedTuple):
 
 
 class _Parts(NamedTuple):
-    near: Array
+    slope: Array
     factor: Array
     inner: Array
     solved: Array
@@ -48,24 +49,27 @@ def fitted(x: Array, Y: Array, spread: Array | None = None, steps: int = 60) -> 
     apart = [(x[:, None, k] - x[None, :, k]) ** 2 for k in range(p)]
 
     def parts(at: Array) -> _Parts:
-        near = np.exp(-0.5 * sum(d * np.exp(-2 * a) for d, a in zip(apart, at, strict=False)))
+        square = 5 * sum(d * np.exp(-2 * a) for d, a in zip(apart, at, strict=False))
+        near, r = nearness(square), np.sqrt(square)
+        # times a square of distances over its length: the kernel's derivative by the logarithm of that length
+        slope = 5 / 3 * (1 + r) * np.exp(-r)
         factor = cholesky(near + np.diag(np.exp(at[p]) * spread), lower=True)
         inverse = cho_solve((factor, True), np.eye(n))
         solved = inverse @ H
         inner = cholesky(H.T @ solved, lower=True)
         half = solve_triangular(inner, solved.T, lower=True)
-        return _Parts(near, factor, inner, solved, inverse - half.T @ half)
+        return _Parts(slope, factor, inner, solved, inverse - half.T @ half)
 
     def lost(at: Array) -> tuple[float, Array]:
         try:
-            near, factor, inner, _, Q = parts(at)
+            near_slope, factor, inner, _, Q = parts(at)
         except np.linalg.LinAlgError:
             return 1e10, np.zeros(p + 1)
         QY = Q @ Y
         q = (Y * QY).sum(0)
         value = rest / 2 * np.log(q).sum() + m * (np.log(np.diag(factor)).sum() + np.log(np.diag(inner)).sum())
         W = m * Q - (QY * (rest / q)) @ QY.T
-        B = W * near
+        B = W * near_slope
         slope = [0.5 * (B * d).sum() * np.exp(-2 * a) for d, a in zip(apart, at, strict=False)]
         slope.append(0.5 * (np.diag(W) * spread).sum() * np.exp(at[p]))
         mean, deviation = PRIOR
@@ -85,5 +89,5 @@ def fitted(x: Array, Y: Array, spread: Array | None = None, steps: int = 60) -> 
 def predicted(process: Process, x: Array, at: Array) -> Array:
     """Return outputs (k, m) at features ``at`` (k, p) of a process of designs at x (n, p)."""
     z, c = at / process.lengths, x / process.lengths
-    near = np.exp(-0.5 * ((z[:, None] - c[None]) ** 2).sum(2))
+    near = nearness(5 * ((z[:, None] - c[None]) ** 2).sum(2))
     return np.asarray(process.trend[0] + at @ process.trend[1:] + near @ process.weights)

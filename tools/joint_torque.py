@@ -7,6 +7,7 @@ to the next.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import factorial
 from typing import NamedTuple
 
@@ -19,17 +20,19 @@ MU, STEPS = 0.25, 24
 
 
 class Torque(NamedTuple):
-    """Twist at engagement, torque at the last twist, and whether a path with a contact on its edges leads there."""
+    """Twist at engagement, torque and motions (n, 9) at the last twist, and whether a path of contacts leads there."""
 
     engagement: Array
     torque: Array
+    motions: Array
     good: Array
 
 
 class Plates:
     """Scale 1 and its neighbour, designs along the first axis of all arrays but the last."""
 
-    def __init__(self, shape: Shape, eta: Array) -> None:
+    def __init__(self, shape: Shape, eta: Array, mu: float) -> None:
+        self.mu = mu
         a, t, zero = shape.alpha, shape.theta0, 0 * shape.alpha
         up = np.stack([-np.sin(a) * np.cos(t), np.sin(t), np.cos(a) * np.cos(t)], -1)
         across = np.stack([np.cos(a), zero, np.sin(a)], -1)
@@ -65,16 +68,16 @@ class Plates:
         n = n / np.sqrt(inner(n, n))
         slip = gap - self.contact(before[..., :6], before[..., 6], p, s)[0]
         slip = slip - inner(slip, n) * n
-        F = N * (n - MU * slip / np.sqrt(inner(slip, slip) + 1e-30))
+        F = N * (n - self.mu * slip / np.sqrt(inner(slip, slip) + 1e-30))
         load = phi[..., None]
         off = applied(K[:, :6, :6], q) + K[:, :6, 6] * load - applied(np.swapaxes(with_q, -1, -2), F)
         torque = inner(K[:, 6, :6], q) + K[:, 6, 6, None] * load - inner(with_phi, F)
         return np.concatenate([off, gap], -1), torque[..., 0]
 
 
-def torque(shape: Shape, K: Array, eta: Array, twist: Array | None = None) -> Torque:
+def torque(shape: Shape, K: Array, eta: Array, twist: Array | None = None, mu: float = MU) -> Torque:
     """Return the torque, E d^3, of designs (n,) with K (n, 9, 9) at a twist, else at twice the engagement."""
-    plates = Plates(shape, eta)
+    plates = Plates(shape, eta, mu)
     own = -np.linalg.solve(K[:, :6, :6], K[:, :6, 6:7])[..., 0]
     start = np.stack(hinge(shape, eta), -1)
     met, off = newton(lambda y: plates.contact(own * y[..., :1], y[..., 0], y[..., 1], y[..., 2])[0], start, 15)
@@ -94,7 +97,8 @@ def torque(shape: Shape, K: Array, eta: Array, twist: Array | None = None) -> To
     found = plates.balance(K, x, phi, before)[1]
     p, s, N = x[:, 6:].T
     good = (off < 1e-9) & (np.abs(p) < shape.beta) & (s > 0) & (s < eta) & (N > 0) & (met[:, 0] > 0)
-    return Torque(met[:, 0], found, good)
+    motions = np.column_stack([x[:, :6], phi, 0 * phi, 0 * phi])
+    return Torque(met[:, 0], found, motions, good)
 
 
 def hinge(shape: Shape, eta: Array) -> tuple[Array, Array, Array]:
@@ -108,7 +112,7 @@ def hinge(shape: Shape, eta: Array) -> tuple[Array, Array, Array]:
     return phi, 0 * phi, s / (np.sin(t) * np.cos(phi) + np.sin(a) * np.cos(t) * np.sin(phi))
 
 
-def newton(f: object, x: Array, steps: int) -> tuple[Array, Array]:
+def newton(f: Callable[[Array], Array], x: Array, steps: int) -> tuple[Array, Array]:
     """Return roots (n, m) of f from x and what is left of f there, the largest entry (n,)."""
     small = 1e-25
     with np.errstate(all="ignore"):

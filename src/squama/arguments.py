@@ -17,7 +17,7 @@ from squama.units import MARGIN, shown
 EXAMPLES = {
     "eta": "3", "beta": "1.25", "lam": "0.45", "mu": "0.25", "margin": "0.01", "stiffness_ratio": "1",
     "alpha": "np.radians(45)", "theta0": "np.radians(10)", "theta": "np.radians(20)",
-    "points": "200", "at": "5", "scales": "25", "neighbour": "1",
+    "thickness": "0.02", "points": "200", "at": "5", "scales": "25", "neighbour": "1",
 }  # fmt: skip
 """What to write, by the name of an argument."""
 
@@ -81,7 +81,7 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
     for name, value in columns.items():
         if name in ("alpha", "theta0"):
             given.append(between(name, value, 0.0, np.pi / 2))
-        elif name in ("mu", "stiffness_ratio"):
+        elif name in ("mu", "stiffness_ratio", "thickness"):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach
@@ -108,6 +108,14 @@ def law(value: str) -> str:
 def load(value: str) -> Load:
     """Return a kind of loading by its name."""
     return LOADS[one_of("load", value, tuple(LOADS))]
+
+
+def thin(thickness: Array, law: str, load: str = "twisting") -> None:
+    """Refuse a thickness where plates are thin: in the paper's force law, and in bending."""
+    where = "in bending" if not LOADS[load].sided else 'with law="plate"' if law == "plate" else ""
+    if where:
+        remedy = "leave thickness out" if "bending" in where else 'leave thickness out, or take law="edge"'
+        _refuse("thickness", thickness, thickness > 0, f"0 {where}, where the scales are thin", remedy)
 
 
 def joint(value: str) -> str:

@@ -24,7 +24,7 @@ LAYERS = (
     ("io",),
     ("beam",),
     ("fe",),
-    ("joints",),
+    ("joints", "real"),
     ("curves", "arrays"),
     ("fabrication",),
     ("plot", "study", "identify", "inverse"),
@@ -167,9 +167,17 @@ def test_importing_squama_is_light() -> None:
 def test_a_calculation_needs_no_plots_and_no_pint() -> None:
     loaded = fresh(
         "import squama, sys; squama.ends(eta=3, beta=1.25, lam=.45, alpha=.8, theta0=.17, mu=.2);"
-        "squama.twist(squama.Beam.from_ratios(), mu=.2); print(*{m.split('.')[0] for m in sys.modules})"
+        "squama.twist(squama.Beam.from_ratios(), mu=.2, joint='hinge'); print(*{m.split('.')[0] for m in sys.modules})"
     ).split()
     assert not {"pint", "matplotlib", "numba", "rich", "cyclopts", "sympy"} & set(loaded)
+
+
+def test_the_real_beam_needs_no_elements_and_no_plots() -> None:
+    loaded = fresh("import squama, sys; squama.twist(squama.Beam.from_ratios(), mu=.2); print(*sys.modules)").split()
+    assert not {"pint", "matplotlib", "rich", "cyclopts", "sympy", "ipctk", "netgen"} & {
+        m.split(".")[0] for m in loaded
+    }
+    assert not [m for m in loaded if m.startswith("squama.fe.solver")]
 
 
 def test_versions_agree() -> None:

@@ -47,7 +47,7 @@ def rest(eta, beta, lam, alpha=45.0):
 def closed_form(case, mu, twists):
     """Inclination, scales' torque over K_theta, N d / K_theta and frictional work of the edge law."""
     beam = squama.Beam.from_ratios(**case, mu=mu)
-    r, K, d = squama.twist(beam, at=twists / beam.pitch), beam.joint_stiffness, beam.pitch
+    r, K, d = squama.twist(beam, at=twists / beam.pitch, joint="hinge"), beam.joint_stiffness, beam.pitch
     return r.theta.values, r.T_scales.values / K, r.N.values * d / K, r.W_fr.values * d / K, float(r.phi_e)
 
 
@@ -69,7 +69,7 @@ def test_a_rigid_hinge_follows_the_edge_law(case, mu):
     late = twists > 0.15
     np.testing.assert_allclose(c.along["W_fr"][late] / K_THETA, W_fr[late], rtol=4e-3)
     beam = squama.Beam.from_ratios(**case, mu=mu)
-    r = squama.twist(beam, at=twists / beam.pitch)
+    r = squama.twist(beam, at=twists / beam.pitch, joint="hinge")
     np.testing.assert_allclose(c.along["s"][on], r.s.values[on] / beam.pitch, atol=5e-4)
     np.testing.assert_allclose(c.along["p"][on], r.p.values[on] / beam.pitch, atol=5e-4)
 

@@ -12,10 +12,11 @@ pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
 from squama.cli import main
-from squama.curves import compliant
+from squama.curves import real
 from squama.fe import mesh
 from squama.fe.geometry import geometry
-from squama.fe.stiffness import condensed
+from squama.fe.pitch_stiffness import response
+from squama.joints import choice
 from squama.study import verification as study
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
@@ -28,9 +29,10 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # one mesh, and one matrix of it, for all
     monkeypatch.setattr(mesh, "_mesh", functools.cache(mesh._mesh))
-    own = functools.cache(lambda beam: condensed(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)))
+    own = functools.cache(lambda beam: response(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)).K[:7, :7])
     monkeypatch.setattr(study, "own_matrix", lambda beam, size: own(beam))
-    monkeypatch.setattr(compliant, "matrix", own)
+    held = functools.cache(lambda beam: choice.Joint(own(beam), "elements", "", 0.0, None))
+    monkeypatch.setattr(real, "joint_of", held)
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
     return tmp_path
 

@@ -96,11 +96,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     (
         "model/neighbours.py",
-        "return row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9",
+        "thin = row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9",
     ): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
     (
         "model/neighbours.py",
-        "return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
+        "return (r.S > 0) & (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)",
     ): {
         " / row.k -> nothing #2": "in 480 000 designs no tip came to rest beyond the other scale's tip: s <= eta anyway",  # noqa: E501
         "/ -> * #2": "as above",
@@ -202,7 +202,10 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/tracks.py", "done = np.abs(new - x) <= 4e-16 * np.abs(x)"): {"*": _SHARP},
     ("model/chain_track.py", "change, rates = np.abs(x[:, 0]).max(), np.abs(x[:, 1]).max()"): {"1 -> 2": _SHARP},
-    ("curves/follow.py", "asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3)"): {
+    (
+        "curves/follow.py",
+        'asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=joint == "hinge")',
+    ): {
         "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
     },
     ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {

@@ -141,11 +141,13 @@ def test_a_history_keeps_the_balance_of_work(
 
 
 def ran(beam: squama.Beam, parts: list[float], mu: float, law: str, load: str) -> tuple[Any, float]:
-    far = squama.cycle(beam, 1e-3, mu=mu, law=law, load=load, margin=0.05)
+    far = squama.cycle(beam, 1e-3, mu=mu, law=law, load=load, margin=0.05, joint="hinge")
     name = "phi_most" if load == "twisting" else "psi_most"
     most = float(far[name][0]) / beam.pitch
     try:
-        return squama.cycle(beam, [0, *(most * v for v in parts), 0], mu=mu, law=law, load=load, points=400), most
+        return squama.cycle(
+            beam, [0, *(most * v for v in parts), 0], mu=mu, law=law, load=load, points=400, joint="hinge"
+        ), most
     except InputError as error:
         assume("do not slide back" not in str(error))
         raise
@@ -157,11 +159,11 @@ def test_a_branch_depends_on_the_direction_only(parts: list[float], law: str, mu
     c, most = ran(beam, parts, mu, law, "twisting")
     up = c.isel(point=np.flatnonzero(c.branch.values == "loading"))
     assume(up.sizes["point"] > 0)
-    once = squama.twist(beam, at=up.Phi.values, mu=mu, law=law)
+    once = squama.twist(beam, at=up.Phi.values, mu=mu, law=law, joint="hinge")
     for name in ("T", "theta", "N", "f", "U_el", "K_t"):
         np.testing.assert_allclose(up[name], once[name], rtol=1e-9, atol=1e-9 * float(np.abs(once[name]).max()))
     down = c.isel(point=np.flatnonzero(c.branch.values == "unloading"))
-    whole = squama.cycle(beam, max(parts) * most, mu=mu, law=law, points=3000)
+    whole = squama.cycle(beam, max(parts) * most, mu=mu, law=law, points=3000, joint="hinge")
     way = whole.isel(point=np.flatnonzero(whole.branch.values == "unloading")[::-1])
     np.testing.assert_allclose(
         np.interp(down.phi, way.phi, way["T"]), down["T"], rtol=1e-3, atol=1e-3 * float(way["T"].max())
@@ -172,7 +174,7 @@ def test_a_branch_depends_on_the_direction_only(parts: list[float], law: str, mu
 @given(fractions, laws, st.sampled_from([MAIN, FOLDED]))
 def test_without_friction_the_path_does_not_matter(parts: list[float], law: str, beam: squama.Beam) -> None:
     c, _ = ran(beam, parts, 0.0, law, "twisting")
-    once = squama.twist(beam, at=c.Phi.values, mu=0, law=law)
+    once = squama.twist(beam, at=c.Phi.values, mu=0, law=law, joint="hinge")
     for name in ("T", "theta", "N", "U_el"):
         np.testing.assert_allclose(c[name], once[name], rtol=1e-9, atol=1e-9 * float(np.abs(once[name]).max()))
     assert (c.W_fr.values == 0).all()
@@ -182,7 +184,7 @@ def test_without_friction_the_path_does_not_matter(parts: list[float], law: str,
 
 
 def test_little_friction_takes_its_share_in_proportion() -> None:
-    small = [squama.cycle(MAIN, "0.2 rad/pitch", mu=mu) for mu in (0.0, 1e-4, 2e-4)]
+    small = [squama.cycle(MAIN, "0.2 rad/pitch", mu=mu, joint="hinge") for mu in (0.0, 1e-4, 2e-4)]
     work = [float(c.W_d[0]) for c in small]
     drop = [float(c.T_drop[0]) for c in small]
     zeta = [float(c.zeta_eq[0]) for c in small]
@@ -196,7 +198,7 @@ def test_little_friction_takes_its_share_in_proportion() -> None:
 
 
 def test_a_history_through_a_fold() -> None:
-    c = squama.cycle(FOLDED, "0, 0.64, 0.4, 0.65, 0 rad/pitch", mu=0.3, points=200)
+    c = squama.cycle(FOLDED, "0, 0.64, 0.4, 0.65, 0 rad/pitch", mu=0.3, points=200, joint="hinge")
     top = int(c.phi.values.argmax())
     up = c.theta.values[:top]
     assert up[-1] < up.max() - 0.005
@@ -204,5 +206,5 @@ def test_a_history_through_a_fold() -> None:
     assert c.phi_top.values == pytest.approx([0.64, 0.65])
     # the way back goes through the same inclinations
     phi, theta = c.phi.values[top + 1 :][::-1], c.theta.values[top + 1 :][::-1]
-    once = squama.twist(FOLDED, at=phi / FOLDED.pitch, mu=0.3)
+    once = squama.twist(FOLDED, at=phi / FOLDED.pitch, mu=0.3, joint="hinge")
     np.testing.assert_allclose(theta, once.theta, atol=1e-9)

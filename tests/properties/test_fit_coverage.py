@@ -23,7 +23,7 @@ CASES = {
 def share(case: str, sets: int) -> np.ndarray:
     """Part of the sets whose estimates lie within two standard errors of the true values, by parameter."""
     history, names, noise, points = CASES[case]
-    c = squama.cycle(BEAM, history, points=points)
+    c = squama.cycle(BEAM, history, points=points, joint="hinge")
     torque = c["T"].values
     sigma = noise * float(torque.max())
     rng = np.random.default_rng(SEED)

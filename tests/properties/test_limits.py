@@ -35,14 +35,14 @@ def test_engagement_at_small_angles() -> None:
     np.testing.assert_allclose(error[:-1] / error[1:], 2, atol=0.03)
     for sense, sign in (("+", 1), ("-", -1)):
         beam = squama.Beam.from_ratios(eta=2.0, beta=1.5, alpha="5 deg", theta0="0.01 deg")
-        r = squama.twist(beam, mu=0, sense=sense)
+        r = squama.twist(beam, mu=0, sense=sense, joint="hinge")
         a = math.radians(5)
         formula = beam.scale.theta0 / (sign * 2 * math.tan(a) + 1.5 - sign * math.sin(a))
         assert r.phi_e_small.item() == pytest.approx(formula, rel=1e-12)
         if r.end.item() != "no engagement":
             assert r.phi_e_small.item() == pytest.approx(r.phi_e.item(), rel=1e-3)
     # twisted the other way a long scale's tip does not come down at small angles
-    assert np.isinf(squama.twist(squama.Beam.from_ratios(), mu=0, sense="-").phi_e_small)
+    assert np.isinf(squama.twist(squama.Beam.from_ratios(), mu=0, sense="-", joint="hinge").phi_e_small)
 
 
 @given(designs())

@@ -78,7 +78,7 @@ def test_similar_beams(d: Drawn, c: float, sense: str) -> None:
     )
     assert two.joint_stiffness == pytest.approx(c**3 * one.joint_stiffness, rel=1e-12)
     assert two.torsional_rigidity == pytest.approx(c**4 * one.torsional_rigidity, rel=1e-12)
-    r, s = (squama.twist(b, points=20, sense=sense) for b in (one, two))
+    r, s = (squama.twist(b, points=20, sense=sense, joint="hinge") for b in (one, two))
     if r.end.item() != s.end.item() or abs(r.phi_end.item() - s.phi_end.item()) > 1e-9:
         # two ends that lie within rounding of each other
         assert r.phi_end.item() == pytest.approx(s.phi_end.item(), rel=1e-6)
@@ -124,5 +124,5 @@ def test_the_scale_and_its_neighbours_share_one_curve(d: Drawn, sense: str) -> N
     f = follow(d, "edge", sense)
     assert f is not None
     assert f.load_e == float(e.phi_e)
-    r = squama.twist(beam_of(d), sense=sense, points=3)
+    r = squama.twist(beam_of(d), sense=sense, points=3, joint="hinge")
     assert r.phi_e.item() == pytest.approx(float(e.phi_e), rel=1e-9)

@@ -92,7 +92,7 @@ def test_degrees_are_recognised() -> None:
 
 def test_friction_must_be_given() -> None:
     with pytest.raises(InputError, match=r"mu: is not given; .*\[friction\]"):
-        squama.twist(squama.Beam.from_ratios())
+        squama.twist(squama.Beam.from_ratios(), joint="hinge")
     with pytest.raises(InputError, match="mu: is not given"):
         squama.bend(squama.Beam.from_ratios())
 

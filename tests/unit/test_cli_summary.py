@@ -1,4 +1,4 @@
-"""What a summary says of other contacts, of a beam that never engages, and of flags without effect."""
+"""What a summary on the hinge says of other contacts and of a beam that never engages; flags without effect."""
 
 import json
 import math
@@ -11,10 +11,12 @@ import squama
 from squama.cli import main, report
 from squama.curves.doors import respond
 
+HINGE = ["--joint", "hinge"]
+
 
 @pytest.fixture
 def beam(tmp_path, monkeypatch):
-    """A beam that in the other sense does not engage; other edges touch there."""
+    """A beam that on the hinge does not engage in the other sense; other edges touch there."""
     monkeypatch.chdir(tmp_path)
     beam = squama.Beam.from_ratios(mu=0.5)
     beam.to_toml("beam.toml")
@@ -29,18 +31,18 @@ def _out(capsys, *arguments):
 
 
 def test_other_contact_of_both_laws_is_told_once(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--sense=-", "--mu", "0,0.5")
+    text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5")
     found = [line for line in text.splitlines() if line.startswith("other contact (")]
     assert found == ["other contact (mu = 0, 0.5): side edge A1B1 on base edge D2A2 (k = 1) at 0.3867 rad/pitch"]
     # at mu = 0 it ends both curves, at .5 friction locks before
-    text = _out(capsys, "twist", "beam.toml", "--mu", "0,0.5")
+    text = _out(capsys, "twist", "beam.toml", *HINGE, "--mu", "0,0.5")
     found = [line for line in text.splitlines() if line.startswith("other contact (")]
     assert len(found) == 1
     assert found[0].startswith("other contact (mu = 0): tip edge")
 
 
 def test_other_contact_of_one_law_is_told_with_it(beam):
-    touching, locking = (respond(beam, "twisting", mu=mu) for mu in (0.1, 0.5))
+    touching, locking = (respond(beam, "twisting", mu=mu, joint="hinge") for mu in (0.1, 0.5))
     (line,) = report._others({"edge": touching, "plate": locking})
     assert line.startswith("other contact (edge law, mu = 0.1): tip edge C1B1")
     (line,) = report._others({"edge": touching, "plate": touching})
@@ -51,10 +53,10 @@ def test_other_contact_of_one_law_is_told_with_it(beam):
 @pytest.mark.parametrize("mu", ["0.5", "0,0.5"])
 @pytest.mark.parametrize("settings", [[], ["--set", "scale.length=8 mm"]])
 def test_without_engagement_there_is_no_end(settings, mu, beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--sense=-", *settings, "--mu", mu)
+    text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", *settings, "--mu", mu)
     if settings:
         beam = beam.replace(scale={"length": 0.008})
-    r = squama.twist(beam, sense="-", mu=0.5)
+    r = squama.twist(beam, sense="-", mu=0.5, joint="hinge")
     assert r.end.item() == "no engagement"
     assert np.isinf([r.phi_end, r.Phi_end]).all()
     assert bool(np.isnan(r.phi_touch)) == bool(settings)
@@ -62,7 +64,8 @@ def test_without_engagement_there_is_no_end(settings, mu, beam, capsys):
     assert f"{float(r.Phi[-1]):.4g}" not in text
     assert f"{math.degrees(float(r.Phi[-1]) * beam.length):.4g}" not in text
     assert "90 deg per pitch" not in text
-    record = json.loads(_out(capsys, "twist", "beam.toml", "--sense=-", *settings, "--mu", mu.split(",")[-1], "--json"))
+    flags = [*HINGE, "--sense=-", *settings, "--mu", mu.split(",")[-1], "--json"]
+    record = json.loads(_out(capsys, "twist", "beam.toml", *flags))
     assert record["figures"]["phi_end"] == "inf"
     assert (record["figures"]["phi_touch"] is None) == bool(settings)
 
@@ -82,9 +85,9 @@ def test_measured_points_need_a_picture(beam, capsys):
 
 
 def test_without_engagement_the_end_is_named_and_nothing_is_said_of_the_cut_off(beam, capsys):
-    lines = _out(capsys, "twist", "beam.toml", "--sense=-").splitlines()
+    lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-").splitlines()
     assert next(line.split() for line in lines if line.startswith("end ")) == ["end", *["no", "engagement"] * 2]
     assert next(line.split()[-2:] for line in lines if "dissipation RED" in line) == ["-", "-"]
-    lines = _out(capsys, "twist", "beam.toml", "--sense=-", "--mu", "0,0.5").splitlines()
+    lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5").splitlines()
     row = ["0.5", "no", "engagement", "never", "-", "-", "-", "-", "1", "0"]
     assert [line.split() for line in lines].count(row) == 2

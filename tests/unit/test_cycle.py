@@ -37,7 +37,7 @@ def along(c, branch):
 
 
 def test_every_turning_point_stands_before_and_after_the_drop():
-    c = squama.cycle(BEAM, HISTORY, mu=0.3)
+    c = squama.cycle(BEAM, HISTORY, mu=0.3, joint="hinge")
     stick = np.flatnonzero(c.branch.values == "stick")
     assert c.phi.values[stick] == pytest.approx([0.15, 0.05, 0.2])
     for i, way in zip(stick, (-1, 1, -1), strict=True):
@@ -56,7 +56,7 @@ def test_every_turning_point_stands_before_and_after_the_drop():
 
 
 def test_figures_of_loops():
-    c = squama.cycle(BEAM, HISTORY, mu=0.3)
+    c = squama.cycle(BEAM, HISTORY, mu=0.3, joint="hinge")
     np.testing.assert_allclose(c.phi_base, [0.05, 0])
     np.testing.assert_allclose(c.phi_top, [0.15, 0.2])
     tops = [c.isel(point=int(i)) for i in (np.flatnonzero(c.branch.values == "stick")[[0, 2]] - 1)]
@@ -69,25 +69,25 @@ def test_figures_of_loops():
     assert float(c.T_drop[1]) == pytest.approx(float(both["T"][0] - both["T"][1]))
     # tangent stiffness by differences
     for branch in ("loading", "unloading"):
-        one = along(squama.cycle(BEAM, "0.2 rad/pitch", mu=0.3, points=2000), branch)
+        one = along(squama.cycle(BEAM, "0.2 rad/pitch", mu=0.3, points=2000, joint="hinge"), branch)
         slope = np.gradient(one["T"].values, one.Phi.values)
         np.testing.assert_allclose(one.K_t.values[5:-5], slope[5:-5], rtol=1e-4)
 
 
 def test_more_loops_are_the_same_again():
-    one, three = (squama.cycle(BEAM, "0.2 rad/pitch", mu=0.3, loops=n) for n in (1, 3))
+    one, three = (squama.cycle(BEAM, "0.2 rad/pitch", mu=0.3, loops=n, joint="hinge") for n in (1, 3))
     assert three.sizes["loop"] == 3
     np.testing.assert_allclose(three.W_d, float(one.W_d[0]), rtol=1e-15)
     assert float(three.W_fr[-1]) == pytest.approx(3 * float(one.W_fr[-1]), rel=1e-12)
-    again = squama.cycle(BEAM, [0, 5, 2], mu=0.3, loops=2)
+    again = squama.cycle(BEAM, [0, 5, 2], mu=0.3, loops=2, joint="hinge")
     assert again.attrs["history"] == pytest.approx([0, 5, 2, 0, 5, 2])
 
 
 @pytest.mark.parametrize("law", ["edge", "plate"])
 @pytest.mark.parametrize("mu", [0.4, 0.6])
 def test_jamming_by_direct_search(law, mu):
-    most = float(squama.cycle(SOFT, 0.01, mu=mu, law=law).phi_most[0]) / SOFT.pitch
-    c = squama.cycle(SOFT, most, mu=mu, law=law, points=4000)
+    most = float(squama.cycle(SOFT, 0.01, mu=mu, law=law, joint="hinge").phi_most[0]) / SOFT.pitch
+    c = squama.cycle(SOFT, most, mu=mu, law=law, points=4000, joint="hinge")
     down = along(c, "unloading").sortby("phi")
     phi, torque = down.phi.values, down["T"].values
     i = int(np.flatnonzero((torque[:-1] > 0) & (torque[1:] <= 0))[0])
@@ -97,7 +97,7 @@ def test_jamming_by_direct_search(law, mu):
         top = threshold * share
         if top > phi[-1]:
             continue
-        left = float(squama.cycle(SOFT, f"{top} rad/pitch", mu=mu, law=law).phi_residual[0])
+        left = float(squama.cycle(SOFT, f"{top} rad/pitch", mu=mu, law=law, joint="hinge").phi_residual[0])
         # let go: it follows the lower branch down as long as the torque there is positive
         held = np.flatnonzero((torque <= 0) & (phi <= top))
         assert left == pytest.approx(phi[held[-1]] if held.size else 0, abs=2e-3)
@@ -105,17 +105,17 @@ def test_jamming_by_direct_search(law, mu):
 
 
 def test_a_stiff_bar_does_not_jam():
-    c = squama.cycle(SOFT.replace(substrate={"youngs_modulus": "25 GPa"}), "0.5 rad/pitch", mu=0.5)
+    c = squama.cycle(SOFT.replace(substrate={"youngs_modulus": "25 GPa"}), "0.5 rad/pitch", mu=0.5, joint="hinge")
     assert float(c.phi_jam[0]) == math.inf
     assert float(c.phi_residual[0]) == 0
 
 
 def test_the_other_sense_is_the_mirrored_path(one_pair):
     to = 0.3 / BOTH.pitch
-    c = squama.cycle(BOTH, [0, to, -to, 0], mu=0.2)
+    c = squama.cycle(BOTH, [0, to, -to, 0], mu=0.2, joint="hinge")
     there = c.isel(point=np.flatnonzero((c.phi.values < 0) & (c.branch.values == "loading")))
     assert there.sizes["point"] > 20
-    once = squama.twist(BOTH, at=-there.Phi.values, mu=0.2, sense="-")
+    once = squama.twist(BOTH, at=-there.Phi.values, mu=0.2, sense="-", joint="hinge")
     np.testing.assert_allclose(-there["T"], once["T"], rtol=1e-9)
     np.testing.assert_allclose(there.K_t, once.K_t, rtol=1e-8)
     np.testing.assert_allclose(there.f, once.f, rtol=1e-8)
@@ -129,7 +129,7 @@ def test_the_other_sense_is_the_mirrored_path(one_pair):
 def test_let_go_in_the_other_sense_friction_holds_the_beam(one_pair):
     soft = BOTH.replace(joint={"stiffness": "20 N m", "inclusion_factor": 1}, substrate={"youngs_modulus": "0.2 MPa"})
     for top, left in ((0.3, -0.3), (0.19, 0.0)):
-        c = squama.cycle(soft, f"0, {-top}, 0 rad/pitch", mu=0.6)
+        c = squama.cycle(soft, f"0, {-top}, 0 rad/pitch", mu=0.6, joint="hinge")
         # turned round, the torque has to push the beam back, or does not
         assert (float(along(c, "unloading")["T"][0]) > 0) == (left != 0)
         assert float(c.phi_residual[0]) == pytest.approx(left)
@@ -145,19 +145,19 @@ def test_bending_closes_and_the_other_way_is_straight():
 
 
 def test_before_engagement_nothing_is_lost():
-    c = squama.cycle(BEAM, "0.04 rad/pitch", mu=0.3)
+    c = squama.cycle(BEAM, "0.04 rad/pitch", mu=0.3, joint="hinge")
     assert set(c.branch.values) == {"straight"}
     assert float(c.W_d[0]) == 0
     np.testing.assert_allclose(c["T"], BEAM.torsional_rigidity * c.Phi)
-    narrow = squama.cycle(BEAM, [0, 1], mu=0.3)
+    narrow = squama.cycle(BEAM, [0, 1], mu=0.3, joint="hinge")
     assert narrow.sizes["loop"] == 0
-    static = squama.cycle(BEAM, "0.048 rad/pitch", mu=9)
+    static = squama.cycle(BEAM, "0.048 rad/pitch", mu=9, joint="hinge")
     assert static.end[0] == "static lock"
 
 
 @pytest.mark.parametrize("history", [HISTORY, "0, 0.1, -0.1 rad/pitch", [0, 1]])
 def test_files_give_back_what_was_written(tmp_path, history):
-    c = squama.cycle(BEAM, history, mu=0.3)
+    c = squama.cycle(BEAM, history, mu=0.3, joint="hinge")
     assert squama.read(squama.save(c, tmp_path / "c.nc")).identical(c)
     table = flat(c)
     again = squama.read(squama.save(table, tmp_path / "c.csv"))
@@ -172,7 +172,7 @@ def test_files_give_back_what_was_written(tmp_path, history):
     [(BEAM, HISTORY, "twisting"), (SOFT, "0.55 rad/pitch", "twisting"), (BEAM, "0.2 rad/pitch", "bending")],
 )
 def test_pictures(beam, history, load):
-    figure = cycle_figure(squama.cycle(beam, history, mu=0.5, load=load))
+    figure = cycle_figure(squama.cycle(beam, history, mu=0.5, load=load, joint="hinge"))
     assert len(figure.axes) == 2
     words = [t.get_text() for t in figure.axes[0].get_legend().get_texts()]
     assert "unloading" in words
@@ -212,41 +212,41 @@ def test_pictures(beam, history, load):
 def test_bad_arguments(arguments, words):
     given = {"mu": 0.3, **arguments}
     with pytest.raises(InputError) as caught:
-        squama.cycle(BEAM, **given)
+        squama.cycle(BEAM, **given, joint="hinge")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_the_other_contact_is_named_as_for_growing_twist():
-    once = squama.twist(BEAM, mu=0.3, sense="-")
+    once = squama.twist(BEAM, mu=0.3, sense="-", joint="hinge")
     with pytest.raises(InputError) as caught:
-        squama.cycle(BEAM, "-0.5 rad/pitch", mu=0.3)
+        squama.cycle(BEAM, "-0.5 rad/pitch", mu=0.3, joint="hinge")
     assert f"follow: {once.other_contact.item()};" in str(caught.value)
     # as far as there, and there is no end of a path that has not begun
-    c = squama.cycle(BEAM, "-0.3 rad/pitch", mu=0.3).sel(sense="-")
+    c = squama.cycle(BEAM, "-0.3 rad/pitch", mu=0.3, joint="hinge").sel(sense="-")
     assert float(c.phi_end) == float(once.phi_end) == math.inf
     assert float(c.phi_most) == pytest.approx(float(once.Phi.max()) * BEAM.pitch)
 
 
 def test_a_refused_twist_names_one_that_is_taken():
     with pytest.raises(InputError) as caught:
-        squama.cycle(BEAM, "0.5 rad/pitch", mu=0.3)
+        squama.cycle(BEAM, "0.5 rad/pitch", mu=0.3, joint="hinge")
     allowed = str(caught.value).rpartition("at most ")[2].strip('"')
-    assert squama.cycle(BEAM, allowed, mu=0.3).sizes["loop"] == 1
+    assert squama.cycle(BEAM, allowed, mu=0.3, joint="hinge").sizes["loop"] == 1
 
 
 def test_a_history_on_which_the_scales_do_not_slide_back_is_refused(one_pair):
-    assert squama.cycle(HELD, "1.4 rad/pitch", mu=3.13).sizes["loop"] == 1
+    assert squama.cycle(HELD, "1.4 rad/pitch", mu=3.13, joint="hinge").sizes["loop"] == 1
     for history in ("0, 1.8, 0 rad/pitch", "0, 2.2, 1.7 rad/pitch"):
         with pytest.raises(InputError, match=r"coming from .* the scales do not slide back beyond .* rad/pitch, fric"):
-            squama.cycle(HELD, history, mu=3.13)
-    c = squama.cycle(HELD, "0, 2.24, 1.9, 2.24 rad/pitch", mu=3.13)
+            squama.cycle(HELD, history, mu=3.13, joint="hinge")
+    c = squama.cycle(HELD, "0, 2.24, 1.9, 2.24 rad/pitch", mu=3.13, joint="hinge")
     assert float(c.W_d[0]) > 0
     # let go there, it stays as it cannot slide back
     assert float(c.phi_jam[0]) < 1.6
     other = squama.Beam.from_ratios(eta=2.2431, beta=2.629, lam=0.7699, alpha=0.02633, theta0=0.2723, zeta=0.001)
     with pytest.raises(InputError, match=r"coming from -2\.2 the scales do not slide back beyond -1\.8"):
-        squama.cycle(other, "0, -2.2, 0 rad/pitch", mu=5.3373)
+        squama.cycle(other, "0, -2.2, 0 rad/pitch", mu=5.3373, joint="hinge")
 
 
 @pytest.fixture
@@ -257,14 +257,14 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_command(folder, capsys):
-    arguments = ["cycle", "beam.toml", "--history", HISTORY]
+    arguments = ["cycle", "beam.toml", "--joint", "hinge", "--history", HISTORY]
     assert main([*arguments, "--plot", "c.png", "--csv", "c.csv", "--netcdf", "c.nc"]) == 0
     said = capsys.readouterr().out
     assert "beam.toml in cycles of twisting: mu = 0.3, edge law" in said
     assert "0.05 to 0.15" in said
     assert "wrote c.nc" in said
     assert (folder / "c.png").stat().st_size > 10_000
-    expected = squama.cycle(BEAM.replace(friction={"mu": 0.3}), HISTORY)
+    expected = squama.cycle(BEAM.replace(friction={"mu": 0.3}), HISTORY, joint="hinge")
     assert squama.read("c.nc").identical(expected)
     np.testing.assert_array_equal(squama.read("c.csv")["T"], expected["T"])
     assert main([*arguments, "--json"]) == 0
@@ -275,7 +275,7 @@ def test_the_command(folder, capsys):
     assert record["units"]["W_d"] == "J/m"
     assert main(["cycle", "beam.toml", "--to", "0.1 rad/pitch", "--loops", "20", "--load", "bending"]) == 0
     assert "the first 12 of 20 loops" in capsys.readouterr().out
-    assert main(["cycle", "beam.toml", "--history", "0.1, -0.1 rad/pitch"]) == 0
+    assert main(["cycle", "beam.toml", "--joint", "hinge", "--history", "0.1, -0.1 rad/pitch"]) == 0
     assert "sense -: no engagement" in capsys.readouterr().out
 
 
@@ -288,8 +288,8 @@ def test_the_command(folder, capsys):
         (["--to", "0.2 rad"], "--to = "),
         (["--to", "0.1, 0.2 rad/pitch"], "give them to --history"),
         (["--to", "0 rad/m"], "--to = 0: nothing moves"),
-        (["--to", "0.5 rad/pitch"], "--to = 0.5 rad/pitch: is beyond"),
-        (["--history", "0, 0.5, 0 rad/pitch"], "--history = 0.5 rad/pitch: is beyond"),
+        (["--to", "0.5 rad/pitch", "--joint", "hinge"], "--to = 0.5 rad/pitch: is beyond"),
+        (["--history", "0, 0.5, 0 rad/pitch", "--joint", "hinge"], "--history = 0.5 rad/pitch: is beyond"),
         (["--history", "0, 0.1, 0.1 rad/pitch"], "--history[2] = 5.625 rad/m: is the same"),
         (["--history", "0, 0.1,, 0.2 rad/pitch"], "--history[2]"),
         (["--to", "5 rad/m", "--loops", "1.5"], "--loops = 1.5: is not a whole number"),

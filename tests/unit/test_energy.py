@@ -41,7 +41,7 @@ def in_springs(r, beam: squama.Beam, name: str) -> float:
 def test_figures_of_section_4(law: str) -> None:
     beam = paper_beam()
     for margin, want in zip(MARGINS, SECTION_4[law], strict=True):
-        r = squama.twist(beam, mu=0.5, law=law, margin=margin, points=20)
+        r = squama.twist(beam, mu=0.5, law=law, margin=margin, points=20, joint="hinge")
         assert in_springs(r, beam, "W_fr_c") == pytest.approx(float(want), rel=3e-8)
         theta, phi = LOCKS[law]
         assert float(r.theta_end) == pytest.approx(theta, abs=6e-10)
@@ -61,7 +61,7 @@ def test_work_and_red_against_the_oracle(design: tuple[float, ...], law: str) ->
     beam = paper_beam(
         eta=eta, beta=beta, lam=lam, zeta=0.2, alpha=f"{alpha} deg", theta0=f"{theta0} deg", stiffness="2 N m"
     )
-    r = squama.twist(beam, mu=mu, law=law)
+    r = squama.twist(beam, mu=mu, law=law, joint="hinge")
     assert in_springs(r, beam, "W_fr_c") == pytest.approx(float(w.W), rel=1e-9)
     stiffness = beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch)
     assert float(r.RED_c) == pytest.approx(float(red(w, stiffness)), rel=1e-9)
@@ -88,7 +88,7 @@ def work_of_torque(beam: squama.Beam, r, name: str, rate: str, at, law: dict) ->
 @pytest.mark.parametrize("changes", [{}, {"alpha": "60 deg", "eta": 5.0}, {"alpha": "40 deg", "beta": 0.8, "eta": 3.5}])
 def test_the_work_of_the_torque_is_stored_or_dissipated(changes: dict, law: str) -> None:
     beam = paper_beam(**changes, stiffness="40 N m")
-    at = {"mu": 0.4, "law": law}
+    at = {"mu": 0.4, "law": law, "joint": "hinge"}
     r = squama.twist(beam, **at, points=50)
     assert r.end.item() == "frictional lock"
     done = work_of_torque(beam, r, "T", "Phi", squama.twist, at)
@@ -110,7 +110,7 @@ def test_the_work_of_the_moment_is_stored_or_dissipated() -> None:
 def test_the_work_grows_like_a_logarithm_and_red_to_one(law: str) -> None:
     beam = paper_beam(stiffness="1e6 N m")
     margins = 10.0 ** -np.arange(2, 9)
-    results = [squama.twist(beam, mu=0.5, law=law, margin=m, points=3) for m in margins]
+    results = [squama.twist(beam, mu=0.5, law=law, margin=m, points=3, joint="hinge") for m in margins]
     W = np.array([in_springs(r, beam, "W_fr_c") for r in results])
     steps = np.diff(W)
     # equal factors of the margin add equal work: the residue of the pole, times ln 10
@@ -132,7 +132,7 @@ def test_the_work_grows_like_a_logarithm_and_red_to_one(law: str) -> None:
 
 def test_friction_of_one_is_no_special_case() -> None:
     beam = paper_beam()
-    W = [in_springs(squama.twist(beam, mu=mu), beam, "W_fr_c") for mu in (1 - 1e-9, 1.0, 1 + 1e-9)]
+    W = [in_springs(squama.twist(beam, mu=mu, joint="hinge"), beam, "W_fr_c") for mu in (1 - 1e-9, 1.0, 1 + 1e-9)]
     assert W[1] == pytest.approx(W[0], rel=1e-7)
     assert W[1] == pytest.approx(W[2], rel=1e-7)
     assert W[1] > 1
@@ -140,7 +140,7 @@ def test_friction_of_one_is_no_special_case() -> None:
 
 def test_no_margin_where_the_end_is_no_lock() -> None:
     beam = paper_beam(alpha="10 deg", theta0="10 deg", beta=0.4, eta=2.0)
-    few, most = (squama.twist(beam, mu=0.1, margin=m, points=30) for m in (0.3, 1e-6))
+    few, most = (squama.twist(beam, mu=0.1, margin=m, points=30, joint="hinge") for m in (0.3, 1e-6))
     assert few.end.item() == most.end.item()
     assert few.end.item() in ("off tip edge", "off side edge", "other contact")
     for name in ("theta_c", "Phi_c", "W_fr_c", "RED_c"):
@@ -152,7 +152,7 @@ def test_no_margin_where_the_end_is_no_lock() -> None:
 def test_static_lock_and_no_friction_dissipate_nothing() -> None:
     beam = paper_beam()
     for mu, locked in ((9.0, True), (0.0, False)):
-        r = squama.twist(beam, mu=mu)
+        r = squama.twist(beam, mu=mu, joint="hinge")
         assert (r.end.item() == "static lock") == locked
         assert (float(r.theta_c) == beam.scale.theta0) == locked
         assert float(r.W_fr_c) == 0
@@ -180,7 +180,7 @@ def test_the_series_tells_when_it_has_not_converged(monkeypatch: pytest.MonkeyPa
 
 def followed(mu: float, law: str = "edge") -> tuple[Followed, Room]:
     room, half = Room(), math.sqrt(0.5)
-    return follow(3.0, 1.25, 0.45, half, half, math.radians(10), mu, OPEN, NAMES.index(law), room), room
+    return follow(3.0, 1.25, 0.45, half, half, math.radians(10), mu, 0.0, OPEN, NAMES.index(law), room), room
 
 
 def series(f: Followed, stop: float, law: str = "edge") -> float:

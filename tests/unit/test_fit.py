@@ -50,7 +50,7 @@ def noisy(dataset, sigma, seed=1, torque="T"):
     [("mu",), ("mu", "K_theta"), ("mu", "K_theta", "C_f"), ("mu", "K_theta", "E_B", "theta0"), ("theta0", "mu")],
 )
 def test_a_cycle_gives_its_parameters_back(law, names):
-    data = squama.cycle(BEAM, HISTORY, law=law)
+    data = squama.cycle(BEAM, HISTORY, law=law, joint="hinge")
     fit = squama.fit(data, moved(BEAM, names), names, law=law)
     for name in names:
         assert fit.values[name] == pytest.approx(TRUE[name], rel=1e-9), name
@@ -60,12 +60,12 @@ def test_a_cycle_gives_its_parameters_back(law, names):
     same = fit.branch == data.branch.values
     at_engagement = np.abs(data.phi.values - float(data.phi_e[0])) < 1e-9
     assert (same | at_engagement | (data.branch.values == "straight")).all()
-    assert squama.twist(fit.beam, points=3, law=law).phi_e.item() == pytest.approx(float(data.phi_e[0]))
+    assert squama.twist(fit.beam, points=3, law=law, joint="hinge").phi_e.item() == pytest.approx(float(data.phi_e[0]))
 
 
 @pytest.mark.parametrize("law", ["edge", "plate"])
 def test_twist_gives_its_parameters_back(law):
-    data = squama.twist(BEAM, law=law, to="0.25 rad/pitch")
+    data = squama.twist(BEAM, law=law, to="0.25 rad/pitch", joint="hinge")
     fit = squama.fit(data, moved(BEAM, ("mu", "K_theta")), law=law)
     assert fit.values["mu"] == pytest.approx(0.3, rel=1e-9)
     assert fit.values["K_theta"] == pytest.approx(TRUE["K_theta"], rel=1e-9)
@@ -77,8 +77,8 @@ def test_bending_and_a_folded_path_and_the_other_sense():
     fit = squama.fit(data, start, ("mu", "K_theta", "C_f"), load="bending")
     assert fit.values == pytest.approx({"mu": 0.3, "K_theta": BEAM.bending_joint_stiffness, "C_f": 1.0}, rel=1e-8)
     # this path passes a fold on the way
-    most = float(squama.cycle(FOLDED, 0.01).phi_most[0])
-    data = squama.cycle(FOLDED, [0, 0.98 * most / FOLDED.pitch, 0])
+    most = float(squama.cycle(FOLDED, 0.01, joint="hinge").phi_most[0])
+    data = squama.cycle(FOLDED, [0, 0.98 * most / FOLDED.pitch, 0], joint="hinge")
     fall = data.theta.values[data.branch.values == "loading"]
     assert (np.diff(fall) < 0).any()
     fit = squama.fit(data, moved(FOLDED, ("mu", "K_theta", "theta0")), ("mu", "K_theta", "theta0"))
@@ -91,7 +91,7 @@ def test_the_other_sense_of_twist(monkeypatch):
     both = squama.Beam.from_ratios(
         eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02, mu=0.2, youngs_modulus="2 MPa"
     )
-    data = squama.cycle(both, "0, 0.3, -0.3, 0 rad/pitch")
+    data = squama.cycle(both, "0, 0.3, -0.3, 0 rad/pitch", joint="hinge")
     fit = squama.fit(data, both.replace(friction={"mu": 0.5}))
     assert fit.values["mu"] == pytest.approx(0.2, rel=1e-9)
     assert set(fit.branch[fit.record.load < 0]) == {"straight", "loading", "unloading", "stick"}
@@ -122,7 +122,9 @@ def test_torques_from_force_vectors(law):
 
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_derivatives_against_central_differences(load):
-    data = squama.cycle(BEAM, HISTORY if load == "twisting" else "0, 0.3, 0.1, 0.32, 0 rad/pitch", load=load)
+    data = squama.cycle(
+        BEAM, HISTORY if load == "twisting" else "0, 0.3, 0.1, 0.32, 0 rad/pitch", load=load, joint="hinge"
+    )
     for names in (("mu", "K_theta", "C_f", "theta0", "zero"), ("mu", "E_B", "C_f"), ("E_B", "K_theta")):
         asked = ask(BEAM, load, names)
         points = placed(record(read(data, BEAM, load), BEAM, load), asked, "edge")
@@ -162,7 +164,7 @@ def test_before_engagement_it_is_the_linear_regression():
 
 
 def test_the_search_does_not_depend_on_the_start():
-    data = noisy(squama.cycle(BEAM, HISTORY), 0.02)
+    data = noisy(squama.cycle(BEAM, HISTORY, joint="hinge"), 0.02)
     names = ("mu", "K_theta", "theta0")
     found = [squama.fit(data, BEAM.replace(friction={"mu": mu}), names, starts=1).estimates for mu in (0, 0.05, 1, 4)]
     np.testing.assert_allclose(found, np.broadcast_to(found[0], (4, 3)), rtol=1e-6)
@@ -176,8 +178,8 @@ def test_the_search_does_not_depend_on_the_start():
 
 def test_near_a_lock():
     """The farthest point is within a thousandth of the lock; starts beyond it come back."""
-    end = float(squama.twist(BEAM, points=3).phi_end)
-    data = squama.twist(BEAM, at=np.linspace(0, 0.999 * end, 150) / BEAM.pitch)
+    end = float(squama.twist(BEAM, points=3, joint="hinge").phi_end)
+    data = squama.twist(BEAM, at=np.linspace(0, 0.999 * end, 150) / BEAM.pitch, joint="hinge")
     fit = squama.fit(data, BEAM.replace(friction={"mu": 2.0}))
     assert fit.values["mu"] == pytest.approx(0.3, rel=1e-9)
     asked = ask(BEAM, "twisting", ("mu",))
@@ -190,8 +192,8 @@ def test_near_a_lock():
 
 
 def test_loading_alone_does_not_separate_and_unloading_does():
-    up = squama.cycle(BEAM, [0, 0.2 / BEAM.pitch])
-    loop = squama.cycle(BEAM, "0.2 rad/pitch")
+    up = squama.cycle(BEAM, [0, 0.2 / BEAM.pitch], joint="hinge")
+    loop = squama.cycle(BEAM, "0.2 rad/pitch", joint="hinge")
     alone = squama.fit(noisy(up, 0.02), BEAM, noise=1.0)
     assert alone.correlation[0, 1] < -0.95
     said = "\n".join(alone.notes)
@@ -212,8 +214,8 @@ def test_points_are_proposed_where_there_are_few():
         fit = squama.fit({"phi": loop.phi.values[at], "T": loop["T"].values[at]}, BEAM, noise=0.1)
         return {what for r in fit.remedies for what in ("before engagement", "more of loading") if what in r.what}
 
-    far = float(squama.twist(BEAM, points=3).phi_end)
-    some, whole = (squama.cycle(BEAM, f"{to} rad/pitch", points=80) for to in (0.15, 0.995 * far))
+    far = float(squama.twist(BEAM, points=3, joint="hinge").phi_end)
+    some, whole = (squama.cycle(BEAM, f"{to} rad/pitch", points=80, joint="hinge") for to in (0.15, 0.995 * far))
     assert proposed(some, some.phi > 0) == {"more of loading"}
     # none before engagement, and a few
     for start in (0.06, 0.045):
@@ -226,7 +228,7 @@ def test_further_loading_is_proposed_in_the_first_sense_where_both_were_measured
     beam = squama.Beam.from_ratios(eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02, mu=0.2)
     said = {}
     for senses, history in (("+", "0, 0.3"), ("-", "0, -0.3"), ("both", "0, 0.3, -0.3")):
-        loop = squama.cycle(beam, f"{history}, 0 rad/pitch")
+        loop = squama.cycle(beam, f"{history}, 0 rad/pitch", joint="hinge")
         fit = squama.fit({"phi": loop.phi.values, "T": loop["T"].values}, beam, noise=0.1)
         said[senses] = next(r.what for r in fit.remedies if "more of loading" in r.what).partition(" points")[2]
     assert said["+"] == said["both"] != said["-"]
@@ -234,7 +236,7 @@ def test_further_loading_is_proposed_in_the_first_sense_where_both_were_measured
 
 def test_a_bending_test_as_foretold():
     """The foretold errors are those of both tests fitted together, by a Jacobian of finite differences."""
-    up = squama.cycle(BEAM, [0, 0.2 / BEAM.pitch])
+    up = squama.cycle(BEAM, [0, 0.2 / BEAM.pitch], joint="hinge")
     beam = BEAM.replace(joint={"stiffness": BEAM.joint_stiffness})
     fit = squama.fit({"phi": up.phi.values, "T": up["T"].values}, beam, noise=0.1)
     remedy = next(r for r in fit.remedies if r.what.startswith("a bending test"))
@@ -243,7 +245,7 @@ def test_a_bending_test_as_foretold():
 
     def both(mu, K, at):
         b = beam.replace(joint={"stiffness": K})
-        t = squama.twist(b, mu=mu, at=up.Phi.values)["T"].values
+        t = squama.twist(b, mu=mu, at=up.Phi.values, joint="hinge")["T"].values
         return t, squama.bend(b, mu=mu, at=at)["M"].values
 
     psi_e = float(squama.bend(beam, mu=0.3, points=3).psi_e)
@@ -262,7 +264,7 @@ def test_a_bending_test_as_foretold():
 
 
 def test_what_is_said_about_a_fit():
-    loop = squama.cycle(BEAM, "0.2 rad/pitch")
+    loop = squama.cycle(BEAM, "0.2 rad/pitch", joint="hinge")
     quiet = squama.fit(noisy(loop, 0.005), BEAM)
     assert quiet.notes == ()
     wrong = squama.fit(loop, BEAM.replace(scale={"theta0": "12 deg"}))
@@ -271,15 +273,15 @@ def test_what_is_said_about_a_fit():
     assert any("larger than the noise that is given" in note for note in loud.notes)
     slippery = squama.fit(noisy(loop, 0.001), BEAM, bounds={"mu": (0.4, 1)})
     assert any("mu is at its bound 0.4" in note for note in slippery.notes)
-    few = squama.fit(noisy(squama.cycle(BEAM, "0.055 rad/pitch"), 0.3), BEAM)
+    few = squama.fit(noisy(squama.cycle(BEAM, "0.055 rad/pitch", joint="hinge"), 0.3), BEAM)
     assert any("mu is not determined by these points" in note for note in few.notes)
 
 
 def test_no_friction_and_unloading_alone():
-    smooth = squama.fit(noisy(squama.cycle(BEAM, "0.2 rad/pitch", mu=0), 0.01), BEAM)
+    smooth = squama.fit(noisy(squama.cycle(BEAM, "0.2 rad/pitch", mu=0, joint="hinge"), 0.01), BEAM)
     assert smooth.values["mu"] < 3 * smooth.errors["mu"]
     assert any("mu cannot be told from 0" in n or "mu is at its bound 0" in n for n in smooth.notes)
-    loop = squama.cycle(BEAM, "0.2 rad/pitch")
+    loop = squama.cycle(BEAM, "0.2 rad/pitch", joint="hinge")
     down = loop.isel(point=np.flatnonzero(loop.leg.values == 2))
     fit = squama.fit(noisy(down, 0.01), BEAM)
     # how the first point was reached nobody saw
@@ -289,7 +291,7 @@ def test_no_friction_and_unloading_alone():
 
 
 def test_points_at_a_reversal_are_not_used_and_others_may_be_left_out():
-    loop = squama.cycle(BEAM, HISTORY)
+    loop = squama.cycle(BEAM, HISTORY, joint="hinge")
     wrong = loop["T"].values.copy()
     wrong[loop.branch.values == "stick"] *= 0.3
     beyond = loop.phi.values > 0.15
@@ -310,7 +312,7 @@ def test_points_at_a_reversal_are_not_used_and_others_may_be_left_out():
 
 def test_specimens():
     loops = [
-        noisy(squama.cycle(BEAM, "0.2 rad/pitch", mu=mu), 0.003, seed=i)
+        noisy(squama.cycle(BEAM, "0.2 rad/pitch", mu=mu, joint="hinge"), 0.003, seed=i)
         for i, mu in enumerate((0.2, 0.3, 0.4), start=1)
     ]
     fit = squama.fit(loops, BEAM)
@@ -320,9 +322,11 @@ def test_specimens():
     single = squama.fit(loops[1], BEAM)
     np.testing.assert_allclose(fit.specimens[1].values, single.estimates, rtol=1e-6)
     np.testing.assert_allclose(fit.specimens[1].errors, list(single.errors.values()), rtol=1e-4)
-    same = squama.fit([noisy(squama.cycle(BEAM, "0.2 rad/pitch"), 0.003, seed=i) for i in range(3)], BEAM)
+    same = squama.fit(
+        [noisy(squama.cycle(BEAM, "0.2 rad/pitch", joint="hinge"), 0.003, seed=i) for i in range(3)], BEAM
+    )
     assert not any("differs" in note for note in same.notes)
-    straight = squama.cycle(BEAM, "0.02 rad/pitch")
+    straight = squama.cycle(BEAM, "0.02 rad/pitch", joint="hinge")
     part = squama.fit([loops[0], straight], BEAM)
     assert part.specimens[1].values is None
     assert "before engagement" in part.specimens[1].problem

@@ -18,7 +18,7 @@ from squama.plot import corner_figure, fit_figure
 
 ROOT = Path(__file__).parents[2]
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.1)
-LOOP = squama.cycle(BEAM, "0.2 rad/pitch", mu=0.3, points=30)
+LOOP = squama.cycle(BEAM, "0.2 rad/pitch", mu=0.3, points=30, joint="hinge")
 
 
 def table(columns: str, *rows: tuple[object, ...]) -> str:
@@ -74,7 +74,21 @@ def test_the_command(folder, capsys):
 
 def test_a_saved_cycle_is_a_test_too(folder, capsys):
     (folder / "true.toml").write_text(BEAM.replace(friction={"mu": 0.3}).to_toml())
-    assert main(["cycle", "true.toml", "--history", "0, 0.2, 0.1, 0.18, 0 rad/pitch", "--csv", "cycle.csv"]) == 0
+    assert (
+        main(
+            [
+                "cycle",
+                "true.toml",
+                "--joint",
+                "hinge",
+                "--history",
+                "0, 0.2, 0.1, 0.18, 0 rad/pitch",
+                "--csv",
+                "cycle.csv",
+            ]
+        )
+        == 0
+    )
     assert main(["fit", "cycle.csv", "beam.toml", "--json"]) == 0
     said = capsys.readouterr().out
     record = json.loads(said[said.index("\n{") :])
@@ -156,7 +170,7 @@ def test_pictures():
         ("twisting", "0, 0.2, -0.02, 0.21, 0.1 rad/pitch", "T"),
         ("bending", "0.2 rad/pitch", "M"),
     ):
-        fit = squama.fit(squama.cycle(BEAM, history, mu=0.3, load=load), BEAM, load=load)
+        fit = squama.fit(squama.cycle(BEAM, history, mu=0.3, load=load, joint="hinge"), BEAM, load=load)
         data = fit.dataset()
         upper, lower = fit_figure(data).axes
         assert torque in upper.get_ylabel()
@@ -263,7 +277,7 @@ def test_bad_input(folder, capsys, text, arguments, words):
         ({"phi": [0, 0.1, 0.2], "T": [0, 1]}, "data: 3 twists but 2 torques"),
         ({"phi": [0, 0.1, np.nan], "T": [0, 1, 2]}, 'data["phi"] = nan'),
         ({"phi": [[0, 0.1]], "T": [[0, 1]]}, "must be one-dimensional"),
-        (squama.twist(BEAM, mu=[0.1, 0.2]), "must be one-dimensional"),
+        (squama.twist(BEAM, mu=[0.1, 0.2], joint="hinge"), "must be one-dimensional"),
     ],
 )
 def test_bad_arrays(given, words):

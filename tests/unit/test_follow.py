@@ -61,10 +61,10 @@ def test_what_touches_when_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -
         return count
 
     monkeypatch.setattr(solution, "touch", counted("touch", solution.touch))
-    family = squama.twist(squama.Beam.from_ratios(), mu=MUS)
+    family = squama.twist(squama.Beam.from_ratios(), mu=MUS, joint="hinge")
     assert asked == {"touch": 1}
     for i, mu in enumerate(MUS):
-        one = squama.twist(squama.Beam.from_ratios(), mu=mu)
+        one = squama.twist(squama.Beam.from_ratios(), mu=mu, joint="hinge")
         np.testing.assert_allclose(family.T[i], one["T"], rtol=1e-9)
 
 
@@ -80,7 +80,7 @@ def test_a_load_path_knows_its_load_and_its_sense() -> None:
 def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     beam = squama.Beam.from_ratios(mu=0.3)
     path = follow.solved(beam, load, mu=0.3, to=0.1)
-    answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch")
+    answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch", joint="hinge")
     curve = path.curve(points=7)
     torque = (answer.attrs["load"] == "twisting" and "T") or "M"
     np.testing.assert_array_equal(curve.along["torque"], answer[torque])
@@ -92,7 +92,7 @@ def test_the_solved_path_is_that_of_the_door(load: str) -> None:
 def test_flat_scales_engage_where_the_formula_of_small_angles_says() -> None:
     for alpha in (0.1, 0.7):
         beam = squama.Beam.from_ratios(eta=1.5, beta=1.4, lam=0.3, alpha=alpha, theta0=1e-5)
-        r = squama.twist(beam, mu=0.1, points=3)
+        r = squama.twist(beam, mu=0.1, points=3, joint="hinge")
         assert float(r.phi_e_small) == pytest.approx(float(r.phi_e), rel=1e-4)
 
 

@@ -14,7 +14,7 @@ from squama.cli import flags, main
 from squama.errors import InputError, Problem
 from squama.io import datasets, files, tabular
 
-R = squama.twist(squama.Beam.from_ratios(mu=0.3), points=4)
+R = squama.twist(squama.Beam.from_ratios(mu=0.3), points=4, joint="hinge")
 FORMULAS = ["=1+1", "-", "+", "+A1", "@SUM(A1)", "-2+3", "\tx", "'=1", "''-a", "'plain", "-1.5", "+5", "", "a,=b"]
 
 

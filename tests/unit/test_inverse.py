@@ -31,7 +31,9 @@ def again(design, tmp_path, load="twisting", **arguments):
     path = tmp_path / "again.toml"
     path.write_text(design.to_toml("a test"))
     beam = squama.Beam.from_toml(path)
-    return beam, (squama.twist if load == "twisting" else squama.bend)(beam, **arguments)
+    if load == "twisting":
+        return beam, squama.twist(beam, joint="hinge", **arguments)
+    return beam, squama.bend(beam, **arguments)
 
 
 def test_every_design_does_what_is_said_of_it(tmp_path):
@@ -63,7 +65,7 @@ def test_every_design_does_what_is_said_of_it(tmp_path):
 
 def test_a_known_beam_is_recovered():
     truth = DENSE
-    r = squama.twist(truth, at=["60 deg total", "100 deg total"])
+    r = squama.twist(truth, at=["60 deg total", "100 deg total"], joint="hinge")
     points = [
         {"twist": t, "torque": float(v)} for t, v in zip(("60 deg total", "100 deg total"), r["T"].values, strict=True)
     ]
@@ -112,7 +114,7 @@ def test_what_cannot_be_reached_names_what_holds_it(tmp_path):
     assert d.goals[0].difference == pytest.approx(d.goals[0].reached - 40)
     assert d.goals[0].difference > 0
     nearest = BEAM.replace(pitch="18 mm", scale={"length": "60 mm"})
-    r = squama.twist(nearest, points=3)
+    r = squama.twist(nearest, points=3, joint="hinge")
     assert d.goals[0].reached == pytest.approx(math.degrees(float(r.phi_end)) * 25, rel=1e-9)
     assert d.beam.pitch == pytest.approx(nearest.pitch, rel=1e-9)
 
@@ -147,17 +149,17 @@ def test_other_contacts_of_the_plates_are_looked_for():
     cut = np.flatnonzero(np.isfinite(alone.found.values[0]) & np.isnan(all_plates.found.values[0]))
     assert cut.size > 3
     for i in cut[:3]:
-        r = squama.twist(problem.space.beam_of(y[i]), points=3)
+        r = squama.twist(problem.space.beam_of(y[i]), points=3, joint="hinge")
         assert r.end.item() == "other contact"
     found = squama.inverse_design(data, beam=start, starts=256)
     assert found.met
     for d in found.designs:
-        assert squama.twist(d.beam, points=3).end.item() == d.end
+        assert squama.twist(d.beam, points=3, joint="hinge").end.item() == d.end
         assert squama.End(d.end).locks
     # without friction they always do
     found = squama.inverse_design(data, beam=BEAM.replace(friction={"mu": 0.0}), starts=128)
     assert not found.met
-    assert squama.twist(found[0].beam, points=3).end.item() == found[0].end == "other contact"
+    assert squama.twist(found[0].beam, points=3, joint="hinge").end.item() == found[0].end == "other contact"
     assert found[0].other_contact
 
 
@@ -171,7 +173,7 @@ def test_tolerances_against_changed_beams():
     assert found.tolerance["scale.width"] == 1e-4
 
     def reached(beam):
-        r = squama.twist(beam, points=3)
+        r = squama.twist(beam, points=3, joint="hinge")
         return math.degrees(float(r.phi_end)) * beam.scales, float(r.mu_static)
 
     for name, size in found.tolerance.items():
@@ -205,14 +207,14 @@ def test_a_twist_keeps_its_meaning_while_the_pitch_changes(text, reached, tmp_pa
         beam, r = again(d, tmp_path, points=3)
         assert reached(r, beam) == pytest.approx(float(text.split()[0]), rel=1e-9)
         pitch = d.goals[0].effects["beam.pitch"]
-        changed = squama.twist(beam.replace(pitch=beam.pitch + 1e-7), points=3)
+        changed = squama.twist(beam.replace(pitch=beam.pitch + 1e-7), points=3, joint="hinge")
         assert pitch == pytest.approx((reached(changed, beam) - reached(r, beam)) * 1e3, rel=1e-3)
 
 
 def test_a_curve_and_a_tangent(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     truth = DENSE
-    r = squama.twist(truth, to="100 deg total", points=60)
+    r = squama.twist(truth, to="100 deg total", points=60, joint="hinge")
     degrees = np.degrees(r.phi.values) * 25
     lines = [f"{x},{t * 1e3}" for x, t in zip(degrees, r["T"].values, strict=True)]
     (tmp_path / "test.csv").write_text("\n".join(["total (deg), T (N mm)", *lines]))
@@ -271,11 +273,11 @@ def test_four_figures_of_a_random_beam_are_met_together(seed, law):
     while True:
         sizes = {name: float(rng.uniform(*span)) for name, span in (("length", (0.03, 0.08)), ("alpha", (0.5, 1.2)))}
         truth = BEAM.replace(pitch=float(rng.uniform(0.012, 0.025)), scale=sizes, friction={"mu": 0.3})
-        r = squama.twist(truth, law=law, points=3)
+        r = squama.twist(truth, law=law, points=3, joint="hinge")
         if squama.End(r.end.item()).locks:
             break
     phi = 0.3 * float(r.phi_e) + 0.7 * float(r.phi_end)
-    torque = float(squama.twist(truth, law=law, at=phi / truth.pitch)["T"][0])
+    torque = float(squama.twist(truth, law=law, at=phi / truth.pitch, joint="hinge")["T"][0])
     asked = {
         "lock": f"{float(r.phi_end)!r} rad/pitch",
         "engagement": f"{float(r.phi_e)!r} rad/pitch",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -56,7 +58,7 @@ def test_figures_are_those_of_the_responses(load):
     for i in range(N):
         beam = beam_at(BEAM, load, {key: float(v[i]) for key, v in values.items()})
         respond, angle, torque, tangent = {
-            "twisting": (squama.twist, "phi", "T", "K_t"),
+            "twisting": (functools.partial(squama.twist, joint="hinge"), "phi", "T", "K_t"),
             "bending": (squama.bend, "psi", "M", "K_b"),
         }[load]
         r = respond(beam, at=[0.09 / beam.pitch, 3.0, 4.0])

@@ -188,7 +188,7 @@ def test_the_command_design(folder, capsys):
     files = sorted(p.name for p in (folder / "out").iterdir())
     assert files == ["design_1.toml", "design_2.toml"]
     for name in files:
-        assert main(["twist", f"out/{name}", "--json"]) == 0
+        assert main(["twist", f"out/{name}", "--joint", "hinge", "--json"]) == 0
         record = json.loads(capsys.readouterr().out)
         assert math.degrees(record["figures"]["phi_end"]) * 25 == pytest.approx(120, rel=1e-9)
     # nothing is replaced unasked
@@ -239,7 +239,7 @@ def test_the_command_pareto(folder, capsys):
     table = squama.read("f.csv")
     assert table["range"].values == pytest.approx(front["range"].values)
     assert (folder / "f.png").stat().st_size > 10_000
-    r = squama.twist(squama.Beam.from_toml("out/design_3.toml"))
+    r = squama.twist(squama.Beam.from_toml("out/design_3.toml"), joint="hinge")
     assert float(r.phi_end - r.phi_e) == pytest.approx(float(front["range"].sel(design=3)), rel=1e-9)
     assert float(r.RED_c) == pytest.approx(float(front.RED.sel(design=3)), rel=1e-9)
     status, said = run(FRONT, capsys, "--json", command="pareto")

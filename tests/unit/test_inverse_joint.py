@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -32,12 +33,12 @@ def test_designs_take_the_matrix():
     assert found.met
     for d in found.designs:
         assert d.beam.joint.matrix is not None
-        r = squama.twist(d.beam, at="60 deg total")
+        r = squama.twist(d.beam, at="60 deg total", joint="hinge")
         stiffness, torque = d.goals
         assert torque.reached == pytest.approx(float(r["T"][0]), rel=1e-9)
         assert stiffness.reached == pytest.approx(d.beam.torsional_rigidity, rel=1e-9)
         # which is not what the laws give
-        lawful = squama.twist(d.beam.replace(joint={"matrix": None}), at="60 deg total")
+        lawful = squama.twist(d.beam.replace(joint={"matrix": None}), at="60 deg total", joint="hinge")
         assert abs(float(lawful["T"][0]) - torque.reached) > 0.05 * torque.reached
 
 
@@ -49,7 +50,7 @@ def test_fronts_take_the_matrix():
     }
     front = squama.pareto(data, beam=BEAM)
     for i, beam in enumerate(beams(front)[:4]):
-        r = squama.twist(beam, at="60 deg total")
+        r = squama.twist(beam, at="60 deg total", joint="hinge")
         assert beam.joint.matrix is not None
         assert float(r["T"][0]) == pytest.approx(float(front["torque"][i]), rel=1e-9)
         assert float(r.W_fr_c) == pytest.approx(float(front["W_fr"][i]), rel=1e-9)
@@ -69,7 +70,7 @@ def test_a_matrix_stands_in_no_range_of_a_law():
 @pytest.mark.parametrize("start", [PLAIN, BEAM], ids=["law", "matrix"])
 def test_tolerances_of_the_joint_against_changed_beams(load, start):
     """A share of K_theta and C_f is one of what the beam has: 1 in bending, by the law or the matrix in twisting."""
-    torque, at = ("T", squama.twist) if load == "twisting" else ("M", squama.bend)
+    torque, at = ("T", functools.partial(squama.twist, joint="hinge")) if load == "twisting" else ("M", squama.bend)
     tolerance = {"joint.stiffness": "10 %", "joint.inclusion_factor": "5 %"}
     asked = {"points": [{"twist": "80 deg total", "torque": "at least 1 N mm"}], "stiffness": "at least 0.001 N m^2"}
     data = {"target": asked, "vary": VARY, "load": load, "tolerance": tolerance}

@@ -34,9 +34,9 @@ OTHER = with_matrix(2 * PLAIN.joint_stiffness, 1.5 * PLAIN.torsional_rigidity)
 
 @pytest.fixture(scope="module")
 def torque():
-    found = float(squama.twist(BEAM).T_c)
+    found = float(squama.twist(BEAM, joint="hinge").T_c)
     assert found == pytest.approx(1690, rel=1e-3)
-    assert float(squama.twist(PLAIN).T_c) == pytest.approx(563, rel=1e-2)
+    assert float(squama.twist(PLAIN, joint="hinge").T_c) == pytest.approx(563, rel=1e-2)
     return found
 
 
@@ -59,7 +59,7 @@ def test_inverse_design_takes_the_matrix(torque):
 
 
 def test_the_map_takes_the_matrix():
-    twist = squama.twist(OTHER)
+    twist = squama.twist(OTHER, joint="hinge")
     key = regimes.key(State(OTHER, 0.1), "mu", "alpha")
     plain = regimes.key(State(PLAIN, 0.1), "mu", "alpha")
     assert key != plain

@@ -89,7 +89,7 @@ def test_a_beam_takes_K_theta_and_C_f_from_it(place):
     given = beam.replace(joint={"stiffness": "5 kN m", "inclusion_factor": 1.3})
     assert (given.joint_stiffness, given.C_f) == (5000, 1.3)
     assert beam.warnings() == []
-    r = squama.twist(beam, at=[1.0])
+    r = squama.twist(beam, at=[1.0], joint="hinge")
     assert r["T"].item() == pytest.approx(RIGIDITY * E * D**4)
 
 
@@ -126,7 +126,7 @@ def test_a_beam_kept_in_a_result_opens_no_file(door, place):
     """The matrix is there and sound: who sent the result must not learn that."""
     named = BEAM.to_toml() + f"[joint]\nmatrix = '{place / 'in' / 'joint.csv'}'\n"
     front = xr.Dataset({"joint.matrix": ("design", [str(place / "in" / "joint.csv")])}, attrs={"start": BEAM.to_toml()})
-    curve = squama.twist(BEAM, points=4).assign_attrs(beam=named)
+    curve = squama.twist(BEAM, points=4, joint="hinge").assign_attrs(beam=named)
     plan = make_plan(BEAM, {"mu": [0.1, 0.2]})._replace(beam_toml=named)
     doors = {
         "text": lambda: squama.Beam.from_toml_text(named),
@@ -214,9 +214,11 @@ def test_a_name_that_is_none(value, words, place, capsys):
 
 
 def test_the_command_says_where_the_stiffness_comes_from(place, capsys):
-    assert main(["twist", "in/beam.toml", "--csv", "curve.csv", "--plot", "curve.png"]) == 0
-    said = capsys.readouterr().out
-    assert "per rad, from in/joint.csv" in said
+    outputs = ["--csv", "curve.csv", "--plot", "curve.png"]
+    assert main(["twist", "in/beam.toml", "--joint", "hinge", *outputs]) == 0
+    assert "per rad, from in/joint.csv" in capsys.readouterr().out
+    assert main(["twist", "in/beam.toml", *outputs]) == 0
+    assert "joint of a scale: six motions, from the beam's matrix" in capsys.readouterr().out
     # a stored curve knows its beam without the file
     (place / "in" / "joint.csv").unlink()
     assert squama.Beam.from_toml_text(squama.read("curve.csv").attrs["beam"]).joint.matrix == STORED
@@ -224,16 +226,15 @@ def test_the_command_says_where_the_stiffness_comes_from(place, capsys):
 
 
 def test_a_compliant_joint_needs_no_elements(place, capsys, monkeypatch):
-    pytest.importorskip("ipctk", reason="contact needs ipctk (the extra fe)")
     known = builtins.__import__
 
     def without(name, *rest, **more):
-        if name.split(".")[0] in {"netgen", "pypardiso"} or name == "squama.fe.stiffness":
+        if name.split(".")[0] in {"ipctk", "netgen", "pypardiso"} or name == "squama.fe.stiffness":
             raise ImportError(name)
         return known(name, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    asked = ["twist", "in/beam.toml", "--joint", "compliant", "--to", "0.1 rad/pitch", "--points", "21"]
+    asked = ["twist", "in/beam.toml", "--to", "0.1 rad/pitch", "--points", "21"]
     assert main([*asked, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["beam"]["joint"]["matrix"] == STORED.tolist()
@@ -241,8 +242,10 @@ def test_a_compliant_joint_needs_no_elements(place, capsys, monkeypatch):
     assert found["curve"]["T"][5] == pytest.approx(RIGIDITY * E * D**3 * found["curve"]["phi"][5], rel=1e-6)
     assert main(asked) == 0
     said = capsys.readouterr().out
-    assert "per rad from in/joint.csv" in said
+    assert "six motions, from the beam's matrix" in said
     assert "by finite elements" not in said
     beam = squama.Beam.from_toml("in/beam.toml")
-    r = squama.twist(beam.replace(joint={"stiffness": "5 kN m"}), joint="compliant", points=3, to="0.02 rad/pitch")
-    assert r.attrs["K_theta"] == pytest.approx(K_THETA * E * D**3)
+    assert squama.twist(beam, points=3).attrs["K_theta"] == pytest.approx(K_THETA * E * D**3)
+    # what was measured goes before
+    r = squama.twist(beam.replace(joint={"stiffness": "5 kN m"}), points=3, to="0.02 rad/pitch")
+    assert r.attrs["K_theta"] == pytest.approx(5e3)

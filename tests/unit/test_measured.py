@@ -75,7 +75,7 @@ def test_spreadsheets_of_all_kinds(text, tmp_path):
 def test_a_saved_response_is_a_measurement_too(tmp_path):
     import squama
 
-    r = squama.twist(squama.Beam.from_ratios(), mu=0.2, points=9)
+    r = squama.twist(squama.Beam.from_ratios(), mu=0.2, points=9, joint="hinge")
     found = measured.read(squama.save(r, tmp_path / "a.csv"), **BEAM)
     assert found.rate.tolist() == r.Phi.values.tolist()
     assert found.load.tolist() == r["T"].values.tolist()

@@ -14,15 +14,15 @@ from squama.symbols import SYMBOLS
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="1.5 MPa", mu=0.25)
 RESPONSES = {
-    "single": lambda: squama.twist(BEAM, points=40),
-    "family": lambda: squama.twist(BEAM, mu=[0, 0.3, 2, 7], points=40),
-    "frictionless": lambda: squama.twist(BEAM, mu=0, points=40),
-    "static lock": lambda: squama.twist(BEAM, mu=7, points=40),
-    "no engagement": lambda: squama.twist(BEAM, sense="-", points=40),
-    "off the tip edge": lambda: squama.twist(BEAM.replace(scale={"alpha": "15 deg"}), points=40),
-    "range end": lambda: squama.twist(BEAM, to="10 rad/m", points=40),
-    "range ends before contact": lambda: squama.twist(BEAM, to="1 rad/m", points=40),
-    "given rates": lambda: squama.twist(BEAM, at=[12.0, 1.0, 30.0, 5.0]),
+    "single": lambda: squama.twist(BEAM, points=40, joint="hinge"),
+    "family": lambda: squama.twist(BEAM, mu=[0, 0.3, 2, 7], points=40, joint="hinge"),
+    "frictionless": lambda: squama.twist(BEAM, mu=0, points=40, joint="hinge"),
+    "static lock": lambda: squama.twist(BEAM, mu=7, points=40, joint="hinge"),
+    "no engagement": lambda: squama.twist(BEAM, sense="-", points=40, joint="hinge"),
+    "off the tip edge": lambda: squama.twist(BEAM.replace(scale={"alpha": "15 deg"}), points=40, joint="hinge"),
+    "range end": lambda: squama.twist(BEAM, to="10 rad/m", points=40, joint="hinge"),
+    "range ends before contact": lambda: squama.twist(BEAM, to="1 rad/m", points=40, joint="hinge"),
+    "given rates": lambda: squama.twist(BEAM, at=[12.0, 1.0, 30.0, 5.0], joint="hinge"),
     "bending": lambda: squama.bend(BEAM, points=40),
     "bending family": lambda: squama.bend(BEAM, mu=[0, 0.5], points=40),
 }
@@ -47,7 +47,7 @@ def test_four_panels_with_units(kind, tmp_path):
 
 
 def test_axis_ends_before_the_lock_but_shows_the_curve():
-    r = squama.twist(BEAM, mu=0.5)
+    r = squama.twist(BEAM, mu=0.5, joint="hinge")
     load = response_figure(r).axes[0]
     top = load.get_ylim()[1]
     bare = BEAM.torsional_rigidity * float(r.Phi_end)
@@ -56,7 +56,7 @@ def test_axis_ends_before_the_lock_but_shows_the_curve():
 
 def test_measured_points_lie_inside():
     points = SimpleNamespace(rate=np.array([1.0, 30.0]), load=np.array([0.1, 500.0]))
-    load = response_figure(squama.twist(BEAM, points=40), points).axes[0]
+    load = response_figure(squama.twist(BEAM, points=40, joint="hinge"), points).axes[0]
     assert load.get_xlim()[1] > 30
     assert load.get_ylim()[1] > 500
     drawn = [line for line in load.lines if line.get_marker() == "." and len(line.get_xdata()) == 2]
@@ -64,7 +64,7 @@ def test_measured_points_lie_inside():
 
 
 def test_engagement_and_lock_are_marked_where_they_are():
-    r = squama.twist(BEAM, mu=0.5, points=40)
+    r = squama.twist(BEAM, mu=0.5, points=40, joint="hinge")
     load = response_figure(r).axes[0]
     circle = next(line for line in load.lines if line.get_marker() == "o")
     assert circle.get_xdata()[0] == pytest.approx(float(r.Phi_e))
@@ -91,16 +91,16 @@ def test_letters_stand_clear_of_the_curves(kind):
 
 
 def test_marks_on_the_axis_are_whole_and_a_force_of_zero_has_an_axis():
-    figure = response_figure(squama.twist(BEAM, mu=[0, 0.5], points=40))
+    figure = response_figure(squama.twist(BEAM, mu=[0, 0.5], points=40, joint="hinge"))
     ends = [line for line in figure.axes[1].lines if line.get_marker() == "x"]
     assert [(line.get_ydata()[0], line.get_clip_on()) for line in ends] == [(0.0, False)]
     # without friction it slides, with much it is locked at once: no friction force in either
-    assert response_figure(squama.twist(BEAM, mu=[0, 7], points=40)).axes[1].get_ylim() == (0, 1)
+    assert response_figure(squama.twist(BEAM, mu=[0, 7], points=40, joint="hinge")).axes[1].get_ylim() == (0, 1)
 
 
 def test_a_beam_that_nothing_touches_has_no_end_in_its_picture():
     beam = BEAM.replace(scale={"length": "8 mm"})
-    never, touching = (response_figure(squama.twist(b, sense="-", points=40)) for b in (beam, BEAM))
+    never, touching = (response_figure(squama.twist(b, sense="-", points=40, joint="hinge")) for b in (beam, BEAM))
     for figure, marks in ((never, 0), (touching, 1)):
         assert sum(line.get_marker() == "x" for line in figure.axes[0].lines) == marks
         assert ("end, no lock" in [t.get_text() for t in figure.legends[0].get_texts()]) == bool(marks)
@@ -112,7 +112,7 @@ def test_a_beam_that_nothing_touches_has_no_end_in_its_picture():
 def test_the_same_figure_gives_the_same_bytes(ending, tmp_path):
     files = [tmp_path / f"{name}{ending}" for name in "ab"]
     for file in files:
-        save_figure(response_figure(squama.twist(BEAM, points=20)), file)
+        save_figure(response_figure(squama.twist(BEAM, points=20, joint="hinge")), file)
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
@@ -127,7 +127,7 @@ def test_the_same_figure_gives_the_same_bytes(ending, tmp_path):
 )
 def test_a_place_that_cannot_be_written(name, words, tmp_path):
     (tmp_path / "folder.png").mkdir()
-    figure = response_figure(squama.twist(BEAM, points=20))
+    figure = response_figure(squama.twist(BEAM, points=20, joint="hinge"))
     with pytest.raises(squama.InputError) as error:
         save_figure(figure, tmp_path / name)
     assert words in str(error.value)

@@ -27,18 +27,18 @@ laws = pytest.mark.parametrize("law", ["plate", "edge"])
 
 
 def respond(load: str, **kwargs):
-    return squama.twist(BEAM, **kwargs) if load == "twist" else squama.bend(BENT, **kwargs)
+    return squama.twist(BEAM, **kwargs, joint="hinge") if load == "twist" else squama.bend(BENT, **kwargs)
 
 
 def test_every_variable_is_labelled() -> None:
-    for r in (squama.twist(BEAM), squama.bend(BENT)):
+    for r in (squama.twist(BEAM, joint="hinge"), squama.bend(BENT)):
         for name, variable in {**r.data_vars, **r.coords}.items():
             assert variable.attrs["long_name"] == squama.SYMBOLS[name].long_name
             assert variable.attrs["units"] == squama.SYMBOLS[name].unit
         assert r.sizes == {"point": 200}
         assert r.mu.item() in (0.5, 0.3)
     assert respond_to(BEAM, "twisting")["T"].shape == (200,)
-    r = squama.twist(BEAM)
+    r = squama.twist(BEAM, joint="hinge")
     assert {name: r[name].attrs["units"] for name in DIMENSIONS} == DIMENSIONS
     assert r["T"].attrs["equation"] == "paper Eq. 14"
 
@@ -105,7 +105,7 @@ def test_tangent_stiffness_is_the_derivative(load: str, rate: str, torque: str, 
 
 @laws
 def test_variables_are_those_of_the_array_functions(law: str) -> None:
-    r = squama.twist(BEAM, law=law, points=50)
+    r = squama.twist(BEAM, law=law, points=50, joint="hinge")
     on = r.theta > BEAM.scale.theta0 * (1 + 1e-9)
     theta = r.theta[on].values
     shape = {**BEAM.ratios}
@@ -133,10 +133,10 @@ def test_variables_are_those_of_the_array_functions(law: str) -> None:
 
 
 def test_at_gives_the_curve_at_any_rate_and_nan_beyond_the_end() -> None:
-    r = squama.twist(BEAM)
+    r = squama.twist(BEAM, joint="hinge")
     end = float(r.Phi_end)
     rates = [0.0, 0.5 * float(r.Phi_e), 10.0, end * (1 - 1e-9), end * 1.001, 1e3]
-    s = squama.twist(BEAM, at=rates)
+    s = squama.twist(BEAM, at=rates, joint="hinge")
     np.testing.assert_allclose(s.Phi, rates, rtol=1e-15)
     np.testing.assert_allclose(s.phi, np.array(rates) * BEAM.pitch, rtol=1e-15)
     for name in ("theta", "T", "T_scales", "K_t", "N", "f", "f0", "U_el", "W_fr", "RED"):
@@ -148,18 +148,18 @@ def test_at_gives_the_curve_at_any_rate_and_nan_beyond_the_end() -> None:
     np.testing.assert_allclose(s["T"][2], np.interp(10, r.Phi, r["T"]), rtol=1e-3)
     assert float(s.theta[3]) == pytest.approx(float(r.theta_end), rel=1e-3)
     # any order, repeated, one number, nothing else changed
-    again = squama.twist(BEAM, at=[1000.0, 10.0, 10.0, 0.0])
+    again = squama.twist(BEAM, at=[1000.0, 10.0, 10.0, 0.0], joint="hinge")
     np.testing.assert_array_equal(again["T"][1:], s["T"].values[[2, 2, 0]])
-    np.testing.assert_allclose(squama.twist(BEAM, at=10.0)["T"], s["T"][2], rtol=1e-12)
+    np.testing.assert_allclose(squama.twist(BEAM, at=10.0, joint="hinge")["T"], s["T"][2], rtol=1e-12)
     for name in ("phi_end", "theta_end", "W_fr_c", "RED_c"):
         assert float(s[name]) == pytest.approx(float(r[name]), rel=1e-9)
 
 
 @pytest.mark.parametrize("given", [{"to": 5.0}, {"to": "0.01 rad/pitch"}, {"mu": 9.0}, {"sense": "-"}])
 def test_a_load_that_meets_the_end_but_for_rounding_belongs_to_the_curve(given) -> None:
-    r = squama.twist(BEAM, **given)
+    r = squama.twist(BEAM, **given, joint="hinge")
     end = float(r.Phi_end if np.isfinite(r.Phi_end) else r.Phi[-1])
-    s = squama.twist(BEAM, at=end * np.array([1, 1 + 3e-16, 1 + 9e-13, 1 + 2e-12]), **given)
+    s = squama.twist(BEAM, at=end * np.array([1, 1 + 3e-16, 1 + 9e-13, 1 + 2e-12]), **given, joint="hinge")
     for name in ("theta", "T", "U_el", "W_fr"):
         assert np.isfinite(s[name][:3]).all(), name
         np.testing.assert_allclose(s[name][1:3], s[name][0].item(), rtol=1e-9, err_msg=name)
@@ -167,12 +167,12 @@ def test_a_load_that_meets_the_end_but_for_rounding_belongs_to_the_curve(given) 
 
 
 def test_points_and_order_of_the_work() -> None:
-    few, most = (squama.twist(BEAM, points=n) for n in (3, 5000))
+    few, most = (squama.twist(BEAM, points=n, joint="hinge") for n in (3, 5000))
     assert few.sizes["point"] == 3
     assert most.sizes["point"] == 5000
     assert float(few.RED_c) == float(most.RED_c)
     assert np.all(np.diff(most.W_fr[most.Phi > most.Phi_e]) > 0)
-    same = squama.twist(BEAM, at=most.Phi.values[[4000, 1000]])
+    same = squama.twist(BEAM, at=most.Phi.values[[4000, 1000]], joint="hinge")
     np.testing.assert_allclose(same.W_fr, most.W_fr[[4000, 1000]], rtol=1e-9)
 
 
@@ -180,30 +180,30 @@ def test_points_and_order_of_the_work() -> None:
     "to", [5.0, "5 rad/m", "0.005 rad/mm", "0.08888888888888889 rad/pitch", "2.2222222222222223 rad total"]
 )
 def test_to_stops_the_curve(to: float | str) -> None:
-    r, full = squama.twist(BEAM, to=to, points=60), squama.twist(BEAM)
+    r, full = squama.twist(BEAM, to=to, points=60, joint="hinge"), squama.twist(BEAM, joint="hinge")
     assert r.end.item() == "range end"
     assert r.other_contact.item() == ""
     for name in ("Phi_end", "Phi_c"):
         assert float(r[name]) == pytest.approx(5.0, rel=1e-12)
     assert float(r.Phi[-1]) == pytest.approx(5.0, rel=1e-12)
     assert float(r.theta_c) == pytest.approx(float(r.theta_end), rel=1e-14)
-    at = squama.twist(BEAM, at=[5.0])
+    at = squama.twist(BEAM, at=[5.0], joint="hinge")
     for name in ("T", "theta", "W_fr", "RED"):
         assert float(r[name][-1]) == pytest.approx(float(at[name][0]), rel=1e-9)
     assert float(r.phi_e) == float(full.phi_e)
 
 
 def test_to_before_engagement_and_beyond_the_end() -> None:
-    early = squama.twist(BEAM, to=1.0, points=20)
+    early = squama.twist(BEAM, to=1.0, points=20, joint="hinge")
     assert early.end.item() == "range end"
     np.testing.assert_allclose(early["T"], BEAM.torsional_rigidity * early.Phi, rtol=1e-14)
     assert float(early.Phi[-1]) == pytest.approx(1.0)
     assert float(early.theta_end) == BEAM.scale.theta0
     assert float(early.stiffening) == pytest.approx(1.0)
     assert float(early.RED_c) == 0
-    late = squama.twist(BEAM, to=1e3)
+    late = squama.twist(BEAM, to=1e3, joint="hinge")
     assert late.end.item() == "frictional lock"
-    none = squama.twist(BEAM, sense="-", to=2.0)
+    none = squama.twist(BEAM, sense="-", to=2.0, joint="hinge")
     assert none.end.item() == "no engagement"
     assert float(none.Phi[-1]) == pytest.approx(2.0)
 
@@ -218,9 +218,9 @@ def test_rates_as_texts(load: str) -> None:
 
 
 def test_friction_is_in_the_attributes() -> None:
-    assert squama.twist(BEAM).attrs["mu"] == 0.5
+    assert squama.twist(BEAM, joint="hinge").attrs["mu"] == 0.5
     assert squama.bend(BENT, mu=[0.1]).attrs["mu"] == [0.1]
-    assert squama.twist(BEAM, mu=np.array([0.0, 0.2])).attrs["mu"] == [0.0, 0.2]
+    assert squama.twist(BEAM, mu=np.array([0.0, 0.2]), joint="hinge").attrs["mu"] == [0.0, 0.2]
     assert squama.row(BEAM, scales=3, mu=0.2, points=5).attrs["mu"] == 0.2
 
 
@@ -229,20 +229,22 @@ def test_warnings_are_those_of_the_sense() -> None:
     shape = {"eta": 1.356, "beta": 1.729, "lam": 0.81, "alpha": "4.54 deg", "theta0": "17.91 deg"}
     beam = squama.Beam.from_ratios(**shape, slenderness=10, mu=0.1)
     for sense in ("+", "-"):
-        r = squama.twist(beam, sense=sense)
+        r = squama.twist(beam, sense=sense, joint="hinge")
         (line,) = [w for w in r.attrs["warnings"].splitlines() if "not thin" in w]
         assert f"the model's thin ones at phi = {float(r.phi_e):.3g} rad" in line
-    (line,) = [w for w in squama.twist(BEAM_THICK, sense="-").attrs["warnings"].splitlines() if "not thin" in w]
+    (line,) = [
+        w for w in squama.twist(BEAM_THICK, sense="-", joint="hinge").attrs["warnings"].splitlines() if "not thin" in w
+    ]
     assert "in this sense of twist the model's thin plates do not meet" in line
 
 
 def test_a_family_of_curves() -> None:
     mus = [0.0, 0.2, 9.0]
-    family = squama.twist(BEAM, mu=mus, points=40)
+    family = squama.twist(BEAM, mu=mus, points=40, joint="hinge")
     assert family.sizes == {"mu": 3, "point": 40}
     assert family.mu.values.tolist() == mus
     for m in mus:
-        one = squama.twist(BEAM, mu=m, points=40)
+        one = squama.twist(BEAM, mu=m, points=40, joint="hinge")
         part = family.sel(mu=m)
         assert one.mu.item() == m
         for name in one.data_vars:
@@ -251,18 +253,18 @@ def test_a_family_of_curves() -> None:
             else:
                 np.testing.assert_array_equal(part[name], one[name])
     assert family.end.values.tolist() == ["other contact", "frictional lock", "static lock"]
-    at = squama.twist(BEAM, mu=mus, at=[1.0, 8.0])
+    at = squama.twist(BEAM, mu=mus, at=[1.0, 8.0], joint="hinge")
     assert np.isnan(at["T"].sel(mu=9.0)[1])
     assert at["T"].sel(mu=0.2)[1] > at["T"].sel(mu=0.0)[1]
     assert squama.bend(BENT, mu=[0.1, 0.3]).sizes["mu"] == 2
     given = BEAM.replace(friction={"mu": 0.2})
-    np.testing.assert_array_equal(squama.twist(given, points=40)["T"], family["T"].sel(mu=0.2))
-    one = respond_to(BEAM, "twisting", mu=mus, points=40).pick(1).dataset()
+    np.testing.assert_array_equal(squama.twist(given, points=40, joint="hinge")["T"], family["T"].sel(mu=0.2))
+    one = respond_to(BEAM, "twisting", mu=mus, points=40, joint="hinge").pick(1).dataset()
     xr.testing.assert_equal(one, family.isel(mu=1))
 
 
 def test_static_lock() -> None:
-    r = squama.twist(BEAM, mu=9.0)
+    r = squama.twist(BEAM, mu=9.0, joint="hinge")
     assert r.end.item() == "static lock"
     assert float(r.mu_static) < 9
     assert float(r.phi_end) == float(r.phi_e)
@@ -270,11 +272,11 @@ def test_static_lock() -> None:
     assert float(r.Phi[-1]) == pytest.approx(float(r.Phi_e), rel=1e-14)
     np.testing.assert_allclose(r["T"], BEAM.torsional_rigidity * r.Phi, rtol=1e-14)
     assert float(r.RED_c) == 0
-    assert np.isnan(squama.twist(BEAM, mu=9.0, at=[1.01 * float(r.Phi_e)])["T"][0])
+    assert np.isnan(squama.twist(BEAM, mu=9.0, at=[1.01 * float(r.Phi_e)], joint="hinge")["T"][0])
 
 
 def test_the_other_sense_and_no_engagement() -> None:
-    r = squama.twist(BEAM, sense="-")
+    r = squama.twist(BEAM, sense="-", joint="hinge")
     assert (r.end.item(), r.neighbour.item()) == ("no engagement", 0)
     assert np.isinf(r.phi_e)
     assert float(r.theta_end) == BEAM.scale.theta0
@@ -290,7 +292,7 @@ def test_the_other_sense_and_no_engagement() -> None:
 
 def test_plates_that_touch_before_the_contact_engages() -> None:
     beam = squama.Beam.from_ratios(eta=1.356, beta=1.729, lam=0.81, zeta=0.1, alpha="4.54 deg", theta0="17.91 deg")
-    r = squama.twist(beam, mu=0.046, sense="-")
+    r = squama.twist(beam, mu=0.046, sense="-", joint="hinge")
     assert (r.end.item(), int(r.neighbour)) == ("other contact", 1)
     assert r.other_contact.item() == "corner A2 on the face of scale 1 (k = 1)"
     assert float(r.phi_e) == pytest.approx(0.20512333722279022, rel=1e-10)
@@ -299,7 +301,7 @@ def test_plates_that_touch_before_the_contact_engages() -> None:
     assert float(r.phi[-1]) == pytest.approx(float(r.phi_end), rel=1e-14)
     assert float(r.stiffening) == pytest.approx(1.0)
     np.testing.assert_allclose(r["T"], beam.torsional_rigidity * r.Phi, rtol=1e-14)
-    assert np.isnan(squama.twist(beam, mu=0.046, sense="-", at=[float(r.Phi_e)])["T"][0])
+    assert np.isnan(squama.twist(beam, mu=0.046, sense="-", at=[float(r.Phi_e)], joint="hinge")["T"][0])
 
 
 def released(law: str):

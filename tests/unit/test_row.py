@@ -227,7 +227,7 @@ def test_where_a_row_ends():
     assert mirrored.end in ("no engagement", "other contact")
     assert float(mirrored.T_scales.max()) == 0
     # scales that touch without engaging end the row, if it goes that far
-    touch = float(squama.twist(WIDE, mu=0.2, sense="-").phi_touch)
+    touch = float(squama.twist(WIDE, mu=0.2, sense="-", joint="hinge").phi_touch)
     for to, last, end in ((0.2, 0.2, "no engagement"), (0.5, touch, "other contact")):
         r = squama.row(WIDE, scales=5, mu=0.2, to=f"{to} rad/pitch", sense="-")
         assert (float(r.phi[-1]), r.end) == (pytest.approx(last), end)
@@ -235,7 +235,7 @@ def test_where_a_row_ends():
 
 def test_the_stop_that_is_not_given_is_the_cut_off_of_the_endless_beam():
     r = squama.row(BEAM, scales=5, mu=0.2)
-    assert float(r.phi_end) == pytest.approx(float(squama.twist(BEAM, mu=0.2).Phi_c) * D)
+    assert float(r.phi_end) == pytest.approx(float(squama.twist(BEAM, mu=0.2, joint="hinge").Phi_c) * D)
 
 
 @pytest.mark.parametrize(

@@ -16,12 +16,12 @@ EXTENSIONS = [".nc", ".csv"]
 
 
 def _responses():
-    yield "one curve", squama.twist(BEAM, points=20)
-    yield "family", squama.twist(BEAM, mu=[0.0, 0.2, 6.0], points=20)
-    yield "never engages", squama.twist(BEAM.replace(scale={"alpha": "60 deg"}), sense="-", points=5)
-    yield "beyond the end", squama.twist(BEAM, at=[0.0, 1.0, 1e3])
-    yield "one of a family", squama.twist(BEAM, mu=[0.3, 0.4], points=20).isel(mu=1)
-    yield "dimensions turned", squama.twist(BEAM, mu=[0.3, 0.4], points=20).transpose("point", "mu")
+    yield "one curve", squama.twist(BEAM, points=20, joint="hinge")
+    yield "family", squama.twist(BEAM, mu=[0.0, 0.2, 6.0], points=20, joint="hinge")
+    yield "never engages", squama.twist(BEAM.replace(scale={"alpha": "60 deg"}), sense="-", points=5, joint="hinge")
+    yield "beyond the end", squama.twist(BEAM, at=[0.0, 1.0, 1e3], joint="hinge")
+    yield "one of a family", squama.twist(BEAM, mu=[0.3, 0.4], points=20, joint="hinge").isel(mu=1)
+    yield "dimensions turned", squama.twist(BEAM, mu=[0.3, 0.4], points=20, joint="hinge").transpose("point", "mu")
     yield "bending", squama.bend(BEAM, mu=[0.1, 0.2], points=20)
     odd = xr.Dataset(
         {

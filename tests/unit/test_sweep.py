@@ -52,7 +52,7 @@ def test_every_cell_is_the_response_of_its_beam(both):
         for i, j in ((0, 0), (2, 3), (5, 6), (8, 1)):
             cell = data.sel(law=law).isel(mu=i, alpha=j)
             beam = BEAM.replace(scale={"alpha": float(cell.alpha)})
-            r = squama.twist(beam, mu=float(cell.mu), law=law, points=3)
+            r = squama.twist(beam, mu=float(cell.mu), law=law, points=3, joint="hinge")
             if str(r.end.item()) == "other contact":
                 continue  # a response looks at every pair of plates, a sweep at the tip-side ones
             assert CODES[int(cell.end)] == r.end.item()
@@ -109,7 +109,7 @@ def test_a_joint_without_stiffness_leaves_the_bare_beam(tmp_path):
         BEAM, {"scale.embedded": (0.0, "6 mm", 3), "mu": (0.2, 0.4, 2)}, out=tmp_path / "m.zarr", margin=0.1
     )
     cell = data.isel(mu=0).sel({"scale.embedded": 0.0})
-    r = squama.twist(BEAM.replace(scale={"embedded": 0.0}), mu=0.2, margin=0.1, points=3)
+    r = squama.twist(BEAM.replace(scale={"embedded": 0.0}), mu=0.2, margin=0.1, points=3, joint="hinge")
     assert float(cell.torque) == pytest.approx(float(r.T_c), rel=1e-9)
     assert float(cell.U_el) == pytest.approx(float(r.U_el_c), rel=1e-9)
     assert float(cell.RED) == float(cell.W_fr) == 0.0
@@ -143,7 +143,7 @@ def test_a_margin_that_is_swept(tmp_path):
     data = squama.sweep(BEAM, {"margin": margins, "mu": (0.1, 0.5, 3)}, out=tmp_path / "m.zarr")
     assert "margin" not in data.attrs
     for margin in margins:
-        r = squama.twist(BEAM, mu=0.3, margin=margin, points=3)
+        r = squama.twist(BEAM, mu=0.3, margin=margin, points=3, joint="hinge")
         assert float(data.sel(margin=margin).isel(mu=1).RED) == pytest.approx(float(r.RED_c), rel=1e-9)
 
 

@@ -77,7 +77,9 @@ def test_cosines_and_slip_are_those_of_the_vectors(numbers: tuple[float, ...], d
     _, _, c = kernel(theta, d, branch, MP)
     phi = 2 * MP.atan(c.u)
     one, two = scale(MP, d, theta, phi, 0), scale(MP, d, theta, phi, 1)
-    for name in ("k_YY", "k_YZ", "k_ZX", "k_ZY", "k_ZZ"):
+    assert close(c.lift_x, -d.eta * c.k_ZX, 1e-27)
+    assert close(c.lift_y, c.s * dot(one.y, two.z), 1e-27)
+    for name in ("k_YY", "k_ZX", "k_ZY", "k_ZZ"):
         first, second = (getattr(s, axis.lower()) for s, axis in ((one, name[2]), (two, name[3])))
         assert close(getattr(c, name), dot(first, second), 1e-27)
     k_YX = dot(one.y, two.x)

@@ -108,7 +108,7 @@ def test_samples_are_beams():
             friction={"mu": float(s["friction.mu"])},
         )
         near = float(s.Phi_e) * (1 + np.array([1e-4, 2e-4]))
-        r = squama.twist(beam, at=[*near, float(s.Phi_e) * 1.1])
+        r = squama.twist(beam, at=[*near, float(s.Phi_e) * 1.1], joint="hinge")
         for name in ("phi_e", "Phi_e", "phi_end", "Phi_end", "T_c", "RED_c", "U_el_c", "W_fr_c"):
             assert float(s[name]) == pytest.approx(float(r[name]), rel=1e-7), name
         assert s.sample_end.item() == r.end.item()

@@ -103,7 +103,7 @@ def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting
         r = squama.bend(setting.beam, mu=setting.mu, at=at)
         places = 0.0, r.r.item()
     else:
-        r = squama.twist(setting.beam, mu=setting.mu, at=at, law=setting.law, sense=setting.sense)
+        r = squama.twist(setting.beam, mu=setting.mu, at=at, law=setting.law, sense=setting.sense, joint="hinge")
         places = r.p.item(), r.s.item()
     c = geometry.contact(d, state.load, state.theta, 1.5)
     assert np.allclose((c.p, c.s), np.array(places) / setting.beam.pitch, rtol=0, atol=1e-9)

@@ -133,7 +133,7 @@ def test_designs_are_kept_shown_and_dropped() -> None:
     assert state.read(state.query(now)) == now
     rows = live.compared(now.drop(2))
     assert [row["name"] for row in rows] == ["A", "B", "now"]
-    r = squama.twist(now.kept[0].beam, mu=0.5)
+    r = squama.twist(now.kept[0].beam, mu=0.5, joint="hinge")
     assert (rows[0]["end"], rows[0]["RED"]) == (r.end.item(), f"{r.RED_c.item():.4g}")
 
 
@@ -162,7 +162,7 @@ def test_a_link_that_cannot_be_used_says_why(query: str, words: str) -> None:
 @pytest.mark.parametrize("law", ["edge", "plate"])
 def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
     now = state.preset(name).change("law", law)
-    r = squama.twist(now.beam, law=law, points=live.POINTS)
+    r = squama.twist(now.beam, law=law, points=live.POINTS, joint="hinge")
     for plot, variable, unit in (("torque", r["T"], 1.0), ("theta", np.degrees(r.theta), 1.0), ("f", r.f, 1.0)):
         options = charts.line_options(now, plot, dark=False)
         own = next(s for s in options["series"] if s["name"] == "this design")
@@ -222,7 +222,9 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
             assert map.CODES[found.code[j, i]] == e.end.item()
             assert found.load_end[j, i] == pytest.approx(e.phi_end.item(), rel=1e-4)
             if live.motion(design.setting).figures["other_contact"] == "":
-                assert found.RED[j, i] == pytest.approx(squama.twist(b).RED_c.item(), rel=1e-3, abs=1e-12)
+                assert found.RED[j, i] == pytest.approx(
+                    squama.twist(b, joint="hinge").RED_c.item(), rel=1e-3, abs=1e-12
+                )
         else:
             assert map.CODES[found.code[j, i]] == squama.bend(b).end.item()
     options = map.options(map.key(now, x, y), found, dark=False)

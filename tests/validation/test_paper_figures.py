@@ -180,7 +180,7 @@ def test_red_of_many_designs_is_that_of_the_response(law, mu):
             args = (scalar(t.row, i), float(t.x0[i]), float(x_c[i]), float(pole[i]), mu, law)
             assert solved.W_fr[index[i]] == pytest.approx(float(energy.work(*args)(x_c[i])), rel=1e-9)
     for i, alpha in enumerate(alphas):
-        one = squama.twist(par.main().replace(scale={"alpha": float(alpha)}), mu=mu, law=law, points=10)
+        one = squama.twist(par.main().replace(scale={"alpha": float(alpha)}), mu=mu, law=law, points=10, joint="hinge")
         if one.end != "other contact":
             assert many[i] == pytest.approx(float(one.RED_c), rel=1e-8)
 
@@ -259,7 +259,7 @@ HEAD = ",".join(elements.COLUMNS)
 
 def test_fe_points_are_drawn_and_compared(tmp_path):
     beam = par.fig6b(3.0)
-    run = squama.twist(beam, mu=0.2, at=[3.0, 8.0])
+    run = squama.twist(beam, mu=0.2, at=[3.0, 8.0], joint="hinge")
     T = run["T"].values / (beam.G_B * beam.I)
     file = tmp_path / "fe.csv"
     file.write_text(f"# mesh\n{HEAD}\n3,0.2,3,{T[0]:.12g}\n3,0.2,8,{1.5 * T[1]:.12g}\n")

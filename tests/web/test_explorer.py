@@ -52,7 +52,7 @@ def test_a_slider_moves_curve_mesh_and_address(visit) -> None:
     page.until("squamaView.state.mu > 0.4")
     # torque and friction of the page are those of the package
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": after * 0.02})
-    r = squama.twist(beam, mu=page.state()["mu"], points=140)
+    r = squama.twist(beam, mu=page.state()["mu"], points=140, joint="hinge")
     last = [r.phi.values[-1], r.theta.values[-1] * 57.29577951]
     page.eventually(lambda: curve(page, 1)[-1], pytest.approx(last, rel=1e-5))
 

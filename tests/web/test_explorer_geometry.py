@@ -93,7 +93,7 @@ def test_the_page_draws_what_the_kernel_says(visit) -> None:
             "(() => { const {design: d, state: s} = squamaView; return {theta: s.theta, "
             "...squamaGeometry.contact(d, s.load, s.theta, 0), drawn: squamaView.contacts.length}; })()"
         )
-        r = squama.twist(beam, at=[f"{text} rad/pitch"])
+        r = squama.twist(beam, at=[f"{text} rad/pitch"], joint="hinge")
         assert now["theta"] == pytest.approx(r.theta.item(), abs=1e-9)
         assert (now["p"], now["s"]) == pytest.approx((r.p.item() / 0.02, r.s.item() / 0.02), abs=1e-9)
         assert now["drawn"] == 24

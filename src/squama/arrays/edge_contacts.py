@@ -68,16 +68,24 @@ class Ends(NamedTuple):
 
 
 def _row(
-    theta: ArrayLike, eta: ArrayLike, beta: ArrayLike, lam: ArrayLike, alpha: ArrayLike, sense: str, neighbour: int
+    theta: ArrayLike,
+    eta: ArrayLike,
+    beta: ArrayLike,
+    lam: ArrayLike,
+    alpha: ArrayLike,
+    thickness: ArrayLike,
+    sense: str,
+    neighbour: int,
 ) -> Twist:
     """Row of a neighbour at the inclinations ``theta``, checked."""
     given = {name: arguments.positive(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
     alpha = arguments.between("alpha", alpha, 0.0, np.pi / 2)
     theta = arguments.between("theta", theta, 0.0, np.pi)
-    arguments.together({"theta": theta, **given, "alpha": alpha})
+    ts = arguments.not_negative("thickness", thickness)
+    arguments.together({"theta": theta, **given, "alpha": alpha, "thickness": ts})
     k = arguments.whole("neighbour", neighbour, 1, 1000)
     sa, ca = np.sin(alpha) * arguments.sense(sense), np.cos(alpha)
-    return Twist(given["eta"], given["beta"], given["lam"], sa, ca, theta, k)
+    return Twist(given["eta"], given["beta"], given["lam"], sa, ca, theta, k, ts)
 
 
 def contact(
@@ -87,6 +95,7 @@ def contact(
     beta: ArrayLike,
     lam: ArrayLike,
     alpha: ArrayLike,
+    thickness: ArrayLike = 0.0,
     sense: str = "+",
     neighbour: int = 1,
 ) -> Contact:
@@ -98,6 +107,8 @@ def contact(
         Inclination, rad, in (0, pi).
     eta, beta, lam, alpha
         Overlap ratio, half width and half thickness over the pitch; alpha in rad, in (0, pi/2).
+    thickness
+        t_s/d of the scales; with one, the lower tip edge touches the upper side edge.
     sense
         "+" or "-", the mirror image; the twist is given as a magnitude.
     neighbour
@@ -119,7 +130,7 @@ def contact(
     >>> print(f"{c.phi:.6f}")
     0.048194
     """
-    row = _row(theta, eta, beta, lam, alpha, sense, neighbour)
+    row = _row(theta, eta, beta, lam, alpha, thickness, sense, neighbour)
     with np.errstate(all="ignore"):
         r = row.root(row.theta0, ARRAY)
         q = np.sqrt(r.q2)
@@ -141,6 +152,7 @@ def forces(
     alpha: ArrayLike,
     theta0: ArrayLike,
     mu: ArrayLike,
+    thickness: ArrayLike = 0.0,
     law: str = "edge",
     sense: str = "+",
     neighbour: int = 1,
@@ -151,12 +163,12 @@ def forces(
     ----------
     theta
         Inclination, rad; ``theta0`` or more.
-    eta, beta, lam, alpha, sense, neighbour
+    eta, beta, lam, alpha, thickness, sense, neighbour
         As in :func:`contact`.
     theta0, mu
         Initial inclination (rad) and coefficient of friction.
     law
-        "edge" (satisfies virtual work) or "plate" (the paper's).
+        "edge" (satisfies virtual work) or "plate" (the paper's, of thin scales).
 
     Returns
     -------
@@ -178,9 +190,10 @@ def forces(
     """
     theta0 = arguments.between("theta0", theta0, 0.0, np.pi / 2)
     mu = arguments.not_negative("mu", mu)
-    row = _row(theta, eta, beta, lam, alpha, sense, neighbour)
+    row = _row(theta, eta, beta, lam, alpha, thickness, sense, neighbour)
+    arguments.thin(np.asarray(row.thickness), arguments.law(law))
     with np.errstate(all="ignore"):
-        pt = row.point(row.theta0, arguments.law(law), ARRAY)
+        pt = row.point(row.theta0, law, ARRAY)
         f = mechanics.forces(pt, theta0, mu)
         fields = (f.N * row.eta, f.f * row.eta, f.torque, mechanics.mu_lock(pt), pt.slip_rate)
     return Forces(*(np.asarray(v) for v in np.broadcast_arrays(*fields)))
@@ -194,6 +207,7 @@ def ends(
     alpha: ArrayLike,
     theta0: ArrayLike,
     mu: ArrayLike,
+    thickness: ArrayLike = 0.0,
     law: str = "edge",
     sense: str = "+",
     contacts: str = "tip",
@@ -204,8 +218,10 @@ def ends(
     ----------
     eta, beta, lam, alpha, theta0, mu
         Ratios, angles (rad) and coefficient of friction; arrays are broadcast against each other.
+    thickness
+        t_s/d of the scales. Where it fills the gap between the scales at rest, the end is "touching at rest".
     law
-        "edge" or "plate".
+        "edge" or "plate" (of thin scales).
     sense
         "+" or "-".
     contacts
@@ -227,13 +243,14 @@ def ends(
     >>> print(*e.end, sep=", ")
     kinematic lock, frictional lock
     """
-    flat, shape = arguments.designs(eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu)
-    law = arguments.law(law)
+    flat, shape = arguments.designs(eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, thickness=thickness)
+    arguments.thin(flat[6], arguments.law(law))
     mirrored = arguments.sense(sense) < 0
     arguments.one_of("contacts", contacts, ("tip", "all"))
-    sol, touched = solution.solve(dict(zip(solution.COLUMNS, flat, strict=True)), law=law, sense=sense), {}
+    columns = dict(zip((*solution.COLUMNS, "thickness"), flat, strict=True))
+    sol, touched = solution.solve(columns, law=law, sense=sense), {}
     if contacts == "all":
-        sol, touches = solution.with_touches(sol, flat[:5], sense=sense)
+        sol, touches = solution.with_touches(sol, (*flat[:5], flat[6]), sense=sense)
         touched = {i: hit for i, hit in enumerate(touches) if hit is not None}
     found, came = sol.found, sol.crossing > 0
     phi_touch, theta_touch = np.where(came, found.load_end, np.nan), np.where(came, found.theta_end, np.nan)

@@ -26,6 +26,7 @@ TOUCH_SAMPLES = 121
 """Samples at which the plates are tested against each other, of a path that nothing ends before it has turned."""
 REST_SAMPLES = 24
 """The same before engagement."""
+TOUCHING = CODES.index(End.TOUCHING)
 SHORT = 1 - 1e-9
 """Part of a path on which other contacts are looked for."""
 SEARCH = math.pi / 2
@@ -61,18 +62,20 @@ def solve(
     Parameters
     ----------
     columns
-        eta, beta, lam, alpha, theta0 and mu, or those that the load asks for: 1-D arrays of one length, radians.
+        eta, beta, lam, alpha, theta0 and mu, or those that the load asks for: 1-D arrays of one length, radians; of
+        thick scales "thickness" too.
     margin
         Fraction of the path left before a lock; without one the figures at the cut-off are left out.
     """
     kind = LOADS[load]
     zero = np.zeros_like(columns["eta"])
     eta, beta, lam, alpha, theta0, mu = (columns[name] if name in kind.contact else zero for name in COLUMNS)
-    a = answers((eta, beta, lam, alpha, theta0, mu), law=kind.law(law), sense=sense, load=load, margin=margin)
+    ts = columns.get("thickness", zero)
+    a = answers((eta, beta, lam, alpha, theta0, mu), ts, law=kind.law(law), sense=sense, load=load, margin=margin)
     rows: dict[int, Any] = {BENT: Bend(eta, theta0)}
     if kind.sided:
         sa = np.sin(alpha) * (1 if sense == "+" else -1)
-        whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float))
+        whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float), ts)
         rows = {OPEN: whole.open, FOLDED: whole}
     tracks = []
     for path, row in rows.items():
@@ -130,13 +133,14 @@ def with_touches(
 ) -> tuple[Solution, list[Touch | None]]:
     """Cut every path at the first contact of any pair of plates; return the contacts too (None for none).
 
-    ``shapes`` are the columns eta, beta, lam, alpha and theta0.
+    ``shapes`` are the columns eta, beta, lam, alpha, theta0 and, of thick scales, thickness.
 
     What touches when is geometry: if the designs are ``alike`` but for friction, which only decides how far a path
     goes, contacts are found once.
     """
     mirrored = sense == "-"
-    eta, beta, lam, alpha, theta0 = shapes
+    eta, beta, lam, alpha, theta0, *thick = shapes
+    thickness = thick[0] if thick else np.zeros_like(eta)
     sa, ca = np.sin(alpha) * (-1 if mirrored else 1), np.cos(alpha)
     touches: list[Touch | None] = [None] * theta0.size
     found = sol.found
@@ -145,7 +149,9 @@ def with_touches(
     every = list(range(theta0.size))
     for group in [every] if alike else [[i] for i in every]:
         first = group[0]
-        shape = Plates(*(float(v[first]) for v in (eta, beta, lam, sa, ca)))
+        if found.code[first] == TOUCHING:
+            continue
+        shape = Plates(*(float(v[first]) for v in (eta, beta, lam, sa, ca, thickness)))
         rest = float(theta0[first])
         known = [places[i] for i in group if i in places]
         if not known:

@@ -76,6 +76,7 @@ def solve(
     theta0: ArrayLike,
     mu: ArrayLike,
     stiffness_ratio: ArrayLike = 0.0,
+    thickness: ArrayLike = 0.0,
     law: str = "edge",
     sense: str = "+",
     margin: float = 0.01,
@@ -89,6 +90,8 @@ def solve(
         Ratios, angles (rad), coefficient of friction; broadcast against each other. Bending needs eta, theta0 and mu.
     stiffness_ratio
         C_f C_w G_B I / (K_theta d) of the beam without contact (E_B I / (K d) in bending); 0 leaves the scales alone.
+    thickness
+        t_s/d of the scales; 0 is the paper's thin plate, and the only one with law "plate" and in bending.
     law, sense
         Force law "edge" or "plate", sense "+" or "-" (both without effect in bending).
     margin
@@ -114,11 +117,13 @@ def solve(
     """
     arguments.load(load)
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
-    )
+        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
+        thickness=thickness,
+    )  # fmt: skip
     margin = arguments.margin(margin)
     arguments.sense(sense)
-    found = solved(tuple(columns), law=arguments.law(law), sense=sense, margin=margin, load=load)
+    arguments.thin(columns[7], arguments.law(law), load)
+    found = solved(tuple(columns), law=law, sense=sense, margin=margin, load=load)
     return Solved._make(v.reshape(shape) for v in found)
 
 
@@ -132,8 +137,9 @@ def solved(
     threads: int | None = None,
     few: int | None = None,
 ) -> Solved:
-    """Solve flat columns eta, beta, lam, alpha, theta0, mu, stiffness ratio; ``threads``, ``few`` as for answers."""
+    """Solve flat columns as of :func:`solve`, thickness may be missing; ``threads``, ``few`` as for answers."""
     a = answers(
-        columns[:6], law=law, sense=sense, load=load, margin=margin, threads=threads, few=FEW if few is None else few
-    )
+        columns[:6], *columns[7:], law=law, sense=sense, load=load, margin=margin, threads=threads,
+        few=FEW if few is None else few,
+    )  # fmt: skip
     return Solved.of(a, columns[4], columns[6])

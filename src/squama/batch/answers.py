@@ -45,6 +45,7 @@ class Answers(NamedTuple):
 
 def answers(
     columns: tuple[Array, ...],
+    thickness: Array | None = None,
     *,
     law: str,
     sense: str,
@@ -57,6 +58,8 @@ def answers(
 
     Parameters
     ----------
+    thickness
+        Of the scales, over the pitch; 0 where it is not given.
     margin
         Fraction of the path left before a lock; None leaves the figures at the cut-off out (NaN).
     threads
@@ -64,7 +67,8 @@ def answers(
     few
         Designs up to which Python answers.
     """
-    designs = np.ascontiguousarray(np.stack(columns), float)
+    thin = np.zeros_like(columns[0]) if thickness is None else thickness
+    designs = np.ascontiguousarray(np.stack((*columns, thin)), float)
     n = designs.shape[1]
     cut, plain = (NO_RULE, NO_RULE) if margin is None else (pole_rules(margin), legendre_rules())
     kind, sign = OPEN if LOADS[load].sided else BENT, 1.0 if sense == "+" else -1.0

@@ -71,8 +71,8 @@ class _Parts(Compiler):
         return passes.define_pipelines()
 
 
-_TERMS = (14, 12, 10, 8, 6, 4, 2)
-"""Of the series of the sine: from the last to the first."""
+_SINE, _VERSINE = (tuple((-1) ** n / math.factorial(2 * n + m) for n in range(8)) for m in (1, 2))
+"""Series of sin(z)/z and of (1 - cos z)/z^2 in z^2."""
 WIDTH = 8
 """Places that are looked at together."""
 SPARE = SIZE
@@ -126,7 +126,7 @@ def _itself(f: Callable[..., Any], **names: Any) -> FunctionType:
 
 
 def _seen_from(row: Twist, k: float) -> Twist:
-    return Twist(row.eta, row.beta, row.lam, row.sa, row.ca, row.theta0, k)
+    return Twist(row.eta, row.beta, row.lam, row.sa, row.ca, row.theta0, k, row.thickness)
 
 
 def _teach_rows(name: str, *rows: Any) -> None:
@@ -148,14 +148,19 @@ def _same(x: Any) -> Any:
     return x
 
 
+@_inlined
+def _series(c: Any, w: float) -> Any:
+    # in pairs, which do not wait for each other
+    w2 = w * w
+    low, high = c[0] + c[1] * w + w2 * (c[2] + c[3] * w), c[4] + c[5] * w + w2 * (c[6] + c[7] * w)
+    return low + (w2 * w2) * high
+
+
 def _sincos(x: float) -> tuple[float, float]:
     """Sine and cosine up to half a turn, by their series at a quarter of it; the C library's do not come in vectors."""
     z = x / 4
-    w = -z * z
-    s, c = 1.0, 1.0
-    for n in _TERMS:
-        s, c = 1 + w * (1 / (n * (n + 1))) * s, 1 + w * (1 / ((n + 1) * (n + 2))) * c
-    s, v = z * s, -w / 2 * c
+    w = z * z
+    s, v = z * _series(_SINE, w), w * _series(_VERSINE, w)
     s, v = 2 * s * (1 - v), 2 * s * s
     return 2 * s * (1 - v), 1 - 2 * s * s
 
@@ -183,6 +188,7 @@ _BARE = OPS._replace(atan=_inlined(_same))
 for _f in (
     twisting.root, twisting.contact, laws.edge, laws.plate, mechanics.forces, energy.beyond,
     neighbours.gap, neighbours.reach, neighbours.reach_at, neighbours.meets, neighbours.engages, neighbours.on_edges,
+    neighbours.touches_at_rest,
 ):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)
 _bend_at = _itself(bending.bend_at, np=_Single(_inlined(_same)))
@@ -191,7 +197,7 @@ _teach(overload, (bending.bend_at,), _bend_at, lambda *_: _bend_at)
 
 @_inlined
 def _open(d: Design) -> Twist:
-    return Twist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, 1.0)
+    return Twist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, 1.0, d.thickness)
 
 
 @_inlined
@@ -208,7 +214,7 @@ def _plain(d: Design, x: float, _: Any) -> Any:
 
 @_inlined
 def _folded(d: Design, x: float, fold: Any) -> Any:
-    row = FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0)
+    row = FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0, d.thickness)
     up, over = OPS.sincos(row.half(x))
     return row.solve_from(fold, x, up, over, OPS)
 

@@ -254,12 +254,12 @@ class Beam(Assembly):
             files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
         return text
 
-    def warnings(self, load: str = "twisting", sense: str = "+") -> list[str]:
-        """Say where the beam leaves the range of the model under a load ("twisting" or "bending") in a sense.
+    def warnings(self, load: str = "twisting", sense: str = "+", joint: str = "hinge") -> list[str]:
+        """Say where the beam leaves the range of a joint's model under a load ("twisting" or "bending") in a sense.
 
         Returns
         -------
         list of str
             One line per finding; empty if there is none. See `squama.beam.validity`.
         """
-        return validity.messages(self, load, sense)
+        return validity.messages(self, load, sense, joint)

@@ -106,7 +106,7 @@ class Part(BaseModel):
 
 
 class Scale(Part):
-    """One scale: a rectangular plate, partly embedded; the models so far take it as rigid and thin.
+    """One scale: a rectangular plate, partly embedded; the hinge takes it as rigid and thin.
 
     Parameters
     ----------
@@ -393,5 +393,5 @@ class Assembly(Part):
 
     @property
     def bending_joint_stiffness(self) -> float:
-        """K of one scale in bending, N m: as given, or 0.66 E_B w t_s^2 (L/t_s)^1.75 with w = 2b."""
+        """Stiffness of a scale's joint in bending (N m), as given or 0.66 E_B w t_s^2 (L/t_s)^1.75 with w = 2b."""
         return float(joint_law.stiffness("bending", self.sizes, self.given))

@@ -18,12 +18,15 @@ SOFTEST = 1e-6
 """Least stiffness of a scale over that of its joint."""
 
 
-def messages(beam: Assembly, load: str = "twisting", sense: str = "+") -> list[str]:
-    """Say where a beam leaves the range of the model under a load, a line per finding, with the numbers."""
+def messages(beam: Assembly, load: str = "twisting", sense: str = "+", joint: str = "hinge") -> list[str]:
+    """Say where a beam leaves the range of a model under a load, a line per finding, with the numbers."""
     if load not in LOADS:
         refuse("load", shown(load), "is not known", f"write one of {', '.join(LOADS)}")
     kind = LOADS[load]
-    return [*_overlap(beam), *_width(beam, kind), *_thin(beam, kind, sense), *_laws(beam, kind), *_matrix(beam)]
+    found = [*_overlap(beam), *_width(beam, kind)]
+    if joint == "hinge":
+        found += [*_thin(beam, kind, sense), *_laws(beam, kind)]
+    return [*found, *_matrix(beam)]
 
 
 def parts_fit(beam: Assembly) -> None:
@@ -47,8 +50,10 @@ def parts_fit(beam: Assembly) -> None:
         reason = f"the tab goes through the substrate, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
         problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
     E, width = beam.scale.youngs_modulus, beam.scale.width
+    # a length or width that is out of range says nothing of stiffness
     if (
-        E is not None
+        not problems
+        and E is not None
         and (plate := 3 * beam.plate_rigidity * width / beam.scale.length) < SOFTEST * beam.joint_stiffness
     ):
         figures = f"3 D 2b/l = {plate:.3g} N m against K_theta = {beam.joint_stiffness:.3g} N m"

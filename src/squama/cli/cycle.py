@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
@@ -34,7 +34,8 @@ def cycle(
     loops: Annotated[int, flag("How many times it is gone through (1).", read=whole(1, 10_000, "3"))] = 1,
     load: flags.Load = "twisting",
     law: flags.Law = "edge",
-    joint: flags.Joint = "hinge",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(60)] = 60,
@@ -50,9 +51,10 @@ def cycle(
 
     from squama.curves.doors import cycled
 
+    how: dict[str, Any] = {"law": law, "load": load, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments(twist=name)):
         twists = _twists(name, text or "")
-        data = cycled(described, twists, law=law, load=load, joint=joint, margin=margin, points=points, loops=loops)
+        data = cycled(described, twists, margin=margin, points=points, loops=loops, **how)
     written = output.write(common, data.dataset, "cycle_figure", flat)
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
 

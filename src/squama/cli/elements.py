@@ -54,6 +54,9 @@ _SUBSTRATE = "Substrate: neo-hookean or elastic (neo-hookean)."
 _PROGRAM = "Program that is to read it: calculix or abaqus (calculix)."
 
 
+Ideal = Annotated[bool, Parameter(help="Take the scales as thin and rigid, as in the paper.")]
+
+
 @flags.group
 class Run:
     """How the elements of a pitch are run: arguments of :func:`squama.cell`."""
@@ -72,6 +75,7 @@ class Deck:
     edge_size: Annotated[float, flag(_EDGE, read=number(1e-3, 10, "0.08"))] = 0.08
     increments: Annotated[int, flag("Number of increments (25).", read=whole(1, 10_000, "25"))] = 25
     material: Annotated[str, flag(_SUBSTRATE, read=one_of("neo-hookean", "elastic"))] = "neo-hookean"
+    ideal: Ideal = False
 
 
 RUN, DECK = Run(), Deck()
@@ -91,7 +95,7 @@ def cell(
     run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
-    ideal: Annotated[bool, Parameter(help="Take the scales as thin and rigid, as in the paper.")] = False,
+    ideal: Ideal = False,
     vtk: Annotated[str | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
     picture: Annotated[tuple[str, ...], flag(_PICTURE)] = (),
     restart: Annotated[str | None, flag(_RESTART)] = None,

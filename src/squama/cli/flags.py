@@ -260,8 +260,9 @@ Law = Annotated[
     str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
 ]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
-_HELD = "How a scale is held: hinge (closed form) or compliant (six motions, by finite elements) (hinge)."
-Joint = Annotated[str, flag(_HELD, read=one_of("hinge", "compliant"))]
+_HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; so are bending and the plate law)."
+Joint = Annotated[str | None, flag(_HELD, read=one_of("hinge", "compliant"))]
+Ideal = Annotated[bool, Parameter(help="Thin, rigid scales; else as thick, and as elastic, as the beam says.")]
 _CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]

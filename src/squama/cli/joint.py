@@ -31,6 +31,8 @@ MOTIONS = (
     ("w_Z", "yaw (about n_Z)"),
 )
 """Symbols of the six motions, and in words."""
+LOADS = ("phi", "psi", "epsilon")
+"""Twist, bend and stretch per pitch."""
 _EDGES = "Elements along the embedded scale's edges in the coarsest mesh, pitches (a fifth of the embedded length)."
 _LEVELS = "Number of meshes, each with half the size of the one before (3)."
 _TOML = "Beam file to write: this beam with K_theta and C_f from the elements under [joint]."
@@ -69,7 +71,7 @@ def joint(
         described.replace(joint=own).to_toml(toml)
         written.append(label(toml))
     if matrix is not None:
-        written.append(label(matrixfile.write(matrixfile.stored(described, found.K, matrix), matrix)))
+        written.append(label(matrixfile.write(matrixfile.stored(described, found.K[:7, :7], matrix), matrix)))
     return output.report(base.json, beam, written, lambda: _record(described, found), lambda: _shown(described, found))
 
 
@@ -104,12 +106,14 @@ def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
         **figures,
         "matrix": found.K,
         "order": found.order,
-        "motions": [*dict(MOTIONS), "phi"],
+        "motions": [*dict(MOTIONS), *LOADS],
+        "bare_bar": dict(zip(("bend", "stretch"), _over_bare(beam, found.K), strict=True)),
         "bar": {"elements": found.bar, "exact": found.exact, "size": found.size},
         "levels": levels,
         "units": {
             "K_theta": "N m",
-            "matrix": "E_B and pitches: translations E d, couplings E d^2, rotations and twist E d^3",
+            "matrix": "E_B and pitches: translations E d, couplings E d^2, rotations and loads E d^3",
+            "bare_bar": "stiffness of the pitch, all else free, over that of the bare bar",
             "size": "pitches",
             "levels.K_theta": "E d^3",
             "bar": "E d^3",
@@ -134,9 +138,12 @@ def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
     yield "K_theta is the moment about n_Y with the five other motions free; theta grows by a turn about -n_Y"
     yield "last column: how far a scale moves by itself as the beam is twisted, without contact"
     yield ""
-    yield "stiffness in E_B and pitches (shifts E d, rotations and twist E d^3, couplings E d^2)"
-    names = (*dict(MOTIONS), "phi")
-    yield _table(("", *names), [(n, *(f"{x:.5f}" for x in r)) for n, r in zip(names, found.K, strict=True)])
+    bend, stretch = _over_bare(beam, found.K)
+    yield f"bent, the pitch is {bend:.4f} as stiff as the bare bar, stretched {stretch:.4f}; all else free"
+    yield ""
+    yield "stiffness in E_B and pitches (shifts E d, rotations and loads E d^3, couplings E d^2)"
+    names = (*dict(MOTIONS), *LOADS)
+    yield _table(("", *names), [(n, *(f"{x:.4f}" for x in r)) for n, r in zip(names, found.K, strict=True)])
     yield ""
     meshes = [
         (f"{x.edge_size:.4g}", str(x.elements), f"{x.K_theta:.6f}", f"{c:.4f}")
@@ -147,6 +154,17 @@ def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
     order = "" if math.isnan(found.order) else f"; order seen {found.order:.2f}"
     yield f"sizes in pitches; extrapolated linearly from the last two{order}"
     yield f"bare bar: {found.bar / found.exact:.5f} of the exact G J with elements of {found.size:.3g} pitches"
+
+
+def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
+    """Return the stiffness against bend and stretch, all else free, over that of the bare bar."""
+    from squama.joints import factor
+    from squama.model import section
+
+    free, d = factor.pivots(K), beam.pitch
+    width, thickness = beam.substrate.width / d, beam.substrate.thickness / d
+    bend = section.bending_moment_of_area(width, thickness)
+    return float(free[factor.BEND] / bend), float(free[factor.STRETCH] / (width * thickness))
 
 
 def _bar(x: Value) -> str:

@@ -1,6 +1,6 @@
 """What twist and bend say of a beam: a summary for people, and everything for other programs.
 
-On the compliant joint the hinge's answer stands beside its own, and how far the two are apart.
+Beside the real beam stand simpler models, and from where on they are off.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
     Shown = Iterable[str | Table]
 
+REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
+"""What the steps from the beam as it is to the paper's model are called."""
+
 
 def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn."""
@@ -41,7 +44,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
         for name, response in laws.items():
             if len(laws) > 1:
                 yield column(name)
-            yield _family(words, beam, response)
+            yield _family(words, beam, response, loads=name != HINGE)
             yield ""
         yield (
             f"angles {words.angle} per pitch in rad, in total over {beam.scales} scales in deg; {words.torque}, "
@@ -49,7 +52,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
             f"margin {margin:g}"
         )
     else:
-        yield _single(words, beam, margin, laws)
+        yield _steps(beam, laws) if HINGE in laws else _single(words, beam, margin, laws)
         yield ""
     yield from _notes(words, beam, law, laws)
     yield from warnings(data.attrs["warnings"])
@@ -57,8 +60,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
 
 def column(name: str) -> str:
     """Return what a response is called: by its law, or by its joint."""
-    joints = {"compliant": "compliant joint", "hinge": "hinge, edge law", "matched": "hinge, elements' K_theta"}
-    return joints.get(name, f"{name} law")
+    return name if name in (REAL, IDEAL, HINGE) else f"{name} law"
 
 
 def _figure(data: Answer, name: str, factor: float = 1.0, unit: str = "") -> str:
@@ -115,8 +117,8 @@ def _single(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) 
     return table(head, rows, left=len(head))
 
 
-def _family(words: Load, beam: Beam, data: Answer) -> Table:
-    """Return the table with a row per coefficient of friction."""
+def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
+    """Return the table with a row per coefficient of friction; without ``loads``, which have no bounds near a lock."""
     angle, rate, torque = words.angle, words.rate, words.torque
     columns = {
         "end": ("end", 1.0),
@@ -124,9 +126,9 @@ def _family(words: Load, beam: Beam, data: Answer) -> Table:
         f"{angle}_end": (f"{angle}_end", 1.0),
         "total deg": (f"{rate}_end", math.degrees(beam.length)),
         "theta deg": ("theta_end", math.degrees(1)),
-        f"{torque} N m": (f"{torque}_c", 1.0),
-        f"{torque}/{torque}0": ("stiffening", 1.0),
     }
+    if loads:
+        columns |= {f"{torque} N m": (f"{torque}_c", 1.0), f"{torque}/{torque}0": ("stiffening", 1.0)}
     rows = (
         [f"{mu:g}", *(_figure(data.pick(i), *figure) for figure in columns.values()), number(data["RED_c"][i].item())]
         for i, mu in enumerate(data["mu"])
@@ -137,14 +139,15 @@ def _family(words: Load, beam: Beam, data: Answer) -> Table:
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines under the table: the joint, and a sentence for each kind of end."""
-    lines = _compliant(beam, laws) if law == "compliant" else _stiffnesses(kind, beam)
+    lines = _real(beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     lines += _others(laws)
     if any(str(End.NONE) in data["end"] for data in laws.values()):
         lines.append("without engagement the scales take no load and the curve is that of the beam without contact")
     if len(laws) > 1:
-        lines.append(f"the curve, files and pictures are those of the {column(law)}")
+        whose = {REAL: "real beam", IDEAL: "beam with thin, rigid scales"}.get(law, column(law))
+        lines.append(f"the curve, files and pictures are those of the {whose}")
     return lines
 
 
@@ -192,8 +195,10 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
         derived |= {key: getattr(beam, key) for key in ("C_f", "C_w", "J", "I", "G_B")}
     if data.attrs.get("joint") == "compliant":
         derived |= {key: data.attrs[key] for key in ("K_theta", "rigidity")}
-        # how far the hinges are off, a record per coefficient of friction
-        derived["hinge"] = {name: [d._asdict() for d in differences(laws[name], data)] for name in ("hinge", "matched")}
+        # how far simpler models are off, a record per coefficient of friction
+        derived["off"] = {
+            name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
+        }
     figures = {name: _figures(response) for name, response in laws.items()}
     keys, parts = "load law joint sense margin squama_version", {"laws": figures, "curve": data.curves}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
@@ -211,48 +216,94 @@ def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, An
 
     few = {**numbers, "points": 3}
     return {
-        name: respond(beam, load, law=name, sense=sense, **(numbers if name == law else few))
+        name: respond(beam, load, law=name, sense=sense, joint="hinge", **(numbers if name == law else few))
         for name in (sorted(LAWS) if LOADS[load].sided else [law])
     }
 
 
-def beside_hinges(beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
-    """Return the response with a compliant joint, and at the same twists the hinge's, and that of one of equal K."""
+def ladder(beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool) -> dict[str, Answer]:
+    """Return the response of the real beam and, at the same twists, that of simpler ones, by what they are called."""
     from squama.curves.doors import respond
 
-    ours = respond(beam, "twisting", law=law, sense=sense, joint="compliant", **numbers)
+    ours = respond(beam, "twisting", law=law, sense=sense, joint="compliant", ideal=ideal, **numbers)
     rates = ours["Phi"] if ours.family is None else ours["Phi"][0]
-    # the hinge's own end is looked for within the same range
-    same = {**numbers, "points": 3, "to": float(rates[-1])}
-    K, rigidity = (float(ours.attrs[name]) for name in ("K_theta", "rigidity"))
-    alike = beam.replace(joint={"stiffness": K, "inclusion_factor": rigidity / (beam.G_B * beam.J)})
-    return {
-        "compliant": ours,
-        "hinge": respond(beam, "twisting", sense=sense, at=rates, **same),
-        "matched": respond(alike, "twisting", sense=sense, at=rates, **same),
-    }
+    # their own ends are looked for within the same range
+    same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense}
+    found = {IDEAL if ideal else REAL: ours}
+    if not ideal:
+        found[IDEAL] = respond(beam, "twisting", joint="compliant", ideal=True, **same)
+    return {**found, HINGE: respond(beam, "twisting", joint="hinge", ideal=True, **same)}
 
 
-def _compliant(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
-    """Return the lines on stiffness, and by how much the hinge is off and how far it holds."""
-    attrs, ours = laws["compliant"].attrs, laws["compliant"]
-    K, rigidity = float(attrs["K_theta"]), float(attrs["rigidity"])
-    source = "by finite elements" if beam.joint.matrix is None else f"from {beam.joint.matrix.name}"
-    lines = [
-        f"joint of a scale: K_theta = {moment(K)} per rad {source}, hinge {moment(beam.joint_stiffness)}",
-        f"beam without contact: {rigidity:.4g} N m2 {source} (C_f = {rigidity / (beam.G_B * beam.J):.4g}), "
-        f"hinge {beam.torsional_rigidity:.4g} N m2 (C_f = {beam.C_f:.4g})",
+def _steps(beam: Beam, laws: Mapping[str, Answer]) -> Table:
+    """Return the table of the real beam beside simpler ones, at twists of the real one."""
+    first = next(iter(laws.values()))
+    engaged, last = float(first["phi_e"]), float(first["phi"][np.isfinite(first["T"])].max())
+
+    def row(label: str, name: str) -> list[str]:
+        return [label, *(_figure(data, name) for data in laws.values())]
+
+    def at(label: str, name: str, twist: float, factor: float = 1.0) -> list[str]:
+        cells = [label]
+        for data in laws.values():
+            value, reach = math.nan, float(data["phi"][np.isfinite(data["T"])].max(initial=0.0))
+            if name in data.variables and twist <= reach * (1 + 1e-9):
+                value = float(np.interp(twist, data["phi"], data[name])) * factor
+            cells.append("-" if math.isnan(value) else number(value))
+        return cells
+
+    def state(words: str, twist: float) -> list[list[str]]:
+        total = math.degrees(twist / beam.pitch * beam.length)
+        return [
+            [f"{words} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
+            at("  torque T, N m", "T", twist),
+            at("  dT/dPhi, N m2", "K_t", twist),
+            at("  theta, deg", "theta", twist, math.degrees(1)),
+            at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
+            at("  largest strain around a scale", "strain", twist),
+        ]
+
+    rows = [row("end", "end"), row("  at phi, rad/pitch", "phi_end"), row("engagement phi_e", "phi_e")]
+    if math.isfinite(engaged) and 2 * engaged < last:
+        rows += state("at 2 phi_e =", 2 * engaged)
+    rows += state("at the end, phi =", last)
+    rows += [
+        row("twice as stiff as bare from phi", "phi_twofold"),
+        row("five times as stiff from phi", "phi_fivefold"),
+        row("torque has its peak at phi", "phi_peak"),
+        row("stress comes to strength at phi", "phi_strength"),
+        row("strain comes to its limit at phi", "phi_strain"),
+        row("by general contact from phi", "phi_general"),
     ]
+    kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
+    head = ["", *laws]
+    return table(head, kept, left=len(head))
+
+
+def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
+    """Return the lines on the joint, and from where on simpler models are off."""
+    ours = next(iter(laws.values()))
+    attrs = ours.attrs
+    K, rigidity, band = (float(attrs[key]) for key in ("K_theta", "rigidity", "band"))
+    sources = {"matrix": "from the beam's matrix", "law": "by the law of the joint", "elements": "by finite elements"}
+    about = f", torque to about {band:.1%}" if math.isfinite(band) else ""
+    rest = list(laws)[1:]
+    lines = [
+        f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}",
+        f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
+        f"without contact dT/dPhi = {rigidity:.4g} N m2 (hinge {beam.torsional_rigidity:.4g})",
+    ]
+    if attrs["scales"] == "thick, rigid scales":
+        lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
     for i, mu in enumerate(ours["mu"].ravel()):
         of_mu = f"mu = {mu:g}: " if ours.family is not None else ""
         first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
         if first:
             lines.append(f"{of_mu}first contact: {first}; the torque's work is balanced to {abs(error):.1e}")
-        for name, words in (("hinge", "the hinge"), ("matched", "a hinge with the elements' K_theta and C_f")):
-            d = differences(laws[name], ours)[i]
+        for other in rest:
+            d = differences(laws[other], ours)[i]
             if not math.isnan(d.within):
-                end = "" if d.within >= d.last else f" ({laws[name]['end'].ravel()[i]})"
-                lines.append(f"{of_mu}{words} is {apart(*d[1:])}{end}")
+                lines.append(f"{of_mu}{other}: {apart(*d[1:])}")
     return lines
 
 
@@ -281,14 +332,15 @@ class Difference(NamedTuple):
 
 
 def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list[Difference]:
-    """Compare twisting curves with the same ``phi``, one result per friction; ``share`` of the torque is free."""
+    """Compare twisting curves, one result per friction; ``share`` of the torque is free."""
     found = []
     for i, mu in enumerate(np.atleast_1d(answer["mu"])):
         one, two = (a if a.family is None else a.pick(i) for a in (answer, reference))
-        phi, T, T0 = two["phi"], one["T"], two["T"]
+        # in a family the curve may stand at the twists of another friction
+        phi, theta = two["phi"], np.interp(two["phi"], one["phi"], one["theta"], right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.where(phi > 0, T / T0 - 1, np.nan)
+            off = np.where(phi > 0, np.interp(phi, one["phi"], one["T"], right=np.nan) / two["T"] - 1, np.nan)
         within, end = holds(phi, off, share)
-        last = np.array([phi[end], off[end], one["theta"][end] - two["theta"][end]])
+        last = np.array([phi[end], off[end], theta[end] - two["theta"][end]])
         found.append(Difference(float(mu), within, *(last if math.isfinite(within) else np.full(3, np.nan)).tolist()))
     return found

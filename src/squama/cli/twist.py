@@ -43,11 +43,12 @@ def twist(
     curve: Curve = CURVE,
     law: flags.Law = "edge",
     sense: flags.Sense = "+",
-    joint: flags.Joint = "hinge",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a beam: torque, locking and friction, from a beam file."""
-    return respond("twisting", beam, curve, common, law, sense, joint)
+    return respond("twisting", beam, curve, common, law, sense, joint, ideal=ideal)
 
 
 def bend(beam: flags.BeamFile, /, *, curve: Curve = CURVE, common: flags.Common = flags.COMMON) -> int:
@@ -56,7 +57,15 @@ def bend(beam: flags.BeamFile, /, *, curve: Curve = CURVE, common: flags.Common 
 
 
 def respond(
-    load: str, path: str, curve: Curve, common: flags.Common, law: str = "edge", sense: str = "+", joint: str = "hinge"
+    load: str,
+    path: str,
+    curve: Curve,
+    common: flags.Common,
+    law: str = "edge",
+    sense: str = "+",
+    joint: str | None = None,
+    *,
+    ideal: bool = False,
 ) -> int:
     """Run one of them, and return the exit status."""
     mu, data = curve.mu, curve.data
@@ -73,12 +82,17 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
+    from squama.curves.follow import usual
 
     family = list(mu) if len(mu) > 1 else None
     numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments()):
-        if joint == "compliant":
-            laws, law = report.beside_hinges(beam, law, sense, numbers), joint
+        held, note = (joint, "") if joint else usual(beam, load, law)
+        if note:
+            print(f"squama: warning: {note}", file=sys.stderr)
+        if held == "compliant":
+            laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
+            law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured)

@@ -42,7 +42,8 @@ def twist(
     at: Rates | None = None,
     to: float | str | None = None,
     sense: str = "+",
-    joint: str = "hinge",
+    joint: str | None = None,
+    ideal: bool | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -54,9 +55,10 @@ def twist(
         Coefficient of friction; a sequence gives a family of curves along the dimension ``mu``. The beam's own if
         not given.
     law
-        "edge" (satisfies virtual work) or "plate" (the paper's).
+        "edge" (satisfies virtual work) or "plate" (the paper's: the hinge, thin and rigid scales).
     margin
-        Where a curve that locks is cut off: the fraction of its path left before the lock (docs, theory: energy).
+        Where a hinge's curve that locks is cut off: the fraction of its path left before the lock (docs, theory:
+        energy).
     points
         Number of points of a curve.
     at
@@ -66,9 +68,13 @@ def twist(
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
     joint
-        "hinge" (closed form: a scale turns about its width against K_theta) or "compliant" (six motions against the
-        stiffness that finite elements give, contact of the plates anywhere; goes to ``to``, 0.3 rad per pitch if not
-        given; NaN beyond an earlier end; the force law is "edge" and there is no margin). See docs, theory.
+        "compliant" (six motions of a scale against the substrate's stiffness; goes to ``to``, 0.3 rad per pitch if not
+        given, or to an earlier end) or "hinge" (the paper's closed form: a scale turns about its width against
+        K_theta). Compliant if not given, where the law is "edge". See docs, which model.
+    ideal
+        Take the scales as thin and rigid, as in the paper (True), or as thick as the beam says and, on the compliant
+        joint where their modulus is known, elastic (False). By default only the hinge's are ideal:
+        ``joint="hinge", ideal=True`` is the paper's model.
 
     Returns
     -------
@@ -86,12 +92,22 @@ def twist(
     --------
     >>> import squama
     >>> beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
-    >>> r = squama.twist(beam, mu=0.5)
+    >>> r = squama.twist(beam, mu=0.5, joint="hinge", ideal=True)
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
     return respond(
-        beam, "twisting", mu=mu, law=law, margin=margin, points=points, at=at, to=to, sense=sense, joint=joint
+        beam,
+        "twisting",
+        mu=mu,
+        law=law,
+        margin=margin,
+        points=points,
+        at=at,
+        to=to,
+        sense=sense,
+        ideal=ideal,
+        joint=joint,
     ).dataset()
 
 
@@ -146,7 +162,8 @@ def respond(
     at: Rates | None = None,
     to: float | str | None = None,
     sense: str = "+",
-    joint: str = "hinge",
+    joint: str | None = None,
+    ideal: bool | None = None,
 ) -> Answer:
     """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
     kind, d = arguments.load(load), beam.pitch
@@ -160,8 +177,11 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    asked = Asked(beam, way, mus, kind.law(law), margin, arguments.whole("points", points, 3, 1e6), loads)
-    return follow.curves(asked, joint)
+    held, note = (joint, "") if joint else follow.usual(beam, load, law)
+    thin = held == "hinge" if ideal is None else ideal
+    points = arguments.whole("points", points, 3, 1e6)
+    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note)
+    return follow.curves(asked, held)
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -192,7 +212,8 @@ def cycle(
     margin: float = 0.01,
     points: int = 60,
     loops: int = 1,
-    joint: str = "hinge",
+    joint: str | None = None,
+    ideal: bool | None = None,
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
 
@@ -217,7 +238,9 @@ def cycle(
     loops
         How many times the history is gone through.
     joint
-        "hinge" (closed form) or "compliant" (as in :func:`squama.twist`; twisting, edge law, no margin).
+        "compliant" or "hinge", as in :func:`squama.twist`; in bending the hinge.
+    ideal
+        Thin, rigid scales, as in :func:`squama.twist`.
 
     Returns
     -------
@@ -241,12 +264,22 @@ def cycle(
     Examples
     --------
     >>> import squama
-    >>> c = squama.cycle(squama.Beam.from_ratios(youngs_modulus="2 MPa"), "0, 0.2, 0 rad/pitch", mu=0.3)
+    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa")
+    >>> c = squama.cycle(beam, "0, 0.2, 0 rad/pitch", mu=0.3, joint="hinge", ideal=True)
     >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
     9.32 J/m a loop, damping ratio 0.043
     """
     return cycled(
-        beam, twist, mu=mu, law=law, load=load, margin=margin, points=points, loops=loops, joint=joint
+        beam,
+        twist,
+        mu=mu,
+        law=law,
+        load=load,
+        margin=margin,
+        points=points,
+        loops=loops,
+        ideal=ideal,
+        joint=joint,
     ).dataset()
 
 
@@ -260,7 +293,8 @@ def cycled(
     margin: float = 0.01,
     points: int = 60,
     loops: int = 1,
-    joint: str = "hinge",
+    joint: str | None = None,
+    ideal: bool | None = None,
 ) -> Answer:
     """Return what :func:`cycle` returns, before it is a dataset."""
     kind = arguments.load(load)
@@ -271,7 +305,10 @@ def cycled(
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    return follow.cycles(Asked(beam, LoadPath.of(load, values), m, law, margin, points), joint)
+    held, note = (joint, "") if joint else follow.usual(beam, load, law)
+    thin = held == "hinge" if ideal is None else ideal
+    asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=thin, note=note)
+    return follow.cycles(asked, held)
 
 
 def read(given: float | str | Sequence[float | str], beam: Beam, load: str) -> list[float]:

@@ -80,20 +80,31 @@ def row(
     >>> print([f"{t:.3f}" for t in ends], f"{float(r.decay):.2f} per scale")
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
+    return follow(beam, scales, mu, to, points, sense)
+
+
+def follow(
+    beam: Beam, scales: int | None, mu: float | None, to: float | str | None, points: int, sense: str,
+    ideal: bool = True,
+) -> xr.Dataset:  # fmt: skip
+    """Follow a row, of thin scales or, where they are not ``ideal``, as thick as the beam's."""
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
     points = arguments.whole("points", points, 3, 1e5)
     sign = arguments.sense(sense)
     m = arguments.friction(beam.friction.mu, mu)
     d = beam.pitch
     stop = None if to is None else doors.far(to, LOADS["twisting"], d, n)
-    endless = doors.respond(beam, "twisting", mu=m, points=3, sense=sense)
+    endless = doors.respond(beam, "twisting", mu=m, points=3, sense=sense, joint="hinge", ideal=ideal)
     stop = float(endless["Phi_c"]) * d if stop is None else stop
     alpha = sign * beam.scale.alpha
-    design = chain.Row(beam.eta, beam.beta, beam.lam, math.sin(alpha), math.cos(alpha), beam.scale.theta0, m, n)
+    ratios = beam.eta, beam.beta, beam.lam, math.sin(alpha), math.cos(alpha), beam.scale.theta0
+    asked = Asked(beam.replace(scales=n), LoadPath.of("twisting", [0.0]), np.asarray(m), "edge", 0.0, points)
+    asked = asked._replace(ideal=ideal)
+    design = chain.Row(*ratios, m, n, asked.thickness)
     phi_e = float(endless["phi_e"])
     path = _path(design, endless, phi_e, stop, points)
     along, each = _values(beam, design, path, phi_e, points)
-    same = doors.respond(beam, "twisting", mu=m, at=along["Phi"], sense=sense)
+    same = doors.respond(beam, "twisting", mu=m, at=along["Phi"], sense=sense, joint="hinge", ideal=ideal)
     along |= {"T_periodic": same["T"], "theta_periodic": same["theta"]}
     phi_end = math.inf if path.end is End.NONE else path.phi_end
     figures: dict[str, float | int | str] = {
@@ -111,7 +122,6 @@ def row(
         ("point", "scale"): each,
         (): {name: np.asarray(value) for name, value in figures.items()},
     }
-    asked = Asked(beam.replace(scales=n), LoadPath.of("twisting", [0.0]), np.asarray(m), "edge", 0.0, points)
     attrs = attributes(asked, "twisting of a row of scales", sense)
     variables = labelled(asked.path.load, States(by_dim), asked.mus)
     counted = {"long_name": "scale, counted along the beam"}

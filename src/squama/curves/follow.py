@@ -50,7 +50,21 @@ MODELS = {
     "hinge": Model(hinge.solve, hinge_cycles.walk, {}),
     "compliant": Model(_compliant_solve, _compliant_walk, {"law": "edge", "load": "twisting"}),
 }
-"""A hinge with one spring (closed form), or six motions of a scale against the substrate (finite elements)."""
+"""A hinge with one spring (closed form), or six motions of a scale against the substrate."""
+
+
+def usual(beam: Beam, load: str, law: str) -> tuple[str, str]:
+    """Return the joint that is meant where none is given, and a warning where the compliant one is not known.
+
+    It is the compliant one where that covers the load and the law.
+    """
+    only = MODELS["compliant"].only
+    if only.get("load", load) != load or only.get("law", law) != law:
+        return "hinge", ""
+    from squama.curves import real
+
+    note = real.impossible(beam)
+    return ("hinge", note) if note else ("compliant", "")
 
 
 def model(joint: str, asked: Asked) -> Model:
@@ -80,7 +94,7 @@ def solved(
     """
     kind = LOADS[load]
     way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])
-    asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3)
+    asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=joint == "hinge")
     return model(joint, asked).solve(asked)[0][0]
 
 
@@ -97,7 +111,7 @@ def curves(asked: Asked, joint: str) -> Answer:
     along = {role: stack([c.along[role] for c in found]) for role in found[0].along}
     figures = {role: stack([c.figures[role] for c in found]) for role in found[0].figures}
     by_dim = {(*family, "point"): along, family: figures}
-    attrs = attributes(asked, f"{way.load.name} of a scale-covered beam", way.sense, more.notes)
+    attrs = attributes(asked, f"{way.load.name} of a scale-covered beam", way.sense, joint, more.notes)
     attrs |= {"mu": asked.mus.tolist(), **more.attrs}
     if way.load.sided:
         by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(asked.beam, way.sense))
@@ -109,7 +123,7 @@ def cycles(asked: Asked, joint: str) -> Answer:
     """Follow a path that is loaded and unloaded: the states along it, its loops, and what holds for each sense."""
     load = asked.path.load
     states = model(joint, asked).walk(asked)
-    attrs = attributes(asked, f"cycles of a scale-covered beam in {load.name}", "+", states.notes)
+    attrs = attributes(asked, f"cycles of a scale-covered beam in {load.name}", "+", joint, states.notes)
     attrs |= {"joint": joint, "history": [v / asked.beam.pitch for v in asked.path.values], **states.attrs}
     return Answer(labelled(load, states, asked.mus), attrs)
 

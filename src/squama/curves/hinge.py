@@ -113,10 +113,11 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
         far = solution.SEARCH if to == math.inf else to
         return [Path.straight(case, far, float(m), law) for m in mus], more
     columns = {name: mus if name == "mu" else np.full(mus.size, beam.ratios[name]) for name in kind.contact}
+    columns["thickness"] = np.full(mus.size, asked.thickness)
     sol = solution.solve(columns, load=kind.name, law=law, sense=way.sense)
     touches: list[Touch | None] = [None] * mus.size
     if kind.sided:
-        shapes = [columns[name] for name in kind.contact if name != "mu"]
+        shapes = [columns[name] for name in columns if name != "mu"]
         sol, touches = solution.with_touches(sol, shapes, sense=way.sense, alike=True)
     paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
     return paths, more
@@ -130,6 +131,8 @@ def path(
     end = CODES[int(found.code[0])]
     load_e, load_end, theta_end = float(found.load_e[0]), float(found.load_end[0]), float(found.theta_end[0])
     other = solution.other_words(touch, int(sol.crossing[0]), mirrored=case.mirrored)
+    if end is End.TOUCHING:
+        return Path.straight(case, 0.0, mu, law)._replace(end=end)
     if end is End.NONE:
         # the straight part reaches to the other contact that comes first, or to the end of the search
         stop = min(touch.phi if touch else solution.SEARCH, to)

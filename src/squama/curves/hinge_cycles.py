@@ -36,6 +36,7 @@ _BEYOND = {
     End.OFF_SIDE: "where the contact runs off the end of the side edge, and a cycle does not follow it",
     End.RELEASED: "where the contact opens beyond a fold, and a cycle does not follow it",
     End.RANGE: "where half a turn of scale or beam is reached",
+    End.TOUCHING: "where the scales touch at rest",
     End.NONE: "the range in which contacts are looked for",
 }
 
@@ -60,11 +61,11 @@ class Senses(NamedTuple):
         return float(p._replace(x_end=p.x_c).place(np.array([load]))[0])
 
 
-def senses(beam: Beam, load: str, mu: float, law: str, margin: float) -> Senses:
+def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: bool = True) -> Senses:
     """Solve a beam in both senses of loading."""
     found = {}
     for sign, end in (("+", math.inf), ("-", -math.inf)):
-        asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3)
+        asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
         found[sign] = solve(asked)[0][0]
     most = {sign: p.last if p.engaged and p.end in LOCKS else p.load_end for sign, p in found.items()}
     sides = {sign: p.side for sign, p in found.items() if p.engaged}
@@ -74,7 +75,7 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float) -> Senses:
 def walk(asked: Asked) -> States:
     """Return the states along a history, its loops, and what holds for each sense."""
     values = asked.path.values
-    both = senses(asked.beam, asked.path.load.name, float(asked.mus), asked.law, asked.margin)
+    both = senses(asked.beam, asked.path.load.name, float(asked.mus), asked.law, asked.margin, asked.ideal)
     check(values, both)
     used = used_senses(values)
     by_sense = {role: np.array([figure(both, sign) for sign in used]) for role, figure in _SENSE.items()}

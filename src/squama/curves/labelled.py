@@ -81,7 +81,7 @@ def labelled(load: Load, states: States, mus: Array) -> dict[str, Labelled]:
     }
 
 
-def attributes(asked: Asked, title: str, sense: str, notes: Sequence[str] = ()) -> dict[str, Any]:
+def attributes(asked: Asked, title: str, sense: str, joint: str = "hinge", notes: Sequence[str] = ()) -> dict[str, Any]:
     """Return what every answer says of the beam and of how it was loaded."""
     load = asked.path.load
     return {
@@ -90,7 +90,7 @@ def attributes(asked: Asked, title: str, sense: str, notes: Sequence[str] = ()) 
         "law": load.law(asked.law),
         "beam": text(asked.beam),
         "squama_version": __version__,
-        "warnings": "\n".join([*asked.beam.warnings(load.name, sense), *notes]),
+        "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),
     }
 
 

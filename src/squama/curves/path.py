@@ -48,7 +48,8 @@ class Asked(NamedTuple):
     """What is asked of a model.
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
-    (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales.
+    (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
+    warning that goes along.
     """
 
     beam: Beam
@@ -59,6 +60,13 @@ class Asked(NamedTuple):
     points: int
     at: Array | None = None
     ideal: bool = False
+    note: str = ""
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the scales in pitches, where the model knows of it."""
+        thin = self.ideal or self.law == "plate" or not self.path.load.sided
+        return 0.0 if thin else self.beam.scale.thickness / self.beam.pitch
 
 
 class Case(NamedTuple):

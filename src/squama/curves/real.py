@@ -7,7 +7,9 @@ the curve goes on by general contact where the extra fe is installed (:mod:`squa
 
 from __future__ import annotations
 
+import functools
 import math
+from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +29,9 @@ STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
 MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
 _FINE = 2e-3
-_NEAR = 1e-5
+_NEAR, _SAME = 1e-5, 1e-6
+_GRID = (6, 3)
+"""Parts of a bent plate along and across, where it may touch anywhere."""
 _ENDS = {
     follow.RANGE: End.RANGE, follow.OTHER: End.OTHER, follow.STOPPED: End.STOPPED, follow.PARTED: End.SNAP,
     follow.NONE: End.NONE,
@@ -36,10 +40,16 @@ _LENGTHS = ("p", "s", "u_X", "u_Y", "u_Z", "deflection")
 _PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "pull_out")
 _ALONG = (
     *("rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED"),
-    *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "pull_out", "U_joint", "U_plate", "U_bar"),
+    *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "strain", "pull_out", "U_joint", "U_plate", "U_bar"),
 )
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
 """Tangent stiffness over that of the beam without contact whose twist is a figure."""
+
+
+@functools.cache
+def general() -> bool:
+    """Whether general contact can be followed: the package that finds it is installed."""
+    return find_spec("ipctk") is not None
 
 
 class Held(NamedTuple):
@@ -97,9 +107,13 @@ class Path(NamedTuple):
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists, or at twists per pitch; NaN beyond an earlier end."""
-        engaged = self.way.contact.phi
+        engaged, before = self.way.contact.phi, None
         if at is None:
-            stop = self.states(np.array([self.far]))[1].phi
+            stop = self.far
+            if not general():
+                whole = np.linspace(0.0, self.far, math.ceil(self.far / _FINE) + 1)
+                before = self.states(whole)[1]
+                stop = float(whole[max(0, before.solved - 2)] if before.solved < whole.size else self.far)
             at = np.linspace(0.0, stop, points)
             if 0 < engaged < stop:
                 at[np.abs(at - engaged).argmin()] = engaged
@@ -107,19 +121,58 @@ class Path(NamedTuple):
         most = float(at.max(initial=0.0))
         fine = np.linspace(0.0, most, max(3, math.ceil(most / _FINE) + 1))
         wanted = np.union1d(at, engaged) if engaged < most else np.unique(at)
-        nearest = wanted[np.clip(np.searchsorted(wanted, fine), 0, wanted.size - 1)]
-        twists = np.union1d(wanted, fine[np.abs(nearest - fine) > _NEAR])
-        rows, end = self.states(twists)
+        # no step may be much smaller than the others; twists that are all but equal are put between their neighbours
+        bounds = np.concatenate([[-np.inf], wanted, [np.inf]])
+        after = np.searchsorted(bounds, fine)
+        apart = np.minimum(fine - bounds[after - 1], bounds[after] - fine)
+        twists = np.union1d(wanted, fine[apart > _NEAR])
+        kept = np.append(True, np.diff(twists) > _SAME) | (twists == engaged)
+        kept[:-1] &= ~(twists[1:] == engaged) | (engaged - twists[:-1] > _SAME)
+        rows, end = self.states(twists[kept])
+        if not kept.all():
+            rows = np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T])
+        if before is not None and end.code == follow.RANGE:
+            # the curve was cut short at the end that is told
+            end = before
         own = values(self, twists, rows)
+        own |= tangents(self, twists[kept], twists, own)
+        more: dict[str, float | int | str] = {"load_general": math.nan}
+        if end.code != follow.RANGE and general():
+            more |= self.onward(twists, end.phi, own)
         which = np.searchsorted(twists, at)
-        reached = np.flatnonzero(np.isfinite(rows[:, 1]))
+        reached = np.flatnonzero(np.isfinite(own["torque"]))
         last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in own.items()}
         found = {
-            **figures(self.case, last, engaged, end.phi, last["theta"]),
+            **figures(self.case, last, engaged, float(more.get("load_end", end.phi)), last["theta"]),
             **ending(self.way, end),
             **_thresholds(self, twists, own),
+            **more,
         }
         return Curve({role: own[role][which] for role in _ALONG}, found)
+
+    def onward(self, twists: Array, start: float, own: dict[str, Array]) -> dict[str, float | int | str]:
+        """Go on beyond a twist by general contact: fill the values there; return how that ends."""
+        from squama.curves import compliant
+        from squama.fe import bending
+        from squama.fe.exposed import box, sheet
+
+        s, held = self.way.scale, self.held
+        beyond = np.flatnonzero(twists > start)
+        exposed = box(s.eta, s.beta, s.h)
+        if s.elastic:
+            exposed = bending.plate(sheet(*bending.lines(s.eta, s.beta, _GRID), s.h), s.eta, s.beta, s.D, s.nu)
+        joint = compliant.Stiffness(held.K[:7, :7], held.K_theta, held.rigidity)
+        mu, loads = self.way.mu, twists[beyond]
+        c = compliant.curve(self.beam, joint, mu, loads, sign=self.sign, increment=path.STEP, exposed=exposed)
+        if not float(c.figures["load_end"]) > start:
+            return {}
+        for role, values_there in c.along.items():
+            if role in own:
+                own[role][beyond] = values_there
+        own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
+        kept = ("end", "neighbour", "other_contact", "first_contact", "load_end")
+        found = {role: c.figures[role] for role in kept}
+        return {**found, "load_general": start}
 
     def states(self, twists: Array) -> tuple[Array, follow.End]:
         """Follow the model's path, see :meth:`squama.real.path.Path.states`."""
@@ -167,8 +220,9 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     beam, held, way = one.beam, one.held, one.way
     d, E = beam.pitch, beam.substrate.youngs_modulus
     column = dict(zip(follow.COLUMNS, rows.T, strict=True))
-    touching = column["mode"] > 0
-    own = {name: column[name] for name in MOTIONS}
+    # the other sense is followed as the mirror image
+    mirror = path.MIRROR if one.sign < 0 else np.ones(9)
+    own = {name: column[name] * sign for name, sign in zip(MOTIONS, mirror, strict=False)}
     own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
@@ -176,15 +230,14 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     own["deflection"] = path.tip(way, rows)
     own["pull_out"] = path.pull_out(way, rows)
     own["stress"] = path.stresses(way, rows)[0] * E if way.scale.elastic else np.full(len(rows), np.nan)
+    own["strain"] = np.full(len(rows), np.nan)
+    if held.joint.strain is not None:
+        q = np.column_stack([rows[:, 11:17], twists, np.zeros(len(rows)), column["eps"]]) * mirror
+        own["strain"] = np.sqrt(np.einsum("ni,eij,nj->ne", q, held.joint.strain, q).max(axis=1))
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3}
     v = {role: x * units.get(role, 1.0) for role, x in own.items()}
     v["load"], v["rate"], v["theta"] = twists, twists / d, path.inclinations(way, rows)
     v["scales"] = v["torque"] - held.rigidity * v["rate"]
-    v["tangent"] = np.where(np.isfinite(v["torque"]), held.rigidity, np.nan)
-    contact = np.flatnonzero(touching | (np.abs(twists - way.contact.phi) < 1e-12))
-    if contact.size > 2:
-        v["tangent"][contact] = np.gradient(v["torque"][contact], v["rate"][contact], edge_order=2)
-    v["stiffness_ratio"] = v["tangent"] / held.rigidity
     v["f0"] = v["f"] * beam.scale.length / held.K_theta
     total, reached = v["U_el"] + v["W_fr"], np.isfinite(v["torque"])
     v["RED"] = np.divide(v["W_fr"], total, out=np.where(reached, 0.0, np.nan), where=total > 0)
@@ -192,11 +245,34 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     return v
 
 
+def tangents(one: Path, steps: Array, twists: Array, v: dict[str, Array]) -> dict[str, Array]:
+    """Return the tangent stiffness at twists of a curve, from the steps among them, and over that without contact."""
+    rigidity, d = one.held.rigidity, one.beam.pitch
+    torque = np.interp(steps, twists, v["torque"])
+    slope = np.where(np.isfinite(torque), rigidity, np.nan)
+    contact = np.flatnonzero(steps >= one.way.contact.phi)
+    if contact.size > 2:
+        slope[contact] = np.gradient(torque[contact], steps[contact] / d, edge_order=2)
+    found = np.interp(twists, steps, slope)
+    # it jumps at engagement
+    found[twists < one.way.contact.phi] = rigidity
+    found[np.isnan(v["torque"])] = np.nan
+    return {"tangent": found, "stiffness_ratio": found / rigidity}
+
+
+def impossible(beam: Beam) -> str:
+    """Return why a beam's joint is not known; empty where it is."""
+    joint = joint_of(beam)
+    return joint.note if joint.K is None else ""
+
+
 def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
     """Return how the curve ends, what touches first and what comes in later, by role."""
     c, code = way.contact, end.code
     edge = {follow.OFF_FIRST: c.first, follow.OFF_SECOND: c.second}.get(code)
     name = End.NONE if c.first == -1 and code == follow.RANGE else _ENDS.get(code)
+    if c.first == -2 and c.phi == 0.0:
+        name = End.TOUCHING
     if edge is not None:
         name = (End.OFF_TIP, End.OFF_SIDE, End.OFF_SIDE, End.OTHER)[edge]
     other = path.place(end.edge, end.k) if code == follow.OTHER else ""
@@ -217,10 +293,13 @@ def _thresholds(one: Path, twists: Array, v: dict[str, Array]) -> dict[str, floa
     found = {f"load_{name}": _first(twists[touching], v["stiffness_ratio"][touching], n) for name, n in TIMES.items()}
     strength = one.beam.scale.strength
     found["load_strength"] = math.nan if strength is None else _first(x, v["stress"][reached], strength)
+    limit = one.beam.substrate.strain_limit
+    found["load_strain"] = math.nan if limit is None else _first(x, v["strain"][reached], limit)
     peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
     found["load_peak"] = float(x[peak[0] + 1]) if peak.size else math.nan
-    work, stored = v["work"][reached], (v["U_el"] + v["W_fr"])[reached]
-    found["energy_error"] = float((work[-1] - stored[-1]) / work[-1]) if reached.any() and work[-1] > 0 else 0.0
+    own = np.flatnonzero(np.isfinite(v["work"]))
+    work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
+    found["energy_error"] = (work - stored) / work if work > 0 else 0.0
     return found
 
 

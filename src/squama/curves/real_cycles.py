@@ -31,7 +31,7 @@ _LEAST = 2e-6
 _FULL = 1e-9
 _ALONG = (
     *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr"),
-    *(*real.MOTIONS, "stiffness_ratio", "deflection", "stress", "pull_out", "U_joint", "U_plate", "U_bar"),
+    *(*real.MOTIONS, "stiffness_ratio", "deflection", "stress", "strain", "pull_out", "U_joint", "U_plate", "U_bar"),
 )
 _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
 
@@ -148,8 +148,6 @@ def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
     sign = np.where(negative, -1.0, 1.0)
     for role in ("load", "rate", "torque", "scales"):
         v[role] = v[role] * sign
-    for role, one in zip(real.MOTIONS, path.MIRROR, strict=False):
-        v[role] = v[role] * np.where(negative, one, 1.0)
     inward = np.diff(size, prepend=0.0) < 0
     v["f"] = v["f"] * np.where(inward, -1.0, 1.0)
     v["tangent"] = np.empty(size.size)
@@ -219,7 +217,7 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
 
 def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Loop) -> float:
     """Return the twist that is left when the beam is let go at a loop's top: where the torque comes to zero."""
-    last = [j for j in range(loop.closed + 1) if values[j] == loop.top][0]
+    last = values.index(loop.top)
     one = paths["-" if loop.top < 0 else "+"]
     start = [j for j in range(last + 1) if values[j] == 0][-1]
     down = _goals(abs(loop.top), 0.0, [], 60, turned=True)

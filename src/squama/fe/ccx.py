@@ -32,7 +32,7 @@ LARGEST = 500_000_000
 """Largest deck that is read, bytes."""
 DEEPEST = 0.02
 """Penetration (pitches) from which a contact counts as lost; the penalty itself allows far less."""
-_PRINTED = ("CORNERS", "EDGES", "FIXED")
+_PRINTED = ("CORNERS", "TIP", "SIDE", "EDGES", "FIXED")
 """Sets of nodes of which every increment prints something."""
 _TITLE = re.compile(r"\s*(?:displacements|forces) .* for set (\w+) and time\s+(\S+)")
 
@@ -166,7 +166,11 @@ def results(deck: str, printed: str) -> xr.Dataset:
             "local_twist": (each, local, {"long_name": "twist of the bar at the scale", **rad}),
             "w_X": (each, w[..., 0], {"long_name": "turn of the scale about its length", **rad}),
             "w_Z": (each, w[..., 2], {"long_name": "turn of the scale about its normal", **rad}),
-            "gap": (each, _gaps(corners), {"long_name": "gap of tip edge and next side edge, in pitches"}),
+            "gap": (
+                each,
+                _gaps(*(moved[name].reshape(len(share), n, -1, 3) / d for name in ("TIP", "SIDE"))),
+                {"long_name": "gap of tip edge and next side edge, in pitches"},
+            ),
             "share": ("point", share, {"long_name": "share of the twist", "units": "1"}),
         },
         coords={
@@ -253,15 +257,23 @@ def _turns(corners: Array, local: Array) -> Array:
     return Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_rotvec().reshape(*local.shape, 3)
 
 
-def _gaps(corners: Array) -> Array:
-    """Return the gap of each tip edge and the next scale's side edge; NaN where they do not cross or none is next."""
-    gap = np.full(corners.shape[:2], np.nan)
-    B, C = corners[:, :-1, 2], corners[:, :-1, 3]
-    D, end = corners[:, 1:, 0], corners[:, 1:, 3]
-    u, v = B - C, end - D
+def _gaps(tips: Array, sides: Array) -> Array:
+    """Return the gap of each tip edge and the next scale's side edge; NaN where they do not cross or none is next.
+
+    Parameters
+    ----------
+    tips, sides : (states, scales, nodes, 3) arrays
+        Nodes in a row along the edges, the tip's from C to B, the side's from D to C.
+    """
+    gap = np.full(tips.shape[:2], np.nan)
+    # every segment of the one with every segment of the other
+    C, D = tips[:, :-1, :-1, None], sides[:, 1:, None, :-1]
+    u, v = tips[:, :-1, 1:, None] - C, sides[:, 1:, None, 1:] - D
+    u, v, way = np.broadcast_arrays(u, v, D - C)
     normal = np.cross(v, u)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     # C + p u - D - s v = gap normal
-    p, s, g = np.moveaxis(np.linalg.solve(np.stack([u, -v, -normal], axis=-1), (D - C)[..., None])[..., 0], -1, 0)
-    gap[:, :-1] = np.where((p >= 0) & (p <= 1) & (s >= 0) & (s <= 1), g, np.nan)
+    p, s, g = np.moveaxis(np.linalg.solve(np.stack([u, -v, -normal], axis=-1), way[..., None])[..., 0], -1, 0)
+    crossed = np.where((p >= 0) & (p <= 1) & (s >= 0) & (s <= 1), g, np.inf).min(axis=(-2, -1))
+    gap[:, :-1] = np.where(np.isfinite(crossed), crossed, np.nan)
     return gap

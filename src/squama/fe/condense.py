@@ -53,7 +53,10 @@ class Condensed(NamedTuple):
     @property
     def unbalanced(self) -> float:
         """Work of the torque less U and W_fr at the last point reached, over the work of the torque."""
-        i = np.flatnonzero(np.isfinite(self.along["T"]))[-1]
+        reached = np.flatnonzero(np.isfinite(self.along["T"]))
+        if not reached.size:
+            return 0.0
+        i = reached[-1]
         W, U, W_fr = (float(self.along[name][i]) for name in ("W", "U_el", "W_fr"))
         return (W - U - W_fr) / W if W else 0.0
 

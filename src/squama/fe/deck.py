@@ -1,10 +1,12 @@
-"""A beam of N scales as an input deck for CalculiX or Abaqus: mesh, rigid scales, contact, and the twisted end.
+"""A beam of N scales as an input deck for CalculiX or Abaqus: mesh, scales, contact, and the twisted end.
 
 Lengths in mm, forces in N, stresses in MPa. The substrate is N pitches of quadratic tetrahedra with the slots of the
 scales in their true thickness. A scale is a rigid body: the walls of its slot, a coarse plate whose upper face is the
-scale's mid-plane (master of the contact), and a fine strip along its tip edge whose lower face is the same mid-plane
-(slave). So the plates are thin to each other, as in the theory. The front end is fixed; the back end is rigid, turned
-about the axis by N times the twist per pitch, and free to move along it.
+scale's upper face (master of the contact), and a fine strip along its tip edge whose lower face is the scale's lower
+one (slave). If they are ``ideal`` both faces are the mid-plane: the plates are thin to each other, as in the theory.
+Where the scales' modulus is known, the exposed part is a solid of bricks with incompatible modes (C3D8I) whose root
+belongs to the rigid body; its own faces touch, and the coarse plate only shows the scale's attitude. The front end is
+fixed; the back end is rigid, turned about the axis by N times the twist per pitch, and free to move along it.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import numpy as np
 
 from squama import arguments
 from squama._version import __version__
+from squama.beam.parts import PLASTIC
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import Index, Tiled, pitch_mesh, tile
 from squama.types import Array
@@ -33,6 +36,9 @@ STICK = 3.0
 INCREMENTS = 25
 STRIP = 0.04
 """Size of the facets along the tip edge, in pitches."""
+BLADE = 0.25
+"""Size of bricks along an elastic scale, in pitches; across they are as fine as the strip."""
+LAYERS = 2
 BODY = 0.02
 """Thickness of the bodies that carry the contact faces, in pitches; rigid, so without meaning."""
 MARK = "** squama: "
@@ -43,7 +49,9 @@ MATERIALS = ("neo-hookean", "elastic")
 class Plate(NamedTuple):
     """A scale: bricks (m, 8) of its contact bodies, their own nodes, those of the slot's walls; numbers begin with 1.
 
-    ``corners`` D, A, B, C of the exposed mid-plane (nodes of the coarse plate), ``ref`` and ``rot`` node.
+    ``corners`` D, A, B, C of the exposed part (nodes of the coarse plate), ``tip`` and ``side`` nodes in a row along
+    the edges that touch, ``ref`` and ``rot`` node. An elastic scale has no strip but a ``blade`` of bricks; the numbers
+    among them of those ``under`` the tip and ``upon`` the face, from 0.
     """
 
     plate: Index
@@ -51,8 +59,13 @@ class Plate(NamedTuple):
     nodes: Index
     tied: Index
     corners: Index
+    tip: Index
+    side: Index
     ref: int
     rot: int
+    blade: Index
+    under: Index
+    upon: Index
 
 
 class Model(NamedTuple):
@@ -91,6 +104,7 @@ def model(
     edge_size: float = EDGE_SIZE,
     material: str = "neo-hookean",
     increments: int = INCREMENTS,
+    ideal: bool = False,
 ) -> Model:
     """Mesh a beam of ``scales`` pitches and gather what its deck needs.
 
@@ -110,6 +124,8 @@ def model(
         The substrate.
     increments : int
         Increments if none has to be cut.
+    ideal : bool
+        Scales are rigid and thin.
 
     Returns
     -------
@@ -128,7 +144,8 @@ def model(
     shape = geometry(beam)
     mesh = tile(pitch_mesh(shape, size, edge_size), scales)
     d, E = beam.pitch * 1e3, beam.substrate.youngs_modulus * 1e-6
-    points, plates = _plates(shape, mesh, scales)
+    elastic = not ideal and beam.scale.youngs_modulus is not None
+    points, plates = _plates(shape, mesh, 0.0 if ideal else shape.thickness, elastic=elastic)
     count = len(mesh.nodes) + len(points)
     middle = np.array([[0.0, 0.0, shape.cut + scales]])
     # the two edges of the face without scales tell the local twist
@@ -136,11 +153,16 @@ def model(
     edges = np.flatnonzero((abs(y + shape.lam) < 1e-6) & (abs(abs(x) - shape.width / 2) < 1e-6)) + 1
     sets = {"FIXED": np.unique(mesh.cuts[0]) + 1, "TURNED": np.unique(mesh.cuts[-1]) + 1, "EDGES": edges}
     about = {"version": __version__, "scales": scales, "pitch_mm": d, "twist_per_pitch": twist, "E_MPa": E, "mu": mu}
+    if elastic:
+        nu = beam.scale.poisson_ratio
+        about |= {"E_scale_MPa": beam.modulus_ratio * E, "nu_scale": PLASTIC if nu is None else nu}
+    for name in ("corners", "tip", "side"):
+        sets[name.upper()] = np.concatenate([getattr(plate, name) for plate in plates])
     return Model(
         nodes=np.concatenate([mesh.nodes, points, middle, middle]) * d,
         tets=mesh.tets + 1,
         plates=plates,
-        sets={**sets, "CORNERS": np.concatenate([plate.corners for plate in plates])},
+        sets=sets,
         ref=count + 1,
         rot=count + 2,
         angle=twist * scales,
@@ -151,32 +173,57 @@ def model(
     )
 
 
-def _grid(X: Array, Y: Array, Z: tuple[float, float]) -> tuple[Array, Index]:
-    """Return the nodes (n, 3) of a layer of bricks and the bricks (m, 8), bottom face first, numbers from 0."""
+def _grid(X: Array, Y: Array, Z: Array) -> tuple[Array, Index]:
+    """Return the nodes (n, 3) of layers of bricks and the bricks (m, 8), bottom face first, numbers from 0."""
     x, y = (v.ravel() for v in np.meshgrid(X, Y, indexing="ij"))
     nodes = np.concatenate([np.column_stack([x, y, np.full(x.size, z)]) for z in Z])
     i, j = (v.ravel() for v in np.meshgrid(np.arange(X.size - 1), np.arange(Y.size - 1), indexing="ij"))
     low = np.stack([i, i + 1, i + 1, i]) * Y.size + np.stack([j, j, j + 1, j + 1])
-    return nodes, np.concatenate([low, low + x.size]).T
+    bricks = np.concatenate([low, low + x.size]).T
+    return nodes, np.concatenate([bricks + k * x.size for k in range(Z.size - 1)])
 
 
-def _plates(shape: Geometry, mesh: Tiled, scales: int) -> tuple[Array, list[Plate]]:
-    """Return the nodes of all contact bodies and reference points (pitches), and the bodies."""
+def _along(nodes: Array, where: Array, axis: int) -> Index:
+    """Return the numbers of the nodes where something holds, in a row along an axis."""
+    found = np.flatnonzero(where)
+    return found[np.argsort(nodes[found, axis])]
+
+
+def _plates(shape: Geometry, mesh: Tiled, h: float, *, elastic: bool) -> tuple[Array, list[Plate]]:
+    """Return the nodes of all scales and reference points (pitches), and the scales, of thickness h to each other."""
     eta, beta = shape.eta, shape.beta
     across = np.linspace(-beta, beta, 1 + 2 * max(2, round(beta / 0.25)))
-    coarse, plate = _grid(np.linspace(0, eta, 1 + max(2, round(eta / 0.5))), across, (-BODY, 0.0))
+    coarse, plate = _grid(np.linspace(0, eta, 1 + max(2, round(eta / 0.5))), across, np.array([-BODY, 0.0]) + h / 2)
     fine = np.linspace(-beta, beta, 1 + 2 * max(8, round(beta / STRIP)))
-    strip_nodes, strip = _grid(eta - np.array([0.12, 0.04, 0.0]) * min(1, eta), fine, (0.0, BODY))
-    own = np.concatenate([coarse, strip_nodes, [[0.0, 0, 0]] * 2])
-    top, last = np.flatnonzero(coarse[:, 2] == 0), len(own) - 2
-    places = [(0, -beta), (0, beta), (eta, beta), (eta, -beta)]
-    corners = np.array([top[np.argmin(np.hypot(*(coarse[top, :2] - at).T))] for at in places])
+    last = eta - np.array([0.12, 0.04, 0.0]) * min(1, eta)
+    if elastic:
+        X = np.concatenate([np.linspace(0, last[0], 1 + max(2, round(last[0] / BLADE))), last[1:]])
+        Z = np.linspace(-h / 2, h / 2, 1 + LAYERS)
+    else:
+        X, Z = last, np.array([0.0, BODY]) - h / 2
+    own, bricks = _grid(X, fine, Z)
+    nodes = np.concatenate([coarse, own, [[0.0, 0, 0]] * 2])
+    low, high = own[:, 2] == Z[0], coarse[:, 2] == h / 2
+    top = np.flatnonzero(high)
+    corners = [(0, -beta), (0, beta), (eta, beta), (eta, -beta)]
+    corner = np.array([top[np.argmin(np.hypot(*(coarse[top, :2] - at).T))] for at in corners])
+    begin, end = len(coarse), len(nodes) - 2
+    tip = begin + _along(own, low & (own[:, 0] == eta), 1)
+    side = _along(coarse, high & (coarse[:, 1] == -beta), 0)
+    moved, blade, under, upon = np.arange(end), bricks[:0], bricks[:0, 0], bricks[:0, 0]
+    if elastic:
+        side = begin + _along(own, (own[:, 2] == Z[-1]) & (own[:, 1] == -beta), 0)
+        moved, blade = np.append(np.arange(begin), begin + np.flatnonzero(own[:, 0] == 0)), bricks + begin
+        middle = own[bricks].mean(axis=1)
+        under = np.flatnonzero((middle[:, 2] < Z[1]) & (middle[:, 0] > last[0]))
+        upon = np.flatnonzero(middle[:, 2] > Z[-2])
+        bricks = bricks[:0]
     points, plates = [], []
-    for i in range(scales):
-        points.append(shape.rest.base + [0, 0, i] + own @ shape.rest.axes)
-        n = len(mesh.nodes) + 1 + i * len(own)
-        bricks = plate + n, strip + n + len(coarse)
-        plates.append(Plate(*bricks, n + np.arange(last), mesh.tied[i] + 1, corners + n, n + last, n + last + 1))
+    for i in range(len(mesh.tied)):
+        points.append(shape.rest.base + [0, 0, i] + nodes @ shape.rest.axes)
+        n = len(mesh.nodes) + 1 + i * len(nodes)
+        bodies, lines = (plate + n, begin + bricks + n, moved + n, mesh.tied[i] + 1), (corner + n, tip + n, side + n)
+        plates.append(Plate(*bodies, *lines, n + end, n + end + 1, blade + n, under, upon))
     return np.concatenate(points), plates
 
 
@@ -219,12 +266,20 @@ def _lines(
     out += [MARK + json.dumps({key: value}) for key, value in m.about.items()]
     out.append("*NODE, NSET=NALL")
     out += [f"{i}, {x:.9g}, {y:.9g}, {z:.9g}" for i, (x, y, z) in enumerate(m.nodes.tolist(), start=1)]
-    parts = {f"{name}{i}": getattr(p, name.lower()) for i, p in enumerate(m.plates, 1) for name in ("PLATE", "STRIP")}
-    number = 1
+    elastic = len(m.plates[0].blade) > 0
+    kinds = ("PLATE", "BLADE") if elastic else ("PLATE", "STRIP")
+    parts = {f"{name}{i}": getattr(p, name.lower()) for i, p in enumerate(m.plates, 1) for name in kinds}
+    number, faces = 1, []
     for name, cells in {"SUBSTRATE": m.tets, **parts}.items():
-        out.append(f"*ELEMENT, TYPE={'C3D10' if name == 'SUBSTRATE' else 'C3D8'}, ELSET={name}")
+        kind = "C3D10" if name == "SUBSTRATE" else "C3D8I" if name.startswith("BLADE") else "C3D8"
+        out.append(f"*ELEMENT, TYPE={kind}, ELSET={name}")
         out += [", ".join(map(str, [i, *cell])) for i, cell in enumerate(cells.tolist(), start=number)]
+        if kind == "C3D8I":
+            i = int(name.removeprefix("BLADE"))
+            for label, some in (("UNDER", m.plates[i - 1].under), ("UPON", m.plates[i - 1].upon)):
+                faces += [f"*ELSET, ELSET={label}{i}", *rows(some + number)]
         number += len(cells)
+    out += faces
     for name, numbers in m.sets.items():
         out += [f"*NSET, NSET={name}", *rows(numbers)]
     E, nu = m.about["E_MPa"], m.about["nu"]
@@ -234,11 +289,15 @@ def _lines(
         G, bulk = E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))
         law = ["*HYPERELASTIC, NEO HOOKE", f"{G / 2:.9g}, {2 / bulk:.9g}"]
     out += [*sets, "*MATERIAL, NAME=SUBSTRATE", *law, "*MATERIAL, NAME=RIGID", "*ELASTIC", f"{E:.9g}, 0.3"]
+    if elastic:
+        out += ["*MATERIAL, NAME=SCALE", "*ELASTIC", f"{m.about['E_scale_MPa']:.9g}, {m.about['nu_scale']:.9g}"]
     out.append("*SOLID SECTION, ELSET=SUBSTRATE, MATERIAL=SUBSTRATE")
-    out += [f"*SOLID SECTION, ELSET={name}, MATERIAL=RIGID" for name in parts]
+    for name in parts:
+        out.append(f"*SOLID SECTION, ELSET={name}, MATERIAL={'SCALE' if name.startswith('BLADE') else 'RIGID'}")
+    below, above = ("UNDER", "UPON") if elastic else ("STRIP", "PLATE")
     for i in range(1, m.scales + 1):
-        out += [f"*SURFACE, NAME=TIP{i}, TYPE=ELEMENT", f"STRIP{i}, S1"]
-        out += [f"*SURFACE, NAME=FACE{i}, TYPE=ELEMENT", f"PLATE{i}, S2"]
+        out += [f"*SURFACE, NAME=TIP{i}, TYPE=ELEMENT", f"{below}{i}, S1"]
+        out += [f"*SURFACE, NAME=FACE{i}, TYPE=ELEMENT", f"{above}{i}, S2"]
     out += [*bodies, "*SURFACE INTERACTION, NAME=DRY", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"]
     out += [f"{m.penalty:.9g}", *(["*FRICTION", friction] if m.about["mu"] > 0 else [])]
     # a tip's strip on the next face
@@ -263,7 +322,7 @@ def _calculix(m: Model) -> list[str]:
         sets += [f"*NSET, NSET=BODY{i}", *rows([*plate.tied, *plate.nodes])]
         bodies.append(f"*RIGID BODY, NSET=BODY{i}, REF NODE={plate.ref}, ROT NODE={plate.rot}")
     bodies.append(f"*RIGID BODY, NSET=TURNED, REF NODE={m.ref}, ROT NODE={m.rot}")
-    for name, what in (("CORNERS", "U"), ("EDGES", "U"), ("FIXED", "RF")):
+    for name, what in (("CORNERS", "U"), ("TIP", "U"), ("SIDE", "U"), ("EDGES", "U"), ("FIXED", "RF")):
         moved += [f"*NODE PRINT, NSET={name}", what]
     moved += ["*NODE FILE", "U", "*EL FILE", "S"]
     friction, held = f"{m.about['mu']:.9g}, {STICK * m.penalty:.9g}", [f"{m.ref}, 1, 2, 0.", f"{m.rot}, 1, 2, 0."]
@@ -281,8 +340,11 @@ def _abaqus(m: Model) -> list[str]:
     moved += ["*NODE OUTPUT, NSET=HAND", "UR3, RM3"]
     sets, bodies = [], []
     for i, plate in enumerate(m.plates, start=1):
-        sets += [f"*NSET, NSET=TIED{i}", *rows(plate.tied)]
-        sets += [f"*NSET, NSET=REF{i}", str(plate.ref), f"*ELSET, ELSET=SCALE{i}", f"PLATE{i}, STRIP{i}"]
+        # the root of an elastic scale is tied like the walls of the slot
+        root = plate.nodes[np.isin(plate.nodes, plate.blade)]
+        sets += [f"*NSET, NSET=TIED{i}", *rows([*plate.tied, *root])]
+        sets += [f"*NSET, NSET=REF{i}", str(plate.ref), f"*ELSET, ELSET=SCALE{i}"]
+        sets.append(f"PLATE{i}" if len(plate.blade) else f"PLATE{i}, STRIP{i}")
         bodies.append(f"*RIGID BODY, REF NODE={plate.ref}, ELSET=SCALE{i}, PIN NSET=TIED{i}")
         moved += [f"*NODE OUTPUT, NSET=REF{i}", "U1, U2, U3, UR1, UR2, UR3"]
     sets += ["*NSET, NSET=HAND", str(m.ref)]

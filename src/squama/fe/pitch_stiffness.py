@@ -93,7 +93,9 @@ def response(pitch: Pitch, geometry: Geometry) -> Response:
         fields = moved - P @ np.column_stack([solver.spread(motion) for motion in both.T])
     finally:
         solver.close()
-    strain = _strains(pitch, geometry, elements, fields.reshape(-1, 3, MOTIONS))
+    points = np.einsum("qc,eci->eqi", _POINTS, pitch.nodes[pitch.tets[:, :4]])
+    parts = near_edges(geometry, points)
+    strain = mean_energies(pitch.tets, elements, fields.reshape(-1, 3, MOTIONS), parts)
     return Response((K + K.T) / 2, strain, len(pitch.tets))
 
 
@@ -135,31 +137,36 @@ _POINTS = np.full((4, 4), _INNER) + (_OUTER - _INNER) * np.eye(4)
 _RATES = shape_rates(_POINTS)
 
 
-def _strains(pitch: Pitch, geometry: Geometry, elements: Elements, fields: Array) -> Array:
-    """Return the forms (4, 9, 9) of the mean energy near the edges of the embedded scale, see :class:`Response`."""
+def near_edges(geometry: Geometry, points: Array) -> list[Array]:
+    """Say which points (e, q, 3) lie near each of :data:`EDGES_OF_TAB`, truths (e, q)."""
     near, half = NEAR * min(geometry.zeta, geometry.beta), geometry.thickness / 2
-    corners = pitch.nodes[pitch.tets[:, :4]]
-    points = np.einsum("qc,eci->eqi", _POINTS, corners)
     X, Y, Z = np.moveaxis(geometry.local(points.reshape(-1, 3)).reshape(points.shape), -1, 0)
     off = np.maximum(np.abs(Z) - half, 0.0)
     along, across = -geometry.zeta - near <= X, np.abs(Y) <= geometry.beta + near
-    regions = [
+    return [
         (np.hypot(X + geometry.zeta, off) <= near) & across,
         (np.hypot(Y + geometry.beta, off) <= near) & along,
         (np.hypot(Y - geometry.beta, off) <= near) & along,
         (points[..., 1] >= geometry.lam - near) & (off <= near) & across & along,
     ]
-    used = np.flatnonzero(np.any(regions, axis=(0, 2)))
+
+
+def mean_energies(tets: Index, elements: Elements, fields: Array, parts: list[Array]) -> Array:
+    """Return the forms (k, 9, 9) of the mean of 2 W / E over parts of the elements' Gauss points, truths (e, q) each.
+
+    ``fields`` (n, 3, 9) are what nodes do for each of the motions.
+    """
+    used = np.flatnonzero(np.any(parts, axis=(0, 2)))
     slopes = np.einsum("qac,eci->eqai", _RATES, elements.gradients[used])
     # rows: element, point; the strain's matrix (3, 3) for each motion
-    grad = np.einsum("eqaj,eaim->eqijm", slopes, fields[pitch.tets[used]])
+    grad = np.einsum("eqaj,eaim->eqijm", slopes, fields[tets[used]])
     strain = (grad + grad.swapaxes(2, 3)) / 2
     L, G = elements.lame
     trace = np.einsum("eqiim->eqm", strain)
     shares = elements.volumes[used, None] / len(_POINTS)
     forms = []
-    for region in regions:
-        w = shares * region[used]
+    for part in parts:
+        w = shares * part[used]
         w = w / max(w.sum(), np.finfo(float).tiny)
         form = 2 * G * np.einsum("eq,eqijm,eqijn->mn", w, strain, strain, optimize=True)
         forms.append(form + L * np.einsum("eq,eqm,eqn->mn", w, trace, trace, optimize=True))

@@ -1,8 +1,7 @@
 """Stiffness of a scale's joint and of the pitch around it, by linear elements with helical periodicity.
 
-At small strain one pitch of the substrate, u_back = u_front + phi dR/dphi x, with plate 0 tied in as a rigid body, has
-the energy 1/2 q^T K q over q = (v, phi): the six motions v of the plate along its axes at rest and the twist per pitch.
-The mean place of the front section and its mean turn about z are held, so v is counted from there. From K follow
+K (9, 9) is that of :mod:`squama.fe.pitch_stiffness`, over the six motions of the plate, the twist, the bend and the
+stretch per pitch. From its part over the motions and the twist (neither bent nor stretched) follow
     K_theta = 1 / (A^-1)_55 with A = K_vv: moment about n_Y over the angle about n_Y at phi = 0, the plate's other five
         motions left free (inclination is the fifth motion; with the others blocked it is K_55, 1.7 times as much)
     C_f = (K_phiphi - K_phiv A^-1 K_vphi) / K_bar: torque over twist with the plate's six motions free, over the same of
@@ -41,9 +40,9 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
 from squama.errors import InputError, refuse
-from squama.fe.assembly import make_body
 from squama.fe.geometry import Geometry, geometry
-from squama.fe.mesh import SIZE, Pitch, bar_mesh, pitch_mesh
+from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
+from squama.fe.pitch_stiffness import response
 from squama.io import files
 from squama.types import Array
 
@@ -53,7 +52,7 @@ if TYPE_CHECKING:
 LEVELS = 3
 """Number of sizes, each half the one before."""
 _MOST = 20_000
-_SCHEME = 1
+_SCHEME = 2
 """Changes whenever the numbers that are kept would mean something else."""
 
 
@@ -65,30 +64,34 @@ class Value(NamedTuple):
 
 
 class Level(NamedTuple):
-    """A mesh and what it gave: size along the plate's edges (pitches), elements, K (7, 7), seconds (0: from cache)."""
+    """A mesh and what it gave: size along the plate's edges (pitches), elements, K (9, 9), seconds (0: from cache).
+
+    ``strain`` (4, 9, 9): see :class:`squama.fe.pitch_stiffness.Response`.
+    """
 
     edge_size: float
     elements: int
     K: Array
     seconds: float
+    strain: Array
 
     @property
     def K_theta(self) -> float:
         """Stiffness against inclination, E d^3."""
-        return inclination_stiffness(self.K)
+        return inclination_stiffness(self.K[:7, :7])
 
     @property
     def rigidity(self) -> float:
         """Torque per twist per pitch without contact, E d^3."""
-        return twisting_stiffness(self.K)
+        return twisting_stiffness(self.K[:7, :7])
 
 
 class JointMatrix(NamedTuple):
-    """What the substrate opposes to one scale and to the twist; E = 1 and d = 1.
+    """What the substrate opposes to one scale, to twist, bend and stretch; E = 1 and d = 1.
 
-    ``K`` (7, 7) over (u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi), extrapolated to elements of no size; the ``levels`` it comes
-    from; ``bar``: the bare bar's torque per twist per pitch in elements of the same size in the bulk, ``size``;
-    ``exact``: the same by Saint-Venant's series, G J / d; ``unit``: E d^3 of the beam, N m.
+    ``K`` (9, 9) over (u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi, psi, epsilon), extrapolated to elements of no size; the
+    ``levels`` it comes from; ``bar``: the bare bar's torque per twist per pitch in elements of the same size in the
+    bulk, ``size``; ``exact``: the same by Saint-Venant's series, G J / d; ``unit``: E d^3 of the beam, N m.
     """
 
     K: Array
@@ -99,6 +102,11 @@ class JointMatrix(NamedTuple):
     unit: float = 1.0
 
     @property
+    def strain(self) -> Array:
+        """Forms (4, 9, 9) of the strain near the scale's edges, of the finest mesh."""
+        return self.levels[-1].strain
+
+    @property
     def stiffness(self) -> Value:
         """Stiffness against inclination, N m: what a beam file takes under [joint]."""
         return Value(*(self.unit * x for x in self.K_theta))
@@ -106,12 +114,12 @@ class JointMatrix(NamedTuple):
     @property
     def K_theta(self) -> Value:
         """Stiffness against inclination, the other motions free, E d^3."""
-        return Value(inclination_stiffness(self.K), _error([level.K_theta for level in self.levels]))
+        return Value(inclination_stiffness(self.K[:7, :7]), _error([level.K_theta for level in self.levels]))
 
     @property
     def C_f(self) -> Value:
         """Torque per twist of the pitch over that of the bare bar."""
-        return Value(twisting_stiffness(self.K) / self.bar, _error(self.C_f_levels))
+        return Value(twisting_stiffness(self.K[:7, :7]) / self.bar, _error(self.C_f_levels))
 
     @property
     def C_f_levels(self) -> list[float]:
@@ -140,8 +148,8 @@ def joint(
 ) -> JointMatrix:
     """Return the stiffness of a beam's joint by finite elements, extrapolated to elements of no size.
 
-    Small strains; for the scale's six motions and the twist. What the scaling laws approximate, K_theta and C_f, comes
-    with error bars, and goes into a beam by
+    Small strains; for the scale's six motions, twist, bend and stretch. What the scaling laws approximate, K_theta and
+    C_f, comes with error bars, and goes into a beam by
     ``beam.replace(joint={"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value})``.
 
     Parameters
@@ -178,16 +186,16 @@ def joint(
     done: list[Level] = []
 
     def of_mesh(edge: float) -> tuple[Array, int]:
-        mesh = pitch_mesh(shape, size, edge)
-        return condensed(mesh, shape), len(mesh.tets)
+        found = response(pitch_mesh(shape, size, edge), shape)
+        return np.concatenate([found.K[None], found.strain]), found.elements
 
     for edge in edges:
         began = time.perf_counter()
-        K, count, now = kept(("pitch", *shape, size, edge), fresh, partial(of_mesh, edge))
-        done.append(Level(edge, count, K, time.perf_counter() - began if now else 0.0))
+        forms, count, now = kept(("pitch", *shape, size, edge), fresh, partial(of_mesh, edge))
+        done.append(Level(edge, count, forms[0], time.perf_counter() - began if now else 0.0, forms[1:]))
         if progress is not None:
             progress(done[-1])
-    bar = kept(("bar", *shape, size), fresh, lambda: (condensed(bar_mesh(shape, size), shape)[6:, 6], 0))[0]
+    bar = kept(("bar", *shape, size), fresh, lambda: (response(bar_mesh(shape, size), shape).K[6:, 6], 0))[0]
     unit = beam.substrate.youngs_modulus * beam.pitch**3
     exact = beam.G_B * beam.J / (unit * beam.pitch)
     return JointMatrix(extrapolated(done), tuple(done), size, float(bar[0]), exact, unit)
@@ -201,24 +209,8 @@ def sizes(shape: Geometry, levels: int, edge_size: float | None = None) -> tuple
     return max(*bulk, coarse / 2**levels), (coarse / 2.0 ** np.arange(levels)).tolist()
 
 
-def condensed(pitch: Pitch, geometry: Geometry) -> Array:
-    """Return K (7, 7) of one mesh, E = 1 and d = 1; rows and columns of the motions are zero if nothing is tied."""
-    body = make_body(pitch, geometry)
-    try:
-        # at rest the tangent of the large-strain elements is that of the linear ones
-        r = body.reduce(body.start(), np.zeros(body.motions), 0.0)
-    finally:
-        body.solver.close()
-    if r is None:
-        message = "the mesh has inverted elements: take another element size"
-        raise InputError(message)
-    K, m = np.zeros((7, 7)), body.motions
-    K[:m, :m], K[:m, 6], K[6, :m], K[6, 6] = r.S, r.s_phi, r.s_phi, r.torque_phi
-    return (K + K.T) / 2
-
-
 def extrapolated(levels: Sequence[Level]) -> Array:
-    """Return K (7, 7) for elements of no size along the edges: linear from the last two; the last if there is one."""
+    """Return K (9, 9) for elements of no size along the edges: linear from the last two; the last if there is one."""
     K = levels[-1].K
     if len(levels) > 1:
         K = 2 * K - levels[-2].K

@@ -263,7 +263,7 @@ class _Refined(NamedTuple):
         beam = space.beam_of(self.look.y[i])
         at = space.values(self.look.y[i : i + 1])
         common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
-        answer = doors.respond(beam, space.load, points=3, **common)
+        answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
         goals = tuple(self.reached(i))
         return Design(
             beam=beam,

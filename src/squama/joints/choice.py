@@ -23,13 +23,15 @@ class Joint(NamedTuple):
 
     ``K`` in E = 1 and d = 1 over the nine motions of :mod:`squama.joints.factor`, the first seven where a file gives
     no more, None on a hinge; where it is from; a note for the reader, empty where there is nothing to say; ``band``,
-    about how far the torque may be off for it, relative, NaN where that is not known.
+    about how far the torque may be off for it, relative, NaN where that is not known; forms ``strain`` (4, 9, 9) of
+    :func:`squama.joints.law.strain`, None where neither the law nor elements know them.
     """
 
     K: Array | None
     source: Source
     note: str
     band: float
+    strain: Array | None = None
 
 
 def shape(beam: Beam) -> law.Shape:
@@ -61,12 +63,13 @@ def joint_of(beam: Beam) -> Joint:
 
 def _found(beam: Beam) -> Joint:
     """Return the joint without what the file gives of single figures."""
-    if beam.joint.matrix is not None:
-        return Joint(beam.joint.matrix.K, "matrix", "", math.nan)
     form = shape(beam)
     problems = law.outside(form)
+    strain = None if problems else law.strain(form)
+    if beam.joint.matrix is not None:
+        return Joint(beam.joint.matrix.K, "matrix", "", math.nan, strain)
     if not problems:
-        return Joint(law.stiffness(form), "law", "", 2 * law.errors().torque.rms)
+        return Joint(law.stiffness(form), "law", "", 2 * law.errors().torque.rms, strain)
     from squama.fe.stiffness import joint
 
     try:
@@ -75,7 +78,7 @@ def _found(beam: Beam) -> Joint:
         why = said([*problems, *error.problems])
         return Joint(None, "hinge", f"the scales are on hinges, not as in the beam: {why}", math.nan)
     note = f"the joint is by elements: {said(problems)}"
-    return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value)
+    return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value, made.strain)
 
 
 def said(problems: Iterable[Problem]) -> str:

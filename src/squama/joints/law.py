@@ -1,46 +1,40 @@
 """The law of the joint: its stiffness over nine motions from the shape of a pitch, as elements of no size give it.
 
-Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (:class:`Shape`). The factor of K
-(:mod:`squama.joints.factor`) is fitted, so that K is positive definite whatever the numbers are: the logarithms of
-its pivots, less those of a bare bar
+Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (:class:`Shape`). What is fitted by processes
+over :func:`features` (:mod:`squama.joints.processes`) is the factor of K (:mod:`squama.joints.factor`), so that K is
+positive definite whatever the numbers are: the logarithms of its pivots, less those of a bare bar
+
     twist G J (Saint-Venant)        bend w (2 lambda)^3 / 12        stretch 2 w lambda
+
 and the ratios L_ij / L_jj. Those that change sign in the mirror alpha -> -alpha carry the factor sin(alpha); a negative
-alpha is that mirror. Each is a trend, linear in :func:`features`, and a Gaussian process: a sum over the designs of the
-sample of a weight and
-    exp(-r^2 / 2),    r^2 = sum_k ((f_k - f_k of the design) / l_k)^2
-with lengths l_k for each of a few groups of outputs. `tools/joint_law.py` makes the file of numbers anew.
+alpha is that mirror.
+
+The forms of the strain S near an edge are fitted over motions of unit energy, which makes them alike for all shapes:
+S = L M L^T and M = m^2 R R, with the logarithm of m and the symmetric R of M = R R over its trace.
 """
 
 from __future__ import annotations
 
-import functools
-import zipfile
-import zlib
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.errors import Problem, Problems, refuse
+from squama.errors import Problem, Problems
 from squama.fe.geometry import ROOM, Geometry
 from squama.joints.factor import MIRROR, ORDER, TWIST, product
+from squama.joints.processes import STIFFNESS, Errors, Law, shipped, values
 from squama.model import section
 from squama.types import Array
 
-PLACE = Path(__file__).with_name("law.npz")
-VERSION = 1
-"""Changes whenever the numbers of the file would mean something else."""
-OUTPUTS = 45
-"""Pivots and ratios of a factor."""
 ROWS, COLUMNS = np.tril_indices(9, -1)
 """Where the ratios stand in the factor, row by row."""
 _SIGNS = MIRROR[list(ORDER)]
 ODD = np.append(np.zeros(9, bool), _SIGNS[ROWS] * _SIGNS[COLUMNS] < 0)
 """Which outputs change sign with alpha."""
 _ALL = np.arange(9)
-_CHUNK = 128
-"""Shapes at a time, so that their nearness to the sample stays in the cache of the processor."""
+_LOWER = np.tril_indices(9)
+EDGES = 4
 
 
 class Shape(NamedTuple):
@@ -85,44 +79,10 @@ RANGES = (
     Range("substrate.poisson_ratio", 0.245, 0.495, ""),
 )
 """The law's range; besides, the scale must fit into the substrate."""
+CROWDED = 0.85
+"""Largest share of the pitch that an embedded scale takes in the law's range."""
 _SLACK = 1e-9
 """The limits themselves belong to the range, also where a ratio was rounded on its way here."""
-
-
-class Error(NamedTuple):
-    """How far the law is from elements that were not fitted, relative."""
-
-    rms: float
-    worst: float
-
-
-class Errors(NamedTuple):
-    """Errors on ``designs`` shapes: of K_theta, of the torque per twist, of the torque at twice the engagement."""
-
-    designs: int
-    K_theta: Error
-    rigidity: Error
-    torque: Error
-
-
-class Process(NamedTuple):
-    """Outputs with the same lengths: their places (m,), lengths (11,), weights (n, m), the sample over the lengths."""
-
-    outputs: Array
-    lengths: Array
-    weights: Array
-    centres: Array
-    halves: Array
-
-
-class Law(NamedTuple):
-    """What stands in the file: how features are scaled, trends (12, outputs), processes, errors."""
-
-    mean: Array
-    spread: Array
-    trend: Array
-    processes: tuple[Process, ...]
-    errors: Errors
 
 
 def stiffness(shape: Shape, by: Law | None = None) -> Array:
@@ -136,26 +96,62 @@ def stiffness(shape: Shape, by: Law | None = None) -> Array:
     InputError
         The package's file of the law is missing or damaged.
     """
+    return product(_factor(shape, by or shipped()))
+
+
+def strain(shape: Shape, by: Law | None = None) -> Array:
+    """Return forms (4, 9, 9), or (n, 4, 9, 9), of the strain near the edges of the embedded scale.
+
+    With q the nine motions, q^T form q is the mean of 2 W / E near an edge, W the energy per volume: the square of the
+    strain that a bar under tension would have at it. The edges are those of
+    :data:`squama.fe.pitch_stiffness.EDGES_OF_TAB`, near is what its ``NEAR`` says. Never negative.
+    """
+    law = by or shipped()
+    # the mirror image of a negative alpha has the two sides swapped
+    turned = np.real(shape.alpha) < 0
+    alpha = np.where(turned, -shape.alpha, shape.alpha) if np.ndim(shape.alpha) else shape.alpha * (1 - 2 * turned)
+    shape = shape._replace(alpha=alpha)
     f = features(shape)
-    y = _outputs(by or shipped(), f.reshape(-1, f.shape[-1])).reshape(*f.shape[:-1], OUTPUTS)
+    y = values(law.strain, law.scaled(f.reshape(-1, f.shape[-1]))).reshape(*f.shape[:-1], EDGES, 46)
+    root = np.zeros((*y.shape[:-1], 9, 9), y.dtype)
+    for rows, columns in (_LOWER, _LOWER[::-1]):
+        root[..., rows, columns] = y[..., 1:]
+    forms = product(_factor(shape, law)[..., None, :, :] @ (root * np.exp(y[..., 0])[..., None, None]))
+    image = forms[..., [0, 2, 1, 3], :, :] * np.outer(MIRROR, MIRROR)
+    return np.where(np.asarray(turned)[..., None, None, None], image, forms)
+
+
+def errors() -> Errors:
+    """Return how far the law is from elements that were not fitted."""
+    return shipped().errors
+
+
+def _factor(shape: Shape, law: Law) -> Array:
+    """Return the factor L of K."""
+    f = features(shape)
+    x = law.scaled(f.reshape(-1, f.shape[-1]))
+    y = values(law.stiffness, x).reshape(*f.shape[:-1], STIFFNESS)
     y[..., ODD] *= np.sin(shape.alpha)[..., None]
     p = np.exp(y[..., :9])
     p[..., TWIST:] *= np.sqrt(bare(shape))
     L = np.zeros((*p.shape, 9), y.dtype)
     L[..., ROWS, COLUMNS] = y[..., 9:] * p[..., COLUMNS]
     L[..., _ALL, _ALL] = p
-    return product(L)
+    return L
 
 
 def features(shape: Shape) -> Array:
-    """Return what the fit is over, (n, 11), even in alpha: sizes, and the room around the embedded scale."""
+    """Return what the fit is over, (n, 14), even in alpha: sizes, and how crowded the embedded scale is."""
     w, lam, zeta, beta, t, alpha, theta, nu = shape
-    sizes = (w / (2 * beta * np.cos(alpha)), lam, zeta, beta, t, np.sin(theta), 1.1 - 2 * nu, *crowding(shape))
-    f = _together((*sizes, alpha * alpha))
+    c = np.cos(alpha)
+    crowded = crowding(shape)
+    f = _together(
+        (w / (2 * beta * c), lam, zeta, beta, t, np.sin(theta), c, 1.1 - 2 * nu, *crowded, *crowded[:2], alpha**2)
+    )
     # shapes that elements refuse still get a joint
-    taken = f[..., 7:10]
-    f[..., 7:10] = np.where(taken.real < 1, 1.05 - taken, 0.05)
-    f[..., :-1] = np.log(f[..., :-1])
+    taken = f[..., 8:11]
+    f[..., 8:11] = np.where(taken.real < 1, 1.05 - taken, 0.05)
+    f[..., :11] = np.log(f[..., :11])
     return f
 
 
@@ -190,25 +186,26 @@ def within(shape: Shape) -> Array:
     """Return which shapes are in the law's range, truths (n,)."""
     inside = np.array([r.low - _SLACK <= x for r, x in _measured(shape)])
     inside &= np.array([x <= r.high + _SLACK for r, x in _measured(shape)])
-    cover, along, down = crowding(shape._replace(alpha=np.abs(shape.alpha)))
-    return np.asarray(inside.all(0) & (cover < 1) & (along <= 1 - ROOM) & (down <= 1 - ROOM))
+    cover, along, down = crowding(_positive(shape))
+    return np.asarray(inside.all(0) & (cover < 1) & (along <= CROWDED + _SLACK) & (down <= 1 - ROOM))
 
 
 def outside(shape: Shape) -> list[Problem]:
     """Return where a shape (of floats) leaves the law's range, in the keys of the beam file; none: it does not."""
     problems = Problems()
     with problems.caught():
-        _geometry(shape).check()
+        width, lam, zeta, *rest = _positive(shape)
+        # the exposed part plays no role
+        Geometry(width, lam, zeta, 1.0, *rest).check()
+    along = crowding(_positive(shape))[1]
+    if along > CROWDED + _SLACK:
+        reason = f"it takes {along:.3g} of the pitch along the bar, the law of the joint goes to {CROWDED:g}"
+        problems.add("scale.embedded", f"{shape.zeta:.4g} pitches", reason)
     for (key, low, high, unit, part), x in _measured(shape):
         if not low - _SLACK <= x <= high + _SLACK:
             reason = f"the law of the joint goes from {low:g} to {high:g}{unit}"
             problems.add(key, f"{x:.4g}{unit}", f"{reason}{f' ({part})' * bool(part)}")
     return problems
-
-
-def errors() -> Errors:
-    """Return how far the law is from elements that were not fitted."""
-    return shipped().errors
 
 
 def _measured(shape: Shape) -> list[tuple[Range, Any]]:
@@ -222,54 +219,6 @@ def _measured(shape: Shape) -> list[tuple[Range, Any]]:
     return list(zip(RANGES, values, strict=True))
 
 
-def _geometry(shape: Shape) -> Geometry:
-    """Return the pitch with an exposed part of any length; the mirror image of a negative alpha is the same."""
-    return Geometry(*shape[:3], 1.0, *shape[3:])._replace(alpha=abs(shape.alpha))
-
-
-def _outputs(law: Law, f: Array) -> Array:
-    """Return the fitted outputs (n, m) at features (n, 11)."""
-    x = (f - law.mean) / law.spread
-    y = law.trend[0] + x @ law.trend[1:]
-    for first in range(0, len(x), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        for p in law.processes:
-            z = x[part] / p.lengths
-            near = np.exp(z @ p.centres - p.halves - (z * z).sum(1)[:, None] / 2)
-            y[part, p.outputs] += near @ p.weights
-    return np.asarray(y)
-
-
-@functools.cache
-def shipped() -> Law:
-    """Return the law as it stands in the file."""
-    try:
-        with PLACE.open("rb") as open_file, np.load(open_file, allow_pickle=False) as file:
-            table = {name: file[name] for name in file.files}
-        return unpacked(table)
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
-        reason = "the law of the joint is missing, damaged or of another version"
-        refuse("", "", reason, "install squama anew", PLACE.name)
-
-
-def unpacked(table: Mapping[str, Array]) -> Law:
-    """Return a law from the arrays of its file: see :class:`Law`; ``group`` numbers each output's process."""
-    wide = {name: np.asarray(x, float) for name, x in table.items()}
-    sample, weights, group = wide["sample"], wide["weights"], table["group"]
-    processes = []
-    for g, lengths in enumerate(wide["lengths"]):
-        at = np.flatnonzero(group == g)
-        centres = sample / lengths
-        halves = (centres**2).sum(1) / 2
-        processes.append(Process(at, lengths, np.ascontiguousarray(weights[:, at]), centres.T.copy(), halves))
-    found = Law(wide["mean"], wide["spread"], wide["trend"], tuple(processes), _errors(wide["errors"]))
-    whole = table["version"] == VERSION and found.trend.shape == (1 + sample.shape[1], OUTPUTS)
-    if not whole or not all(np.isfinite(x).all() for x in wide.values()):
-        raise ValueError
-    return found
-
-
-def _errors(numbers: Array) -> Errors:
-    """Return errors from how many designs and six shares."""
-    K, rigidity, torque = (Error(*pair) for pair in numbers[1:].reshape(3, 2).tolist())
-    return Errors(int(numbers[0]), K, rigidity, torque)
+def _positive(shape: Shape) -> Shape:
+    """Return the mirror image of shapes whose alpha is negative."""
+    return shape._replace(alpha=np.abs(shape.alpha))

@@ -39,6 +39,7 @@ class Row(NamedTuple):
     theta0: float
     mu: float
     scales: int
+    thickness: float = 0.0
 
 
 class Frame(NamedTuple):
@@ -90,20 +91,26 @@ def frame(row: Row, phi: float, k: int = 1) -> Frame:
 
 
 def pair(row: Row, f: Frame, a: Any, b: Any) -> Pair:
-    """Return the contact of a tip edge at the inclinations ``a`` with side edges at ``b``; complex numbers too."""
-    eta = row.eta
+    """Return the contact of a tip edge at the inclinations ``a`` with side edges at ``b``; complex numbers too.
+
+    It is the lower tip edge and the upper side edge, half the thickness off the middle planes.
+    """
+    eta, half = row.eta, row.thickness / 2
     ca, sa, cb, sb = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
     mP, mY, mQ = (cb * f.P[i] + sb * f.Q[i] for i in range(3))
     tP, tY, tQ = (cb * f.Q[i] - sb * f.P[i] for i in range(3))
     fP, fY, fQ = (cb * f.dP[i] + sb * f.dQ[i] for i in range(3))
-    x, y, z = eta * ca + f.h[0], f.h[1], eta * sa + f.h[2]
+    lP, lY, lQ = (cb * f.dQ[i] - sb * f.dP[i] for i in range(3))
+    x = eta * ca + f.h[0] + half * (sa - tP)
+    y = f.h[1] - half * tY
+    z = eta * sa + f.h[2] - half * (ca + tQ)
     J2 = mP * mP + mQ * mQ
     J = np.sqrt(J2)
     nP, nQ = -mQ / J, mP / J
     s = (x * mP + z * mQ) / J2
-    V_a = np.stack([-eta * sa, 0 * sa, eta * ca])
-    V_b = np.stack([-s * tP, -s * tY, -s * tQ])
-    V_phi = np.stack([f.dh[0] - s * fP, f.dh[1] - s * fY, f.dh[2] - s * fQ])
+    V_a = np.stack([half * ca - eta * sa, 0 * sa, eta * ca + half * sa])
+    V_b = np.stack([half * mP - s * tP, half * mY - s * tY, half * mQ - s * tQ])
+    V_phi = np.stack([f.dh[0] - s * fP - half * lP, f.dh[1] - s * fY - half * lY, f.dh[2] - s * fQ - half * lQ])
     gap = nP * x + nQ * z
     g_a, g_b, g_phi = (nP * V[0] + nQ * V[2] for V in (V_a, V_b, V_phi))
     return Pair(gap, g_a, g_b, g_phi, s, s * mY - y, V_a, V_b, V_phi)

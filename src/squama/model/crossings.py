@@ -82,7 +82,7 @@ def rises(d: Design, pair: Twist, far: int, halve: bool, room: Room) -> tuple[in
     found, best = 0, math.inf
     for j in range(1, far + 1):
         for s in range(1, m):
-            room.g[s] = condition(room, s, float(j))
+            room.g[s] = condition(room, s, float(j), pair.thickness)
         if j == d.k or j > max(room.near[1], room.near[m - 1]):
             continue
         if halve and not turn * j * j < SWING:
@@ -116,6 +116,7 @@ def lines(d: Design, pair: Twist, m: int, room: Room) -> None:
             u = math.tan(math.atan(u) / d.k)
             r = pair.root(float(room.theta[s]), FLOAT)
             S, H, G = r.S, r.H, r.G
+        S = S + pair.thickness
         w = 1 / (1 + u * u)
         lean = pair.sa * pair.ca * cs
         room.H[s], room.S[s], room.lean[s], room.G[s] = H + lean, S, lean, G / 2
@@ -124,12 +125,12 @@ def lines(d: Design, pair: Twist, m: int, room: Room) -> None:
         room.near[s] = reach_at(pair, cs)
 
 
-def condition(room: Room, s: int, j: float) -> float:
+def condition(room: Room, s: int, j: float, thickness: float) -> float:
     """Contact condition of neighbour j, times j, at a sample; the next call there is for the next neighbour."""
     c, h = room.cosj[s], room.sinj[s]
     room.cosj[s] = c * room.cos[s] - h * room.sin[s]
     room.sinj[s] = h * room.cos[s] + c * room.sin[s]
-    return float((room.G[s] - j * room.S[s]) * c + (room.H[s] - j * room.lean[s]) * h - room.G[s])
+    return float((room.G[s] + thickness - j * room.S[s]) * c + (room.H[s] - j * room.lean[s]) * h - room.G[s])
 
 
 def clear(d: Design, pair: Twist, far: int, x0: float, x1: float, x_end: float, room: Room) -> bool:
@@ -143,7 +144,7 @@ def clear(d: Design, pair: Twist, far: int, x0: float, x1: float, x_end: float, 
     for j in range(1, far + 1):
         a = b = math.nan
         for s in range(1, m):
-            c = condition(room, s, float(j))
+            c = condition(room, s, float(j), pair.thickness)
             away = max(a, b, c) < -AWAY * abs(c - 2 * b + a) or max(near[s - 2], near[s - 1], near[s]) < j
             if j > 1 and s > 2 and not away:
                 return False

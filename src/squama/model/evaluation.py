@@ -50,6 +50,7 @@ class Design(NamedTuple):
     k: float
     kind: int
     law: int
+    thickness: float = 0.0
 
 
 class Spot(NamedTuple):
@@ -115,8 +116,8 @@ def row(d: Design) -> Any:
     if d.kind == BENT:
         return Bend(d.eta, d.theta0)
     if d.kind == FOLDED:
-        return FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0)
-    return Twist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, 1.0)
+        return FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0, d.thickness)
+    return Twist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, 1.0, d.thickness)
 
 
 def spot(x: float, d: Design, room: Room) -> Spot:  # noqa: ARG001

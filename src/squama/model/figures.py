@@ -73,13 +73,14 @@ class Figures(NamedTuple):
 
 
 def fill(designs: Array, low: int, high: int, common: Common, room: Room, out: Array, whole: Array) -> None:
-    """Answer the designs low..high: rows eta, beta, lam, alpha, theta0, mu; rows of answers in the order of Answers."""
+    """Answer the designs low..high: rows as the columns of answers, thickness; answers in the order of Answers."""
     for i in range(low, high):
         # plain numbers, with which Python is quicker
         eta, beta, lam = float(designs[0, i]), float(designs[1, i]), float(designs[2, i])
         alpha, theta0, mu = float(designs[3, i]), float(designs[4, i]), float(designs[5, i])
+        thickness = float(designs[6, i])
         sa, ca = common.sign * math.sin(alpha), math.cos(alpha)
-        f = follow(eta, beta, lam, sa, ca, theta0, mu, common.kind, common.law, room)
+        f = follow(eta, beta, lam, sa, ca, theta0, mu, thickness, common.kind, common.law, room)
         out[0, i], out[1, i], out[2, i], out[3, i], out[4, i] = f.load_e, f.load_end, f.x0, f.x_end, f.d.theta_f
         whole[0, i], whole[1, i], whole[2, i], whole[3, i] = f.code, f.k, f.crossing, f.d.kind
         if common.with_figures:

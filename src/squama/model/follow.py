@@ -35,7 +35,7 @@ from squama.model.evaluation import (
     samples,
     spot,
 )
-from squama.model.neighbours import engages, meets, reach
+from squama.model.neighbours import engages, meets, reach, touches_at_rest
 from squama.model.outcome import CODES, End
 from squama.model.paths import FLOAT, Twist
 from squama.types import Array
@@ -48,8 +48,18 @@ COINCIDE = 1e-11
 """Margins below this have vanished."""
 TURNED, UPRIGHT = math.radians(179), math.pi / 2
 """Largest inclinations looked at: where the scale lies on its back (twisting), where it stands (bending)."""
-FRICTIONAL, KINEMATIC, STATIC, OTHER, RELEASED, RANGE, NONE = (
-    CODES.index(e) for e in (End.FRICTIONAL, End.KINEMATIC, End.STATIC, End.OTHER, End.RELEASED, End.RANGE, End.NONE)
+FRICTIONAL, KINEMATIC, STATIC, OTHER, RELEASED, RANGE, NONE, TOUCHING = (
+    CODES.index(e)
+    for e in (
+        End.FRICTIONAL,
+        End.KINEMATIC,
+        End.STATIC,
+        End.OTHER,
+        End.RELEASED,
+        End.RANGE,
+        End.NONE,
+        End.TOUCHING,
+    )
 )
 PASSED, ENDS, TURNS, UNCLEAR = range(4)
 """What samples of a path show: nothing ends it, it ends, it folds, or they are too far apart to tell."""
@@ -93,19 +103,31 @@ class Followed(NamedTuple):
 
 
 def follow(
-    eta: float, beta: float, lam: float, sa: float, ca: float, theta0: float, mu: float, kind: int, law: int, room: Room
+    eta: float,
+    beta: float,
+    lam: float,
+    sa: float,
+    ca: float,
+    theta0: float,
+    mu: float,
+    thickness: float,
+    kind: int,
+    law: int,
+    room: Room,
 ) -> Followed:
     """Follow the contact that a design meets first; lengths in pitches, ``sa`` < 0 is the other sense.
 
     ``kind`` is BENT for the tip-on-face contact of bending, else OPEN; ``law`` as in Design.
     """
-    pair, n, load_e = Twist(eta, beta, lam, sa, ca, theta0, 1.0), 0, math.inf
+    pair, n, load_e = Twist(eta, beta, lam, sa, ca, theta0, 1.0, thickness), 0, math.inf
     if kind != BENT:
         n, load_e = first_engagement(pair)
     elif eta >= 1:
         n, load_e = 1, spot(theta0, design(pair, mu, 0.0, 1.0, kind, law), room).load
     k = float(max(n, 1))
     d = design(pair, mu, 0.0, k, kind, law)
+    if kind != BENT and touches_at_rest(pair):
+        return Followed(d, 0, 0.0, theta0, theta0, 0.0, TOUCHING, 0)
     if n == 0:
         return Followed(d, 0, math.inf, theta0, theta0, math.inf, NONE, 0)
     x0, x1 = theta0, UPRIGHT if kind == BENT else TURNED
@@ -132,7 +154,10 @@ def follow(
 
 def design(pair: Twist, mu: float, theta_f: float, k: float, kind: int, law: int) -> Design:
     """Return a contact with neighbour k."""
-    return Design(pair.eta / k, pair.beta / k, pair.lam / k, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law)
+    return Design(
+        pair.eta / k, pair.beta / k, pair.lam / k, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law,
+        pair.thickness / k,
+    )  # fmt: skip
 
 
 def value(x: float, d: Design, room: Room, what: int) -> float:
@@ -144,7 +169,7 @@ def first_engagement(pair: Twist) -> tuple[int, float]:
     """Return the neighbour that is met first and its engagement twist; 0 and inf where there is none."""
     k, best = 0, math.inf
     for n in range(1, max(1, int(reach(pair, FLOAT))) + 1):
-        row = Twist(pair.eta, pair.beta, pair.lam, pair.sa, pair.ca, pair.theta0, float(n))
+        row = Twist(pair.eta, pair.beta, pair.lam, pair.sa, pair.ca, pair.theta0, float(n), pair.thickness)
         phi = meets(row, FLOAT)
         if phi < best and engages(row, FLOAT):
             k, best = n, phi

@@ -22,16 +22,16 @@ class Moments(NamedTuple):
 
 
 def plate(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
-    """Take forces in and normal to the plates, slip projected on the plate (paper Eqs. 7-12)."""
+    """Take forces in and normal to thin plates, slip projected on the plate (paper Eqs. 7-12)."""
     across = c.c_rate * c.k_YY
     slip = sqrt(c.slip_x * c.slip_x + across * across)
     return Moments(c.s - eta * c.k_ZZ, -eta * (c.slip_x * c.k_ZX + across * c.k_ZY) / slip, slip)
 
 
-def edge(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:
+def edge(c: Contact, eta: Number, sqrt: Sqrt) -> Moments:  # noqa: ARG001
     """Take the normal force along the common normal of the edges, friction along the slip: satisfies virtual work."""
     slip = sqrt(c.a_rate * c.slip_x + c.c_rate * c.slip_y)
-    M_f = (c.c_rate * (c.s * c.k_YZ) - c.a_rate * (eta * c.k_ZX)) / slip
+    M_f = (c.c_rate * c.lift_y + c.a_rate * c.lift_x) / slip
     return Moments(-(c.phi_rate * sqrt(c.per_J2)), M_f, slip)
 
 

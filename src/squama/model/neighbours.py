@@ -5,6 +5,7 @@ Neighbour k obeys the same contact condition with eta/k, beta/k, lam/k and k phi
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from squama.model import twisting
@@ -14,9 +15,11 @@ from squama.model.paths import ARRAY, Ops, Twist
 def reach_at(row: Any, cs: Any) -> Any:
     """Bound of the neighbours a tip can reach at an inclination with the cosine ``cs``.
 
-    A contact with neighbour k lies at k = (eta - s) cos a cos th + (beta + p) sin a, with 0 <= s and p <= beta.
+    A contact with neighbour k lies at k = (eta - s) cos a cos th + (beta + p) sin a + ts cos a sin th, with 0 <= s and
+    p <= beta.
     """
-    return row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9
+    thin = row.eta * row.ca * (cs + abs(cs)) / 2 + row.beta * (row.sa + abs(row.sa)) + 1e-9
+    return thin + row.thickness * row.ca
 
 
 def reach(row: Any, ops: Ops = ARRAY) -> Any:
@@ -35,7 +38,13 @@ def engages(row: Twist, ops: Ops) -> Any:
     r = row.root(row.theta0, ops)
     q = ops.sqrt(r.q2)
     c = twisting.contact(r, q, *row.ratios)
-    return (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
+    return (r.S > 0) & (r.H + q > 0) & (abs(c.p) <= row.beta / row.k) & (c.s >= 0) & (c.s <= row.eta / row.k)
+
+
+def touches_at_rest(row: Twist) -> bool:
+    """Whether plates overlap their next neighbours and fill the gap between them, before anything is loaded."""
+    S, over = row.ca * math.sin(row.theta0), row.ca * math.cos(row.theta0)
+    return bool(row.thickness > 0 and row.thickness >= S and over < row.eta and abs(row.sa) < 2 * row.beta)
 
 
 def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:

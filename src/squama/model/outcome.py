@@ -23,6 +23,7 @@ class End(StrEnum):
     NONE = "no engagement"
     SNAP = "snap"
     STOPPED = "stopped"
+    TOUCHING = "touching at rest"
 
     @property
     def locks(self) -> bool:
@@ -43,7 +44,8 @@ SENTENCES: dict[End, str] = {
     End.RELEASED: "beyond the fold the scales come back to their initial inclination and the contact opens",
     End.RANGE: "the asked range ends (or half a turn of scale or beam is reached) before any lock",
     End.SNAP: "the contact slips off a corner or opens and the scales jump to another state; the curve ends there",
-    End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock",
+    End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock or jump",
+    End.TOUCHING: "the scales are thicker than the gap between them: they touch before anything is loaded",
     End.NONE: "the tip edge of a scale never rests on a side edge of a neighbour in this sense of loading",
 }
 

@@ -86,11 +86,12 @@ class Twist(NamedTuple):
     ca: Number
     theta0: Number
     k: Number = NEXT
+    thickness: Number = 0.0
 
     @property
     def ratios(self) -> tuple[Number, ...]:
-        """``sa, ca, eta, beta, lam`` in units of k pitches, as the kernel takes them."""
-        return self.sa, self.ca, self.eta / self.k, self.beta / self.k, self.lam / self.k
+        """``sa, ca, eta, beta, lam, ts`` in units of k pitches, as the kernel takes them."""
+        return self.sa, self.ca, self.eta / self.k, self.beta / self.k, self.lam / self.k, self.thickness / self.k
 
     def root(self, theta: Number, ops: Ops) -> twisting.Root:
         """Terms of the contact condition at the inclination ``theta``."""
@@ -158,11 +159,12 @@ class FoldedTwist(NamedTuple):
     theta0: Number
     theta_f: Number
     k: Number = NEXT
+    thickness: Number = 0.0
 
     @property
     def open(self) -> Twist:
         """The row of the same contact without its fold."""
-        return Twist(self.eta, self.beta, self.lam, self.sa, self.ca, self.theta0, self.k)
+        return Twist(self.eta, self.beta, self.lam, self.sa, self.ca, self.theta0, self.k, self.thickness)
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
         """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
@@ -178,14 +180,15 @@ class FoldedTwist(NamedTuple):
         """Return the same, with the terms ``f`` at the fold, and sine and cosine of half the way back, known."""
         row = self.open
         theta = self.theta_f - x * x
-        sa, ca, eta, beta, lam = row.ratios
+        sa, ca, eta, beta, lam, ts = row.ratios
         sinc = up / self.half(x)
         # divided differences between theta and theta_f of sin, cos and the terms built from them
         d_sn, d_cs = (f.cs * over - f.sn * up) * sinc, -(f.sn * over + f.cs * up) * sinc
-        r = twisting.root(f.sn - x * x * d_sn, f.cs - x * x * d_cs, sa, ca, eta, beta, lam)
-        d_S = ca * d_sn
+        r = twisting.root(f.sn - x * x * d_sn, f.cs - x * x * d_cs, sa, ca, eta, beta, lam, ts)
+        d_S, S = ca * d_sn, ca * f.sn
         d_H = sa * lam * d_sn + ca * (beta - sa) * d_cs
-        d_G = 2 * (d_S * (beta * sa + eta * ca * r.cs) + f.S * eta * ca * d_cs + lam * (ca * ca - sa * sa) * d_cs)
+        d_G = 2 * (d_S * (beta * sa + eta * ca * r.cs) + S * eta * ca * d_cs + lam * (ca * ca - sa * sa) * d_cs)
+        d_G = d_G + ts * d_S * (ca * r.sn + S)
         d_q2 = d_H * (r.H + f.H) - d_S * (r.G - r.S) - f.S * (d_G - d_S)
         root_E = ops.sqrt(-d_q2)
         return theta, r, -x * root_E, 2 / root_E

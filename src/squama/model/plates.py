@@ -1,6 +1,7 @@
 """Every other contact of the rigid plates: edges on edges and corners on faces of all overlapping scales.
 
-Scale 1 and scale 1 + k are rectangles; in the axes of scale 1 the other has the base midpoint o and the axes k_IJ.
+Scale 1 and scale 1 + k are rectangles (thick ones: :mod:`squama.model.boxes`); in the axes of scale 1 the other has the
+base midpoint o and the axes k_IJ.
 Each of the 24 feature pairs has a signed distance that changes sign when the features meet; a change counts where
 the meeting place lies within both features. Along a path the first such change is the first other contact.
 """
@@ -12,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.model import boxes
 from squama.types import Array
 
 CORNERS = ("D", "A", "C", "B")
@@ -45,21 +47,17 @@ class Plates(NamedTuple):
     lam: float
     sa: float
     ca: float
+    thickness: float = 0.0
 
     @property
     def reach(self) -> int:
         """Farthest scale that can be touched."""
-        return max(1, int(np.hypot(self.eta, 2 * self.beta)))
+        return max(1, int(np.hypot(np.hypot(self.eta, 2 * self.beta), self.thickness)))
 
 
-def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
-    """Signed gaps of the 24 feature pairs and whether the meeting place lies within both features.
-
-    At inclinations and twists per pitch (m,), of neighbours k (n,). Both have the shape (24, n, m): 4 corners of the
-    other scale on the face of scale 1, 4 corners of scale 1 on the other face, 16 edges on edges (of scale 1 first).
-    """
-    eta, beta, lam, sa, ca = plates
-    k = k[:, None]
+def axes(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
+    """Return base midpoint (3, n, m) and axes (3, 3, n, m; columns) of the others in the axes of scale 1."""
+    lam, sa, ca, k = plates.lam, plates.sa, plates.ca, k[:, None]
     st, ct = np.sin(theta), np.cos(theta)
     S, C1 = np.sin(k * phi), -2 * np.sin(k * phi / 2) ** 2
     z = np.stack([ca * ct, sa + 0 * ct, -ca * st])
@@ -70,6 +68,21 @@ def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Arr
         M[i, j] += S * z[m]
         M[j, i] -= S * z[m]
     o = lam * np.stack([S * (-sa * ct) + C1 * st, S * ca + 0 * C1 * st, S * (sa * st) + C1 * ct]) + k * z[:, None]
+    return o, M
+
+
+def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
+    """Signed gaps of the 24 feature pairs and whether the meeting place lies within both features.
+
+    At inclinations and twists per pitch (m,), of neighbours k (n,). Both have the shape (24, n, m): 4 corners of the
+    other scale on the face of scale 1, 4 corners of scale 1 on the other face, 16 edges on edges (of scale 1 first).
+    Of thick plates they are those of :func:`squama.model.boxes.gaps`, (5, n, m).
+    """
+    o, M = axes(plates, theta, phi, k)
+    if plates.thickness > 0:
+        apart = boxes.gaps((plates.eta / 2, plates.beta, plates.thickness / 2), o, M)
+        return apart, np.ones(apart.shape, bool)
+    eta, beta = plates.eta, plates.beta
     corners = np.array([[0.0, 0.0, eta, eta], [-beta, beta, -beta, beta], [0.0] * 4])[:, :, None, None]
     # where features meet at a corner, rounding must not let all of them miss
     tol = 1e-9 * (eta + beta)
@@ -116,7 +129,7 @@ def first_touch(
     """Find the first contact that comes in along a path, other than the one that is followed.
 
     ``at`` gives inclination and twist at path parameters, ``x`` samples of it, ascending from a small positive twist;
-    ``follows`` is the neighbour whose tip-side contact is followed, 0 for none.
+    ``follows`` is the neighbour whose tip-side contact is followed from x = 0 on, 0 for none.
     """
     k = np.arange(1, plates.reach + 1)
     best: tuple[float, int, int] | None = None
@@ -130,7 +143,17 @@ def first_touch(
     if best is None:
         return None
     theta, phi = at(np.array([best[0]]))
-    return Touch(best[2], name(best[1], best[2], mirrored), best[0], float(theta[0]), float(phi[0]))
+    return Touch(
+        best[2], _words(plates, theta[0], phi[0], best[1], best[2], mirrored), best[0], float(theta[0]), float(phi[0])
+    )
+
+
+def _words(plates: Plates, theta: float, phi: float, pair: int, k: int, mirrored: bool) -> str:
+    if plates.thickness == 0:
+        return name(pair, k, mirrored)
+    o, M = axes(plates, np.array([theta]), np.array([phi]), np.array([k]))
+    half = (plates.eta / 2, plates.beta, plates.thickness / 2)
+    return boxes.name(half, o[:, 0, 0], M[:, :, 0, 0], pair, k, mirrored)
 
 
 def _seen(
@@ -139,7 +162,9 @@ def _seen(
     """Return samples, gaps and whether they count; with more samples where a gap turns back near zero."""
     for finer in range(_FINER + 1):
         gap, inside = gaps(plates, *at(x), k)
-        if follows:
+        if plates.thickness > 0:
+            boxes.leave_out(gap, follows, x >= 0)
+        elif follows:
             gap[TIP_SIDE, follows - 1] = 1.0
         near = _turns(gap, inside) if finer < _FINER and x.size > 2 else np.empty(0, int)
         if not near.size:

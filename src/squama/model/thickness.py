@@ -1,14 +1,7 @@
 """Plates of finite thickness: how much of the gap they fill, and when they would engage.
 
-The contact model takes the plates as thin. A real plate of thickness t_s has its faces t_s/2 off the
-mid-plane, so neighbours touch earlier. In twisting the lower tip edge of scale 1 meets the upper side edge
-of scale 2, and the contact condition of docs, theory: geometry becomes, with tau = t_s/d,
-
-    F + tau/2 (k_XX + k_YY) = 0,  k_XX = n_X1 . n_X2,  k_YY = n_Y1 . n_Y2,  2 F = A cos phi + B sin phi - G.
-
-By Rodrigues k_XX + k_YY = 2 c + (1 - c) q with c = cos phi and q = zX^2 + zY^2, where zX and zY are the
-components of the torsion axis along n_X and n_Y. So the condition keeps its form, with
-S = cos(alpha) sin(theta0) replaced by S - tau and G by G - tau q, and its root stays closed.
+Curves of beams take the plates as thin. A real plate of thickness t_s has its faces t_s/2 off the mid-plane, so
+neighbours touch earlier: in twisting where :mod:`squama.model.twisting` says.
 In bending the distance of the tip's corner to the next plate's face is, per pitch,
 (2/psi) sin(psi/2) sin(theta0 + psi/2) - eta sin(psi) - tau/2 (1 + cos psi).
 All lengths are in pitches d.
@@ -18,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from squama.model import twisting
 from squama.model.bracket import bracketed
 
 
@@ -32,22 +26,13 @@ def engagement_twisting(eta: float, beta: float, lam: float, alpha: float, theta
     0 if the plates touch at rest, inf if this pair of edge lines never meets; for tau = 0 that of the thin model.
     Lengths in pitches, alpha and theta0 in rad, both between 0 and pi/2.
     """
-    sin_a, cos_a = math.sin(alpha), math.cos(alpha)
-    sin_t, cos_t = math.sin(theta0), math.cos(theta0)
-    z_x = cos_a * cos_t
-    g = (
-        beta * math.sin(2 * alpha) * sin_t
-        + eta * cos_a**2 * math.sin(2 * theta0)
-        + 2 * lam * math.cos(2 * alpha) * cos_t
-    ) - tau * (z_x**2 + sin_a**2)
-    s = cos_a * sin_t - tau
-    if s <= 0:
+    shape = math.sin(alpha), math.cos(alpha), eta, beta, lam, tau
+    r = twisting.root(math.sin(theta0), math.cos(theta0), *shape)
+    if r.S <= 0:
         return 0.0
-    h = sin_a * (eta + lam * sin_t) + z_x * (beta - sin_a)
-    square = h * h - s * (g - s)
-    if square < 0 or h + math.sqrt(square) <= 0:
+    if r.q2 < 0 or r.H + math.sqrt(r.q2) <= 0:
         return math.inf
-    return 2 * math.atan(s / (h + math.sqrt(square)))
+    return 2 * math.atan(r.S / (r.H + math.sqrt(r.q2)))
 
 
 def engagement_bending(eta: float, theta0: float, tau: float = 0.0) -> float:

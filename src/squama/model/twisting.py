@@ -15,6 +15,9 @@ G = beta sin 2a sin th + eta cos^2 a sin 2th + 2 lam cos 2a cos th. The root q i
 the fold, where it vanishes, and negative beyond; along the path d(theta) : d(phi) = q : V with
 V = eta k_XX - s k_YY, so nothing is singular at a fold (q = 0) or at the kinematic lock (V = 0).
 
+Plates of thickness ts touch with the lower tip edge and the upper side edge. S becomes S - ts and G becomes
+G - ts (1 - S^2), the condition and its root keep their form, and moments and slip get arms ts/2.
+
 Everything here is + - * / and ``sqrt``, which the caller passes in: floats, arrays, complex step, mpmath and
 compiled code all execute this one source. Lengths are in units of the pitch (of k pitches for neighbour k).
 """
@@ -29,7 +32,10 @@ Sqrt = Callable[[Number], Number]
 
 
 class Root(NamedTuple):
-    """Terms of the contact condition at one inclination; ``q2`` < 0 where no twist satisfies it."""
+    """Terms of the contact condition at one inclination; ``q2`` < 0 where no twist satisfies it.
+
+    ``S`` is the distance of the plates at rest, ``G`` what goes with it, both less their thickness.
+    """
 
     sn: Number
     cs: Number
@@ -44,7 +50,8 @@ class Contact(NamedTuple):
 
     ``u`` = tan(phi/2); ``p``, ``s`` places on tip and side edge; ``theta_rate``, ``phi_rate``; ``a_rate``,
     ``c_rate`` sliding along side and tip edge (a = eta - s, c = beta + p); ``slip_x``, ``slip_y`` the slip's
-    components along the side edge and along the tip edge; ``k_IJ`` cosines between the two scales;
+    components along the side edge and along the tip edge; ``lift_x``, ``lift_y`` the same per unit of theta alone;
+    ``k_IJ`` cosines between the two scales;
     ``per_J2`` = 1 / (1 - k_YX^2).
     """
 
@@ -57,47 +64,55 @@ class Contact(NamedTuple):
     c_rate: Number
     slip_x: Number
     slip_y: Number
+    lift_x: Number
+    lift_y: Number
     k_YY: Number
-    k_YZ: Number
     k_ZX: Number
     k_ZY: Number
     k_ZZ: Number
     per_J2: Number
 
 
-def root(sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Root:
+def root(
+    sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
+) -> Root:
     """Return the terms of the contact condition (paper Eq. 6) at one inclination.
 
     Parameters
     ----------
-    sn, cs, sa, ca, eta, beta, lam
-        Sine and cosine of theta and of alpha, overlap ratio, half width and half thickness over the pitch.
+    sn, cs, sa, ca, eta, beta, lam, ts
+        Sine and cosine of theta and of alpha, overlap ratio, half width of a scale and half thickness of the substrate
+        over the pitch, thickness of a scale over the pitch.
     """
     S = ca * sn
     zX = ca * cs
     # products of what does not change along a path stand first: arrays of rows compute them once
     H = sa * eta + sa * lam * sn + zX * (beta - sa)
     G = S * (2 * beta * sa + 2 * eta * zX) + 2 * lam * (ca * ca - sa * sa) * cs
+    G = G - ts * (1 - S * S)
+    S = S - ts
     return Root(sn, cs, S, H, G, H * H - S * (G - S))
 
 
-def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number) -> Contact:
+def contact(
+    r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
+) -> Contact:
     """Return the contact at the root ``q`` of the contact condition: places, rates and cosines.
 
     Parameters
     ----------
     r, q
         Terms of the contact condition and the signed root of ``r.q2``: + before the fold, - beyond it.
-    sa, ca, eta, beta, lam
+    sa, ca, eta, beta, lam, ts
         As in :func:`root`.
     """
     sn, cs = r.sn, r.cs
     # half-angle tangent u, sine h and versine v of phi, and the torsion axis in the scale's own axes
     upright = r.H + q
-    S = r.S
-    u = S / upright
-    per = 2 * S / (upright * upright + S * S)
-    h, v = per * upright, per * S
+    u = r.S / upright
+    per = 2 * r.S / (upright * upright + r.S * r.S)
+    h, v = per * upright, per * r.S
+    S, half = ca * sn, ts / 2
     zX = ca * cs
     vX, vYZ, hX, zX2 = v * zX, v * sa * S, h * zX, zX * zX
     k_YX = vX * sa + h * S
@@ -108,15 +123,17 @@ def contact(r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Numbe
     k_ZZ = 1 - v * (1 - S * S)
     per_J2 = 1 / (1 - k_YX * k_YX)
     # M1 - D2 along n_Y1; a = eta - s in a form that keeps its digits where the contact is near the tip
-    e_Y = (beta - sa) - v * (beta * ca * ca) - h * (lam * ca)
+    e_Y = (beta - sa) - v * (beta * ca * ca) - h * (lam * ca) - half * k_YZ
     eta_v, lean = eta * v, lam * sa * cs
-    a = (eta_v * (1 - zX2) + k_YX * (e_Y - eta * k_YX) + v * (lam * sn) - h * lean + zX) * per_J2
+    a = (eta_v * (1 - zX2) + k_YX * (e_Y - eta * k_YX) + v * (lam * sn) - h * lean + zX + half * k_ZX) * per_J2
     s = eta - a
     p = s * k_YX - e_Y
-    V = a * k_YY + eta_v * (zX2 - sa * sa)
+    V = a * k_YY + eta_v * (zX2 - sa * sa) - half * k_ZX
     # velocities at the contact: theta turns both scales about their bases, phi turns scale 2 about z
-    slip_x = V * (beta * S - lean) - q * (eta * k_ZX)
-    slip_y = V * (ca * lam + eta * S) + q * (s * k_YZ)
+    lift_x = -(eta * k_ZX + half * (2 - v * (1 - zX2)))
+    lift_y = s * k_YZ - half * k_YX
+    slip_x = V * (beta * S - lean - half * sa) + q * lift_x
+    slip_y = V * (ca * lam + eta * S - half * zX) + q * lift_y
     c_rate = (slip_y - k_YX * slip_x) * per_J2
     a_rate = (slip_x - k_YX * slip_y) * per_J2
-    return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, k_YY, k_YZ, k_ZX, k_ZY, k_ZZ, per_J2)
+    return Contact(u, p, s, q, V, a_rate, c_rate, slip_x, slip_y, lift_x, lift_y, k_YY, k_ZX, k_ZY, k_ZZ, per_J2)

@@ -43,7 +43,7 @@ COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
 
 def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str]) -> xr.Dataset:
     """Twist a beam with each coefficient of friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
-    runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=POINTS) for law in laws]
+    runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=POINTS, joint="hinge", ideal=True) for law in laws]
     data = xr.concat(runs, dim=xr.Variable("law", list(laws)), combine_attrs="drop_conflicts")
     return data.assign(
         ratio=data["phi"] / data["phi_e"],

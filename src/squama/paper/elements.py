@@ -105,7 +105,9 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
         for mu in np.unique(points.mu[points.eta == eta]):
             mine = (points.eta == eta) & (points.mu == mu)
             rate, load = points.rate[mine], points.load[mine]
-            runs = {law: doors.twist(beam, mu=float(mu), law=law, at=rate) for law in par.LAWS}
+            runs = {
+                law: doors.twist(beam, mu=float(mu), law=law, at=rate, joint="hinge", ideal=True) for law in par.LAWS
+            }
             models = {law: run["T"].values / (beam.G_B * beam.I) for law, run in runs.items()}
             if points.compliant is not None:
                 models["compliant"] = points.compliant[mine]

@@ -68,7 +68,9 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> None:
     degrees = 180 / np.pi * scales
     lines, handles = [], []
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
-        curve = doors.respond(d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin)
+        curve = doors.respond(
+            d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin, joint="hinge"
+        )
         x, y = curve[names.angle] * degrees, curve[names.torque]
         lines.append((x, y, d, colour))
         handles.append(key(f"design {i + 1}: {d.end}", color=colour))

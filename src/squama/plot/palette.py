@@ -23,6 +23,7 @@ ENDS = {
     End.RELEASED: "#88ccee",
     End.RANGE: "#999933",
     End.NONE: "#ffffff",
+    End.TOUCHING: "#f7d4d6",
 }
 """Ends of curves on a map; blue ones lock after sliding, grey at once."""
 UNKNOWN = "#f4e3e3"

@@ -3,11 +3,15 @@
 Scale 1 touches with an edge of its lower face, scale 1 + k with an edge of its upper face. In the axes of a scale at
 rest, from its base midpoint, with E the rotation by the vector w and (with primes: turned into these axes) R' the turn
 by k phi, O' the place of the base midpoint, z' the axis,
+
     x1 = u + E X1        x2 = R' (u + E X2 + O') - O' + k (1 + epsilon) z'        D = x1 - x2
+
 X1 = (x, y, deflection - h/2) on the edge of scale 1, X2 likewise with + h/2. The unknowns are q = (u, w, epsilon), the
 places on both edges and the force N while it slips, or the force's three components while it sticks, and the forces
 c1, c2 along the scales' own normals, which bend them:
+
     K q + K_phi phi = D_q^T F        D = 0        F = N (n - mu t)        c1 = F . E e_3,  c2 = -(R'^T F) . E e_3
+
 n is the common normal of the edges and t the direction of slip: the rate of D at material points, by backward
 differences of second order, less its part along n. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
 """
@@ -18,7 +22,6 @@ import math
 from typing import NamedTuple
 
 import numba
-import numpy as np
 
 from squama.types import Array
 
@@ -26,8 +29,8 @@ MOST = 12
 """Unknowns at most: u, w, epsilon; three of the contact; c1, c2."""
 Vector = tuple[float, float, float]
 
-_jit = numba.njit(error_model="numpy", cache=True, inline="never")
-_in = numba.njit(error_model="numpy", cache=True, forceinline=True)
+_jit = numba.njit(error_model="numpy")
+_in = numba.njit(error_model="numpy", forceinline=True)
 
 
 class Design(NamedTuple):
@@ -62,8 +65,9 @@ BEND, SHAPE, ROWS = 8, 20, 44
 AT, BENT, FORCE, SLIDING, PHI, TORQUE, NORMAL, FRICTION, SPEED, WIDTH = 12, 14, 26, 29, 32, 33, 34, 35, 36, 40
 """Columns of a state: unknowns, places, deflections of both edges, force, direction of slip, twist, torque, N,
 tangential force, slip per twist."""
-NEW, LAST, BEFORE, MISSED, MOVED, POWERS, BOW, SLOPE, STATES = range(9)
-"""Rows of the room of a path: three states, two residuals, powers of the places, differences of the unknowns."""
+NEW, LAST, BEFORE, MISSED, MOVED, POWERS, BOW, SLOPE, TALLY, STATES = range(10)
+"""Rows of the room of a path: three states, two residuals, powers of the places, differences of the unknowns,
+and what is counted along a path."""
 
 
 class Step(NamedTuple):
@@ -91,26 +95,31 @@ class Frame(NamedTuple):
 
 @_in
 def dot(a: Vector, b: Vector) -> float:
+    """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @_in
 def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @_in
 def add(a: Vector, s: float, b: Vector) -> Vector:
+    """Return a + s b."""
     return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
 
 
 @_in
 def scaled(s: float, a: Vector) -> Vector:
+    """Return s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @_in
 def mixed(a: float, x: Vector, b: float, y: Vector, c: float, z: Vector) -> Vector:
+    """Return a x + b y + c z."""
     return a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]
 
 
@@ -200,16 +209,19 @@ def place(d: Design, edge: int, x: float, z: float) -> Vector:
 
 @_in
 def lengthwise(edge: int) -> bool:
-    return edge == 1 or edge == 2
+    """Say whether an edge runs along the length."""
+    return 1 <= edge <= 2
 
 
 @_in
 def low(d: Design, edge: int) -> float:
+    """Return the least place on an edge."""
     return 0.0 if lengthwise(edge) else -d.beta
 
 
 @_in
 def high(d: Design, edge: int) -> float:
+    """Return the largest place on an edge."""
     return d.eta if lengthwise(edge) else d.beta
 
 

@@ -5,12 +5,43 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from squama.real.contact import (
-    AT, BEFORE, BENT, BOW, FORCE, FRICTION, LAST, MOST, NEW, NORMAL, PHI, SHAPE, SLIDING, SLOPE, SPEED, STATES, TORQUE,
-    WIDTH, Design, Step, _in, _jit, add, back, frame, high, lengthwise, low, mixed, place, powers, rotated, scaled, turn,
+    AT,
+    BEFORE,
+    BOW,
+    FORCE,
+    FRICTION,
+    LAST,
+    MOST,
+    NEW,
+    NORMAL,
+    PHI,
+    SHAPE,
+    SLIDING,
+    SLOPE,
+    SPEED,
+    STATES,
+    TALLY,
+    TORQUE,
+    WIDTH,
+    Design,
+    Step,
+    _in,
+    _jit,
+    add,
+    back,
+    frame,
+    high,
+    lengthwise,
+    low,
+    mixed,
+    place,
+    powers,
+    rotated,
+    scaled,
+    turn,
     turned,
 )  # fmt: skip
 from squama.real.steps import free_rates, rates_engaging, rates_sliding, solve
@@ -43,7 +74,11 @@ COLUMNS = (
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
-_TOUCH = -1e-6
+_TOUCH, _MISSES = -1e-6, 400
+MODE, FRESH, KNOWN, CLOSING, BOLD, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT = range(13)
+"""What is counted along a path: the mode; whether it just began, the Jacobian may be kept, a slide is being located, a
+bold step was tried; next and last step, distance to what ends the path; steps refused; frictional work, work of the
+torque; sense of the twist; steps."""
 _ALONG, _ACROSS = 16, 8
 """Places that are looked at along the length and the width."""
 
@@ -121,12 +156,12 @@ def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
 
 
 @_jit
-def write(d: Design, s: Array, mode: int, rubbed: float, work: float, out: Array) -> None:
+def write(d: Design, s: Array, tally: Array, out: Array) -> None:
     """Write a row of :data:`COLUMNS`."""
     m = d.motions
     out[0], out[1], out[2], out[3] = s[PHI], s[TORQUE], s[NORMAL], s[FRICTION]
     out[4], out[5], out[6], out[7] = s[AT], s[AT + 1], s[m + 3], s[m + 4]
-    out[8], out[9], out[10] = rubbed, work, mode
+    out[8], out[9], out[10] = tally[RUBBED], tally[WORK], tally[MODE]
     out[11:18] = 0.0
     out[11 : 11 + m] = s[:m]
     if not d.elastic:
@@ -164,13 +199,14 @@ def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
 
 
 @_jit
-def guess(d: Design, now: Step, size: float, ratio: float, fresh: bool, room: Array, J: Array, order: Array) -> bool:
-    """Write a guess of the new state after a step, ``ratio`` times as large as the last one; False if there is none."""
-    last, new, m, n = room[LAST], room[NEW], d.motions, d.motions + 5
+def guess(d: Design, now: Step, size: float, room: Array, J: Array, order: Array) -> bool:
+    """Write a guess of the new state after a step; False if there is none."""
+    last, new, tally, m, n = room[LAST], room[NEW], room[TALLY], d.motions, d.motions + 5
     new[SLIDING : SLIDING + 3] = last[SLIDING : SLIDING + 3]
-    if not fresh:
+    if tally[FRESH] == 0.0:
+        ratio = size / tally[SIZE]
         for j in range(n):
-            bow = (size + size / ratio) * room[BOW, j]
+            bow = (size + tally[SIZE]) * room[BOW, j]
             new[j] = last[j] + ratio * (last[j] - room[BEFORE, j] + bow)
         return True
     if now.stuck:
@@ -185,22 +221,129 @@ def guess(d: Design, now: Step, size: float, ratio: float, fresh: bool, room: Ar
     return possible
 
 
+@_jit
+def accept(room: Array, size: float) -> None:
+    """Make the new state the last one, after a step of a size."""
+    last, new, tally = room[LAST], room[NEW], room[TALLY]
+    fresh = tally[FRESH] > 0.0
+    for j in range(MOST):
+        slope = (new[j] - last[j]) / size
+        room[BOW, j] = 0.0 if fresh else (slope - room[SLOPE, j]) / (size + tally[SIZE]) * size
+        room[SLOPE, j] = slope
+    if tally[MODE] == SLIP:
+        before = new[SPEED] if fresh else last[SPEED]
+        tally[RUBBED] += (last[FRICTION] * before + new[FRICTION] * new[SPEED]) / 2 * size
+    tally[WORK] += (last[TORQUE] + new[TORQUE]) / 2 * (new[PHI] - last[PHI])
+    tally[SIZE], tally[FRESH] = size, 0.0
+    room[BEFORE] = last
+    room[LAST] = new
+
+
 @_in
-def turned_by(a: Array, b: Array) -> float:
-    """Return the cosine between the directions of slip of two states; 0 where one has none."""
-    i = SLIDING
-    return a[i] * b[i] + a[i + 1] * b[i + 1] + a[i + 2] * b[i + 2]
+def begin(tally: Array, mode: int, h: float) -> None:
+    """Go on in a mode with a first step."""
+    tally[MODE], tally[FRESH], tally[KNOWN], tally[H] = mode, 1.0, 0.0, h
+    tally[NARROW], tally[CLOSING] = math.inf, 0.0
 
 
 @_jit
-def accept(room: Array, size: float, before: float, fresh: bool) -> None:
-    """Make the new state the last one, after a step that followed one of the size ``before``."""
-    for j in range(MOST):
-        slope = (room[NEW, j] - room[LAST, j]) / size
-        room[BOW, j] = 0.0 if fresh else (slope - room[SLOPE, j]) / (size + before) * size
-        room[SLOPE, j] = slope
-    room[BEFORE] = room[LAST]
-    room[LAST] = room[NEW]
+def advance(d: Design, rates: Array, start: tuple[float, float, float], goal: float, step: float, room: Array) -> None:
+    """Go on without contact, to the goal or to engagement."""
+    last, tally = room[LAST], room[TALLY]
+    phi, before = last[PHI], last[TORQUE]
+    engages = phi < start[0] <= goal
+    at_rest(d, rates, start[0] if engages else goal, last)
+    tally[WORK] += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
+    if engages:
+        last[AT], last[AT + 1] = start[1], start[2]
+        begin(tally, SLIP, step * _START)
+
+
+@_jit
+def attempt(
+    d: Design, to: float, size: float, every: int, room: Array, J: Array, order: Array, b: Array
+) -> tuple[int, int, int]:  # fmt: skip
+    """Solve for the state at a twist; return why it is not of this contact (end, edge, neighbour), -1 if it is."""
+    last, new, tally = room[LAST], room[NEW], room[TALLY]
+    b0, b1, b2, ratio = 1.0, -1.0, 0.0, size / tally[SIZE]
+    if tally[FRESH] == 0.0:
+        b0, b1, b2 = (1 + 2 * ratio) / (1 + ratio), -(1 + ratio), ratio * ratio / (1 + ratio)
+    now = Step(tally[MODE] == STICK, b0, b1, b2, to - last[PHI])
+    if not guess(d, now, size, room, J, order):
+        return STOPPED, -1, 0
+    found, known = solve(d, to, now, room, J, order, tally[KNOWN] > 0.0)
+    tally[KNOWN] = 1.0 if known else 0.0
+    i = SLIDING
+    # friction that turns round within a step is no solution: the contact would stick first
+    turns = last[i] * new[i] + last[i + 1] * new[i + 1] + last[i + 2] * new[i + 2] < 0.0
+    if not found or (turns and d.mu > 0.0 and not now.stuck):
+        return STOPPED, -1, 0
+    if new[NORMAL] < 0.0:
+        return PARTED, -1, 0
+    return beyond(d, new, b, tally[COUNT] % every == 0 or tally[NARROW] < math.inf)
+
+
+@_jit
+def slides(d: Design, size: float, step: float, room: Array) -> bool:
+    """Say whether friction no longer holds the new state; go nearer to where it gives way, or on from there."""
+    last, new, tally = room[LAST], room[NEW], room[TALLY]
+    held, least = d.mu * new[NORMAL] - new[FRICTION], _HELD * new[NORMAL]
+    if held >= least or (held >= 0.0 and tally[CLOSING] == 0.0):
+        return False
+    if abs(held) < least or size < _SMALLEST:
+        accept(room, size)
+        begin(tally, SLIP, step * _SOFTLY)
+        return True
+    # what holds falls almost linearly
+    before = d.mu * last[NORMAL] - last[FRICTION]
+    share = before / (before - held) if before > _HELD * last[NORMAL] else 0.5
+    tally[H] = size * (share if tally[CLOSING] > 0.0 else min(0.9, max(0.1, share)))
+    tally[CLOSING] = 1.0
+    return True
+
+
+@_jit
+def opens(d: Design, rates: Array, engaged: float, room: Array) -> None:
+    """Let go where the contact closed: nothing but the twist holds the scales there."""
+    last, tally = room[LAST], room[TALLY]
+    phi, before = last[PHI], last[TORQUE]
+    tally[RUBBED] += last[FRICTION] * last[SPEED] / 2 * max(0.0, phi - engaged)
+    at_rest(d, rates, min(phi, engaged), last)
+    tally[WORK] += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
+    begin(tally, FREE, tally[H])
+
+
+@_jit
+def refused(code: int, size: float, step: float, engaged: float, room: Array) -> bool:
+    """Take a smaller step after one that was refused; True where there is none."""
+    tally = room[TALLY]
+    tally[H], tally[KNOWN] = size / 2, 0.0
+    tally[MISSES] += 1.0
+    if code != STOPPED:
+        tally[NARROW] = size
+    if tally[H] >= _LEAST and tally[MISSES] <= _MISSES:
+        return False
+    again = tally[FRESH] > 0.0 and tally[MODE] == SLIP and code == STOPPED and room[LAST, PHI] != engaged
+    if tally[MISSES] > _MISSES or not again or tally[BOLD] > 0.0:
+        return True
+    # the slip's direction turns quickly where it sets out: a larger step may find where it turns to
+    tally[BOLD], tally[H], tally[NARROW] = 1.0, step, math.inf
+    return False
+
+
+@_jit
+def onward(size: float, step: float, room: Array) -> None:
+    """Accept a step and choose the next one."""
+    tally = room[TALLY]
+    accept(room, size)
+    tally[COUNT] += 1.0
+    tally[BOLD] = 0.0
+    tally[NARROW] -= size
+    tally[H] = size if tally[CLOSING] > 0.0 else min(step, 2 * size)
+    if tally[NARROW] < 2 * _LEAST:
+        tally[NARROW] = math.inf
+    elif tally[NARROW] < math.inf:
+        tally[H] = min(tally[H], tally[NARROW] / 2)
 
 
 @_jit
@@ -213,86 +356,31 @@ def follow(
     many steps.
     """
     room, J, order, b = np.zeros((STATES, WIDTH)), np.empty((MOST, MOST)), np.zeros(MOST, np.int64), np.zeros(24)
-    last, new, rates = room[LAST], room[NEW], free_rates(d)
+    last, tally, rates = room[LAST], room[TALLY], free_rates(d)
     at_rest(d, rates, 0.0, last)
-    mode, fresh, known, closing, rubbed, work, way, count = FREE, True, False, False, 0.0, 0.0, 1.0, 0
-    h, h_last, narrow, bold = step, step, math.inf, False
+    begin(tally, FREE, step)
+    tally[SIZE], tally[WAY] = step, 1.0
     for i in range(targets.size):
         goal = targets[i]
         if goal != last[PHI]:
-            towards = 1.0 if goal > last[PHI] else -1.0
-            if mode != FREE and towards != way and d.mu > 0.0:
-                mode, fresh, known, h, narrow, closing = STICK, True, False, step * _GENTLE, math.inf, False
-            way = towards
+            way = 1.0 if goal > last[PHI] else -1.0
+            if tally[MODE] != FREE and way != tally[WAY] and d.mu > 0.0:
+                begin(tally, STICK, step * _GENTLE)
+            tally[WAY] = way
         while last[PHI] != goal:
-            phi = last[PHI]
-            if mode == FREE:
-                before = last[TORQUE]
-                at_rest(d, rates, goal, last)
-                if way > 0 and phi < start[0] <= goal:
-                    at_rest(d, rates, start[0], last)
-                work += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
-                if way > 0 and phi < start[0] <= goal:
-                    last[AT], last[AT + 1] = start[1], start[2]
-                    mode, fresh, known, h, narrow, closing = SLIP, True, False, step * _START, math.inf, False
+            if tally[MODE] == FREE:
+                advance(d, rates, start, goal, step, room)
                 continue
-            left = abs(goal - phi)
-            size = left / math.ceil(left / h * (1 - 1e-9))
-            to, ratio = phi + way * size, size / h_last
-            if size > left * (1 - 1e-9):
-                to = goal
-            b0, b1, b2 = (1 + 2 * ratio) / (1 + ratio), -(1 + ratio), ratio * ratio / (1 + ratio)
-            if fresh:
-                b0, b1, b2 = 1.0, -1.0, 0.0
-            now = Step(mode == STICK, b0, b1, b2, to - phi)
-            found, code, edge, k = guess(d, now, size, ratio, fresh, room, J, order), STOPPED, -1, 0
-            if found:
-                found, known = solve(d, to, now, room, J, order, known)
-            # friction that turns round within a step is no solution: the contact would stick first
-            found = found and (mode == STICK or turned_by(last, new) >= 0.0)
-            if found and new[NORMAL] < 0.0:
-                code = PARTED
-                if way < 0.0:
-                    # it opens where it closed: nothing but the twist holds the scales there
-                    rubbed += last[FRICTION] * last[SPEED] / 2 * max(0.0, phi - start[0])
-                    before = last[TORQUE]
-                    at_rest(d, rates, min(phi, start[0]), last)
-                    work += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
-                    mode, fresh = FREE, True
-                    continue
-            elif found:
-                code, edge, k = beyond(d, new, b, count % every == 0 or narrow < math.inf)
-                held = d.mu * new[NORMAL] - new[FRICTION]
-                if code < 0 and mode == STICK and held < _HELD * new[NORMAL] and (held < 0.0 or closing):
-                    if abs(held) < _HELD * new[NORMAL] or size < _SMALLEST:
-                        work += (last[TORQUE] + new[TORQUE]) / 2 * (to - phi)
-                        accept(room, size, h_last, fresh)
-                        # the slip's direction turns quickly at first
-                        mode, fresh, known, h, closing = SLIP, True, False, step * _SOFTLY, False
-                    else:
-                        # what holds falls almost linearly
-                        before = d.mu * last[NORMAL] - last[FRICTION]
-                        share = before / (before - held) if before > _HELD * last[NORMAL] else 0.5
-                        h, closing = size * min(0.9, max(0.1, share)) if not closing else size * share, True
-                    continue
-            if code >= 0:
-                h, narrow, known = size / 2, narrow if code == STOPPED else size, False
-                if h < _LEAST:
-                    if not (fresh and mode == SLIP and code == STOPPED and not bold and phi != start[0]):
-                        return End(code, phi, edge, k, i)
-                    # the slip's direction turns quickly where it sets out: a larger step may find where it turns to
-                    bold, h, narrow = True, step, math.inf
-                continue
-            count += 1
-            if mode == SLIP:
-                rubbed += (last[FRICTION] * (new if fresh else last)[SPEED] + new[FRICTION] * new[SPEED]) / 2 * size
-            work += (last[TORQUE] + new[TORQUE]) / 2 * (to - phi)
-            accept(room, size, h_last, fresh)
-            h_last, fresh, bold, narrow = size, False, False, narrow - size
-            h = min(step, 2 * size) if not closing else size
-            if narrow < 2 * _LEAST:
-                narrow = math.inf
-            elif narrow < math.inf:
-                h = min(h, narrow / 2)
-        write(d, last, mode, rubbed, work, out[i])
+            left = abs(goal - last[PHI])
+            size = left / math.ceil(left / tally[H] * (1 - 1e-9))
+            to = goal if size > left * (1 - 1e-9) else last[PHI] + tally[WAY] * size
+            code, edge, k = attempt(d, to, size, every, room, J, order, b)
+            if code == PARTED and tally[WAY] < 0.0:
+                opens(d, rates, start[0], room)
+            elif code >= 0:
+                if refused(code, size, step, start[0], room):
+                    return End(code, last[PHI], edge, k, i)
+            elif tally[MODE] != STICK or not slides(d, size, step, room):
+                onward(size, step, room)
+        write(d, last, tally, out[i])
     return End(RANGE, last[PHI], -1, 0, targets.size)

@@ -1,4 +1,4 @@
-"""A beam's path on the real model: what touches first, the states along the twist, and figures of the plates; E = d = 1.
+"""A beam's path on the real model: what touches first, states along the twist, figures of the plates; E = d = 1.
 
 Twists are magnitudes: the other sense is the mirror image, alpha -> -alpha.
 """
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.real import follow, plate, start
+from squama.real import entry, follow, plate
 from squama.real.contact import BEND, ROWS, SHAPE, Design
 from squama.types import Array
 
@@ -44,7 +44,7 @@ class Scale(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """What touches first: edges of scale 1 and of scale 1 + k, twist and places; ``first`` < 0: see ``first_contact``."""
+    """What touches first: edges of scale 1 and of 1 + k, twist and places; ``first`` < 0: see ``first_contact``."""
 
     first: int
     second: int
@@ -80,25 +80,26 @@ class Path(NamedTuple):
 
     @classmethod
     def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, free: bool = False, most: float = 1.0) -> Path:
-        """Return the path of a beam; ``free``: its length may change; contacts are looked for up to the twist ``most``."""
+        """Return the path of a beam; ``free``: its length may change; ``most``: largest twist."""
         n = len(K)
         signs = MIRROR[:n] if sense < 0 else np.ones(n)
         K = K * np.outer(signs, signs)
         scale = scale._replace(alpha=sense * scale.alpha)
         design = make(scale, K, mu, free=free and n == 9)
-        found = Contact(*start.first_contact(design, most))
+        entry.tell()
+        found = Contact(*entry.first_contact(design, most))
         if found.first >= 0:
-            normal = 1.0 if (found.first, found.second) == (plate.TIP, plate.SIDE_D) else _sign(design, found)
+            normal = 1.0 if (found.first, found.second) == (plate.TIP, plate.SIDE_D) else _sign(found)
             design = bend(design._replace(first=found.first, second=found.second, k=found.k, sign=normal), scale)
         return cls(scale, K, mu, design, found)
 
     def states(self, targets: Array, step: float = STEP, every: int = EVERY) -> tuple[Array, follow.End]:
-        """Follow the twist to targets (n,) and return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
+        """Follow the twist to targets (n,); return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
         out = np.full((targets.size, len(follow.COLUMNS)), np.nan)
         c = self.contact
         begin = (c.phi, c.x, c.y) if c.first >= 0 else (math.inf, 0.0, 0.0)
         reach = np.minimum(targets, c.phi) if c.first == -2 else targets
-        end = follow.follow(self.design, begin, np.ascontiguousarray(reach, float), step, every, out)
+        end = entry.follow(self.design, begin, np.ascontiguousarray(reach, float), step, every, out)
         if c.first == -2 and targets.max() > c.phi:
             first = int(np.argmax(targets > c.phi))
             out[first:] = np.nan
@@ -113,9 +114,11 @@ def make(scale: Scale, K: Array, mu: float, *, free: bool) -> Design:
     places = [*range(8)] if free else [0, 1, 2, 3, 4, 5, 7]
     table[np.ix_(places, places)] = K[np.ix_(order, order)]
     sa, ca, st, ct = (f(v) for v in (scale.alpha, scale.theta0) for f in (math.sin, math.cos))
-    shape = scale.eta, scale.beta, scale.lam, sa, ca, st, ct, scale.h, mu
-    edges = plate.TIP, plate.SIDE_D, 1, 1.0
-    return bend(Design(*map(float, shape), *edges, 7 if free else 6, scale.elastic, table), scale)
+    found = Design(
+        scale.eta, scale.beta, scale.lam, sa, ca, st, ct, scale.h, mu, plate.TIP, plate.SIDE_D, 1, 1.0,
+        7 if free else 6, scale.elastic, table,
+    )  # fmt: skip
+    return bend(found, scale)
 
 
 def bend(design: Design, scale: Scale) -> Design:
@@ -130,7 +133,7 @@ def bend(design: Design, scale: Scale) -> Design:
     return design
 
 
-def _sign(design: Design, contact: Contact) -> float:
+def _sign(contact: Contact) -> float:
     """Return the sign of the edges' common normal for which it pushes scale 1 upwards."""
     along = [np.array([1.0, 0.0, 0.0]) if edge in (1, 2) else np.array([0.0, 1.0, 0.0]) for edge in contact[:2]]
     return float(np.sign(np.cross(along[1], along[0])[2])) or 1.0
@@ -198,7 +201,7 @@ def tip(path: Path, rows: Array) -> Array:
     return np.asarray(deflections(path, rows).reshape(len(rows), 6, 4)[:, :, 0].sum(axis=1))
 
 
-def _turns(path: Path, rows: Array) -> Array:
+def _turns(rows: Array) -> Array:
     """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there."""
     from scipy.spatial.transform import Rotation
 
@@ -213,7 +216,7 @@ def _turns(path: Path, rows: Array) -> Array:
 def inclinations(path: Path, rows: Array) -> Array:
     """Return the angle (n,) of n_X against the beam's face, seen along the width at rest, rad."""
     theta0 = path.scale.theta0
-    x = _turns(path, rows)[:, :, 0]
+    x = _turns(rows)[:, :, 0]
     # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
     return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
 
@@ -222,4 +225,4 @@ def pull_out(path: Path, rows: Array) -> Array:
     """Return the force (n,) of the contacts along a scale out of the substrate, E d^2."""
     T = path.design.table[:8, :8]
     q = np.column_stack([rows[:, 11:18], rows[:, 0]])
-    return np.asarray(np.einsum("ni,ni->n", q @ T[:3].T, _turns(path, rows)[:, :, 0]))
+    return np.asarray(np.einsum("ni,ni->n", q @ T[:3].T, _turns(rows)[:, :, 0]))

@@ -44,7 +44,7 @@ def _basis() -> _Basis:
     # Legendre's, for monomials alone are nearly dependent
     half: list[Array] = []
     for i in range(LENGTHWISE):
-        p = np.zeros(1)
+        p: Array = np.zeros(1)
         for c in legendre.leg2poly([0] * i + [1])[::-1]:
             p = polynomial.polyadd(polynomial.polymul(p, [-1.0, 2.0]), [c])
         half.append(np.concatenate([[0.0, 0.0], p[: i + 1]]))

@@ -31,7 +31,7 @@ def within(d: Design, x: float, y: float) -> bool:
 
 @_jit
 def hinge_guess(d: Design) -> tuple[float, float, float]:
-    """Return twist and places at which tip and side of thick plates on hinges would meet (real.md, section 3)."""
+    """Return twist and places at which tip and side of thick plates on hinges would meet (docs, theory: geometry)."""
     S = d.ca * d.st
     H = d.sa * (d.eta + d.lam * d.st) + d.ca * d.ct * (d.beta - d.sa)
     s2, c2 = 2 * d.sa * d.ca, d.ca * d.ca - d.sa * d.sa

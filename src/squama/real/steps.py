@@ -1,4 +1,4 @@
-"""Steps along the twist in contact: Newton's method, engagement, sticking and slipping, and what else touches; compiled.
+"""Steps along the twist in contact: Newton's method, engagement, the onset of slip; compiled.
 
 Jacobians are made by differences of the residual and kept while they lead to a solution quickly.
 """
@@ -10,8 +10,35 @@ import math
 import numpy as np
 
 from squama.real.contact import (
-    AT, BEND, FORCE, LAST, MISSED, MOVED, NEW, NORMAL, PHI, SLIDING, Design, Frame, Step, Vector, _in, _jit, add, cross, dot, frame,
-    lengthwise, mixed, place, powers, residual, rotated, scaled, turn, turned,
+    AT,
+    BEND,
+    FORCE,
+    LAST,
+    MISSED,
+    MOVED,
+    NEW,
+    NORMAL,
+    PHI,
+    SLIDING,
+    Design,
+    Frame,
+    Step,
+    Vector,
+    _in,
+    _jit,
+    add,
+    cross,
+    dot,
+    frame,
+    lengthwise,
+    mixed,
+    place,
+    powers,
+    residual,
+    rotated,
+    scaled,
+    turn,
+    turned,
 )  # fmt: skip
 from squama.types import Array
 
@@ -95,7 +122,7 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
             size = max(size, abs(r[j]))
         if not size < 1.0:
             return False, False
-        if size < (0.01 if step.stuck else 1.0) * TIGHT:
+        if size < TIGHT:
             # deflections of soft plates count, too
             residual(d, f, phi, step, room, MISSED)
             return True, i < _FEW

@@ -14,10 +14,11 @@ from squama import arguments, units
 from squama.beam import matrixfile
 from squama.curves import compliant, doors, finite_rows
 from squama.errors import InputError, naming
-from squama.fe import runs, stiffness
+from squama.fe import runs
 from squama.fe.agreement import compare
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
+from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
 from squama.types import Array
 
@@ -41,7 +42,7 @@ class Verified(NamedTuple):
 
 def default_reach(beam: Beam, mu: float, sense: str = "+") -> float:
     """Return the twist rate (rad/m) to go to: where the hinge's curve is cut off, at most 0.3 rad per pitch."""
-    last = float(doors.twist(beam, mu=mu, sense=sense, points=3)["Phi"].values[-1])
+    last = float(doors.twist(beam, mu=mu, sense=sense, points=3, joint="hinge")["Phi"].values[-1])
     return min(last, REACH / beam.pitch) if last > 0 else REACH / beam.pitch
 
 
@@ -112,13 +113,13 @@ def verify(
     K = own_matrix(beam, mesh)
     own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
     models = {
-        "edge": ("hinge, edge law", doors.twist(beam, law="edge", **asked)),
-        "plate": ("hinge, plate law", doors.twist(beam, law="plate", **asked)),
-        "own": ("hinge, edge law, K_theta and C_f of this mesh", doors.twist(own, law="edge", **asked)),
+        "edge": ("hinge, edge law", doors.twist(beam, law="edge", joint="hinge", **asked)),
+        "plate": ("hinge, plate law", doors.twist(beam, law="plate", joint="hinge", **asked)),
+        "own": ("hinge, edge law, K_theta and C_f of this mesh", doors.twist(own, law="edge", joint="hinge", **asked)),
     }
     if not hinged:
         say("compliant joint")
-        free = doors.twist(beam, joint="compliant", **asked)
+        free = doors.twist(beam, joint="compliant", ideal=True, **asked)
         models["compliant"] = "compliant joint, stiffness for elements of no size", free
         models["mesh"] = "compliant joint, stiffness of this mesh", compliant_curve(beam, K, friction, rates, sense)
     if scales is not None:
@@ -151,7 +152,7 @@ def flat(table: xr.Dataset) -> xr.Dataset:
 def own_matrix(beam: Beam, mesh: str | tuple[float, float]) -> Array:
     """Return the stiffness (7, 7) that one mesh (as for :func:`squama.cell`) gives, E = 1 and d = 1."""
     shape = geometry(beam)
-    return stiffness.condensed(pitch_mesh(shape, *runs.mesh_sizes(mesh)), shape)
+    return response(pitch_mesh(shape, *runs.mesh_sizes(mesh)), shape).K[:7, :7]
 
 
 def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from squama.errors import InputError
 
 LONGEST, MOST_ENTRIES = 256, 16
-NODES = {"C3D10": 10, "C3D8": 8}
+NODES = {"C3D10": 10, "C3D8": 8, "C3D8I": 8}
 
 
 class Rule(NamedTuple):

@@ -67,7 +67,7 @@ def run(tmp_path, scales, increments, twist):
     from squama.fe import deck
 
     place = tmp_path / "beam.inp"
-    model = deck.model(BEAM, scales=scales, mu=0.2, twist=twist, increments=increments, **COARSE)
+    model = deck.model(BEAM, scales=scales, mu=0.2, twist=twist, increments=increments, ideal=True, **COARSE)
     place.write_text(deck.write(model, "calculix"))
     found = ccx.run_calculix(place, folder=tmp_path / "run", timeout=3000)
     joint = {"stiffness": 0.0119 * E * D**3, "inclusion_factor": 1.418}
@@ -136,3 +136,24 @@ def test_calculix_with_five_scales(tmp_path):
     found, row = run(tmp_path, 5, 12, 0.12)
     agree(found, ours(5, 12, 0.12), torque=0.01, angle=0.25)
     assert compare(found, row)[-1] < 0.03
+
+
+@needs_ccx
+@pytest.mark.slow
+def test_calculix_with_elastic_scales(tmp_path):
+    """Printed scales, thick, nonlinear in CalculiX, linear in their frames here; they touch from .08 on."""
+    pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
+    from squama.fe import deck
+    from squama.fe.runs import cell
+
+    beam, mesh = squama.Beam.from_toml("examples/pla_on_vps.toml"), (0.4, 0.1)
+    model = deck.model(beam, scales=2, mu=0.25, twist=0.12, increments=12, size=mesh[0], edge_size=mesh[1])
+    place = tmp_path / "beam.inp"
+    place.write_text(deck.write(model, "calculix"))
+    found = ccx.run_calculix(place, timeout=3000)
+    own = cell(beam, scales=2, to="0.12 rad/pitch", mu=0.25, mesh=mesh, increment=0.01)
+    both = beside(beam, own, found)
+    np.testing.assert_allclose(both["dT"].values, 0, atol=0.005)
+    assert np.degrees(np.abs(both["theta_calculix"] - both["theta"]).values).max() < 0.1
+    assert np.nanmin(both["gap_calculix"].values) > -0.01
+    assert float(own["deflection"][-1]) > 0.015 * beam.pitch

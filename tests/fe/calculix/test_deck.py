@@ -22,7 +22,7 @@ def model():
     pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
     from squama.fe import deck
 
-    return deck.model(BEAM, scales=3, mu=0.2, twist=0.1, **COARSE)
+    return deck.model(BEAM, scales=3, mu=0.2, twist=0.1, ideal=True, **COARSE)
 
 
 @pytest.fixture(scope="module", params=["calculix", "abaqus"])
@@ -69,6 +69,51 @@ def test_what_a_deck_says(written, model):
     flat = np.concatenate([*bodies, model.sets["FIXED"], model.sets["TURNED"]])
     assert np.unique(flat).size == flat.size
     assert ("NEVER RUN IN ABAQUS" in text) == (dialect == "abaqus")
+
+
+THICK = BEAM.replace(scale={"thickness": 0.05 * D})
+PRINTED = THICK.replace(scale={"youngs_modulus": 2e3 * E, "poisson_ratio": 0.35})
+
+
+@pytest.mark.parametrize("beam", [THICK, PRINTED], ids=["rigid", "elastic"])
+def test_a_deck_of_thick_scales(beam):
+    pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
+    from squama.fe import deck
+
+    made = deck.model(beam, scales=2, mu=0.2, twist=0.1, **COARSE)
+    for dialect in ("calculix", "abaqus"):
+        assert decks.check(deck.write(made, dialect), dialect) == []
+    read = decks.read(deck.write(made, "calculix"))
+    th, al = np.radians(10), np.radians(45)
+    nx = np.array([-np.sin(al) * np.cos(th), np.sin(th), np.cos(al) * np.cos(th)])
+    ny = np.array([np.cos(al), 0, np.sin(al)])
+    axes = np.array([nx, ny, np.cross(nx, ny)])
+
+    def local(numbers, i):
+        return (np.array([read.nodes[n] for n in numbers]) / (D * 1e3) - [0, 0.32, i]) @ axes.T
+
+    elastic = beam is PRINTED
+    for i, plate in enumerate(made.plates):
+        tip, side = local(plate.tip, i), local(plate.side, i)
+        # the lower tip edge from C to B, the upper side edge from D to C
+        np.testing.assert_allclose(tip[[0, -1]], [[3, -0.6, -0.025], [3, 0.6, -0.025]], atol=1e-7)
+        np.testing.assert_allclose(side[[0, -1]], [[0, -0.6, 0.025], [3, -0.6, 0.025]], atol=1e-7)
+        under = read.elsets[f"UNDER{i + 1}" if elastic else f"STRIP{i + 1}"]
+        upon = read.elsets[f"UPON{i + 1}" if elastic else f"PLATE{i + 1}"]
+        low = local(np.concatenate([read.elements[n][:4] for n in under]), i)
+        high = local(np.concatenate([read.elements[n][4:] for n in upon]), i)
+        np.testing.assert_allclose(low[:, 2], -0.025, atol=1e-7)
+        np.testing.assert_allclose(high[:, 2], 0.025, atol=1e-7)
+        assert low[:, 0].min() == pytest.approx(2.88)
+        assert np.ptp(high, axis=0) == pytest.approx([3, 1.2, 0], abs=1e-7)
+        if elastic:
+            bricks = np.array([read.elements[n] for n in read.elsets[f"BLADE{i + 1}"]])
+            size = [np.ptp(local(brick, i), axis=0).prod() for brick in bricks]
+            assert sum(size) == pytest.approx(3 * 1.2 * 0.05)
+            root = [n for n in np.unique(bricks) if abs(local([n], i)[0, 0]) < 1e-7]
+            assert set(root) <= set(read.nsets[f"BODY{i + 1}"])
+            assert set(np.unique(bricks)) & set(read.nsets[f"BODY{i + 1}"]) == set(root)
+            assert np.unique(bricks).max() < plate.ref
 
 
 GOOD = """*HEADING
@@ -150,11 +195,16 @@ def test_gap_and_attitude_of_known_places():
     ratios = BEAM.ratios
     theta0, phi_e = ratios["theta0"], float(squama.ends(**ratios, mu=0).phi_e)
     states = np.array([corners(theta0, phi, 3) for phi in (0, phi_e, 1.2 * phi_e)])
-    gap = ccx._gaps(states)
+    D, _, B, C = np.moveaxis(states, 2, 0)
+    gap = ccx._gaps(np.stack([C, B], axis=2), np.stack([D, C], axis=2))
     assert gap[0, 0] > 0.05
     assert np.abs(gap[1, :2]).max() < 1e-9
     assert gap[2, 0] < -0.01
     assert np.isnan(gap[:, 2]).all()
+    # with points between, the same
+    more = np.linspace(0, 1, 4)[:, None]
+    tips, sides = (a[:, :, None] * (1 - more) + b[:, :, None] * more for a, b in ((C, B), (D, C)))
+    np.testing.assert_allclose(ccx._gaps(tips, sides), gap, atol=1e-12)
     states = np.stack([corners(theta0, 0, 3), corners(0.3, 0.1, 3)])
     local = np.array([[0, 0, 0], [0, 0.1, 0.2]])
     w = ccx._turns(states, local)
@@ -207,7 +257,7 @@ def test_results_of_a_run_that_broke_off(model):
     def increment(time, value):
         return "".join(
             table(words, name, time, value)
-            for words, name in (("displacements (vx,vy,vz)", "CORNERS"), ("displacements (vx,vy,vz)", "EDGES"))
+            for words, name in (("displacements (vx,vy,vz)", name) for name in ("CORNERS", "TIP", "SIDE", "EDGES"))
         ) + table("forces (fx,fy,fz)", "FIXED", time, 0.0)
 
     whole = increment("0.1", 0.0) + increment("0.2", 1.0)

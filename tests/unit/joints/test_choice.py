@@ -27,6 +27,7 @@ def test_the_law_in_its_range() -> None:
     assert (found.source, found.note) == ("law", "")
     np.testing.assert_array_equal(found.K, law.stiffness(shape(beam())))
     assert found.band == 2 * law.errors().torque.rms
+    np.testing.assert_array_equal(found.strain, law.strain(shape(beam())))
     # elements of no size, with their error bars (docs, theory: elements)
     assert factor.pivots(found.K)[factor.K_THETA] == pytest.approx(0.0119, rel=0.03)
     # size, modulus and the exposed part play no role
@@ -59,11 +60,12 @@ def test_measured_figures_go_before_all(with_matrix: bool) -> None:
 
 def test_elements_beyond_the_range(monkeypatch: pytest.MonkeyPatch) -> None:
     K = law.stiffness(shape(beam()))
-    made = SimpleNamespace(K=K, K_theta=stiffness.Value(0.012, 0.00012))
+    made = SimpleNamespace(K=K, K_theta=stiffness.Value(0.012, 0.00012), strain=np.zeros((4, 9, 9)))
     monkeypatch.setattr(stiffness, "joint", lambda _: made)
     found = joint_of(beam(poisson_ratio=0.1))
     assert found.source == "elements"
     assert found.K is K
+    assert found.strain is made.strain
     assert found.band == pytest.approx(0.01)
     assert found.note == (
         "the joint is by elements: substrate.poisson_ratio = 0.1: the law of the joint goes from 0.245 to 0.495"

@@ -11,7 +11,7 @@ from shapes import drawn
 import squama
 from squama.errors import InputError
 from squama.fe.geometry import Geometry
-from squama.joints import factor, law
+from squama.joints import factor, law, processes
 
 SAMPLE = Path(__file__).parents[3] / "tools" / "joint_law_sample.npz"
 
@@ -98,9 +98,9 @@ def test_it_is_near_elements_that_were_not_fitted() -> None:
     for place, error in ((factor.K_THETA, told.K_theta), (factor.TWIST, told.rigidity)):
         assert np.sqrt((off[:, place] ** 2).mean()) == pytest.approx(error.rms, rel=0.01)
         assert np.abs(off[:, place]).max() == pytest.approx(error.worst, rel=0.01)
-    for error in told[1:]:
-        assert error.rms <= 0.02
-        assert error.worst <= 0.06
+    for error, rms, worst in zip(told[1:], (0.02, 0.02, 0.02, 0.06), (0.07, 0.06, 0.12, 0.3), strict=True):
+        assert error.rms <= rms
+        assert error.worst <= worst
 
 
 def test_where_it_ends() -> None:
@@ -136,6 +136,11 @@ def _fits(*shape: float) -> bool:
         ("width", 5.0, "substrate.width = 5.893 of the scale's: the law of the joint goes from 1.01 to 3.15"),
         ("nu", 0.1, "substrate.poisson_ratio = 0.1: the law of the joint goes from 0.245 to 0.495"),
         ("zeta", 0.6, "scale.embedded = 0.6 pitches: the law"),
+        (
+            "zeta",
+            0.63,
+            "scale.embedded = 0.63 pitches: it takes 0.894 of the pitch along the bar, the law of the joint",
+        ),
     ],
 )
 def test_ranges_are_named_as_in_the_beam_file(name: str, value: float, words: str) -> None:
@@ -146,17 +151,36 @@ def test_ranges_are_named_as_in_the_beam_file(name: str, value: float, words: st
 
 @pytest.mark.parametrize("damage", ["gone", "cut", "flipped", "other"])
 def test_a_damaged_file_is_one_line(damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    place, data = tmp_path / "law.npz", law.PLACE.read_bytes()
+    place, data = tmp_path / "law.npz", processes.PLACE.read_bytes()
     if damage == "cut":
         place.write_bytes(data[: len(data) // 2])
     elif damage == "flipped":
         place.write_bytes(data[:5000] + bytes([data[5000] ^ 255]) + data[5001:])
     elif damage == "other":
         np.savez(place, version=0)
-    monkeypatch.setattr(law, "PLACE", place)
-    law.shipped.cache_clear()
+    monkeypatch.setattr(processes, "PLACE", place)
+    processes.shipped.cache_clear()
     try:
         with pytest.raises(squama.InputError, match=r"law\.npz: the law of the joint is missing, damaged"):
             law.stiffness(drawn(1))
     finally:
-        law.shipped.cache_clear()
+        processes.shipped.cache_clear()
+
+
+def test_strains_are_never_negative_and_have_their_mirror() -> None:
+    shape = drawn(200)
+    forms = law.strain(shape)
+    assert forms.shape == (200, 4, 9, 9)
+    d = np.sqrt(np.diagonal(forms, axis1=2, axis2=3))
+    assert np.linalg.eigvalsh(forms / (d[..., :, None] * d[..., None, :])).min() > -1e-12
+    there = law.strain(shape._replace(alpha=-shape.alpha))
+    M = np.diag(factor.MIRROR)
+    # the sides at -Y and at +Y change places
+    np.testing.assert_allclose(there, (M @ forms @ M)[:, [0, 2, 1, 3]], rtol=1e-9)
+    one = law.Shape(*(float(x[7]) for x in shape))
+    np.testing.assert_allclose(law.strain(one), forms[7], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(law.strain(one._replace(alpha=-one.alpha)), there[7], rtol=1e-9, atol=1e-9)
+    h, x = 1e-6, one.zeta
+    ahead, behind = (law.strain(one._replace(zeta=x + step)) for step in (h, -h))
+    slope = law.strain(one._replace(zeta=x + 1e-30j)).imag / 1e-30
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=1e-4, atol=1e-6 * np.abs(slope).max())

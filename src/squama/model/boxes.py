@@ -1,0 +1,110 @@
+"""Thick plates as boxes: how far two are apart, and what of them touches first.
+
+Two boxes are apart if one of 15 directions separates them: the three axes of each, and the products of an axis of one
+with an axis of the other. So the largest gap over the directions is the distance that vanishes at the first touch.
+While the lower tip edge of scale 1 slides on the upper side edge of another it is zero, and the boxes do not meet
+elsewhere as long as the common normal leads out of both: k_ZX, k_XX, k_YZ, k_YY >= 0 (:mod:`squama.model.twisting`).
+Where one vanishes an edge lies flat on a face.
+
+Boxes are given by half their sides; the other one by its base midpoint and the columns of its axes, both in the axes of
+scale 1 (:func:`squama.model.plates.axes`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from squama.types import Array
+
+PARALLEL = 1e-12
+"""Square of the sine of an angle below which two axes give no direction of their own."""
+SIDES = (2, 0), (0, 0), (1, 2), (1, 1)
+"""Cosines k_IJ that hold the common normal of tip and side edge outside both boxes."""
+_FLAT = (
+    "{side} on the lower face of scale 1", "{side} on the tip face of scale 1",
+    "{tip} on the upper face of scale {k}", "{tip} on the side face of scale {k}",
+)  # fmt: skip
+
+
+def directions(half: Sequence[float], o: Array, M: Array) -> Array:
+    """Gaps along the 15 directions, shape (15, ...): < 0 where the boxes overlap."""
+    r = np.array(half).reshape(3, *[1] * (o.ndim - 1))
+    t, size = o + r[0] * M[:, 0], np.abs(M)
+    t = np.concatenate([t[:1] - r[0], t[1:]])
+    out = list(np.abs(t) - r - (size * r[None]).sum(axis=1))
+    out += list(np.abs((t[:, None] * M).sum(axis=0)) - r - (size * r[:, None]).sum(axis=0))
+    for i in range(3):
+        a, b = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            c, d = (j + 1) % 3, (j + 2) % 3
+            gap = np.abs(t[b] * M[a, j] - t[a] * M[b, j]) - r[a] * size[b, j] - r[b] * size[a, j]
+            gap = gap - r[c] * size[i, d] - r[d] * size[i, c]
+            square = 1 - M[i, j] ** 2
+            out.append(np.where(square > PARALLEL, gap / np.sqrt(np.maximum(square, PARALLEL)), -np.inf))
+    return np.stack(out)
+
+
+def gaps(half: Sequence[float], o: Array, M: Array) -> Array:
+    """Distance of the boxes, and the cosines that vanish where the tip-side contact lies flat; shape (5, ...)."""
+    return np.stack([directions(half, o, M).max(axis=0), *(M[i, j] for i, j in SIDES)])
+
+
+def leave_out(gap: Array, follows: int, closed: Array) -> None:
+    """Take out of gaps (5, n, m) what is no other contact; neighbour ``follows`` is touched where ``closed`` (m,)."""
+    alone = gap[:, follows - 1].copy() if follows else None
+    gap[1:] = 1.0
+    if alone is not None:
+        gap[0, follows - 1] = np.where(closed, 1.0, alone[0])
+        gap[1:, follows - 1] = np.where(closed, alone[1:], 1.0)
+
+
+def name(half: Sequence[float], o: Array, M: Array, pair: int, k: int, mirrored: bool) -> str:
+    """Say what touches; ``pair`` is the row of :func:`gaps` that vanishes."""
+    other = 1 + k
+    if pair:
+        side = _edge(0, np.array([0, -1, 1]), other, mirrored)
+        tip = _edge(1, np.array([1, 0, -1]), 1, mirrored)
+        return _FLAT[pair - 1].format(side=side, tip=tip, k=other)
+    which = int(np.argmax(directions(half, o, M)))
+    t = o + half[0] * (M[:, 0] - np.eye(3)[0])
+    if which < 6:
+        i = which % 3
+        n = np.eye(3)[i] if which < 3 else M[:, i]
+        n = n if n @ t > 0 else -n
+        # the corner of the other box that lies deepest, and the face of the first
+        if which < 3:
+            return f"{_corner(-np.sign(n @ M), other, mirrored)} on the {_face(i, n[i])} face of scale 1"
+        return f"{_corner(np.sign(n), 1, mirrored)} on the {_face(i, -(n @ M)[i])} face of scale {other}"
+    i, j = divmod(which - 6, 3)
+    n = np.cross(np.eye(3)[i], M[:, j])
+    n = n if n @ t > 0 else -n
+    return f"{_edge(i, np.sign(n), 1, mirrored)} on {_edge(j, -np.sign(n @ M), other, mirrored)}"
+
+
+def _level(z: float) -> str:
+    return "upper" if z > 0 else "lower"
+
+
+def _letter(x: float, y: float, mirrored: bool) -> str:
+    return ("CB" if x > 0 else "DA")[int((y > 0) != mirrored)]
+
+
+def _face(axis: int, sign: float) -> str:
+    return ("tip" if sign > 0 else "base", "side", _level(sign))[axis]
+
+
+def _corner(at: Array, scale: int, mirrored: bool) -> str:
+    return f"{_level(at[2])} corner {_letter(at[0], at[1], mirrored)}{scale}"
+
+
+def _edge(along: int, at: Array, scale: int, mirrored: bool) -> str:
+    """Edge along an axis, on the sides ``at`` of the box."""
+    if along == 2:
+        return f"upright edge {_letter(at[0], at[1], mirrored)}{scale}"
+    if along == 0:
+        ends, kind = [_letter(x, at[1], mirrored) for x in (-1, 1)], "side"
+    else:
+        ends, kind = [_letter(at[0], y, mirrored) for y in (-1, 1)], "tip" if at[0] > 0 else "base"
+    return f"{_level(at[2])} {kind} edge {ends[0]}{scale}{ends[1]}{scale}"

@@ -1,0 +1,152 @@
+"""What holds for every beam on the real model: work and energy, limits, mirror images, ways there and back."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import squama
+from squama.joints import law
+from squama.real import follow, path, plate
+from squama.real.path import Path as Way
+from squama.real.path import Scale
+
+SHAPES = [
+    # eta, beta, lam, alpha, theta0, share of the gap, zeta, width, nu, D over K_theta
+    (3.0, 0.6, 0.4, 60.0, 15.0, 0.3, 0.3, 1.6, 0.49, 0.05),
+    (2.5, 0.8, 0.5, 45.0, 10.0, 0.1, 0.25, 2.0, 0.3, 2.0),
+    (4.5, 0.515, 0.333, 46.2, 18.9, 0.35, 0.443, 0.82, 0.455, 0.5),
+]
+
+
+def made(i: int, *, h: float | None = None, D: float | None = None, mu: float = 0.0, K=None, sense: int = 1) -> Way:
+    eta, beta, lam, alpha, theta0, share, zeta, width, nu, bending = SHAPES[i]
+    a, t = math.radians(alpha), math.radians(theta0)
+    thick = share * math.cos(a) * math.sin(t)
+    if K is None:
+        K = law.stiffness(law.Shape(width, lam, zeta, beta, thick, a, t, nu))
+    K_theta = 1 / np.linalg.inv(K[:6, :6])[4, 4]
+    D = bending * K_theta if D is None else D
+    return Way.of(Scale(eta, beta, lam, a, t, thick if h is None else h, D, 0.35), K, mu, sense=sense, most=0.5)
+
+
+def twists(one: Way, n: int = 200, times: float = 2.0) -> np.ndarray:
+    return np.linspace(one.contact.phi, times * one.contact.phi, n)[1:]
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_virtual_work_without_friction(i: int) -> None:
+    """The torque of the contact's forces is the slope of the energy, by differences of high order."""
+    one = made(i)
+    h, at = 1e-4, 1.5 * one.contact.phi
+    x = at + h * np.arange(-3, 4)
+    rows, _ = one.states(x, step=1e-3, every=10**9)
+    U = sum(path.energies(one, rows).values())
+    slope = (U[6] - 9 * U[5] + 45 * U[4] - 45 * U[2] + 9 * U[1] - U[0]) / (60 * h)
+    assert slope == pytest.approx(rows[3, 1], rel=1e-8)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("i", range(3))
+def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
+    one = made(i, mu=mu)
+    up = twists(one, 300)
+    x = np.concatenate([up, up[::-1][1:], [0.0]])
+    rows, end = one.states(x, step=(up[-1] - up[0]) / 300, every=10**9)
+    assert end.code == follow.RANGE
+    U = sum(path.energies(one, rows).values())
+    error = rows[:, 9] - U - rows[:, 8]
+    assert np.abs(error).max() < 1e-4 * U.max()
+    assert (np.diff(rows[:, 8]) >= 0).all()
+    assert rows[-1, 1] == pytest.approx(0.0, abs=1e-12)
+    if mu:
+        assert rows[-1, 8] > 1e-4 * U.max()
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_stiffer_plates_become_rigid_and_thinner_ones_thin(i: int) -> None:
+    rigid, stiff = made(i, D=math.inf, mu=0.2), made(i, D=1e7, mu=0.2)
+    x = twists(rigid, 20)
+    np.testing.assert_allclose(stiff.states(x)[0][:, 1], rigid.states(x)[0][:, 1], rtol=1e-5)
+    thin, thinner = made(i, h=0.0, mu=0.2, D=math.inf), made(i, h=1e-9, mu=0.2, D=math.inf)
+    x = twists(thin, 20)
+    np.testing.assert_allclose(thinner.states(x)[0][:, 1], thin.states(x)[0][:, 1], rtol=1e-6)
+
+
+@pytest.mark.parametrize("h", [0.0, 0.05])
+def test_a_joint_that_gives_in_one_motion_only_is_a_hinge(h: float) -> None:
+    """Against the closed form of the hinge, thick or thin, without friction: torque from the spring's energy."""
+    eta, beta, lam, alpha, theta0, K_theta, rigidity = 3.0, 0.6, 0.4, math.radians(45), math.radians(15), 0.02, 0.05
+    K = np.diag([1e6] * 3 + [1e4, K_theta, 1e4] + [rigidity])
+    one = Way.of(Scale(eta, beta, lam, alpha, theta0, h), K, 0.0)
+    theta = np.linspace(theta0, theta0 + 0.2, 9)[1:]
+    c = squama.contact(theta, eta=eta, beta=beta, lam=lam, alpha=alpha, thickness=h)
+    phi, rate = c.phi, c.dphi_dtheta
+    rows, _ = one.states(phi, step=1e-3)
+    np.testing.assert_allclose(path.inclinations(one, rows), theta, rtol=1e-3)
+    np.testing.assert_allclose(rows[:, 1] - rigidity * phi, K_theta * (theta - theta0) / rate, rtol=1e-3)
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_the_other_sense_is_the_mirror_image(i: int) -> None:
+    """alpha and the twist turned round, and the matrix mirrored, give the same; so does -- of the mirror image."""
+    one = made(i, mu=0.2)
+    signs = path.MIRROR
+    mirrored = Way.of(
+        one.scale._replace(alpha=-one.scale.alpha), one.K * np.outer(signs, signs), 0.2, sense=-1, most=0.5
+    )
+    assert mirrored.contact == one.contact
+    x = twists(one, 20)
+    np.testing.assert_allclose(mirrored.states(x)[0], one.states(x)[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.6])
+def test_steps_do_not_matter(mu: float) -> None:
+    one = made(1, mu=mu)
+    x = twists(one, 6)
+    coarse, fine = (one.states(x, step)[0][:, 1] for step in (4e-3, 5e-4))
+    np.testing.assert_allclose(coarse, fine, rtol=1e-4)
+
+
+def test_plates_that_touch_at_rest_and_scales_that_never_meet() -> None:
+    eta, beta, lam, alpha, theta0, *_ = SHAPES[0]
+    gap = math.cos(math.radians(alpha)) * math.sin(math.radians(theta0))
+    K = made(0).K
+    touching = Way.of(Scale(eta, beta, lam, math.radians(alpha), math.radians(theta0), 1.01 * gap), K, 0.2)
+    assert touching.contact.first == -2
+    assert touching.contact.phi == 0.0
+    apart = Way.of(Scale(0.8, 0.3, lam, math.radians(alpha), math.radians(theta0), 0.0), K, 0.2, most=0.1)
+    assert apart.contact.first == -1
+    rows, end = apart.states(np.array([0.05, 0.1]))
+    assert end.code == follow.RANGE
+    np.testing.assert_allclose(rows[:, 1], path.rigidity(apart) * np.array([0.05, 0.1]), rtol=1e-12)
+
+
+def test_compliances_of_a_plate() -> None:
+    """Against converged plate elements of another library (real.md, section 4)."""
+    C, shapes = (v[0] for v in plate.answers(np.array([3.0]), np.array([0.6]), np.array([0.35])))
+    tip, side = (-0.15 / 0.6) ** np.arange(6.0), (2.2 / 3) ** np.arange(2.0, 8.0)
+    found = tip @ C[0, 0] @ tip, tip @ C[0, 1] @ side, side @ C[1, 1] @ side
+    np.testing.assert_allclose(found, (8.2090, 4.9987, 3.5724), rtol=0.012)
+    np.testing.assert_allclose(found, (8.1407, 4.9569, 3.5321), rtol=2e-5)
+    # the deflection of the whole plate under the force at the tip, seen at the side
+    whole = shapes[0] @ tip
+    m, n = np.meshgrid(np.arange(2, 8), np.arange(4), indexing="ij")
+    assert (whole * ((2.2 / 3) ** m * (-1.0) ** n).ravel()).sum() == pytest.approx(found[1], rel=1e-9)
+    np.testing.assert_allclose(C, C.transpose(1, 0, 3, 2), atol=1e-6)
+
+
+def test_stress_of_a_cantilever_under_a_force_at_its_tip() -> None:
+    """Beam theory for a long, narrow plate: 6 F l / (2 b h^2) at the root, on average over the width."""
+    case = json.loads((Path(__file__).parents[1] / "reference" / "real.json").read_text())
+    K = np.array((case if isinstance(case, list) else next(v for v in case.values() if isinstance(v, list)))[0]["K"])
+    scale = Scale(3.0, 0.1, 0.4, math.radians(45), math.radians(10), 0.02, 1e-3, 0.0)
+    one = Way.of(scale, K, 0.0)
+    row = np.zeros((1, len(follow.COLUMNS)))
+    # a force at the middle of the tip, none on the side
+    row[0, 6] = 1e-6
+    stress, where = path.stresses(one, row)
+    assert stress[0] == pytest.approx(6 * 1e-6 * 3.0 / (0.2 * 0.02**2), rel=0.05)
+    assert where[0, 0] == 0.0

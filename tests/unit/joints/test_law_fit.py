@@ -1,0 +1,89 @@
+"""What makes the law: the process, its way back, and the torque by which its errors are told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapes import drawn
+
+from squama.joints import law
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(autouse=True)
+def tools(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+
+
+def test_the_torque_is_that_of_the_reference() -> None:
+    """Rigid plates, thin and thick, of five geometries; the slip is of first order in both, in other steps."""
+    from joint_torque import torque
+
+    table = json.loads((ROOT / "tests" / "reference" / "real.json").read_text())
+    for case in table:
+        for name, thickness in (("thin_rigid", 0.0), ("thick_rigid", case["thickness"])):
+            curve = case["curves"][name]
+            twist, expected = np.array(curve["rows"])[len(curve["rows"]) // 2, :2]
+            angles = np.radians([case["alpha_deg"], case["theta0_deg"]])
+            numbers = (1.0, case["lam"], 0.2, case["beta"], thickness, *angles, 0.3)
+            shape = law.Shape(*(np.array([x]) for x in numbers))
+            K = np.eye(9)[None]
+            K[0, :7, :7] = case["K"]
+            found = torque(shape, K, np.array([case["eta"]]), np.array([twist]), mu=case["mu"])
+            assert found.good[0]
+            assert found.engagement[0] == pytest.approx(curve["phi_e"], rel=1e-10)
+            assert found.torque[0] == pytest.approx(expected, rel=2e-4)
+
+
+def test_a_process_finds_a_smooth_function_and_knows_its_errors() -> None:
+    from joint_process import fitted, predicted
+
+    rng = np.random.default_rng(2)
+    x, at = rng.normal(size=(120, 2)), rng.normal(size=(50, 2))
+
+    def function(x: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.sin(x[:, 0]) + 0.3 * x[:, 1], x[:, 0] * x[:, 1]])
+
+    found = fitted(x, function(x))
+    assert np.abs(predicted(found, x, at) - function(at)).max() < 0.15
+    # each design left out, in truth
+    one = 17
+    rest = np.delete(np.arange(120), one)
+    again = fitted(x[rest], function(x[rest]))
+    left = function(x[[one]]) - predicted(again, x[rest], x[[one]])
+    np.testing.assert_allclose(found.left_out[one], left[0], atol=3e-4 + 0.3 * np.abs(left).max())
+
+
+def test_what_is_fitted_is_what_the_law_gives() -> None:
+    import joint_law
+
+    shape = drawn(30)
+    K = law.stiffness(shape)
+    records = joint_law.Records(np.arange(30), shape, K, K, np.zeros((30, 4, 9, 9)))
+    y = joint_law.outputs(shape, records.limit)
+    assert y.shape == (30, 45)
+    # the factor again, from its logarithms and ratios
+    L = np.zeros((30, 9, 9))
+    p = np.exp(y[:, :9])
+    p[:, 6:] *= np.sqrt(law.bare(shape))
+    signs = np.where(law.ODD[9:], np.sin(shape.alpha)[:, None], 1)
+    L[:, law.ROWS, law.COLUMNS] = y[:, 9:] * signs * p[:, law.COLUMNS]
+    L[:, range(9), range(9)] = p
+    order = [0, 1, 2, 3, 5, 4, 6, 7, 8]
+    np.testing.assert_allclose(L @ np.swapaxes(L, 1, 2), K[:, order][:, :, order], rtol=1e-9, atol=1e-12)
+
+
+def test_a_line_cut_short_and_a_packed_design_are_done_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import joint_law
+
+    file = tmp_path / "sample.jsonl"
+    file.write_text('{"index": 5, "refused": "no"}\n{"index": 7, "K": [[1')
+    assert [r["index"] for r in joint_law._lines(file)] == [5]
+    assert "cut short" in capsys.readouterr().out
+    packed = joint_law.records(tmp_path, held_out=False)
+    assert len(packed.index) > 300
+    assert np.isfinite(packed.limit[packed.both]).all()

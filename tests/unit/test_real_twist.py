@@ -1,0 +1,326 @@
+"""squama.twist of the real beam and its command: units, senses, families, ends, and the distance of simpler models."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import squama
+from squama.beam import matrixfile
+from squama.cli import main
+from squama.curves import real
+from squama.errors import InputError
+from squama.fe.plate import Rest
+from squama.scene import geometry
+from squama.scene.motion import SLIDING, WALKED, Motion, Setting, shape
+from squama.web import charts, live, state
+
+# stiffness of the Fig. 6b joint by elements (6467 tetrahedra), over u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi; E = 1, d = 1
+LOWER = """
+1.11149
+0.03757 0.80550
+-0.04975 0.00924 1.07382
+-0.01040 0.03646 -0.00869 0.17161
+-0.01684 0.00088 0.09614 -0.00139 0.02138
+0.03558 -0.08809 -0.00634 0.00117 -0.00112 0.15331
+-0.02042 0.01149 0.07621 -0.00394 0.00630 -0.00656 0.04997
+"""
+ROWS = [[float(x) for x in line.split()] for line in LOWER.split("\n") if line]
+K = np.array([[ROWS[max(i, j)][min(i, j)] for j in range(7)] for i in range(7)])
+BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
+BEAM = BEAM.replace(joint={"matrix": matrixfile.stored(BEAM, K)})
+UNIT = BEAM.substrate.youngs_modulus * BEAM.pitch**3
+
+
+def twist(**options):
+    return squama.twist(BEAM, **options)
+
+
+def test_the_torques_are_those_of_nonlinear_elements():
+    """A medium mesh of the periodic cell at phi = 0.10 (12 000 tetrahedra): T = .00879, .00941, .01049 E d^3."""
+    r = twist(mu=[0, 0.2, 0.5], at=[0.1 / BEAM.pitch], ideal=True)
+    np.testing.assert_allclose(r["T"].values.ravel() / UNIT, [0.00879, 0.00941, 0.01049], rtol=0.04)
+    # the elements engage at .0586
+    np.testing.assert_allclose(r.phi_e, 0.0586, rtol=5e-3)
+
+
+def test_thin_rigid_scales_are_those_of_general_contact():
+    pytest.importorskip("ipctk", reason="needs the extra fe")
+    from squama.fe import condense
+
+    phi, d = np.linspace(0, 0.3, 41), BEAM.pitch
+    c = condense.curve(Rest.at(3, 0.6, 0.32, np.radians(45), np.radians(10)), K, 0.2, phi)
+    r = twist(at=phi / d, ideal=True)
+    units = {"T": UNIT, **dict.fromkeys(("N", "U_el", "W_fr"), UNIT / d), **dict.fromkeys(("u_X", "u_Z", "p", "s"), d)}
+    for name in (*units, "theta", "w_Y", "w_Z"):
+        there = c.along[name] * units.get(name, 1)
+        np.testing.assert_allclose(r[name], there, rtol=0, atol=1e-3 * np.nanmax(abs(there)), err_msg=name)
+
+
+def test_what_is_said_of_the_answer():
+    """The default: six motions, scales as the beam says; what the model does not cover is the hinge's."""
+    steel = BEAM.replace(scale={"youngs_modulus": "200 TPa"})
+    for r, joint, scales in (
+        (twist(points=3), "compliant", "thick, rigid scales"),
+        (twist(points=3, ideal=True), "compliant", "thin, rigid scales"),
+        (squama.twist(steel, points=3), "compliant", "thick, elastic scales"),
+        (twist(points=3, joint="hinge"), "hinge", None),
+        (twist(points=3, law="plate"), "hinge", None),
+    ):
+        assert (r.attrs["joint"], r.attrs.get("scales")) == (joint, scales)
+        assert r.attrs.get("joint_source") == ((joint == "compliant" and "matrix") or None)
+    assert "joint" not in squama.bend(BEAM, points=3).attrs
+    assert squama.cycle(BEAM, "0.1 rad/pitch", points=3).attrs["scales"] == "thick, rigid scales"
+    assert squama.cycle(BEAM, "0.1 rad/pitch", points=3, ideal=True).attrs["scales"] == "thin, rigid scales"
+    assert squama.cycle(BEAM, "0.1 rad/pitch", points=3, law="plate").attrs["joint"] == "hinge"
+    assert squama.cycle(BEAM, "0.1 rad/pitch", points=3, load="bending").attrs["joint"] == "hinge"
+    plain = squama.twist(BEAM.replace(joint={"matrix": None}), points=3)
+    assert plain.attrs["joint_source"] == "law"
+    assert 0 < plain.attrs["band"] < 0.05
+
+
+def test_thick_scales_touch_earlier_and_stiff_ones_are_rigid():
+    beam = BEAM.replace(substrate={"youngs_modulus": "25 Pa"})
+
+    def at(E=None, **how):
+        return squama.twist(beam.replace(scale={"youngs_modulus": E}), at=[4.0], **how)
+
+    thin, rigid, stiff, soft = at(ideal=True), at(), at("1e15 Pa"), at("2e8 Pa")
+    assert float(rigid.phi_e) < float(thin.phi_e)
+    assert rigid["T"][0] > thin["T"][0]
+    assert float(stiff["T"][0]) == pytest.approx(float(rigid["T"][0]), rel=1e-5)
+    assert soft["T"][0] < 0.999 * rigid["T"][0]
+    assert 0 < float(stiff["U_plate"][0]) < 1e-5 * float(soft["U_plate"][0])
+    assert float(soft["stress"][0]) > 0
+    assert np.isnan(rigid["stress"][0])
+
+
+def test_the_dataset_in_si_units():
+    r = twist(points=41, ideal=True)
+    np.testing.assert_allclose(r["Phi"], r["phi"] / BEAM.pitch)
+    # the point next to engagement is put on it
+    assert float(abs(r["phi"] - r.phi_e).min()) == 0
+    assert float(r["phi"][-1]) == 0.3
+    np.testing.assert_allclose(r["f0"], r["f"] * BEAM.scale.length / r.attrs["K_theta"])
+    np.testing.assert_allclose(r["RED"][1:], r["W_fr"][1:] / (r["U_el"] + r["W_fr"])[1:])
+    np.testing.assert_allclose(r["U_el"], r["U_joint"] + r["U_plate"] + r["U_bar"])
+    np.testing.assert_allclose(r["T"], r["T_scales"] + r.attrs["rigidity"] * r["Phi"])
+    np.testing.assert_allclose(r["stiffness_ratio"], r["K_t"] / r.attrs["rigidity"])
+    np.testing.assert_allclose(r["K_t"][20], (r["T"][21] - r["T"][19]) / (r["Phi"][21] - r["Phi"][19]), rtol=5e-3)
+    sliding = r["phi"] > r.phi_e
+    np.testing.assert_allclose(r["f"][sliding], 0.2 * r["N"][sliding], rtol=1e-9)
+    np.testing.assert_allclose(r["T_scales"][~sliding], 0, atol=1e-9 * float(r["T"].max()))
+    np.testing.assert_array_equal(np.isnan(r["s"]), r["phi"] < r.phi_e)
+    assert {v: r[v].attrs["units"] for v in ("u_X", "w_Z", "deflection", "stress", "pull_out", "U_joint", "T")} == {
+        "u_X": "m", "w_Z": "rad", "deflection": "m", "stress": "Pa", "pull_out": "N", "U_joint": "J/m", "T": "N m",
+    }  # fmt: skip
+    assert (r.attrs["joint"], r.attrs["mu"]) == ("compliant", float(r.mu))
+    assert r.attrs["K_theta"] == pytest.approx(0.01263 * UNIT, rel=1e-3)
+    assert r["end"].item() == "range end"
+    assert r["first_contact"].item() == "tip edge on side edge (k = 1)"
+    assert abs(float(r["energy_error"])) < 1e-4
+    assert "mu_lock" not in r
+
+
+@pytest.mark.parametrize("points", [30, 40, 60])
+def test_the_number_of_points_does_not_change_the_curve(points):
+    """Points of the curve may lie a rounding error beside those that are walked."""
+    beam = squama.Beam.from_ratios(mu=0.5)
+    some, same = (squama.twist(beam, points=n) for n in (points, 200))
+    assert (some.end.item(), float(some.phi_end)) == (same.end.item(), pytest.approx(float(same.phi_end)))
+    np.testing.assert_allclose(some["T"], np.interp(some.phi, same.phi, same["T"]), rtol=2e-3)
+
+
+def test_asked_twists_come_back_in_their_order():
+    there, back = twist(at=[2.0, 6.0, 4.0]), twist(at=[6.0, 4.0, 2.0])
+    np.testing.assert_allclose(there["Phi"], [2.0, 6.0, 4.0])
+    np.testing.assert_allclose(there["T"].values[[1, 2, 0]], back["T"])
+
+
+@pytest.mark.parametrize("ideal", [True, False])
+def test_beyond_the_end_there_is_nothing(ideal, monkeypatch):
+    monkeypatch.setattr(real, "general", lambda: False)
+    whole = twist(to="0.4 rad/pitch", points=41, ideal=ideal)
+    assert not np.isnan(whole["T"]).any()
+    r = twist(at=np.linspace(0, 0.4, 41) / BEAM.pitch, ideal=ideal)
+    for one in (whole, r):
+        assert one["end"].item() == "off tip edge"
+        assert 0.33 < float(one.phi_end) < 0.34
+        assert "small strains" in one.attrs["warnings"]
+    np.testing.assert_array_equal(np.isnan(r["T"]), r["phi"] > r["phi_end"])
+
+
+def test_the_other_sense_gives_magnitudes():
+    r = twist(sense="-", points=5)
+    assert r["end"].item() == "no engagement"
+    assert (r["T"].values[1:] > 0).all()
+    assert (r["theta"].values[1:] < BEAM.scale.theta0).sum() == 0
+    assert r["phi_e"].item() == np.inf
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            {"law": "plate", "joint": "compliant"},
+            'law = "plate": is not covered by joint="compliant"; write',
+        ),
+        ({"to": "4 rad/pitch"}, "below half a turn"),
+        ({"to": -1.0}, "above 0"),
+        ({"mu": -1}, "mu"),
+    ],
+)
+def test_what_cannot_be_is_refused(options, words):
+    with pytest.raises(squama.InputError, match=words.replace("(", r"\(")):
+        twist(**options)
+    with pytest.raises(squama.InputError, match="joint"):
+        squama.twist(BEAM, joint="ball")
+
+
+def test_a_measured_stiffness_goes_before():
+    r = squama.twist(BEAM.replace(joint={"stiffness": "6 kN m"}), points=3)
+    assert r.attrs["K_theta"] == pytest.approx(6e3)
+    r = squama.twist(BEAM.replace(joint={"inclusion_factor": 1.5}), at=[1.0])
+    assert float(r["T"][0]) == pytest.approx(1.5 * BEAM.G_B * BEAM.J)
+
+
+def test_a_beam_whose_joint_is_not_known_is_on_hinges_and_says_so():
+    beam = BEAM.replace(joint={"matrix": None}, scale={"embedded": "20 mm"})
+    words = r"scale\.embedded = .*: the embedded parts of neighbours meet"
+    with pytest.raises(InputError, match=words + r".*--joint hinge"):
+        squama.twist(beam, joint="compliant")
+    r = squama.twist(beam, points=5)
+    assert r.attrs["joint"] == "hinge"
+    first = r.attrs["warnings"].splitlines()[0]
+    assert first.startswith("the scales are on hinges, not as in the beam: ")
+    assert re.search(words, first)
+    np.testing.assert_array_equal(r["T"], squama.twist(beam, points=5, joint="hinge", ideal=True)["T"])
+
+
+def test_twists_that_are_all_but_equal():
+    far = 3 * float(squama.twist(BEAM, points=3).Phi_e)
+    alone = squama.twist(BEAM, at=[far])
+    for off in (1e-4, 1e-8, 1e-12, 0.0):
+        pair = squama.twist(BEAM, at=[far, far * (1 + off)])
+        np.testing.assert_allclose(pair["T"], float(alone["T"][0]), rtol=3e-4)
+        np.testing.assert_allclose(pair["K_t"], float(alone["K_t"][0]), rtol=2e-2)
+
+
+def test_the_command_says_how_far_simpler_models_hold(tmp_path, capsys):
+    file = tmp_path / "beam.toml"
+    BEAM.to_toml(file)
+    outputs = [str(tmp_path / name) for name in ("a.csv", "a.nc", "a.png")]
+    flags = ["--points", "60", "--csv", outputs[0], "--netcdf", outputs[1]]
+    assert main(["twist", str(file), *flags, "--plot", outputs[2], "--to", "0.25 rad/pitch"]) == 0
+    said = capsys.readouterr().out
+    assert " real " in said
+    assert " thin, rigid " in said
+    # the thick scales touch at .0565
+    assert "hinge: within 5% in torque up to 0.057" in said
+    assert "first contact: tip edge on side edge (k = 1)" in said
+    assert "six motions, from the beam's matrix; thick, rigid scales" in said
+    again = squama.read(outputs[1])
+    assert (again.attrs["joint"], again.attrs["scales"]) == ("compliant", "thick, rigid scales")
+    assert squama.read(outputs[0])["w_X"].shape == (60,)
+    assert main(["twist", str(file), "--ideal", "--to", "0.25 rad/pitch"]) == 0
+    said = capsys.readouterr().out
+    assert " real " not in said
+    # a hinge with K_theta and C_f of this matrix, mu = .2
+    assert re.search(r"hinge: within 5% in torque up to 0\.09\d* rad/pitch", said)
+
+
+def test_the_command_gives_json(tmp_path, capsys):
+    file = tmp_path / "beam.toml"
+    BEAM.to_toml(file)
+    assert main(["twist", str(file), "--ideal", "--mu", "0,0.5", "--points", "60", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert list(record["laws"]) == ["thin, rigid", "hinge"]
+    assert [0.09 < d["within"] < 0.105 for d in record["derived"]["off"]["hinge"]] == [True, False]
+    assert np.array(record["curve"]["w_X"]).shape == (2, 60)
+    assert main(["twist", str(file), "--points", "60", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert list(record["derived"]["off"]) == ["thin, rigid", "hinge"]
+    assert record["figures"] == record["laws"]["real"]
+    assert main(["twist", str(file), "--joint", "hinge", "--json"]) == 0
+    assert list(json.loads(capsys.readouterr().out)["laws"]) == ["edge", "plate"]
+    assert main(["twist", str(file), "--joint", "ball"]) == 2
+    assert "--joint" in capsys.readouterr().err
+
+
+def test_the_picture_of_the_command_is_of_the_same_joint(tmp_path, capsys):
+    file, picture = tmp_path / "beam.toml", tmp_path / "a.png"
+    BEAM.to_toml(file)
+    assert main(["view", str(file), "--joint", "compliant", "-o", str(picture), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["last"] == pytest.approx(Motion(Setting(BEAM, 0.2, joint="compliant")).last)
+    assert picture.stat().st_size > 0
+    for flag, value in (("--law", "plate"), ("--load", "bending")):
+        assert main(["view", str(file), "--joint", "compliant", flag, value, "-o", str(picture)]) == 2
+        assert capsys.readouterr().err.startswith(f"squama: error: {flag} = ")
+
+
+def test_a_picture_goes_along_the_walked_curve():
+    motion = Motion(Setting(BEAM, 0.2, joint="compliant"))
+    r = squama.twist(BEAM, mu=0.2, joint="compliant", points=WALKED)
+    assert str(motion.end) == r.end.item()
+    assert (motion.neighbour, motion.load_e) == (int(r.neighbour), float(r.phi_e))
+    assert motion.rigidity == r.attrs["rigidity"]
+    assert motion.last == pytest.approx(float(r.phi[np.isfinite(r["T"])][-1]))
+    i = WALKED // 2
+    state = motion.state(float(r.phi[i]))
+    assert state[:5] == pytest.approx([float(r[name][i]) for name in ("phi", "theta", "N", "f", "T")], rel=1e-12)
+    assert state.name == SLIDING
+    assert motion.state(0.5 * motion.load_e)[2:4] == (0.0, 0.0)
+    assert motion.state(1.0).load == motion.last
+    # friction on the tip points against its sliding along the other scale
+    assert np.hypot(*state.slip) > 0
+    assert len(motion.samples(12)) == 12
+    assert motion.along(5)["load"].tolist() == pytest.approx(np.linspace(0, motion.last, 5).tolist())
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_the_scales_are_drawn_where_their_six_motions_put_them(sense):
+    shown = Motion(Setting(BEAM, 0.2, joint="compliant", sense=sense))
+    at = [0.07, 0.15, 0.25] if sense == "+" else [0.05]
+    r = twist(at=np.array(at) / BEAM.pitch, sense=sense)
+    d = shape(shown.setting, shown.neighbour)
+    for i, load in enumerate(at):
+        state, here = shown.state(load), r.isel(point=i)
+        # states between the points of the walk are interpolated
+        assert state.theta == pytest.approx(here.theta.item(), rel=1e-4)
+        assert (state.N, state.f) == pytest.approx((here.N.item(), here.f.item()), rel=1e-3)
+        scale = geometry.scale(d, load, state.pose, 0.0)
+        moved = [here[name].item() / BEAM.pitch for name in ("u_X", "u_Y", "u_Z")]
+        rest = Rest.at(BEAM.eta, BEAM.beta, BEAM.lam, BEAM.scale.alpha, BEAM.scale.theta0)
+        assert np.allclose((scale.o - geometry.frame(d, load, 0.0).o) @ rest.axes.T, moved, rtol=0, atol=1e-4)
+        if state.name == "sliding":
+            c = geometry.contact(d, load, state.attitude, 2.0)
+            places = here.p.item() / BEAM.pitch, here.s.item() / BEAM.pitch
+            assert (c.p, c.s) == pytest.approx(places, rel=1e-3)
+            # mid-planes of plates that touch are a thickness apart
+            assert np.linalg.norm(c.point - c.on_tip) == pytest.approx(BEAM.scale.thickness / BEAM.pitch, rel=0.05)
+    names = {state.name for state in shown.samples(20)}
+    assert names == {"free", "ended"} | ({"sliding"} if sense == "+" else set())
+
+
+def test_the_picture_and_the_page_show_the_compliant_joint(tmp_path):
+    places = [tmp_path / f"{joint}.png" for joint in ("hinge", "compliant")]
+    shown = [squama.view(BEAM, p, to="0.2 rad/pitch", joint=p.stem) for p in places]
+    assert [one.state.pose is None for one in shown] == [True, False]
+    assert places[0].read_bytes() != places[1].read_bytes()
+    for other in ({"law": "plate"}, {"load": "bending"}):
+        with pytest.raises(InputError, match='is not covered by joint="compliant"'):
+            squama.view(BEAM, joint="compliant", **other)
+
+
+def test_the_explorer_takes_the_compliant_joint():
+    now = state.of(BEAM).change("joint", "compliant").change("twist", "0.2")
+    assert state.read(state.query(now)) == now
+    live.prepare(now)
+    shown = live.scene(now)
+    assert np.shape(shown["state"]["pose"]) == (3, 3)
+    json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
+    assert live.outcome(now)[1].startswith("engagement at φ = 0.05")
+    assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
+    assert "compliant" in live.compared(now)[0]["what"]
