@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import logging
 import os
 import signal
 import socket
@@ -171,6 +172,17 @@ def test_a_worker_with_other_versions_writes_nothing(place, monkeypatch):
     ):
         sweeping.one_tile("map.zarr", (0,))
     assert contents("map.zarr") == before
+
+
+@pytest.mark.parametrize("name", ["batched", "client", "core", "comm.tcp"])
+def test_dask_writes_no_lines_of_its_own_beside_ours(name):
+    """Which part of it sees first that the scheduler has gone is a matter of luck."""
+    logger = logging.getLogger(f"distributed.{name}")
+    before = logger.getEffectiveLevel()
+    assert before < logging.CRITICAL
+    with cluster._silent():
+        assert not logger.isEnabledFor(logging.CRITICAL)
+    assert logger.getEffectiveLevel() == before
 
 
 def test_a_call_that_the_scheduler_does_not_take_means_that_it_has_gone(monkeypatch):

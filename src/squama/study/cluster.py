@@ -63,15 +63,23 @@ def client(address: Any) -> Iterator[Any]:
         found = distributed.Client(address, timeout=WAIT)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         refuse("dask", shown(address), f"no scheduler answers there ({type(error).__name__})", "check the address")
-    # what goes wrong is said in one line, so the client does not write its own errors
-    logger = logging.getLogger("distributed.client")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    with _silent(), found:
+        yield found
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep dask's own log off the error stream: what goes wrong is said in one line."""
+    # the client's logger has a level of its own, all others take that of the first
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
-        with found:
-            yield found
+        yield
     finally:
-        logger.setLevel(before)
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
 
 
 def _knock(address: str) -> None:
