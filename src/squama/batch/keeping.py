@@ -1,4 +1,4 @@
-"""Compiled functions that are kept on the disk, for the sources they were made from."""
+"""How functions are compiled: parts of others in one go with them, those called from outside kept on the disk."""
 
 from __future__ import annotations
 
@@ -6,9 +6,63 @@ import hashlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+
+class _Part(JITCodeLibrary):
+    """Code that only compiled code calls: optimised, and made machine code, in its outermost caller, not before."""
+
+    def finalize(self) -> None:
+        """Link what is called."""
+        for called in dict.fromkeys(self._linking_libraries):
+            self._final_module.link_in(called._get_module_for_linking(), preserve=True)
+        self._finalized = True
+
+    @property
+    def codegen(self) -> Any:
+        """What is told of the environment of the machine code, of which there is none."""
+        return self
+
+    def set_env(self, *_: Any) -> None:
+        """Take note of nothing."""
+
+
+class _Parts(Compiler):
+    """Compiles such code."""
+
+    place: Any = _Part
+
+    def define_pipelines(self) -> Any:
+        """Define the usual passes, in that place."""
+        self.state.library = self.place(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        passes: Any = super()
+        return passes.define_pipelines()
+
+
+INNER: dict[str, Any] = {
+    "pipeline_class": _Parts,
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+"""Options of a function that only compiled code calls; 1/0 = inf, without a test."""
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def part(f: _F) -> _F:
+    """Return a function compiled, to be called by compiled code only."""
+    found: _F = numba.njit(**INNER)(f)
+    return found
+
+
+def inlined(f: _F) -> _F:
+    """Return such a function, whose code stands where it is called."""
+    found: _F = numba.njit(forceinline=True, **INNER)(f)
+    return found
 
 
 def kept(f: Callable[..., Any], sources: Sequence[Path]) -> Any:

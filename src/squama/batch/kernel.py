@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 from numba import types
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.extending import overload, overload_attribute, overload_method
 
+from squama.batch.keeping import INNER
 from squama.model import (
     bending,
     bracket,
@@ -41,36 +40,6 @@ from squama.model.paths import FoldedTwist, Ops, Twist
 EDGE, PLATE = (NAMES.index(law) for law in ("edge", "plate"))
 
 
-class _Part(JITCodeLibrary):
-    """Code that only compiled code calls: optimised, and made machine code, in its outermost caller, not before."""
-
-    def finalize(self) -> None:
-        """Link what is called."""
-        for called in dict.fromkeys(self._linking_libraries):
-            self._final_module.link_in(called._get_module_for_linking(), preserve=True)
-        self._finalized = True
-
-    @property
-    def codegen(self) -> Any:
-        """What is told of the environment of the machine code, of which there is none."""
-        return self
-
-    def set_env(self, *_: Any) -> None:
-        """Take note of nothing."""
-
-
-class _Parts(Compiler):
-    """Compiles such code."""
-
-    place: Any = _Part
-
-    def define_pipelines(self) -> Any:
-        """Define the usual passes, in that place."""
-        self.state.library = self.place(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        passes: Any = super()
-        return passes.define_pipelines()
-
-
 _SINE, _VERSINE = (tuple((-1) ** n / math.factorial(2 * n + m) for n in range(8)) for m in (1, 2))
 """Series of sin(z)/z and of (1 - cos z)/z^2 in z^2."""
 WIDTH = 8
@@ -78,12 +47,9 @@ WIDTH = 8
 SPARE = SIZE
 """Where single places are looked at."""
 OPTIONS: dict[str, Any] = {
-    "pipeline_class": _Parts,
-    "error_model": "numpy",
+    **INNER,
     "_nrt": False,
     "no_rewrites": True,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
 }
 """1/0 = inf, without a test; called by compiled code only. No rounding is left out, so nothing depends on company."""
 _INLINED: dict[str, Any] = {"forceinline": True, **OPTIONS}

@@ -21,16 +21,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
-
+from squama.batch.keeping import inlined, part
 from squama.types import Array
 
 MOST = 12
 """Unknowns at most: u, w, epsilon; three of the contact; c1, c2."""
 Vector = tuple[float, float, float]
 
-_jit = numba.njit(error_model="numpy")
-_in = numba.njit(error_model="numpy", forceinline=True)
+_jit, _in = part, inlined
 
 
 class Design(NamedTuple):
