@@ -21,12 +21,15 @@ SHAPES = [
 ]
 
 
-def made(i: int, *, h: float | None = None, D: float | None = None, mu: float = 0.0, K=None, sense: int = 1) -> Way:
-    eta, beta, lam, alpha, theta0, share, zeta, width, nu, bending = SHAPES[i]
+def shape(i: int) -> law.Shape:
+    _, beta, lam, alpha, theta0, share, zeta, width, nu, _ = SHAPES[i]
     a, t = math.radians(alpha), math.radians(theta0)
-    thick = share * math.cos(a) * math.sin(t)
-    if K is None:
-        K = law.stiffness(law.Shape(width, lam, zeta, beta, thick, a, t, nu))
+    return law.Shape(width, lam, zeta, beta, share * math.cos(a) * math.sin(t), a, t, nu)
+
+
+def made(i: int, *, h: float | None = None, D: float | None = None, mu: float = 0.0, sense: int = 1) -> Way:
+    eta, bending, at = SHAPES[i][0], SHAPES[i][-1], shape(i)
+    beta, lam, a, t, thick, K = at.beta, at.lam, at.alpha, at.theta0, at.thickness, law.stiffness(at)
     K_theta = 1 / np.linalg.inv(K[:6, :6])[4, 4]
     D = bending * K_theta if D is None else D
     return Way.of(Scale(eta, beta, lam, a, t, thick if h is None else h, D, 0.35), K, mu, sense=sense, most=0.5)
@@ -94,9 +97,8 @@ def test_the_other_sense_is_the_mirror_image(i: int) -> None:
     """alpha and the twist turned round, and the matrix mirrored, give the same; so does -- of the mirror image."""
     one = made(i, mu=0.2)
     signs = path.MIRROR
-    mirrored = Way.of(
-        one.scale._replace(alpha=-one.scale.alpha), one.K * np.outer(signs, signs), 0.2, sense=-1, most=0.5
-    )
+    K = law.stiffness(shape(i)) * np.outer(signs, signs)
+    mirrored = Way.of(one.scale._replace(alpha=-one.scale.alpha), K, 0.2, sense=-1, most=0.5)
     assert mirrored.contact == one.contact
     x = twists(one, 20)
     np.testing.assert_allclose(mirrored.states(x)[0], one.states(x)[0], rtol=1e-12)
@@ -113,7 +115,7 @@ def test_steps_do_not_matter(mu: float) -> None:
 def test_plates_that_touch_at_rest_and_scales_that_never_meet() -> None:
     eta, beta, lam, alpha, theta0, *_ = SHAPES[0]
     gap = math.cos(math.radians(alpha)) * math.sin(math.radians(theta0))
-    K = made(0).K
+    K = law.stiffness(shape(0))
     touching = Way.of(Scale(eta, beta, lam, math.radians(alpha), math.radians(theta0), 1.01 * gap), K, 0.2)
     assert touching.contact.first == -2
     assert touching.contact.phi == 0.0

@@ -46,6 +46,7 @@ class _Parts(Compiler):
 INNER: dict[str, Any] = {
     "pipeline_class": _Parts,
     "error_model": "numpy",
+    "no_rewrites": True,
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }

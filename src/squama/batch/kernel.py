@@ -49,7 +49,6 @@ SPARE = SIZE
 OPTIONS: dict[str, Any] = {
     **INNER,
     "_nrt": False,
-    "no_rewrites": True,
 }
 """1/0 = inf, without a test; called by compiled code only. No rounding is left out, so nothing depends on company."""
 _INLINED: dict[str, Any] = {"forceinline": True, **OPTIONS}

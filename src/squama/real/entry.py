@@ -1,40 +1,103 @@
-"""The compiled functions of the real model that are called from outside, and their copies on the disk."""
+"""The compiled code of the real model as it is called from outside: many beams, one after the other."""
 
 from __future__ import annotations
 
 import logging
+import math
 from pathlib import Path
+from typing import NamedTuple
 
 from squama.batch.keeping import is_ready, kept
 from squama.real import follow as following
 from squama.real import start
-from squama.real.contact import Design
-from squama.real.follow import End
+from squama.real.contact import BEND, SHAPE, Design, _jit
+from squama.real.follow import OTHER, End
+from squama.real.plate import SIDE_D, TIP
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 """All that may be compiled."""
-_follow, _first = following.follow, start.first_contact
+_follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
 
 
-def _path(
-    d: Design, begin: tuple[float, float, float], targets: Array, step: float, every: int, out: Array
-) -> End:  # fmt: skip
-    """Follow a path, as :func:`squama.real.follow.follow`."""
-    return _follow(d, begin, targets, step, every, out)
+class Beams(NamedTuple):
+    """Many beams, E = d = 1.
+
+    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 8, 8) over (u, w,
+    epsilon, phi); ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bent`` (n, 4, 24, 6), what forces on the
+    edges do to the plates, see :func:`squama.real.plate.answers`; ``motions``: 7 with a free stretch, 6 where the
+    length is held.
+    """
+
+    shapes: Array
+    K: Array
+    elastic: Array
+    compliances: Array
+    bent: Array
+    motions: int
 
 
-def _contact(d: Design, most: float) -> tuple[int, int, int, float, float, float]:
-    """Find the first contact, as :func:`squama.real.start.first_contact`."""
-    return _first(d, most)
+@_jit
+def _design(b: Beams, i: int, table: Array) -> Design:
+    """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
+    table[:8, :8] = b.K[i]
+    s = b.shapes[i]
+    edges, upwards = (TIP, SIDE_D, 1), 1.0
+    return Design(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.motions, b.elastic[i], table)
 
 
-follow, first_contact = kept(_path, SOURCES), kept(_contact, SOURCES)
+@_jit
+def _bend(b: Beams, i: int, d: Design) -> None:
+    """Write what forces on the two edges that meet do to the plates into a design's table."""
+    for m in range(2):
+        one = d.second if m else d.first
+        d.table[SHAPE:, 6 * m : 6 * m + 6] = b.bent[i, one]
+        for n in range(2):
+            two = d.second if n else d.first
+            d.table[BEND + 6 * m : BEND + 6 * m + 6, 6 * n : 6 * n + 6] = b.compliances[i, one, two]
+
+
+@_jit
+def _along(d: Design, c: Array, targets: Array, step: float, every: int, out: Array) -> End:
+    """Follow a beam from its first contact on, as :func:`squama.real.follow.follow`."""
+    begin, reached = (math.inf, 0.0, 0.0), targets.size
+    if c[0] >= 0.0:
+        begin = c[3], c[4], c[5]
+    elif c[0] == -2.0:
+        reached = 0
+        while reached < targets.size and targets[reached] <= c[3]:
+            reached += 1
+    end = _follow(d, begin, targets[:reached], step, every, out)
+    return end if reached == targets.size else End(OTHER, c[3], int(c[1]), int(c[2]), reached)
+
+
+def _answer(
+    b: Beams, most: float, step: float, every: int, targets: Array, contacts: Array, tables: Array, out: Array,
+    ends: Array,
+) -> None:  # fmt: skip
+    """Find what touches first below the twist ``most`` where that is not known yet, and follow the beams to targets.
+
+    Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
+    ``tables`` (n, 44, 12) of the designs, ``out`` (n, m, 18) at targets (n, m) as far as they are reached, and ``ends``
+    (n, 5), see :class:`squama.real.follow.End`.
+    """
+    for i in range(targets.shape[0]):
+        d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
+        if math.isnan(c[0]):
+            c[0], c[1], c[2], c[3], c[4], c[5] = _first_contact(d, most)
+        if c[0] >= 0.0:
+            d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
+        if d.elastic:
+            _bend(b, i, d)
+        end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], step, every, out[i])
+
+
+answer = kept(_answer, SOURCES)
 _told: list[bool] = []
 
 
 def tell() -> None:
     """Say once that there is something to compile, where there is."""
-    if not _told and not is_ready(follow):
+    if not _told and not is_ready(answer):
         logging.getLogger("squama").warning("squama: compiling the code of the real beam, once; some seconds")
     _told.append(True)

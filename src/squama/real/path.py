@@ -6,17 +6,16 @@ Twists are magnitudes: the other sense is the mirror image, alpha -> -alpha.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama.real import entry, follow, plate
-from squama.real.contact import BEND, ROWS, SHAPE, Design
+from squama.real.contact import BEND, ROWS, SHAPE
 from squama.types import Array
 
 MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
 """Signs of the nine motions in the mirror image."""
-_HELD = [0, 1, 2, 3, 4, 5, 6]
 STEP = 4e-3
 """Largest increment of the twist, rad per pitch; a quarter of it changes a torque by some 1e-5."""
 EVERY = 4
@@ -26,16 +25,19 @@ EDGES = ("tip edge", "side edge", "side edge", "base edge")
 
 
 class Scale(NamedTuple):
-    """A scale: lengths in pitches, angles in rad; ``D`` bending stiffness (E d^3, inf for rigid), Poisson's ratio."""
+    """A scale: lengths in pitches, angles in rad; ``D`` bending stiffness (E d^3, inf for rigid), Poisson's ratio.
 
-    eta: float
-    beta: float
-    lam: float
-    alpha: float
-    theta0: float
-    h: float
-    D: float = math.inf
-    nu: float = 0.3
+    Floats, or arrays (n,) of many scales.
+    """
+
+    eta: Any
+    beta: Any
+    lam: Any
+    alpha: Any
+    theta0: Any
+    h: Any
+    D: Any = math.inf
+    nu: Any = 0.3
 
     @property
     def elastic(self) -> bool:
@@ -69,112 +71,121 @@ def place(edge: int, k: int) -> str:
     return f"{EDGES[edge % 4]} of {own} on the face of {other} (k = {k})"
 
 
+class Answers(NamedTuple):
+    """Of n beams: first contacts (n, 6), tables of the designs (n, 44, 12), rows (n, m, 18) and ends (n, 5).
+
+    See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
+    """
+
+    contacts: Array
+    tables: Array
+    rows: Array
+    ends: Array
+
+
+def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: bool = False) -> entry.Beams:
+    """Return beams for the compiled model.
+
+    Parameters
+    ----------
+    scale
+        Arrays (n,) in place of floats.
+    K
+        Matrices (n, 7, 7) or (n, 9, 9).
+    mu
+        Coefficients of friction (n,).
+    sense
+        -1 for the mirror image.
+    free
+        Whether their length may change.
+    """
+    order, places = ([*range(6), 8, 6], [*range(8)]) if free else ([*range(7)], [*range(6), 7])
+    signs = MIRROR if sense < 0 else np.ones(9)
+    motions = np.zeros((len(K), 8, 8))
+    motions[np.ix_(range(len(K)), places, places)] = K[:, :, order][:, order] * np.outer(signs[order], signs[order])
+    alpha, theta0 = sense * scale.alpha, scale.theta0
+    shapes = np.column_stack([
+        scale.eta, scale.beta, scale.lam, np.sin(alpha), np.cos(alpha), np.sin(theta0), np.cos(theta0), scale.h, mu,
+    ])  # fmt: skip
+    elastic, n = np.isfinite(scale.D), len(K)
+    found = np.zeros((n, 4, 4, 6, 6)), np.zeros((n, 4, 24, 6))
+    if elastic.any():
+        made = plate.answers(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
+        for out, one in zip(found, made, strict=True):
+            out[elastic] = one / scale.D[elastic].reshape(-1, *[1] * (one.ndim - 1))
+    return entry.Beams(shapes, motions, elastic, *found, 7 if free else 6)
+
+
+def follow_all(
+    beams: entry.Beams, targets: Array, *, most: float = 1.0, contacts: Array | None = None, step: float = STEP,
+    every: int = EVERY,
+) -> Answers:  # fmt: skip
+    """Follow beams to targets (n, m); first contacts are looked for below the twist ``most`` unless they are given."""
+    n = len(targets)
+    found = Answers(
+        np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 12)),
+        np.full((*targets.shape, len(follow.COLUMNS)), np.nan), np.zeros((n, len(follow.End._fields))),
+    )  # fmt: skip
+    entry.tell()
+    entry.answer(beams, most, step, every, np.ascontiguousarray(targets, float), *found)
+    return found
+
+
 class Path(NamedTuple):
-    """A beam to be followed: its scale, K (7, 7) or (9, 9), friction, sense, and what touches first."""
+    """A beam to be followed: its scale as seen in its sense, its design's table, and what touches first."""
 
     scale: Scale
-    K: Array
-    mu: float
-    design: Design
+    beams: entry.Beams
+    table: Array
     contact: Contact
 
     @classmethod
     def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, free: bool = False, most: float = 1.0) -> Path:
-        """Return the path of a beam; ``free``: its length may change; ``most``: largest twist."""
-        n = len(K)
-        signs = MIRROR[:n] if sense < 0 else np.ones(n)
-        K = K * np.outer(signs, signs)
-        scale = scale._replace(alpha=sense * scale.alpha)
-        design = make(scale, K, mu, free=free and n == 9)
-        entry.tell()
-        found = Contact(*entry.first_contact(design, most))
-        if found.first >= 0:
-            normal = 1.0 if (found.first, found.second) == (plate.TIP, plate.SIDE_D) else _sign(found)
-            design = bend(design._replace(first=found.first, second=found.second, k=found.k, sign=normal), scale)
-        return cls(scale, K, mu, design, found)
+        """Return the path of a beam; K (7, 7) or (9, 9); ``free``: its length may change; ``most``: largest twist."""
+        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, free=free and len(K) == 9)
+        found = follow_all(one, np.empty((1, 0)), most=most)
+        contact = Contact(*(int(v) for v in found.contacts[0, :3]), *found.contacts[0, 3:].tolist())
+        return cls(scale._replace(alpha=sense * scale.alpha), one, found.tables[0], contact)
+
+    @property
+    def mu(self) -> float:
+        """Coefficient of friction."""
+        return float(self.beams.shapes[0, 8])
+
+    def bending(self, rows: Array) -> Array:
+        """Return the powers of the places on both edges times the forces that bend the plates there (n, 12)."""
+        c = self.contact
+        found = []
+        for i, edge in enumerate((c.first, c.second) if c.first >= 0 else (plate.TIP, plate.SIDE_D)):
+            x = np.nan_to_num(rows[:, 4 + i]) / (self.scale.eta if edge in (1, 2) else self.scale.beta)
+            found.append(x[:, None] ** (np.arange(6) + plate.FIRST[edge]) * rows[:, 6 + i, None])
+        return np.concatenate(found, axis=1)
 
     def states(self, targets: Array, step: float = STEP, every: int = EVERY) -> tuple[Array, follow.End]:
         """Follow the twist to targets (n,); return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
-        out = np.full((targets.size, len(follow.COLUMNS)), np.nan)
-        c = self.contact
-        begin = (c.phi, c.x, c.y) if c.first >= 0 else (math.inf, 0.0, 0.0)
-        reach = np.minimum(targets, c.phi) if c.first == -2 else targets
-        end = entry.follow(self.design, begin, np.ascontiguousarray(reach, float), step, every, out)
-        if c.first == -2 and targets.max() > c.phi:
-            first = int(np.argmax(targets > c.phi))
-            out[first:] = np.nan
-            end = follow.End(follow.OTHER, c.phi, c.second, c.k, first)
-        return out, end
-
-
-def make(scale: Scale, K: Array, mu: float, *, free: bool) -> Design:
-    """Return the compiled model's design of a scale on a matrix, its tip edge on the next one's side edge."""
-    table = np.zeros((ROWS, 12))
-    order = [*_HELD[:6], 8, 6] if free else _HELD
-    places = [*range(8)] if free else [0, 1, 2, 3, 4, 5, 7]
-    table[np.ix_(places, places)] = K[np.ix_(order, order)]
-    sa, ca, st, ct = (f(v) for v in (scale.alpha, scale.theta0) for f in (math.sin, math.cos))
-    found = Design(
-        scale.eta, scale.beta, scale.lam, sa, ca, st, ct, scale.h, mu, plate.TIP, plate.SIDE_D, 1, 1.0,
-        7 if free else 6, scale.elastic, table,
-    )  # fmt: skip
-    return bend(found, scale)
-
-
-def bend(design: Design, scale: Scale) -> Design:
-    """Fill a design's table with what forces on its two edges do to a plate."""
-    if scale.elastic:
-        C, shapes = (v[0] / scale.D for v in plate.answers(*(np.array([v]) for v in (scale.eta, scale.beta, scale.nu))))
-        both = design.first, design.second
-        for i, a in enumerate(both):
-            design.table[SHAPE:, 6 * i : 6 * i + 6] = shapes[a]
-            for j, b in enumerate(both):
-                design.table[BEND + 6 * i : BEND + 6 * i + 6, 6 * j : 6 * j + 6] = C[a, b]
-    return design
-
-
-def _sign(contact: Contact) -> float:
-    """Return the sign of the edges' common normal for which it pushes scale 1 upwards."""
-    along = [np.array([1.0, 0.0, 0.0]) if edge in (1, 2) else np.array([0.0, 1.0, 0.0]) for edge in contact[:2]]
-    return float(np.sign(np.cross(along[1], along[0])[2])) or 1.0
+        contacts = np.array([self.contact], float)
+        found = follow_all(self.beams, targets[None], contacts=contacts, step=step, every=every)
+        code, phi, *rest = found.ends[0].tolist()
+        return found.rows[0], follow.End(int(code), phi, *map(int, rest))
 
 
 def deflections(path: Path, rows: Array) -> Array:
     """Return the plate's deflections as powers (n, 24), see :mod:`squama.real.plate`, of states."""
-    d = path.design
-    forces = np.stack(
-        [_powers(d, edge, rows[:, 4 + i]) * rows[:, 6 + i, None] for i, edge in enumerate((d.first, d.second))]
-    )
-    return (
-        np.einsum("ij,nj->ni", d.table[SHAPE:], np.concatenate(list(forces), axis=1))
-        if d.elastic
-        else np.zeros((len(rows), 24))
-    )
-
-
-def _powers(d: Design, edge: int, x: Array) -> Array:
-    scaled = np.nan_to_num(x) / (d.eta if edge in (1, 2) else d.beta)
-    return scaled[:, None] ** (np.arange(6) + plate.FIRST[edge])
+    return path.bending(rows) @ path.table[SHAPE:].T
 
 
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    d = path.design
-    q = np.column_stack([rows[:, 11:18], rows[:, 0]])
-    whole = np.einsum("ni,ij,nj->n", q, d.table[:8, :8], q) / 2
+    q, g = np.column_stack([rows[:, 11:18], rows[:, 0]]), path.bending(rows)
+    whole = np.einsum("ni,ij,nj->n", q, path.table[:8, :8], q) / 2
     bar = rigidity(path) * rows[:, 0] ** 2 / 2
-    own = np.zeros(len(rows))
-    if d.elastic:
-        g = np.concatenate(
-            [_powers(d, e, rows[:, 4 + i]) * rows[:, 6 + i, None] for i, e in enumerate((d.first, d.second))], axis=1
-        )
-        own = np.einsum("ni,ij,nj->n", g, d.table[BEND : BEND + 12], g) / 2
+    own = np.einsum("ni,ij,nj->n", g, path.table[BEND : BEND + 12], g) / 2
     return {"U_joint": whole - bar, "U_plate": own, "U_bar": bar}
 
 
 def rigidity(path: Path) -> float:
     """Return the torque per twist without contact, E d^3."""
-    T, m = path.design.table[:8, :8], path.design.motions
+    T, m = path.table[:8, :8], path.beams.motions
     return float(T[7, 7] - T[7, :m] @ np.linalg.solve(T[:m, :m], T[:m, 7]))
 
 
@@ -223,6 +234,6 @@ def inclinations(path: Path, rows: Array) -> Array:
 
 def pull_out(path: Path, rows: Array) -> Array:
     """Return the force (n,) of the contacts along a scale out of the substrate, E d^2."""
-    T = path.design.table[:8, :8]
+    T = path.table[:8, :8]
     q = np.column_stack([rows[:, 11:18], rows[:, 0]])
     return np.asarray(np.einsum("ni,ni->n", q @ T[:3].T, _turns(rows)[:, :, 0]))
