@@ -14,6 +14,7 @@ from squama.errors import InputError, SquamaError, ValidityWarning
 if TYPE_CHECKING:
     from squama.arrays.derivatives import Gradient, gradient
     from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
+    from squama.arrays.real_beams import Response, response
     from squama.batch import Solved, solve
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
     from squama.curves.doors import bend, cycle, twist
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "beam.design": "Scale Substrate Joint Friction Beam",
     "arrays.edge_contacts": "contact Contact forces Forces ends Ends",
+    "arrays.real_beams": "response Response",
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",
     "model.outcome": "End",
@@ -72,6 +74,7 @@ __all__ = [
     "Gradient",
     "InputError",
     "Joint",
+    "Response",
     "Scale",
     "Solved",
     "SquamaError",
@@ -92,6 +95,7 @@ __all__ = [
     "open_sweep",
     "pareto",
     "read",
+    "response",
     "row",
     "save",
     "solve",

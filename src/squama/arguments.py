@@ -17,18 +17,19 @@ from squama.units import MARGIN, shown
 EXAMPLES = {
     "eta": "3", "beta": "1.25", "lam": "0.45", "mu": "0.25", "margin": "0.01", "stiffness_ratio": "1",
     "alpha": "np.radians(45)", "theta0": "np.radians(10)", "theta": "np.radians(20)",
+    "nu": "0.49", "scale_nu": "0.35", "zeta": "0.3", "width": "1.5", "modulus_ratio": "2000",
     "thickness": "0.02", "points": "200", "at": "5", "scales": "25", "neighbour": "1",
 }  # fmt: skip
 """What to write, by the name of an argument."""
 
 
-def numbers(name: str, value: ArrayLike) -> Array:
-    """Return finite numbers as an array of floats."""
+def numbers(name: str, value: ArrayLike, *, endless: bool = False) -> Array:
+    """Return finite numbers as an array of floats; ``endless``: inf is one of them."""
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         refuse(name, shown(value), "give a number or an array of numbers")
-    _refuse(name, array, ~np.isfinite(array), "a finite number")
+    _refuse(name, array, ~np.isfinite(array) & ~(endless & np.isposinf(array)), "a finite number")
     return array
 
 
@@ -41,9 +42,9 @@ def _refuse(name: str, array: Array, bad: Array, allowed: str, remedy: str = "")
         refuse(name, f"{first:.6g}{more}", f"must be {allowed}", remedy)
 
 
-def positive(name: str, value: ArrayLike) -> Array:
-    """Return numbers above zero."""
-    array = numbers(name, value)
+def positive(name: str, value: ArrayLike, *, endless: bool = False) -> Array:
+    """Return numbers above zero; ``endless``: inf is one of them."""
+    array = numbers(name, value, endless=endless)
     _refuse(name, array, array <= 0, "above 0")
     return array
 
@@ -88,7 +89,9 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
             given.append(numbers(name, value))
             _refuse(name, given[-1], (given[-1] <= 0) | (given[-1] > reach.MOST), reach.ALLOWED)
         else:
-            given.append(positive(name, value))
+            given.append(positive(name, value, endless=name == "modulus_ratio"))
+            if name in ("nu", "scale_nu"):
+                _refuse(name, given[-1], given[-1] >= 0.5, "above 0 and below 0.5")
     cols = together(dict(zip(columns, given, strict=True)))
     return [np.ascontiguousarray(c, float).ravel() for c in cols], cols[0].shape
 

@@ -9,6 +9,7 @@ import pytest
 
 import squama
 from squama.joints import law
+from squama.joints.factor import MIRROR
 from squama.real import follow, path, plate
 from squama.real.path import Path as Way
 from squama.real.path import Scale
@@ -96,7 +97,7 @@ def test_a_joint_that_gives_in_one_motion_only_is_a_hinge(h: float) -> None:
 def test_the_other_sense_is_the_mirror_image(i: int) -> None:
     """alpha and the twist turned round, and the matrix mirrored, give the same; so does -- of the mirror image."""
     one = made(i, mu=0.2)
-    signs = path.MIRROR
+    signs = MIRROR
     K = law.stiffness(shape(i)) * np.outer(signs, signs)
     mirrored = Way.of(one.scale._replace(alpha=-one.scale.alpha), K, 0.2, sense=-1, most=0.5)
     assert mirrored.contact == one.contact

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -78,31 +78,19 @@ def answers(
         with np.errstate(all="ignore"):
             fill(designs, 0, n, common, Room(), out, whole)
     else:
-        _in_parts(designs, common, out, whole, threads)
+        _compiled(designs, common, out, whole, threads)
     return Answers._make((*out, whole[0].astype(np.int8), *whole[1:]))
 
 
-def _in_parts(designs: Array, common: Common, out: Array, whole: Array, threads: int | None) -> None:
-    from numba import config
-
+def _compiled(designs: Array, common: Common, out: Array, whole: Array, threads: int | None) -> None:
     from squama.batch import entry
+    from squama.batch.threads import in_parts
 
     if not entry.ready():
         logging.getLogger("squama").warning("squama: compiling the code for many designs, once; some seconds")
-    n = designs.shape[1]
-    workers = max(1, min(threads or int(getattr(config, "NUMBA_NUM_THREADS", 1)), n // LEAST))
-    parts = iter(range(0, n, size := max(LEAST, min(PART, n // (2 * workers)))))
 
-    def work() -> None:
+    def begin() -> Callable[[int, int], None]:
         room = entry.room()
-        for low in parts:
-            entry.fill(designs, low, min(n, low + size), common, room, out, whole)
+        return lambda low, high: entry.fill(designs, low, high, common, room, out, whole)
 
-    if workers == 1:
-        work()
-        return
-    with ThreadPoolExecutor(workers - 1) as pool:
-        others = [pool.submit(work) for _ in range(workers - 1)]
-        work()
-        for other in others:
-            other.result()
+    in_parts(begin, designs.shape[1], most=PART, least=LEAST, threads=threads)

@@ -19,7 +19,7 @@ from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
 from squama.curves.path import Asked, Case, Curve, States, figures
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
-from squama.model.outcome import End
+from squama.joints.factor import MIRROR
 from squama.real import follow, path
 from squama.types import Array
 
@@ -32,10 +32,6 @@ _FINE = 2e-3
 _NEAR, _SAME = 1e-5, 1e-6
 _GRID = (6, 3)
 """Parts of a bent plate along and across, where it may touch anywhere."""
-_ENDS = {
-    follow.RANGE: End.RANGE, follow.OTHER: End.OTHER, follow.STOPPED: End.STOPPED, follow.PARTED: End.SNAP,
-    follow.NONE: End.NONE,
-}  # fmt: skip
 _LENGTHS = ("p", "s", "u_X", "u_Y", "u_Z", "deflection")
 _PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "pull_out")
 _ALONG = (
@@ -221,7 +217,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     d, E = beam.pitch, beam.substrate.youngs_modulus
     column = dict(zip(follow.COLUMNS, rows.T, strict=True))
     # the other sense is followed as the mirror image
-    mirror = path.MIRROR if one.sign < 0 else np.ones(9)
+    mirror = MIRROR if one.sign < 0 else np.ones(9)
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, mirror, strict=False)}
     own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
     own |= path.energies(way, rows)
@@ -269,12 +265,7 @@ def impossible(beam: Beam) -> str:
 def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
     """Return how the curve ends, what touches first and what comes in later, by role."""
     c, code = way.contact, end.code
-    edge = {follow.OFF_FIRST: c.first, follow.OFF_SECOND: c.second}.get(code)
-    name = End.NONE if c.first == -1 and code == follow.RANGE else _ENDS.get(code)
-    if c.first == -2 and c.phi == 0.0:
-        name = End.TOUCHING
-    if edge is not None:
-        name = (End.OFF_TIP, End.OFF_SIDE, End.OFF_SIDE, End.OTHER)[edge]
+    (name,) = path.endings(np.array([c], float), np.array([end], float))
     other = path.place(end.edge, end.k) if code == follow.OTHER else ""
     where = f"{other} at {end.phi:.4g} rad/pitch" if other else ""
     return {

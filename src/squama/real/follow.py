@@ -48,7 +48,7 @@ from squama.real.steps import free_rates, rates_engaging, rates_sliding, solve
 from squama.types import Array
 
 FREE, SLIP, STICK = range(3)
-RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, NONE = range(7)
+RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED = range(6)
 """Ends by number."""
 COLUMNS = (
     "phi",

@@ -10,18 +10,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.joints.factor import MIRROR
+from squama.model.outcome import End
 from squama.real import entry, follow, plate
 from squama.real.contact import BEND, ROWS, SHAPE
 from squama.types import Array
 
-MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
-"""Signs of the nine motions in the mirror image."""
 STEP = 4e-3
 """Largest increment of the twist, rad per pitch; a quarter of it changes a torque by some 1e-5."""
 EVERY = 4
 """Other contacts are looked for at every so many steps."""
 _GRID = np.linspace(0.0, 1.0, 13)[:, None], np.linspace(-1.0, 1.0, 9)
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
+WORDS = np.array([End.RANGE, End.OFF_TIP, End.OFF_SIDE, End.OTHER, End.STOPPED, End.SNAP, End.NONE, End.TOUCHING], str)
+"""Ends in words: those of :mod:`squama.real.follow` by number, then those of :func:`endings` alone."""
 
 
 class Scale(NamedTuple):
@@ -129,6 +131,17 @@ def follow_all(
     entry.tell()
     entry.answer(beams, most, step, every, np.ascontiguousarray(targets, float), *found)
     return found
+
+
+def endings(contacts: Array, ends: Array) -> Array:
+    """Return in words how paths end (n,), by their first contacts (n, 6) and their ends (n, 5)."""
+    first, code = contacts[:, 0].astype(int), ends[:, 0].astype(int)
+    # where a contact leaves its edge, the edge says how; that of the base is no edge of the contact's
+    edge = np.where(code == follow.OFF_FIRST, contacts[:, 0], contacts[:, 1]).astype(int)
+    off = np.array([follow.OFF_FIRST, follow.OFF_SECOND, follow.OFF_SECOND, follow.OTHER])
+    code = np.where((code == follow.OFF_FIRST) | (code == follow.OFF_SECOND), off[np.clip(edge, 0, 3)], code)
+    code = np.where((first == -1) & (code == follow.RANGE), 6, code)
+    return WORDS[np.where((first == -2) & (contacts[:, 3] == 0.0), 7, code)]
 
 
 class Path(NamedTuple):

@@ -1,0 +1,127 @@
+"""Arrays of real beams: against single curves, and what must not matter."""
+
+import numpy as np
+import pytest
+
+import squama
+from squama.joints import law
+from squama.real import path
+
+DESIGN = {
+    "eta": 4.0, "beta": 0.5, "lam": 0.4, "zeta": 0.35, "alpha": np.radians(45), "theta0": np.radians(15),
+    "thickness": 0.06, "width": 1.2, "nu": 0.48, "mu": 0.3,
+}  # fmt: skip
+PHI = np.linspace(0, 0.14, 36)
+
+
+def some(n: int, seed: int = 5) -> dict[str, np.ndarray]:
+    """Random designs, a part of them outside the law's range, every third rigid."""
+    r = np.random.default_rng(seed)
+    beta, alpha, theta0 = r.uniform(0.36, 1.2, n), np.radians(r.uniform(20, 70, n)), np.radians(r.uniform(6, 25, n))
+    ratio = np.where(np.arange(n) % 3 == 0, np.inf, 10 ** r.uniform(3, 5.2, n))
+    return {
+        "eta": r.uniform(1.2, 4.5, n), "beta": beta, "lam": r.uniform(0.3, 0.8, n), "zeta": r.uniform(0.1, 0.5, n),
+        "alpha": alpha, "theta0": theta0, "thickness": np.cos(alpha) * np.sin(theta0) * r.uniform(0.05, 0.6, n),
+        "width": r.uniform(1.05, 1.95, n) * 2 * beta * np.cos(alpha), "nu": r.uniform(0.25, 0.495, n),
+        "mu": r.uniform(0, 0.6, n), "modulus_ratio": ratio,
+    }  # fmt: skip
+
+
+def test_a_beam_of_a_file_has_the_curve_of_twist() -> None:
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    s, d, substrate = beam.scale, beam.pitch, beam.substrate
+    many = squama.response(
+        PHI, eta=beam.eta, beta=beam.beta, lam=beam.lam, zeta=beam.zeta, alpha=s.alpha, theta0=s.theta0,
+        thickness=s.thickness / d, width=substrate.width / d, nu=substrate.poisson_ratio, mu=beam.friction.mu,
+        modulus_ratio=s.youngs_modulus / substrate.youngs_modulus, scale_nu=s.nu,
+    )  # fmt: skip
+    one = squama.twist(beam, at=[f"{x} rad/pitch" for x in PHI])
+    unit = substrate.youngs_modulus * d**3
+    assert many.phi_e == pytest.approx(float(one.phi_e), rel=1e-12)
+    assert many.end == str(one.end.values)
+    np.testing.assert_allclose(many.T * unit, one["T"].values, rtol=1e-5)
+    np.testing.assert_allclose(many.N * unit / d, one.N.values, rtol=1e-4)
+    np.testing.assert_allclose(many.W_fr * unit / d, one.W_fr.values, rtol=1e-3, atol=1e-9)
+    assert float(many.K_theta) * unit == pytest.approx(one.attrs["K_theta"])
+    assert float(many.rigidity) * unit * d == pytest.approx(one.attrs["rigidity"])
+    # slopes between the twists against those of finer steps
+    np.testing.assert_allclose(many.stiffness_ratio[:-1], one.stiffness_ratio.values[:-1], rtol=5e-3)
+
+
+def test_neither_company_nor_threads_matter() -> None:
+    designs = some(300)
+    all_at_once, threads = (squama.response(PHI, **designs, threads=n) for n in (1, 3))
+    alone = [squama.response(PHI, **{name: v[i] for name, v in designs.items()}) for i in range(0, 300, 7)]
+    stacked = squama.Response(*(np.stack(field) for field in zip(*alone, strict=True)))
+    for i, other in ((slice(None), threads), (slice(None, None, 7), stacked)):
+        for name, x, y in zip(squama.Response._fields, all_at_once, other, strict=True):
+            if name in ("end", "in_range"):
+                np.testing.assert_array_equal(x[i], y)
+            elif name != "stiffness_ratio":
+                np.testing.assert_allclose(x[i], y, rtol=1e-6, atol=1e-9, err_msg=name)
+
+
+def test_designs_outside_the_law_have_no_figures_and_all_others_an_end() -> None:
+    designs = some(400)
+    r = squama.response(PHI, **designs)
+    assert 100 < r.in_range.sum() < 400
+    joint = law.Shape(*(designs[name] for name in law.Shape._fields))
+    np.testing.assert_array_equal(r.in_range, law.within(joint))
+    for values in (r.phi_e, r.phi_end, r.K_theta, r.T[:, 0]):
+        np.testing.assert_array_equal(np.isnan(values), ~r.in_range)
+    words = {str(word) for word in path.WORDS}
+    assert set(r.end[r.in_range]) <= words
+    assert set(r.end[~r.in_range]) == {""}
+    # a curve goes to its end, and no further
+    reached = np.isfinite(r.T[r.in_range])
+    np.testing.assert_array_equal(reached, r.phi_end[r.in_range, None] * (1 + 1e-9) >= PHI)
+    free = r.in_range & (r.end == "no engagement")
+    assert free.any()
+    np.testing.assert_allclose(r.T[free], r.rigidity[free, None] * PHI, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(r.stiffness_ratio[free], 1, rtol=1e-9)
+
+
+def test_the_other_sense_is_that_of_the_mirror_image() -> None:
+    """A beam whose scales, and so whose joint, are turned the other way round, in the first sense."""
+    narrow = {"eta": 2.0, "alpha": np.radians(4), "theta0": np.radians(7), "thickness": 0.04, "beta": 0.9, "width": 2.4}
+    design = DESIGN | narrow
+    many = squama.response(PHI, **design, sense="-")
+    turned = design | {"alpha": -design["alpha"]}
+    K = law.stiffness(law.Shape(*(turned[name] for name in law.Shape._fields)))
+    scale = path.Scale(*(turned[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")))
+    one = path.Path.of(scale, K, design["mu"])
+    rows, end = one.states(PHI)
+    assert 0 < many.phi_e < 0.1
+    assert many.phi_e == pytest.approx(one.contact.phi, rel=1e-9)
+    assert many.phi_end == pytest.approx(end.phi, rel=1e-6)
+    np.testing.assert_allclose(many.T, rows[:, 1], rtol=1e-6, atol=1e-12)
+
+
+def test_modulus_to_infinity_is_rigid() -> None:
+    rigid, stiff = (squama.response(PHI, **DESIGN, modulus_ratio=ratio) for ratio in (np.inf, 1e13))
+    assert rigid.stiffness_ratio.max() > 5
+    np.testing.assert_allclose(stiff.T, rigid.T, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"phi": [0.1, 0.1]}, "phi: must be a rising sequence"),
+        ({"phi": []}, "phi: must be a rising sequence"),
+        ({"phi": [0.1, 4.0]}, "phi: must be a rising sequence of twists below pi"),
+        ({"phi": [-0.1, 4.0]}, "phi = -0.1: must be 0 or more"),
+        ({"nu": 0.5}, "nu = 0.5: must be above 0 and below 0.5"),
+        ({"scale_nu": 0.7}, "scale_nu = 0.7: must be above 0 and below 0.5"),
+        ({"modulus_ratio": np.nan}, "modulus_ratio = nan: must be a finite number"),
+        ({"modulus_ratio": "PLA"}, 'modulus_ratio = "PLA": give a number'),
+        ({"modulus_ratio": -np.inf}, "modulus_ratio = -inf: must be a finite number"),
+        ({"zeta": 0}, "zeta = 0: must be above 0"),
+        ({"zeta": [0.1, 0.2], "width": [1, 2, 3]}, "shapes do not fit each other"),
+        ({"sense": "left"}, 'sense = "left": must be'),
+    ],
+)
+def test_bad_arguments(given: dict, said: str) -> None:
+    with pytest.raises(squama.InputError) as caught:
+        squama.response(**({"phi": PHI} | DESIGN | given))
+    assert str(caught.value).startswith(said)
+    assert "\n" not in str(caught.value)
