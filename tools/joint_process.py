@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from squama.joints.processes import nearness
 from squama.types import Array
 
-LENGTHS, NOISE = (-1.5, 5.0), (np.log(1e-7), 0.0)
+LENGTHS, NOISE = (-1.5, 5.0), (1e-7, 1.0)
 """Limits of the logarithms of lengths, in standard deviations of a feature, and of the noise's share of variance."""
 PRIOR = 1.0, 1.5
 """Mean and deviation of the logarithm of a length before anything is known."""
@@ -35,11 +35,11 @@ class _Parts(NamedTuple):
     Q: Array
 
 
-def fitted(x: Array, Y: Array, spread: Array | None = None, steps: int = 60) -> Process:
+def fitted(x: Array, Y: Array, spread: Array | None = None, *, steps: int = 100, noise: float = NOISE[0]) -> Process:
     """Return the process of outputs Y (n, m) over standardised features x (n, p).
 
-    ``spread`` (n,) are factors of the noise's variance. The likelihood is that of outputs that are independent but for
-    their lengths, each of its own variance, with the trend's coefficients integrated out:
+    ``spread`` (n,) are factors of the noise's variance, ``noise`` is its least share. The likelihood is that of outputs
+    that are independent but for their lengths, each of its own variance, with the trend's coefficients integrated out:
         log L = sum_j -(n - p - 1)/2 log(y_j^T Q y_j) - m/2 log|A| - m/2 log|H^T A^-1 H|
     with A = kernel + noise, H = [1, x], Q = A^-1 - A^-1 H (H^T A^-1 H)^-1 H^T A^-1.
     """
@@ -76,9 +76,14 @@ def fitted(x: Array, Y: Array, spread: Array | None = None, steps: int = 60) -> 
         off = np.append((at[:p] - mean) / deviation, 0.0)
         return value / m + (off**2).sum() / 2, np.array(slope) / m + off / deviation
 
-    start = np.append(np.full(p, 2.0), np.log(1e-4))
+    start = np.append(np.full(p, 2.0), np.log(max(1e-4, noise)))
     found = minimize(
-        lost, start, jac=True, method="L-BFGS-B", bounds=[LENGTHS] * p + [NOISE], options={"maxiter": steps}
+        lost,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[LENGTHS] * p + [(np.log(noise), np.log(NOISE[1]))],
+        options={"maxiter": steps},
     )
     _, factor, inner, solved, Q = parts(found.x)
     trend = cho_solve((inner, True), solved.T @ Y)
