@@ -289,6 +289,12 @@ def errors(found: processes.Law, held_out: Records) -> tuple[Array, list[tuple[s
     good = expected.good & reached.good
     rows += [("engagement", (reached.engagement / expected.engagement - 1)[good])]
     rows += [("torque", (reached.torque / expected.torque - 1)[good])]
+    # no error of the law: what ends that may come nearer change
+    loose = torque(r.shape, true, eta, 2 * expected.engagement, free=True)
+    both = expected.good & loose.good
+    rows += [("torque of ends that are free", (loose.torque / expected.torque - 1)[both])]
+    bare = np.linalg.inv(np.linalg.inv(true[:, [*range(7), 8]][:, :, [*range(7), 8]])[:, 6:7, 6:7])[:, 0, 0]
+    rows += [("rigidity of ends that are free", bare / pivots(true)[:, TWIST] - 1)]
     # the strains of the coarser mesh, at the state of the torque
     q, forms = expected.motions[good], (law.strain(r.shape, found), r.strain)
     there, here = (np.sqrt(np.einsum("ni,neij,nj->ne", q, form[good], q)) for form in forms)

@@ -20,7 +20,10 @@ MU, STEPS = 0.25, 24
 
 
 class Torque(NamedTuple):
-    """Twist at engagement, torque and motions (n, 9) at the last twist, and whether a path of contacts leads there."""
+    """Twist at engagement, torque and motions (n, 9) at the last twist, and whether a path of contacts leads there.
+
+    The stretch is one of the motions where it is free.
+    """
 
     engagement: Array
     torque: Array
@@ -41,8 +44,11 @@ class Plates:
         self.eta, self.beta, self.half = eta, shape.beta, shape.thickness / 2
 
     def contact(self, q: Array, phi: Array, p: Array, s: Array) -> tuple[Array, ...]:
-        """Return the gap D of the two points, its rates with q and phi, and the tangents of the two edges."""
-        turned, rates = rotation(q[..., 3:])
+        """Return the gap D of the two points, its rates with q and phi, and the tangents of the two edges.
+
+        q are six motions, or these and the stretch.
+        """
+        turned, rates = rotation(q[..., 3:6])
         one = 0 * p + 1
         tip = applied(turned, np.stack([self.eta * one, p, -self.half * one], -1))
         side = applied(turned, np.stack([s, -self.beta * one, self.half * one], -1))
@@ -56,29 +62,42 @@ class Plates:
             np.concatenate([np.broadcast_to(self.axes, (*x.shape, 3)), -self.axes @ crossing(x) @ rates], -1)
             for x in (tip, side)
         ]
-        gap = first - applied(R, second) - [0.0, 0.0, 1.0]
+        apart = np.stack([0 * p, 0 * p, 0 * p + 1 + q[..., 6:].sum(-1)], -1)
+        gap = first - applied(R, second) - apart
         edges = applied(self.axes, turned[..., :, 1]), applied(R, applied(self.axes, turned[..., :, 0]))
-        return gap, moves[0] - R @ moves[1], -applied(dR, second), *edges
+        with_q = moves[0] - R @ moves[1]
+        if q.shape[-1] > 6:
+            with_q = np.concatenate([with_q, np.broadcast_to([[0.0], [0.0], [-1.0]], (*p.shape, 3, 1))], -1)
+        return gap, with_q, -applied(dR, second), *edges
 
     def balance(self, K: Array, x: Array, phi: Array, before: Array) -> tuple[Array, Array]:
-        """Return what is not balanced at x = (q, p, s, N), and the torque; ``before``: q and phi one step ago."""
-        q, p, s, N = x[..., :6], x[..., 6], x[..., 7], x[..., 8, None]
+        """Return what is not balanced at x = (q, p, s, N), and the torque; ``before``: q and phi one step ago.
+
+        K (n, m + 1, m + 1) is over q and phi.
+        """
+        q, p, s, N = x[..., :-3], x[..., -3], x[..., -2], x[..., -1, None]
         gap, with_q, with_phi, e1, e2 = self.contact(q, phi, p, s)
         n = np.cross(e2, e1)
         n = n / np.sqrt(inner(n, n))
-        slip = gap - self.contact(before[..., :6], before[..., 6], p, s)[0]
+        slip = gap - self.contact(before[..., :-1], before[..., -1], p, s)[0]
         slip = slip - inner(slip, n) * n
         F = N * (n - self.mu * slip / np.sqrt(inner(slip, slip) + 1e-30))
         load = phi[..., None]
-        off = applied(K[:, :6, :6], q) + K[:, :6, 6] * load - applied(np.swapaxes(with_q, -1, -2), F)
-        torque = inner(K[:, 6, :6], q) + K[:, 6, 6, None] * load - inner(with_phi, F)
+        off = applied(K[:, :-1, :-1], q) + K[:, :-1, -1] * load - applied(np.swapaxes(with_q, -1, -2), F)
+        torque = inner(K[:, -1, :-1], q) + K[:, -1, -1, None] * load - inner(with_phi, F)
         return np.concatenate([off, gap], -1), torque[..., 0]
 
 
-def torque(shape: Shape, K: Array, eta: Array, twist: Array | None = None, mu: float = MU) -> Torque:
-    """Return the torque, E d^3, of designs (n,) with K (n, 9, 9) at a twist, else at twice the engagement."""
-    plates = Plates(shape, eta, mu)
-    own = -np.linalg.solve(K[:, :6, :6], K[:, :6, 6:7])[..., 0]
+def torque(
+    shape: Shape, K: Array, eta: Array, twist: Array | None = None, mu: float = MU, *, free: bool = False
+) -> Torque:  # fmt: skip
+    """Return the torque, E d^3, of designs (n,) with K (n, 9, 9) at a twist, else at twice the engagement.
+
+    The bar is not bent, and keeps its length unless its ends are ``free``.
+    """
+    plates, rows = Plates(shape, eta, mu), [*range(6), *[8] * free, 6]
+    K = K[:, rows][:, :, rows]
+    own = -np.linalg.solve(K[:, :-1, :-1], K[:, :-1, -1:])[..., 0]
     start = np.stack(hinge(shape, eta), -1)
     met, off = newton(lambda y: plates.contact(own * y[..., :1], y[..., 0], y[..., 1], y[..., 2])[0], start, 15)
     phi = met[:, 0]
@@ -86,7 +105,7 @@ def torque(shape: Shape, K: Array, eta: Array, twist: Array | None = None, mu: f
     x = np.column_stack([own * phi[:, None], met[:, 1:], 0 * phi])
     last = x - np.column_stack([own * step[:, None], np.zeros((len(phi), 2)), np.full(len(phi), 5e-5)])
     for k in range(STEPS):
-        before = np.column_stack([x[:, :6], phi])
+        before = np.column_stack([x[:, :-3], phi])
         phi = phi + step
 
         def balance(y: Array, phi: Array = phi, before: Array = before) -> Array:
@@ -95,9 +114,9 @@ def torque(shape: Shape, K: Array, eta: Array, twist: Array | None = None, mu: f
         new, left = newton(balance, 2 * x - last, 5 if k else 8)
         last, x, off = x, new, np.maximum(off, left)
     found = plates.balance(K, x, phi, before)[1]
-    p, s, N = x[:, 6:].T
+    p, s, N = x[:, -3:].T
     good = (off < 1e-9) & (np.abs(p) < shape.beta) & (s > 0) & (s < eta) & (N > 0) & (met[:, 0] > 0)
-    motions = np.column_stack([x[:, :6], phi, 0 * phi, 0 * phi])
+    motions = np.column_stack([x[:, :6], phi, 0 * phi, x[:, 6] if free else 0 * phi])
     return Torque(met[:, 0], found, motions, good)
 
 

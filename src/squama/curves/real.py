@@ -228,8 +228,8 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     own["stress"] = path.stresses(way, rows)[0] * E if way.scale.elastic else np.full(len(rows), np.nan)
     own["strain"] = np.full(len(rows), np.nan)
     if held.joint.strain is not None:
-        q = np.column_stack([rows[:, 11:17], twists, np.zeros(len(rows)), column["eps"]]) * mirror
-        own["strain"] = np.sqrt(np.einsum("ni,eij,nj->ne", q, held.joint.strain, q).max(axis=1))
+        q = np.column_stack([rows[:, 11:17], twists]) * mirror[:7]
+        own["strain"] = np.sqrt(np.einsum("ni,eij,nj->ne", q, held.joint.strain[:, :7, :7], q).max(axis=1))
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3}
     v = {role: x * units.get(role, 1.0) for role, x in own.items()}
     v["load"], v["rate"], v["theta"] = twists, twists / d, path.inclinations(way, rows)

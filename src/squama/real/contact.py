@@ -4,10 +4,10 @@ Scale 1 touches with an edge of its lower face, scale 1 + k with an edge of its 
 rest, from its base midpoint, with E the rotation by the vector w and (with primes: turned into these axes) R' the turn
 by k phi, O' the place of the base midpoint, z' the axis,
 
-    x1 = u + E X1        x2 = R' (u + E X2 + O') - O' + k (1 + epsilon) z'        D = x1 - x2
+    x1 = u + E X1        x2 = R' (u + E X2 + O') - O' + k z'        D = x1 - x2
 
-X1 = (x, y, deflection - h/2) on the edge of scale 1, X2 likewise with + h/2. The unknowns are q = (u, w, epsilon), the
-places on both edges and the force N while it slips, or the force's three components while it sticks, and the forces
+X1 = (x, y, deflection - h/2) on the edge of scale 1, X2 likewise with + h/2. The unknowns are q = (u, w), the places
+on both edges and the force N while it slips, or the force's three components while it sticks, and the forces
 c1, c2 along the scales' own normals, which bend them:
 
     K q + K_phi phi = D_q^T F        D = 0        F = N (n - mu t)        c1 = F . E e_3,  c2 = -(R'^T F) . E e_3
@@ -24,8 +24,8 @@ from typing import NamedTuple
 from squama.batch.keeping import inlined, part
 from squama.types import Array
 
-MOST = 12
-"""Unknowns at most: u, w, epsilon; three of the contact; c1, c2."""
+MOTIONS, MOST = 6, 11
+"""Motions u, w of a scale; unknowns at most: these, three of the contact, c1 and c2."""
 Vector = tuple[float, float, float]
 
 _jit, _in = part, inlined
@@ -35,9 +35,9 @@ class Design(NamedTuple):
     """What does not change along a path: lengths in pitches, E = 1, angles in rad.
 
     ``first``, ``second``: the edges that meet, by number (see :mod:`squama.real.plate`), of scale 1 and of scale 1 + k;
-    ``sign`` that of n; ``motions``: 7 with a free stretch, 6 where the length is held; ``table`` (44, 12): rows of K
-    (8, 8) over (u, w, epsilon, phi), from ``BEND`` on the compliances (12, 12) between the powers of the places on both
-    edges, from ``SHAPE`` on the deflections (24, 12) that go with them; these are without effect unless ``elastic``.
+    ``sign`` that of n; ``table`` (43, 12): rows of K (7, 7) over (u, w, phi), neither bent nor stretched, from ``BEND``
+    on the compliances (12, 12) between the powers of the places on both edges, from ``SHAPE`` on the deflections
+    (24, 12) that go with them; these are without effect unless ``elastic``.
     """
 
     eta: float
@@ -53,12 +53,11 @@ class Design(NamedTuple):
     second: int
     k: int
     sign: float
-    motions: int
     elastic: bool
     table: Array
 
 
-BEND, SHAPE, ROWS = 8, 20, 44
+BEND, SHAPE, ROWS = 7, 19, 43
 """Rows of a design's table."""
 AT, BENT, FORCE, SLIDING, PHI, TORQUE, NORMAL, FRICTION, SPEED, WIDTH = 12, 14, 26, 29, 32, 33, 34, 35, 36, 40
 """Columns of a state: unknowns, places, deflections of both edges, force, direction of slip, twist, torque, N,
@@ -250,9 +249,8 @@ def deflection(d: Design, edge: int, x: float, row: Array, first: int) -> tuple[
 @_jit
 def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) -> None:
     """Write the equations' residual at the new state's unknowns into a row of the room, and the rest of that state."""
-    m, z, s, r = d.motions, room[NEW], room[NEW], room[to]
+    m, z, s, r = MOTIONS, room[NEW], room[NEW], room[to]
     u, w = (z[0], z[1], z[2]), (z[3], z[4], z[5])
-    eps = z[6] if m == 7 else 0.0
     e = turned(w)
     normal = rotated(e, (0.0, 0.0, 1.0))
     x, y = (room[LAST, AT], room[LAST, AT + 1]) if step.stuck else (z[m], z[m + 1])
@@ -276,7 +274,7 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     moved1, moved2 = rotated(e, X1), rotated(e, X2)
     inner = add(add(u, 1.0, moved2), 1.0, f.o)
     outer = turn(f, inner)
-    D = add(add(add(add(u, 1.0, moved1), -1.0, outer), 1.0, f.o), -d.k * (1 + eps), f.z)
+    D = add(add(add(add(u, 1.0, moved1), -1.0, outer), 1.0, f.o), -d.k, f.z)
     by_phi = (dot(f.da, inner), dot(f.db, inner), dot(f.dc, inner))
     along1 = (1.0, 0.0, slope1) if lengthwise(d.first) else (0.0, 1.0, slope1)
     along2 = (1.0, 0.0, slope2) if lengthwise(d.second) else (0.0, 1.0, slope2)
@@ -303,7 +301,7 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     behind = back(f, F)
     push, moment = add(F, -1.0, behind), by_vector(e, add(cross(moved1, F), -1.0, cross(moved2, behind)))
     for i in range(m):
-        out = d.table[i, 7] * phi
+        out = d.table[i, 6] * phi
         for j in range(m):
             out += d.table[i, j] * z[j]
         r[i] = out
@@ -311,14 +309,12 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
         r[i] -= push[i]
         r[3 + i] -= moment[i]
         r[m + i] = D[i]
-    if m == 7:
-        r[6] += d.k * dot(F, f.z)
     if d.elastic:
         r[m + 3] = z[m + 3] - dot(F, normal)
         r[m + 4] = z[m + 4] + dot(behind, normal)
-    torque = d.table[7, 7] * phi + dot(F, by_phi)
+    torque = d.table[6, 6] * phi + dot(F, by_phi)
     for j in range(m):
-        torque += d.table[7, j] * z[j]
+        torque += d.table[6, j] * z[j]
     s[FORCE], s[FORCE + 1], s[FORCE + 2] = F
     s[PHI], s[TORQUE] = phi, torque
 
@@ -340,7 +336,4 @@ def slip(
             g[i] = b0 * z[BENT + i] + b1 * a[BENT + i] + b2 * c[BENT + i]
         bent1, bent2 = deflection(d, d.first, x, g, 0)[0], deflection(d, d.second, y, g, 6)[0]
         one, two = add(one, bent1, normal), add(two, bent2, normal)
-    V = add(add(one, -1.0, turn(f, two)), -step.dphi, by_phi)
-    if d.motions == 7:
-        V = add(V, -d.k * (b0 * z[6] + b1 * a[6] + b2 * c[6]), f.z)
-    return V
+    return add(add(one, -1.0, turn(f, two)), -step.dphi, by_phi)

@@ -23,10 +23,9 @@ _follow, _first_contact, _meeting = following.follow, start.first_contact, start
 class Beams(NamedTuple):
     """Many beams, E = d = 1.
 
-    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 8, 8) over (u, w,
-    epsilon, phi); ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bent`` (n, 4, 24, 6), what forces on the
-    edges do to the plates, see :func:`squama.real.plate.answers`; ``motions``: 7 with a free stretch, 6 where the
-    length is held.
+    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
+    phi); ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bent`` (n, 4, 24, 6), what forces on the edges do to
+    the plates, see :func:`squama.real.plate.answers`.
     """
 
     shapes: Array
@@ -34,16 +33,15 @@ class Beams(NamedTuple):
     elastic: Array
     compliances: Array
     bent: Array
-    motions: int
 
 
 @_jit
 def _design(b: Beams, i: int, table: Array) -> Design:
     """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
-    table[:8, :8] = b.K[i]
+    table[:7, :7] = b.K[i]
     s = b.shapes[i]
     edges, upwards = (TIP, SIDE_D, 1), 1.0
-    return Design(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.motions, b.elastic[i], table)
+    return Design(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.elastic[i], table)
 
 
 @_jit
@@ -78,7 +76,7 @@ def _answer(
     """Find what touches first below the twist ``most`` where that is not known yet, and follow the beams to targets.
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
-    ``tables`` (n, 44, 12) of the designs, ``out`` (n, m, 18) at targets (n, m) as far as they are reached, and ``ends``
+    ``tables`` (n, 43, 12) of the designs, ``out`` (n, m, 17) at targets (n, m) as far as they are reached, and ``ends``
     (n, 5), see :class:`squama.real.follow.End`.
     """
     for i in range(targets.shape[0]):

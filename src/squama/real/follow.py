@@ -15,6 +15,7 @@ from squama.real.contact import (
     FRICTION,
     LAST,
     MOST,
+    MOTIONS,
     NEW,
     NORMAL,
     PHI,
@@ -68,7 +69,6 @@ COLUMNS = (
     "w_X",
     "w_Y",
     "w_Z",
-    "eps",
 )
 """What is written of each point."""
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
@@ -108,7 +108,7 @@ def shape(d: Design, s: Array, out: Array) -> None:
     """Write the coefficients (24,) of the plate's deflection in a state."""
     out[:] = 0.0
     if d.elastic:
-        g, m = np.empty(12), d.motions
+        g, m = np.empty(12), MOTIONS
         powers(d, d.first, s[AT], g, 0)
         powers(d, d.second, s[AT + 1], g, 6)
         for i in range(24):
@@ -128,7 +128,7 @@ def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
     reach = max(1, int(math.hypot(d.eta, 2 * d.beta)))
     for k in range(1, reach + 1):
         f = frame(d, phi, k)
-        home, step = add(u, 1.0, f.o), scaled(k * (1 + q[6]), f.z)
+        home, step = add(u, 1.0, f.o), scaled(k, f.z)
         for upper in range(2):
             # a place X of the one scale in the axes of the other: origin + X_x ex + X_y ey + X_z ez
             there = add(turn(f, home), 1.0, step) if upper else back(f, add(home, -1.0, step))
@@ -158,12 +158,11 @@ def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
 @_jit
 def write(d: Design, s: Array, tally: Array, out: Array) -> None:
     """Write a row of :data:`COLUMNS`."""
-    m = d.motions
+    m = MOTIONS
     out[0], out[1], out[2], out[3] = s[PHI], s[TORQUE], s[NORMAL], s[FRICTION]
     out[4], out[5], out[6], out[7] = s[AT], s[AT + 1], s[m + 3], s[m + 4]
     out[8], out[9], out[10] = tally[RUBBED], tally[WORK], tally[MODE]
-    out[11:18] = 0.0
-    out[11 : 11 + m] = s[:m]
+    out[11:17] = s[:m]
     if not d.elastic:
         out[6] = out[7] = 0.0
 
@@ -171,13 +170,13 @@ def write(d: Design, s: Array, tally: Array, out: Array) -> None:
 @_jit
 def at_rest(d: Design, rates: Array, phi: float, s: Array) -> None:
     """Write the state without contact."""
-    m = d.motions
+    m = MOTIONS
     s[:] = 0.0
     s[:m] = rates[:m] * phi
     s[AT] = s[AT + 1] = np.nan
-    s[PHI], s[TORQUE] = phi, d.table[7, 7] * phi
+    s[PHI], s[TORQUE] = phi, d.table[6, 6] * phi
     for j in range(m):
-        s[TORQUE] += d.table[7, j] * s[j]
+        s[TORQUE] += d.table[6, j] * s[j]
 
 
 @_jit
@@ -189,10 +188,8 @@ def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
     if not low(d, d.second) <= y <= high(d, d.second):
         return OFF_SECOND, d.second, d.k
     if look:
-        q = np.zeros(7)
-        q[: d.motions] = s[: d.motions]
         shape(d, s, b)
-        _, edge, k = others(d, q, s[PHI], b)
+        _, edge, k = others(d, s, s[PHI], b)
         if edge >= 0:
             return OTHER, edge, k
     return -1, -1, 0
@@ -201,7 +198,7 @@ def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
 @_jit
 def guess(d: Design, now: Step, size: float, room: Array, J: Array, order: Array) -> bool:
     """Write a guess of the new state after a step; False if there is none."""
-    last, new, tally, m, n = room[LAST], room[NEW], room[TALLY], d.motions, d.motions + 5
+    last, new, tally, m, n = room[LAST], room[NEW], room[TALLY], MOTIONS, MOTIONS + 5
     new[SLIDING : SLIDING + 3] = last[SLIDING : SLIDING + 3]
     if tally[FRESH] == 0.0:
         ratio = size / tally[SIZE]
@@ -350,7 +347,7 @@ def onward(size: float, step: float, room: Array) -> None:
 def follow(
     d: Design, start: tuple[float, float, float], targets: Array, step: float, every: int, out: Array
 ) -> End:  # fmt: skip
-    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 18) not reached stay.
+    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 17) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
     many steps.

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.beam.matrixfile import twisting_stiffness
 from squama.joints.factor import MIRROR
 from squama.model.outcome import End
 from squama.real import entry, follow, plate
@@ -74,7 +75,7 @@ def place(edge: int, k: int) -> str:
 
 
 class Answers(NamedTuple):
-    """Of n beams: first contacts (n, 6), tables of the designs (n, 44, 12), rows (n, m, 18) and ends (n, 5).
+    """Of n beams: first contacts (n, 6), tables of the designs (n, 43, 12), rows (n, m, 17) and ends (n, 5).
 
     See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
     """
@@ -85,7 +86,7 @@ class Answers(NamedTuple):
     ends: Array
 
 
-def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: bool = False) -> entry.Beams:
+def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1) -> entry.Beams:
     """Return beams for the compiled model.
 
     Parameters
@@ -93,18 +94,13 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: bool = Fal
     scale
         Arrays (n,) in place of floats.
     K
-        Matrices (n, 7, 7) or (n, 9, 9).
+        Matrices (n, 7, 7) or (n, 9, 9); of these the part that neither bends nor stretches.
     mu
         Coefficients of friction (n,).
     sense
         -1 for the mirror image.
-    free
-        Whether their length may change.
     """
-    order, places = ([*range(6), 8, 6], [*range(8)]) if free else ([*range(7)], [*range(6), 7])
-    signs = MIRROR if sense < 0 else np.ones(9)
-    motions = np.zeros((len(K), 8, 8))
-    motions[np.ix_(range(len(K)), places, places)] = K[:, :, order][:, order] * np.outer(signs[order], signs[order])
+    signs = MIRROR[:7] if sense < 0 else np.ones(7)
     alpha, theta0 = sense * scale.alpha, scale.theta0
     shapes = np.column_stack([
         scale.eta, scale.beta, scale.lam, np.sin(alpha), np.cos(alpha), np.sin(theta0), np.cos(theta0), scale.h, mu,
@@ -115,7 +111,7 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: bool = Fal
         made = plate.answers(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
         for out, one in zip(found, made, strict=True):
             out[elastic] = one / scale.D[elastic].reshape(-1, *[1] * (one.ndim - 1))
-    return entry.Beams(shapes, motions, elastic, *found, 7 if free else 6)
+    return entry.Beams(shapes, K[:, :7, :7] * np.outer(signs, signs), elastic, *found)
 
 
 def follow_all(
@@ -153,9 +149,9 @@ class Path(NamedTuple):
     contact: Contact
 
     @classmethod
-    def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, free: bool = False, most: float = 1.0) -> Path:
-        """Return the path of a beam; K (7, 7) or (9, 9); ``free``: its length may change; ``most``: largest twist."""
-        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, free=free and len(K) == 9)
+    def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0) -> Path:
+        """Return the path of a beam whose length stays; K (7, 7) or (9, 9); ``most``: largest twist."""
+        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense)
         found = follow_all(one, np.empty((1, 0)), most=most)
         contact = Contact(*(int(v) for v in found.contacts[0, :3]), *found.contacts[0, 3:].tolist())
         return cls(scale._replace(alpha=sense * scale.alpha), one, found.tables[0], contact)
@@ -189,8 +185,8 @@ def deflections(path: Path, rows: Array) -> Array:
 
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    q, g = np.column_stack([rows[:, 11:18], rows[:, 0]]), path.bending(rows)
-    whole = np.einsum("ni,ij,nj->n", q, path.table[:8, :8], q) / 2
+    q, g = np.column_stack([rows[:, 11:17], rows[:, 0]]), path.bending(rows)
+    whole = np.einsum("ni,ij,nj->n", q, path.table[:7, :7], q) / 2
     bar = rigidity(path) * rows[:, 0] ** 2 / 2
     own = np.einsum("ni,ij,nj->n", g, path.table[BEND : BEND + 12], g) / 2
     return {"U_joint": whole - bar, "U_plate": own, "U_bar": bar}
@@ -198,8 +194,7 @@ def energies(path: Path, rows: Array) -> dict[str, Array]:
 
 def rigidity(path: Path) -> float:
     """Return the torque per twist without contact, E d^3."""
-    T, m = path.table[:8, :8], path.beams.motions
-    return float(T[7, 7] - T[7, :m] @ np.linalg.solve(T[:m, :m], T[:m, 7]))
+    return twisting_stiffness(path.table[:7, :7])
 
 
 def stresses(path: Path, rows: Array) -> tuple[Array, Array]:
@@ -247,6 +242,6 @@ def inclinations(path: Path, rows: Array) -> Array:
 
 def pull_out(path: Path, rows: Array) -> Array:
     """Return the force (n,) of the contacts along a scale out of the substrate, E d^2."""
-    T = path.table[:8, :8]
-    q = np.column_stack([rows[:, 11:18], rows[:, 0]])
+    T = path.table[:7, :7]
+    q = np.column_stack([rows[:, 11:17], rows[:, 0]])
     return np.asarray(np.einsum("ni,ni->n", q @ T[:3].T, _turns(rows)[:, :, 0]))

@@ -19,9 +19,7 @@ _EDGES = (0, 1, 2, 3)
 def meeting(d: Design, first: int, second: int, k: int) -> Design:
     """Return the design with other edges that meet, their common normal pushing scale 1 upwards."""
     sign = -1.0 if lengthwise(first) and not lengthwise(second) else 1.0
-    return Design(
-        d.eta, d.beta, d.lam, d.sa, d.ca, d.st, d.ct, d.h, d.mu, first, second, k, sign, d.motions, d.elastic, d.table
-    )
+    return Design(d.eta, d.beta, d.lam, d.sa, d.ca, d.st, d.ct, d.h, d.mu, first, second, k, sign, d.elastic, d.table)
 
 
 @_in

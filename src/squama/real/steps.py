@@ -15,6 +15,7 @@ from squama.real.contact import (
     FORCE,
     LAST,
     MISSED,
+    MOTIONS,
     MOVED,
     NEW,
     NORMAL,
@@ -106,7 +107,7 @@ def jacobian(d: Design, f: Frame, phi: float, step: Step, room: Array, J: Array,
 @_jit
 def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array, known: bool) -> tuple[bool, bool]:
     """Solve for the new state at a twist from its guess; whether it was found, and whether J may be kept."""
-    n = d.motions + 3 + (2 if d.elastic else 0)
+    n = MOTIONS + 3 + (2 if d.elastic else 0)
     f, z, r = frame(d, phi, d.k), room[NEW], room[MISSED]
     old, fresh = math.inf, False
     for i in range(_ROUNDS):
@@ -133,12 +134,12 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
 
 @_jit
 def apart(d: Design, phi: float, q: Array, x: float, y: float) -> Vector:
-    """Return D between places on straight edges at motions q (7,)."""
+    """Return D between places on straight edges at motions q (6,)."""
     f, u, w = frame(d, phi, d.k), (q[0], q[1], q[2]), (q[3], q[4], q[5])
     e = turned(w)
     one = add(u, 1.0, rotated(e, place(d, d.first, x, -d.h / 2)))
     two = add(add(u, 1.0, rotated(e, place(d, d.second, y, d.h / 2))), 1.0, f.o)
-    return add(add(add(one, -1.0, turn(f, two)), 1.0, f.o), -d.k * (1 + q[6]), f.z)
+    return add(add(add(one, -1.0, turn(f, two)), 1.0, f.o), -d.k, f.z)
 
 
 @_jit
@@ -156,10 +157,8 @@ def solved(A: Array, b: Array) -> Array:
 
 @_jit
 def free_rates(d: Design) -> Array:
-    """Return the motions (7,) per twist while nothing touches."""
-    m, out = d.motions, np.zeros(7)
-    out[:m] = -solved(d.table[:m, :m], d.table[:m, 7:8])[:, 0]
-    return out
+    """Return the motions (6,) per twist while nothing touches."""
+    return -solved(d.table[:6, :6], d.table[:6, 6:7])[:, 0]
 
 
 @_jit
@@ -192,9 +191,8 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
     Its direction is looked for all around, since friction turns it.
     """
     last, guess = room[LAST], room[NEW]
-    m, phi, x, y = d.motions, last[PHI], last[AT], last[AT + 1]
-    q = np.zeros(7)
-    q[:m] = last[:m]
+    m, phi, x, y = MOTIONS, last[PHI], last[AT], last[AT + 1]
+    q = last[:m].copy()
     Dq, base = np.empty((3, m)), apart(d, phi, q, x, y)
     for j in range(m):
         q[j] += _MOVE
@@ -203,7 +201,7 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
         for i in range(3):
             Dq[i, j] = (moved[i] - base[i]) / _MOVE
     moved = apart(d, phi + _MOVE, q, x, y)
-    free = way * free_rates(d)[:m]
+    free = way * free_rates(d)
     V0 = np.empty(3)
     for i in range(3):
         V0[i] = way * (moved[i] - base[i]) / _MOVE
@@ -260,7 +258,7 @@ def rates_sliding(d: Design, way: float, room: Array, J: Array, order: Array) ->
 
     The slip sets out against the friction that acts, and as fast as keeps the force on the cone.
     """
-    m, n, last, new = d.motions, d.motions + 3 + (2 if d.elastic else 0), room[LAST], room[NEW]
+    m, n, last, new = MOTIONS, MOTIONS + 3 + (2 if d.elastic else 0), room[LAST], room[NEW]
     phi, step, r, moved = last[PHI], Step(True, 1.0, -1.0, 0.0, way), room[MISSED], room[MOVED]
     new[:] = last
     new[m : m + 3] = last[FORCE : FORCE + 3]

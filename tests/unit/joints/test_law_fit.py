@@ -39,6 +39,21 @@ def test_the_torque_is_that_of_the_reference() -> None:
             assert found.torque[0] == pytest.approx(expected, rel=2e-4)
 
 
+def test_ends_that_are_free_to_come_nearer_change_little() -> None:
+    """By the law's K; where the bar can hardly stretch they are as good as held."""
+    from joint_torque import torque
+
+    shape, eta = drawn(40), np.full(40, 3.5)
+    K = law.stiffness(shape)
+    held = torque(shape, K, eta)
+    for times, least, most in ((1e6, 0.0, 1e-5), (1.0, 1e-3, 0.02)):
+        K[:, 8, 8] = times * law.stiffness(shape)[:, 8, 8]
+        free = torque(shape, K, eta, 2 * held.engagement, free=True)
+        good = held.good & free.good
+        assert good.sum() > 25
+        assert least <= np.abs(free.torque / held.torque - 1)[good].max() < most
+
+
 def test_a_process_finds_a_smooth_function_and_knows_its_errors() -> None:
     from joint_process import fitted, predicted
 
