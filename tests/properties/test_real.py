@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import squama
+from squama.fe.plate import axes
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.real import follow, path, plate
@@ -153,3 +155,44 @@ def test_stress_of_a_cantilever_under_a_force_at_its_tip() -> None:
     stress, where = path.stresses(one, row)
     assert stress[0] == pytest.approx(6 * 1e-6 * 3.0 / (0.2 * 0.02**2), rel=0.05)
     assert where[0, 0] == 0.0
+
+
+@pytest.mark.parametrize(("D", "mu"), [(math.inf, 0.0), (math.inf, 0.3), (None, 0.3)])
+def test_force_and_moment_on_the_embedded_part(D: float | None, mu: float) -> None:
+    """Statics in space: the contact's force where it acts on the tip, its reaction on the side, moments about O."""
+    one = made(1, D=D, mu=mu)
+    scale, step, at = one.scale, 1e-4, 1.7 * one.contact.phi
+    phi = at + step * np.arange(-1, 2)
+    rows, _ = one.states(phi, step=step)
+    bent = path.deflections(one, rows).reshape(-1, 6, 4)
+    A = axes(scale.alpha, scale.theta0)
+    m, j = np.arange(2, 8), np.arange(4)
+
+    def points(i: int) -> list[np.ndarray]:
+        """O, the place on the tip, that on the side of the neighbour, and the tangents of both edges."""
+        p, s = rows[1, 4:6]
+        E = A.T @ Rotation.from_rotvec(rows[i, 14:17]).as_matrix()
+        o = np.array([0.0, scale.lam, 0.0]) + A.T @ rows[i, 11:14]
+        c, sin = math.cos(phi[i]), math.sin(phi[i])
+        R = np.array([[c, sin, 0], [-sin, c, 0], [0, 0, 1.0]])
+        y, x = p / scale.beta, s / scale.eta
+        tip, across = bent[i].sum(0) @ y**j, bent[i].sum(0) @ (j * y ** np.maximum(j - 1, 0)) / scale.beta
+        side, along = x**m @ bent[i] @ (-1.0) ** j, (m * x ** (m - 1)) @ bent[i] @ (-1.0) ** j / scale.eta
+        on_tip = o + E @ [scale.eta, p, tip - scale.h / 2]
+        on_side = o + E @ [s, -scale.beta, side + scale.h / 2]
+        return [o, on_tip, R @ on_side + [0, 0, 1], E @ [0, 1, across], R @ E @ [1, 0, along], on_side, R, E]
+
+    before, now, after = (points(i) for i in range(3))
+    n = np.cross(now[4], now[3])
+    n /= np.linalg.norm(n)
+    slip = (after[1] - before[1]) - (after[2] - before[2])
+    slip -= n @ slip * n
+    F = rows[1, 2] * (n - mu * slip / np.linalg.norm(slip))
+    o, on_tip, _, _, _, on_side, R, E = now
+    np.testing.assert_allclose(on_tip, now[2], atol=1e-9)
+    back = -R.T @ F
+    force, moment = F + back, np.cross(on_tip - o, F) + np.cross(on_side - o, back)
+    found = path.on_tab(one, path.motions(rows[1:2]))
+    np.testing.assert_allclose(found[0][0], force @ E, rtol=0, atol=2e-4 * np.abs(force).max())
+    np.testing.assert_allclose(found[1][0], moment @ E, rtol=0, atol=2e-4 * np.abs(moment).max())
+    assert abs(rows[1, 14:17]).max() > 0.01

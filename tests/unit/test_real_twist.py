@@ -12,8 +12,11 @@ from squama.cli import main
 from squama.curves import real
 from squama.errors import InputError
 from squama.fe.plate import Rest
+from squama.joints import choice, factor, law
+from squama.real import path
 from squama.scene import geometry
 from squama.scene.motion import SLIDING, WALKED, Motion, Setting, shape
+from squama.units import moment
 from squama.web import charts, live, state
 
 # stiffness of the Fig. 6b joint by elements (6467 tetrahedra), over u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi; E = 1, d = 1
@@ -228,6 +231,54 @@ def test_the_command_says_how_far_simpler_models_hold(tmp_path, capsys):
     assert " real " not in said
     # a hinge with K_theta and C_f of this matrix, mu = .2
     assert re.search(r"hinge: within 5% in torque up to 0\.09\d* rad/pitch", said)
+
+
+def test_what_a_scale_bears_is_told(tmp_path, capsys):
+    file = tmp_path / "beam.toml"
+    steel = BEAM.replace(substrate={"youngs_modulus": "0.2 MPa"}, scale={"youngs_modulus": "200 GPa"})
+    steel = steel.replace(joint={"matrix": None})
+    steel.to_toml(file)
+    r = squama.twist(steel, points=60, to="0.25 rad/pitch").isel(point=-1)
+    assert main(["twist", str(file), "--points", "60", "--to", "0.25 rad/pitch"]) == 0
+    said = capsys.readouterr().out
+    assert float(r.stress_x) == 0
+    assert f"largest stress in a scale: {float(r.stress) / 1e6:.3g} MPa at the root, at 0.25 rad/pitch" in said
+    way = "out" if r.pull_out > 0 else "in"
+    assert f"bears {float(r.tab_force):.3g} N, {abs(float(r.pull_out)):.3g} N of it {way}wards" in said
+    assert f"bending of {moment(abs(float(r.tab_bending)))}, torsion of {moment(abs(float(r.tab_torsion)))}" in said
+    # rigid scales have no stress
+    assert main(["twist", str(file), "--ideal", "--to", "0.25 rad/pitch"]) == 0
+    said = capsys.readouterr().out
+    assert "largest stress in a scale:" not in said
+    assert "its embedded part bears" in said
+
+
+def test_general_contact_goes_on_with_what_the_tab_bears():
+    pytest.importorskip("ipctk", reason="needs the extra fe")
+    r = squama.twist(squama.Beam.from_toml("examples/pla_on_vps.toml"), points=61)
+    first = int(np.argmax(r.phi.values > float(r.phi_general)))
+    assert 0 < first < 55
+    for name in ("pull_out", "tab_force", "tab_bending", "tab_torsion", "strain"):
+        v = r[name].values[first - 4 : first + 3]
+        # as smooth there as before
+        assert np.abs(np.diff(v, 2)).max() < 0.05 * np.abs(v).max(), name
+    assert np.isfinite(r["stress"].values[first - 1])
+    assert np.isnan(r["stress"].values[first])
+
+
+def test_the_other_sense_bears_the_mirror_image():
+    """alpha turned round, and the twist: forces and bending stay, torsion and places across change sign."""
+    beam = BEAM.replace(joint={"matrix": None}, scale={"youngs_modulus": "2e8 MPa"})
+    here = squama.twist(beam, at=[4.0, 8.0])
+    K = law.stiffness(choice.shape(beam)) * np.outer(factor.MIRROR, factor.MIRROR)
+    image = real.Held.of(beam)._replace(K=K)
+    way = path.Path.of(real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha), K, 0.2, sense=-1)
+    one = real.Path(beam, image, way, -1, 0.3)
+    twists = np.array([4.0, 8.0]) * beam.pitch
+    there = real.values(one, twists, way.states(twists)[0])
+    signs = {"stress_y": -1, "tab_torsion": -1, "u_Y": -1}
+    for name in ("stress", "stress_x", "stress_y", "pull_out", "tab_force", "tab_bending", "tab_torsion", "u_Y"):
+        np.testing.assert_allclose(there[name], signs.get(name, 1) * here[name], rtol=1e-3, err_msg=name)
 
 
 def test_the_command_gives_json(tmp_path, capsys):

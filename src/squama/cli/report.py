@@ -300,10 +300,28 @@ def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
         if first:
             lines.append(f"{of_mu}first contact: {first}; the torque's work is balanced to {abs(error):.1e}")
+            lines += [f"{of_mu}{line}" for line in _borne(ours if ours.family is None else ours.pick(i))]
         for other in rest:
             d = differences(laws[other], ours)[i]
             if not math.isnan(d.within):
                 lines.append(f"{of_mu}{other}: {apart(*d[1:])}")
+    return lines
+
+
+def _borne(data: Answer) -> list[str]:
+    """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
+    lines = []
+    for i in np.flatnonzero(np.isfinite(data["stress_x"]))[-1:]:
+        x, stress = float(data["stress_x"][i]), float(data["stress"][i])
+        place = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
+        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}, at {data['phi'][i]:.4g} rad/pitch")
+    for i in np.flatnonzero(np.isfinite(data["tab_force"]) & (data["phi"] > data["phi_e"]))[-1:]:
+        pull, bend, twist = (float(data[name][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
+        way = "outwards" if pull > 0 else "inwards"
+        lines.append(
+            f"its embedded part bears {data['tab_force'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
+            f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {data['phi'][i]:.4g} rad/pitch"
+        )
     return lines
 
 

@@ -32,12 +32,16 @@ _FINE = 2e-3
 _NEAR, _SAME = 1e-5, 1e-6
 _GRID = (6, 3)
 """Parts of a bent plate along and across, where it may touch anywhere."""
-_LENGTHS = ("p", "s", "u_X", "u_Y", "u_Z", "deflection")
-_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "pull_out")
-_ALONG = (
-    *("rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED"),
-    *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "strain", "pull_out", "U_joint", "U_plate", "U_bar"),
+_LENGTHS = ("p", "s", "u_X", "u_Y", "u_Z", "deflection", "stress_x", "stress_y")
+_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
+OWN = (
+    *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "stress_x", "stress_y", "strain"),
+    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar"),
 )
+"""Roles of variables that simpler models have not."""
+_ALONG = (
+    "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED", *OWN,
+)  # fmt: skip
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
 """Tangent stiffness over that of the beam without contact whose twist is a figure."""
 
@@ -100,6 +104,11 @@ class Path(NamedTuple):
         """What the beam and its joint bring."""
         beam, held = self.beam, self.held
         return Case(beam.pitch, held.rigidity, held.K_theta, beam.eta, beam.scale.theta0, self.sign < 0)
+
+    @property
+    def mirror(self) -> Array:
+        """Signs of the nine motions: the other sense is followed as the mirror image."""
+        return MIRROR if self.sign < 0 else np.ones(9)
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists, or at twists per pitch; NaN beyond an earlier end."""
@@ -166,6 +175,10 @@ class Path(NamedTuple):
             if role in own:
                 own[role][beyond] = values_there
         own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
+        q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
+        q[:, :3] /= self.beam.pitch
+        for role, values_there in embedded(self, np.column_stack([q, loads])).items():
+            own[role][beyond] = values_there
         kept = ("end", "neighbour", "other_contact", "first_contact", "load_end")
         found = {role: c.figures[role] for role in kept}
         return {**found, "load_general": start}
@@ -216,22 +229,18 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     beam, held, way = one.beam, one.held, one.way
     d, E = beam.pitch, beam.substrate.youngs_modulus
     column = dict(zip(follow.COLUMNS, rows.T, strict=True))
-    # the other sense is followed as the mirror image
-    mirror = MIRROR if one.sign < 0 else np.ones(9)
-    own = {name: column[name] * sign for name, sign in zip(MOTIONS, mirror, strict=False)}
+    own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"] = column["T"]
     own["deflection"] = path.tip(way, rows)
-    own["pull_out"] = path.pull_out(way, rows)
-    own["stress"] = path.stresses(way, rows)[0] * E if way.scale.elastic else np.full(len(rows), np.nan)
-    own["strain"] = np.full(len(rows), np.nan)
-    if held.joint.strain is not None:
-        q = np.column_stack([rows[:, 11:17], twists]) * mirror[:7]
-        own["strain"] = np.sqrt(np.einsum("ni,eij,nj->ne", q, held.joint.strain[:, :7, :7], q).max(axis=1))
+    own |= dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(rows), np.nan))
+    if way.scale.elastic:
+        stress, places = path.stresses(way, rows)
+        own |= {"stress": stress * E, "stress_x": places[:, 0], "stress_y": places[:, 1] * one.mirror[1]}
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3}
-    v = {role: x * units.get(role, 1.0) for role, x in own.items()}
+    v = {role: x * units.get(role, 1.0) for role, x in own.items()} | embedded(one, path.motions(rows))
     v["load"], v["rate"], v["theta"] = twists, twists / d, path.inclinations(way, rows)
     v["scales"] = v["torque"] - held.rigidity * v["rate"]
     v["f0"] = v["f"] * beam.scale.length / held.K_theta
@@ -239,6 +248,23 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     v["RED"] = np.divide(v["W_fr"], total, out=np.where(reached, 0.0, np.nan), where=total > 0)
     v["work"] = column["W"] * E * d**2
     return v
+
+
+def embedded(one: Path, q: Array) -> dict[str, Array]:
+    """Return what acts on the embedded part, and strains around it, by :func:`squama.real.path.motions`; by role."""
+    force, moment = path.on_tab(one.way, q)
+    unit = one.beam.substrate.youngs_modulus * one.beam.pitch**2
+    strain = np.full(len(q), np.nan)
+    if one.held.joint.strain is not None:
+        form, own = one.held.joint.strain[:, :7, :7], q * one.mirror[:7]
+        strain = np.sqrt(np.einsum("ni,eij,nj->ne", own, form, own).max(axis=1))
+    return {
+        "pull_out": force[:, 0] * unit,
+        "tab_force": np.linalg.norm(force, axis=1) * unit,
+        "tab_bending": moment[:, 1] * unit * one.beam.pitch,
+        "tab_torsion": moment[:, 0] * unit * one.beam.pitch * one.mirror[3],
+        "strain": strain,
+    }
 
 
 def tangents(one: Path, steps: Array, twists: Array, v: dict[str, Array]) -> dict[str, Array]:

@@ -29,10 +29,7 @@ AFTER = 14
 """Points after a reversal, at twists that go back by ever more, so that the steep part is resolved."""
 _LEAST = 2e-6
 _FULL = 1e-9
-_ALONG = (
-    *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr"),
-    *(*real.MOTIONS, "stiffness_ratio", "deflection", "stress", "strain", "pull_out", "U_joint", "U_plate", "U_bar"),
-)
+_ALONG = ("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", *real.OWN)
 _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
 
 

@@ -183,9 +183,14 @@ def deflections(path: Path, rows: Array) -> Array:
     return path.bending(rows) @ path.table[SHAPE:].T
 
 
+def motions(rows: Array) -> Array:
+    """Return the motions and the twist (n, 7) of states."""
+    return np.column_stack([rows[:, 11:17], rows[:, 0]])
+
+
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    q, g = np.column_stack([rows[:, 11:17], rows[:, 0]]), path.bending(rows)
+    q, g = motions(rows), path.bending(rows)
     whole = np.einsum("ni,ij,nj->n", q, path.table[:7, :7], q) / 2
     bar = rigidity(path) * rows[:, 0] ** 2 / 2
     own = np.einsum("ni,ij,nj->n", g, path.table[BEND : BEND + 12], g) / 2
@@ -198,7 +203,10 @@ def rigidity(path: Path) -> float:
 
 
 def stresses(path: Path, rows: Array) -> tuple[Array, Array]:
-    """Return the largest stress (von Mises, E) in a scale and where it is (n, 2), by Kirchhoff's moments 6 m / h^2."""
+    """Return the largest stress (von Mises, E) in a scale, by Kirchhoff's moments 6 m / h^2, and its place (n, 2).
+
+    That is NaN where there is no stress.
+    """
     s, b = path.scale, deflections(path, rows).reshape(len(rows), 6, 4)
     X, Y = _GRID
     m, n = np.arange(2, 8), np.arange(4)
@@ -212,7 +220,9 @@ def stresses(path: Path, rows: Array) -> tuple[Array, Array]:
     flat = mises.reshape(len(rows), -1)
     most = flat.argmax(axis=1)
     i, j = np.unravel_index(most, mises.shape[1:])
-    return flat[np.arange(len(rows)), most], np.column_stack([X[i, 0] * s.eta, Y[j] * s.beta])
+    largest = flat[np.arange(len(rows)), most]
+    places = np.column_stack([X[i, 0] * s.eta, Y[j] * s.beta])
+    return largest, np.where(largest[:, None] > 0, places, np.nan)
 
 
 def tip(path: Path, rows: Array) -> Array:
@@ -220,13 +230,12 @@ def tip(path: Path, rows: Array) -> Array:
     return np.asarray(deflections(path, rows).reshape(len(rows), 6, 4)[:, :, 0].sum(axis=1))
 
 
-def _turns(rows: Array) -> Array:
-    """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there."""
+def _turns(w: Array) -> Array:
+    """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there, by vectors (n, 3)."""
     from scipy.spatial.transform import Rotation
 
-    w = rows[:, 14:17]
     known = np.isfinite(w).all(axis=1)
-    out = np.full((len(rows), 3, 3), np.nan)
+    out = np.full((len(w), 3, 3), np.nan)
     if known.any():
         out[known] = Rotation.from_rotvec(w[known]).as_matrix()
     return out
@@ -235,13 +244,20 @@ def _turns(rows: Array) -> Array:
 def inclinations(path: Path, rows: Array) -> Array:
     """Return the angle (n,) of n_X against the beam's face, seen along the width at rest, rad."""
     theta0 = path.scale.theta0
-    x = _turns(rows)[:, :, 0]
+    x = _turns(rows[:, 14:17])[:, :, 0]
     # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
     return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
 
 
-def pull_out(path: Path, rows: Array) -> Array:
-    """Return the force (n,) of the contacts along a scale out of the substrate, E d^2."""
-    T = path.table[:7, :7]
-    q = np.column_stack([rows[:, 11:17], rows[:, 0]])
-    return np.asarray(np.einsum("ni,ni->n", q @ T[:3].T, _turns(rows)[:, :, 0]))
+def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
+    """Return force (E d^2) and moment (E d^3) of the contacts on the embedded part, about its base midpoint.
+
+    Both (n, 3) by its :func:`motions`, along the scale's own axes, which turn with it; one along n_X pulls it out.
+    """
+    loads, w, turns = q @ path.table[:6, :7].T, q[:, 3:6], _turns(q[:, 3:6])
+    # what is conjugate to a rotation vector is not yet the moment
+    t = np.linalg.norm(w, axis=1)[:, None]
+    k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2
+    once = np.cross(w, loads[:, 3:])
+    force, moment = loads[:, :3], loads[:, 3:] + once / 2 + k * np.cross(w, once)
+    return np.einsum("ni,nij->nj", force, turns), np.einsum("ni,nij->nj", moment, turns)
