@@ -8,7 +8,8 @@ pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 from squama.fe import pitch_stiffness
 from squama.fe.assembly import make_body
-from squama.fe.mesh import bar_mesh
+from squama.fe.elements import Elements, Material
+from squama.fe.mesh import bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import MOTIONS, mean_energies, near_edges, response
 from squama.joints import factor, law
 
@@ -44,8 +45,6 @@ def test_parts_are_near_their_edges(fig6b):
 
 def test_a_field_of_one_strain(fig6b, pitch, found):
     """Forms are means: a bar under tension has 2 W / E = strain^2 everywhere."""
-    from squama.fe.elements import Elements, Material
-
     elements = Elements(pitch.nodes, pitch.tets, Material(1.0, fig6b.nu))
     fields = np.zeros((len(pitch.nodes), 3, MOTIONS))
     fields[:, :, 8] = pitch.nodes * [-fig6b.nu, -fig6b.nu, 1.0]
@@ -78,3 +77,29 @@ def test_the_law_is_near_a_coarse_mesh(fig6b, found):
     q = np.linalg.solve(np.swapaxes(factor.factor(found.K), 0, 1), z.T).T[:, list(factor.ORDER)]
     here, there = (np.sqrt(np.einsum("ni,eij,nj->e", q, form, q)) for form in (found.strain, law.strain(shape)))
     np.testing.assert_allclose(here / there, 1, atol=0.3)
+
+
+def test_a_tab_of_its_own_modulus(fig6b):
+    """All but rigid it holds as the walls of the slot do; softer it gives, and K_theta first."""
+    thick = fig6b._replace(thickness=0.04, theta0=0.35)
+    walls, tab = (pitch_mesh(thick, 0.2, 0.06, tab=tab) for tab in (False, True))
+    corners = tab.nodes[tab.tets[tab.tab, :4]]
+    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6
+    assert volume == pytest.approx(2 * thick.beta * thick.zeta * thick.thickness, rel=1e-6)
+    assert (thick.local(tab.nodes[tab.tied])[:, 0] > -1e-6).all()
+    slot = factor.pivots(response(walls, thick).K)
+    rigid, soft, softer = (factor.pivots(response(tab, thick, Material(E, 0.35)).K) for E in (1e7, 300.0, 30.0))
+    np.testing.assert_allclose(rigid / slot, 1, atol=0.05)
+    assert (np.diff([rigid, soft, softer], axis=0) < 0).all()
+    # (E_s/E)(t_s/L)^3 = 3.3
+    assert 0.55 < soft[factor.K_THETA] / rigid[factor.K_THETA] < 0.8
+    assert (soft / rigid)[factor.K_THETA] == (soft / rigid).min()
+
+
+def test_a_tab_of_the_substrate_is_substrate(fig6b):
+    """The two materials are put together as one."""
+    thick = fig6b._replace(thickness=0.04, theta0=0.35)
+    tab = pitch_mesh(thick, 0.2, 0.06, tab=True)
+    one = response(tab, thick, Material(1.0, thick.nu)).K
+    whole = response(tab._replace(tab=tab.tab[:0]), thick).K
+    np.testing.assert_allclose(one, whole, rtol=0, atol=1e-9 * np.abs(whole).max())

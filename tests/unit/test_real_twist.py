@@ -233,6 +233,23 @@ def test_the_command_says_how_far_simpler_models_hold(tmp_path, capsys):
     assert re.search(r"hinge: within 5% in torque up to 0\.09\d* rad/pitch", said)
 
 
+@pytest.mark.parametrize(("ratio", "elements"), [(100, 0.0783), (500, 0.0429), (2000, 0.0192)])
+def test_a_tab_that_bends_is_told(ratio, elements):
+    """By elements with the printed scale's tab of its own modulus (tools/rigid_tab.py), torque at twice engagement."""
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    beam = beam.replace(scale={"youngs_modulus": ratio * beam.substrate.youngs_modulus, "strength": None})
+    r = squama.twist(beam, points=3)
+    found = re.search(r"\(E_s/E\)\(t_s/L\)\^3 = (\S+): the torque is too high by about (\S+)%", r.attrs["warnings"])
+    assert (found is None) == (elements < 0.03)
+    if found:
+        assert float(found[1]) == pytest.approx(ratio * (0.8 / 6) ** 3, rel=0.05)
+        assert float(found[2]) / 100 == pytest.approx(elements, rel=0.35)
+        assert found[0] in squama.cycle(beam, "0.1 rad/pitch", mu=0, points=3).attrs["warnings"]
+    rigid = beam.replace(scale={"youngs_modulus": None})
+    for other in (squama.twist(beam, points=3, ideal=True), squama.twist(rigid, points=3)):
+        assert "embedded part" not in other.attrs["warnings"]
+
+
 def test_what_a_scale_bears_is_told(tmp_path, capsys):
     file = tmp_path / "beam.toml"
     steel = BEAM.replace(substrate={"youngs_modulus": "0.2 MPa"}, scale={"youngs_modulus": "200 GPa"})

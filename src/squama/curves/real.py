@@ -25,6 +25,8 @@ from squama.types import Array
 
 RANGE = 0.3
 """Twist per pitch, rad, to which a curve goes unless asked otherwise."""
+TAB_LIMIT = 0.025
+"""Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
 MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
@@ -202,7 +204,8 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
         way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)
         found.append(Path(beam, held, way, sign, far))
     attrs = attributes(held, beam, ideal=ideal)
-    return found, States({}, attrs, notes(held.joint, far if asked.at is None else float(np.max(asked.at))))
+    far = far if asked.at is None else float(np.max(asked.at))
+    return found, States({}, attrs, notes(held, beam, far, ideal=ideal))
 
 
 def attributes(held: Held, beam: Beam, *, ideal: bool) -> dict[str, float | str]:
@@ -213,9 +216,25 @@ def attributes(held: Held, beam: Beam, *, ideal: bool) -> dict[str, float | str]
     }  # fmt: skip
 
 
-def notes(joint: Joint, far: float) -> list[str]:
+def rigid_tab(group: float, inclusion: float) -> float:
+    """Return by about how much a torque is too high since the joint takes the embedded part as rigid (theory: joint).
+
+    By the group (E_s/E)(t_s/L)^3 and the torque per twist over that of the bare bar, fitted to elements.
+    """
+    return 0.11 * (inclusion - 1) / (1 + group / 1.5)
+
+
+def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
     """Say where a curve to the twist ``far`` (rad per pitch) leaves what the model was compared with."""
-    lines = [joint.note] if joint.note else []
+    lines = [held.joint.note] if held.joint.note else []
+    if beam.scale.youngs_modulus is not None and beam.zeta > 0 and not ideal:
+        group = beam.modulus_ratio / beam.slenderness**3
+        error = rigid_tab(group, held.rigidity / (beam.G_B * beam.J))
+        if error > TAB_LIMIT:
+            lines.append(
+                f"the joint takes the embedded part of a scale as rigid, but it bends, with (E_s/E)(t_s/L)^3 = "
+                f"{group:.2g}: the torque is too high by about {error:.1%}"
+            )
     if far > STRAIN_LIMIT:
         lines.append(
             f"the joint's stiffness is that of small strains: it was compared with nonlinear elements up to "

@@ -72,7 +72,7 @@ def walk(asked: Asked) -> States:
         (): {"energy_error": np.asarray(error)},
     }
     attrs = {**real.attributes(held, beam, ideal=asked.ideal), "increment": INCREMENT}
-    return States(by_dim, attrs, real.notes(held.joint, far))
+    return States(by_dim, attrs, real.notes(held, beam, far, ideal=asked.ideal))
 
 
 def _check(values: list[float]) -> None:

@@ -38,7 +38,8 @@ class Pitch(NamedTuple):
     ``nodes`` (n, 3); ``tets`` (m, 10): corners, then the middles of the edges 01 12 02 03 13 23, volumes positive;
     ``front``, ``back`` (k,): nodes of the two cuts, nodes[back] = nodes[front] + (0, 0, 1); ``tied`` (j,): nodes on the
     walls of the slot; ``surface`` (q, 6): triangles of the whole boundary, cuts and slot included: corners, then the
-    middles of 01 12 20, seen from outside counterclockwise.
+    middles of 01 12 20, seen from outside counterclockwise; ``tab`` (i,): elements of the embedded part of the scale,
+    where it is meshed, which is then tied at its root only.
     """
 
     nodes: Array
@@ -47,6 +48,7 @@ class Pitch(NamedTuple):
     back: Index
     tied: Index
     surface: Index
+    tab: Index = np.empty(0, np.int64)
 
     @property
     def images(self) -> tuple[Index, NDArray[np.bool_], Array]:
@@ -79,7 +81,9 @@ class Tiled(NamedTuple):
     cuts: Index
 
 
-def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE) -> Pitch:
+def pitch_mesh(
+    geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, tab: bool = False
+) -> Pitch:  # fmt: skip
     """Mesh one pitch of the substrate with the slot of scale 0 in its true thickness.
 
     Parameters
@@ -88,6 +92,9 @@ def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_S
         The pitch; what of the scale leaves the bar's sides is cut off.
     size, edge_size : float
         Sizes of elements in the bulk and along the edges of the embedded scale, pitches.
+    tab : bool
+        Mesh the scale behind its base line (X < 0), too. What of the slot lies before it stays a slot, and is tied
+        together with the scale's section X = 0.
 
     Returns
     -------
@@ -99,7 +106,13 @@ def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_S
         The scale does not fit into a pitch, a size is not usable, or the mesher fails.
     """
     geometry.check()
-    return _mesh(geometry, size, edge_size)
+    pitch = _mesh(geometry, size, edge_size, tab=tab)
+    if not tab:
+        return pitch
+    walls = pitch.nodes[pitch.surface[:, :3]].mean(axis=1)
+    tied = geometry.in_slot(walls) & (geometry.local(walls)[:, 0] > -_NEAR)
+    inside = geometry.in_slot(pitch.nodes[pitch.tets[:, :4]].mean(axis=1))
+    return pitch._replace(tied=np.unique(pitch.surface[tied]), tab=np.flatnonzero(inside))
 
 
 def bar_mesh(geometry: Geometry, size: float = SIZE) -> Pitch:
@@ -134,12 +147,12 @@ def _check_sizes(geometry: Geometry, size: float, edge_size: float) -> None:
         refuse("element size", f"{size:.4g} pitches", f"about {count:.2g} elements", "take larger ones")
 
 
-def _mesh(geometry: Geometry, size: float, edge_size: float | None) -> Pitch:
+def _mesh(geometry: Geometry, size: float, edge_size: float | None, *, tab: bool = False) -> Pitch:
     _check_sizes(geometry, size, size if edge_size is None else edge_size)
     occ, meshing = need("netgen.occ"), need("netgen.meshing")
     meshing.SetMessageImportance(0)
     try:
-        cell = _cell(occ, geometry, edge_size)
+        cell = _cell(occ, geometry, edge_size, tab=tab)
         volume = cell.mass
         mesh = occ.OCCGeometry(cell).GenerateMesh(maxh=size, grading=GRADING)
         points = np.array(mesh.Coordinates(), float)
@@ -162,20 +175,29 @@ def _failed(said: str) -> InputError:
     )
 
 
-def _cell(occ: Any, geometry: Geometry, edge_size: float | None) -> Any:
-    """Return the solid: a skewed prism, less the slot if there is an edge size; front and back are identified."""
+def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -> Any:
+    """Return the solid: a skewed prism, less the slot if there is an edge size; front and back are identified.
+
+    With a tab the embedded part of the scale is a second solid, glued to it.
+    """
     half, lam, c, slope = geometry.width / 2, geometry.lam, geometry.cut, tan(geometry.alpha)
     ends = [(-half, c), (-half, c + 1), (half, c + 1), (half, c)]
     cell = _polygon(occ, [(x, -lam, z + x * slope) for x, z in ends]).Extrude(occ.Vec(0, 2 * lam, 0))
     if edge_size is not None:
         x, y, z = geometry.rest.axes
+        beta, t = geometry.beta, geometry.thickness
+
+        def plate(to: float) -> Any:
+            around = [(-geometry.zeta, -beta), (to, -beta), (to, beta), (-geometry.zeta, beta)]
+            floor = _polygon(occ, [geometry.rest.base + p * x + q * y - t / 2 * z for p, q in around])
+            return floor.Extrude(occ.Vec(*map(float, t * z)))
+
         # far enough to leave the substrate with its whole thickness
-        out, beta, t = geometry.thickness / tan(geometry.theta0), geometry.beta, geometry.thickness
-        around = [(-geometry.zeta, -beta), (out, -beta), (out, beta), (-geometry.zeta, beta)]
-        floor = _polygon(occ, [geometry.rest.base + p * x + q * y - t / 2 * z for p, q in around])
-        cell = cell - floor.Extrude(occ.Vec(*map(float, t * z)))
+        cell = cell - plate(t / tan(geometry.theta0))
     if len(cell.solids) != 1:
         raise _failed(_PIECES)
+    if tab:
+        cell = occ.Glue([cell, plate(0.0)])
     faces = {}
     for face in cell.faces:
         place = face.center.z - face.center.x * slope - c

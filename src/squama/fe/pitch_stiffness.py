@@ -12,7 +12,7 @@ counted from there; twist and bend act at a held length (epsilon = 0) unless the
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,8 +44,8 @@ class Response(NamedTuple):
     elements: int
 
 
-def response(pitch: Pitch, geometry: Geometry) -> Response:
-    """Return the stiffness of a pitch and the strains around its scale.
+def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> Response:
+    """Return the stiffness of a pitch and the strains around its scale; ``tab``: material of a tab that is meshed.
 
     Raises
     ------
@@ -55,12 +55,11 @@ def response(pitch: Pitch, geometry: Geometry) -> Response:
     from scipy import sparse
 
     master, _, rest = pitch.images
-    elements = Elements(pitch.nodes, pitch.tets, Material(1.0, geometry.nu))
-    result = elements(pitch.nodes)
-    if not result.least > 0:
-        message = "the mesh has inverted elements: take another element size"
-        raise InputError(message)
-    A = elements.matrix(result.values).tocsr()
+    tets = np.delete(pitch.tets, pitch.tab, axis=0)
+    elements = Elements(pitch.nodes, tets, Material(1.0, geometry.nu))
+    A = _stiffness(elements, pitch.nodes)
+    if tab is not None:
+        A = A + _stiffness(Elements(pitch.nodes, pitch.tets[pitch.tab], tab), pitch.nodes)
     tied = master[pitch.tied]
     free = np.setdiff1d(np.arange(len(rest)), tied)
     moved = _moved(pitch, geometry, tied)
@@ -93,10 +92,19 @@ def response(pitch: Pitch, geometry: Geometry) -> Response:
         fields = moved - P @ np.column_stack([solver.spread(motion) for motion in both.T])
     finally:
         solver.close()
-    points = np.einsum("qc,eci->eqi", _POINTS, pitch.nodes[pitch.tets[:, :4]])
+    points = np.einsum("qc,eci->eqi", _POINTS, pitch.nodes[tets[:, :4]])
     parts = near_edges(geometry, points)
-    strain = mean_energies(pitch.tets, elements, fields.reshape(-1, 3, MOTIONS), parts)
+    strain = mean_energies(tets, elements, fields.reshape(-1, 3, MOTIONS), parts)
     return Response((K + K.T) / 2, strain, len(pitch.tets))
+
+
+def _stiffness(elements: Elements, nodes: Array) -> Any:
+    """Return the matrix (3 n, 3 n) of elements at rest."""
+    result = elements(nodes)
+    if not result.least > 0:
+        message = "the mesh has inverted elements: take another element size"
+        raise InputError(message)
+    return elements.matrix(result.values).tocsr()
 
 
 def _moved(pitch: Pitch, geometry: Geometry, tied: Index) -> Array:
