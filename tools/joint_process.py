@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from squama.joints.processes import nearness
 from squama.types import Array
 
-LENGTHS, NOISE = (-1.5, 5.0), (1e-7, 1.0)
+LENGTHS, NOISE = (-1.5, 5.0), (1e-5, 1.0)
 """Limits of the logarithms of lengths, in standard deviations of a feature, and of the noise's share of variance."""
 PRIOR = 1.0, 1.5
 """Mean and deviation of the logarithm of a length before anything is known."""
