@@ -1,4 +1,4 @@
-"""Warm curves of 200 points: the solved path with all its variables, and the labelled answer of ``squama.twist``."""
+"""Warm curves: a solved path of 200 points with all its variables, and what squama.twist and squama.row answer."""
 
 from __future__ import annotations
 
@@ -38,3 +38,10 @@ def test_forces_at_200_points(benchmark) -> None:
     theta = np.linspace(0.18, 1.2, 200)
     ratios = BEAM.ratios
     benchmark(lambda: squama.forces(theta, mu=0.5, **ratios))
+
+
+def test_row_of_25_thick_elastic_scales(benchmark) -> None:
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"youngs_modulus": "200 GPa"})
+    r = benchmark(lambda: squama.row(beam, scales=25, to="0.1 rad/pitch"))
+    assert r.attrs["scales"] == "thick, elastic scales"
+    assert r.end == "range end"

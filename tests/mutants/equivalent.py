@@ -156,7 +156,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "0 -> 1 #2": "on how many threads MKL factorises",
     },
     ("fe/solver.py", "x = self._call(_SOLVE, np.asfortranarray(b.reshape(self._n, -1)))"): {"1 -> 2": _UNKNOWN},
-    ("curves/finite_rows.py", 'return chain_track.Track([], End.RANGE, 0, "", stop)'): {
+    ("curves/hinge_rows.py", 'return chain_track.Track([], End.RANGE, 0, "", stop)'): {
         "0 -> 1": "no scale is named where the asked twist is the end",
     },
     ("beam/validity.py", "if tau <= THIN * gap * (1 + 1e-9):"): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
@@ -178,10 +178,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "x, g, t, f = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))",
     ): {"10 -> (10 * 2 + 1)": "room that is not used"},
     ("fe/solver.py", "_MATCHED = ((11, 1), (13, 1))"): {"1 -> 2 #2": "how pivots are matched"},
-    (
-        "curves/finite_rows.py",
-        'asked = Asked(beam.replace(scales=n), LoadPath.of("twisting", [0.0]), np.asarray(m), "edge", 0.0, points)',
-    ): {"0.0 -> 1.0": "only the kind of its load is read"},
     ("model/sensitivity.py", "load_end = np.where(at_start, e, pt.load + t.load_x * (x_e - x_end))"): {
         "- -> +": "of what a complex step moves only the imaginary part is read",
     },

@@ -172,7 +172,9 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_cli_summary.py",
         "unit/test_store.py",
     ),
-    "curves/finite_rows.py": ("unit/test_row.py",),
+    "curves/finite_rows.py": ("unit/test_row.py", "unit/test_real_row.py"),
+    "curves/hinge_rows.py": ("unit/test_row.py",),
+    "curves/real_rows.py": ("unit/test_real_row.py",),
     "curves/doors.py": (
         "unit/test_response.py",
         "unit/test_follow.py",

@@ -10,7 +10,7 @@ import pytest
 import squama
 from oracle import boxes
 from squama.arrays import solution
-from squama.curves import doors, finite_rows
+from squama.curves import doors
 from squama.model import chain
 from squama.model.paths import ARRAY
 
@@ -153,7 +153,7 @@ def test_a_curve_and_a_row_of_thick_scales() -> None:
     e = squama.ends(**beam.ratios, mu=0.2, thickness=ts, contacts="all")
     assert float(r["phi_e"]) == pytest.approx(float(e.phi_e), rel=1e-13)
     assert float(r["phi_e"]) < float(doors.respond(beam, "twisting", joint="hinge", ideal=True)["phi_e"])
-    row = finite_rows.follow(beam, None, None, 0.8 * float(e.phi_end) / d, 30, "+", ideal=False)
+    row = squama.row(beam, to=0.8 * float(e.phi_end) / d, points=30, joint="hinge", ideal=False)
     middle = row.theta.isel(scale=30).values[1:]
     # the ends are felt in the middle yet
     np.testing.assert_allclose(middle, row.theta_periodic.values[1:], rtol=1e-2)

@@ -221,7 +221,7 @@ def test_friction_is_in_the_attributes() -> None:
     assert squama.twist(BEAM, joint="hinge").attrs["mu"] == 0.5
     assert squama.bend(BENT, mu=[0.1]).attrs["mu"] == [0.1]
     assert squama.twist(BEAM, mu=np.array([0.0, 0.2]), joint="hinge").attrs["mu"] == [0.0, 0.2]
-    assert squama.row(BEAM, scales=3, mu=0.2, points=5).attrs["mu"] == 0.2
+    assert squama.row(BEAM, scales=3, mu=0.2, points=5, joint="hinge").attrs["mu"] == 0.2
 
 
 def test_warnings_are_those_of_the_sense() -> None:

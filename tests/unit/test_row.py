@@ -20,6 +20,10 @@ SLANTED = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slendern
 K, D = BEAM.joint_stiffness, BEAM.pitch
 
 
+def hinged(beam, **options):
+    return squama.row(beam, joint="hinge", **options)
+
+
 # ---- plates as vectors, in pitches and K_theta; nothing of the package's algebra ----------------------------------
 
 
@@ -85,7 +89,7 @@ def forces_on_row(beam, thetas, rates, phi, N, mu):
     [(BEAM, 5, 0.4, 0.2), (WIDE, 7, 0.0, 0.15), (WIDE, 4, 0.3, 0.25), (SLANTED, 4, 0.3, 0.25)],
 )
 def test_every_scale_is_in_balance_and_the_torque_is_that_of_the_forces(beam, scales, mu, to):
-    r = squama.row(beam, scales=scales, mu=mu, to=f"{to} rad/pitch", points=400)
+    r = hinged(beam, scales=scales, mu=mu, to=f"{to} rad/pitch", points=400)
     phi, theta = r.phi.values, r.theta.values
     stiffness, d = beam.joint_stiffness, beam.pitch
     for m in (80, 200, 320, 398):
@@ -102,7 +106,7 @@ def test_every_scale_is_in_balance_and_the_torque_is_that_of_the_forces(beam, sc
 
 def test_the_middle_of_a_long_row_is_the_endless_beam():
     for beam in (BEAM, WIDE):
-        r = squama.row(beam, scales=301, mu=0.5, to="0.16 rad/pitch")
+        r = hinged(beam, scales=301, mu=0.5, to="0.16 rad/pitch")
         middle = r.isel(point=-1, scale=150)
         ratios = {k: v for k, v in beam.ratios.items() if k != "theta0"}
         assert float(squama.contact(middle.theta, **ratios).phi) == pytest.approx(0.16, abs=1e-9)
@@ -112,7 +116,7 @@ def test_the_middle_of_a_long_row_is_the_endless_beam():
 
 
 def test_ends_are_felt_by_three_quarters_per_scale():
-    r = squama.row(BEAM, scales=61, mu=0, to="0.062 rad/pitch").isel(point=-1)
+    r = hinged(BEAM, scales=61, mu=0, to="0.062 rad/pitch").isel(point=-1)
     fall = np.diff(r.N.values[:8]) / (r.N.values[30] - r.N.values[:7])
     assert float(r.decay) == pytest.approx(0.77, abs=0.01)
     np.testing.assert_allclose(1 - fall[:6], float(r.decay), atol=0.01)
@@ -122,9 +126,9 @@ def test_ends_are_felt_by_three_quarters_per_scale():
 
 def test_a_row_comes_nearer_to_the_endless_beam():
     torques = [
-        float(squama.row(BEAM, scales=n, mu=0.2, to="0.1 rad/pitch").isel(point=-1)["T"]) for n in (2, 5, 12, 25, 200)
+        float(hinged(BEAM, scales=n, mu=0.2, to="0.1 rad/pitch").isel(point=-1)["T"]) for n in (2, 5, 12, 25, 200)
     ]
-    endless = float(squama.row(BEAM, scales=2, mu=0.2, to="0.1 rad/pitch").isel(point=-1).T_periodic)
+    endless = float(hinged(BEAM, scales=2, mu=0.2, to="0.1 rad/pitch").isel(point=-1).T_periodic)
     missing = 1 - np.array(torques) / endless
     assert (np.diff(missing) < 0).all()
     assert missing[0] > 0.1
@@ -133,7 +137,7 @@ def test_a_row_comes_nearer_to_the_endless_beam():
 
 
 def test_two_scales_without_friction_by_hand():
-    r = squama.row(BEAM, scales=2, mu=0, to="0.25 rad/pitch", points=30)
+    r = hinged(BEAM, scales=2, mu=0, to="0.25 rad/pitch", points=30)
 
     def balance(unknown, phi):
         thetas, N = unknown[:2], unknown[2]
@@ -153,7 +157,7 @@ def test_two_scales_without_friction_by_hand():
 def test_two_scales_with_friction_by_hand():
     """Friction along the slip of each step, backward differences, extrapolated to steps of no size."""
     mu, to = 0.5, 0.2
-    r = squama.row(BEAM, scales=2, mu=mu, to=f"{to} rad/pitch", points=60)
+    r = hinged(BEAM, scales=2, mu=mu, to=f"{to} rad/pitch", points=60)
 
     def levers(phi, thetas, rates):
         P, n, _, _, _ = meeting(BEAM, 0, thetas, phi)
@@ -180,20 +184,20 @@ def test_two_scales_with_friction_by_hand():
     rough, fine = run(20), run(40)
     np.testing.assert_allclose(r.theta.values[-1], 2 * fine - rough, rtol=1e-5)
     # the extrapolation is what agrees: friction has been felt
-    bare = squama.row(BEAM, scales=2, mu=0, to=f"{to} rad/pitch")
+    bare = hinged(BEAM, scales=2, mu=0, to=f"{to} rad/pitch")
     assert np.abs(bare.theta.values[-1] - r.theta.values[-1]).max() > 1e-4
 
 
 def test_without_friction_the_way_does_not_matter():
-    fine = squama.row(BEAM, scales=9, mu=0, to="0.2 rad/pitch", points=300).isel(point=-1)
-    coarse = squama.row(BEAM, scales=9, mu=0, to="0.2 rad/pitch", points=3).isel(point=-1)
+    fine = hinged(BEAM, scales=9, mu=0, to="0.2 rad/pitch", points=300).isel(point=-1)
+    coarse = hinged(BEAM, scales=9, mu=0, to="0.2 rad/pitch", points=3).isel(point=-1)
     np.testing.assert_allclose(coarse.theta, fine.theta, rtol=1e-9)
     assert float(coarse["T"]) == pytest.approx(float(fine["T"]), rel=1e-9)
 
 
 @pytest.mark.parametrize("scales", [2, 6, 25])
 def test_the_work_of_the_torque_is_stored_or_rubbed_away(scales):
-    r = squama.row(BEAM, scales=scales, mu=0.4, to="0.22 rad/pitch", points=300)
+    r = hinged(BEAM, scales=scales, mu=0.4, to="0.22 rad/pitch", points=300)
     work = cumulative_simpson(r["T"].values, x=r.Phi.values, initial=0)
     spent = (r.U_el + r.W_fr).values
     np.testing.assert_allclose(work[50:], spent[50:], rtol=2e-4)
@@ -202,7 +206,7 @@ def test_the_work_of_the_torque_is_stored_or_rubbed_away(scales):
 
 
 def test_the_last_scale_lies_down_and_is_held():
-    r = squama.row(BEAM, scales=25, mu=0.2, to="0.2 rad/pitch")
+    r = hinged(BEAM, scales=25, mu=0.2, to="0.2 rad/pitch")
     last = r.isel(scale=-1)
     down = last.theta.values == 0
     assert down.any()
@@ -213,28 +217,28 @@ def test_the_last_scale_lies_down_and_is_held():
 
 
 def test_where_a_row_ends():
-    off = squama.row(BEAM, scales=25, mu=0.2, to="0.5 rad/pitch")
+    off = hinged(BEAM, scales=25, mu=0.2, to="0.5 rad/pitch")
     assert off.end == "off tip edge"
     assert off.scale_end == 1
     beta = BEAM.beta * D
     assert float(np.abs(off.p[-1, 0])) == pytest.approx(beta, rel=1e-2)
     assert float(off.phi[-1]) == pytest.approx(float(off.phi_end))
     np.testing.assert_allclose(off.f, 0.2 * off.N)
-    before = squama.row(BEAM, scales=5, mu=0.2, to="0.05 rad/pitch")
+    before = hinged(BEAM, scales=5, mu=0.2, to="0.05 rad/pitch")
     assert before.end == "range end"
     assert (before.theta == before.theta[0]).all()
-    mirrored = squama.row(BEAM, scales=5, mu=0.2, to="0.1 rad/pitch", sense="-")
+    mirrored = hinged(BEAM, scales=5, mu=0.2, to="0.1 rad/pitch", sense="-")
     assert mirrored.end in ("no engagement", "other contact")
     assert float(mirrored.T_scales.max()) == 0
     # scales that touch without engaging end the row, if it goes that far
     touch = float(squama.twist(WIDE, mu=0.2, sense="-", joint="hinge").phi_touch)
     for to, last, end in ((0.2, 0.2, "no engagement"), (0.5, touch, "other contact")):
-        r = squama.row(WIDE, scales=5, mu=0.2, to=f"{to} rad/pitch", sense="-")
+        r = hinged(WIDE, scales=5, mu=0.2, to=f"{to} rad/pitch", sense="-")
         assert (float(r.phi[-1]), r.end) == (pytest.approx(last), end)
 
 
 def test_the_stop_that_is_not_given_is_the_cut_off_of_the_endless_beam():
-    r = squama.row(BEAM, scales=5, mu=0.2)
+    r = hinged(BEAM, scales=5, mu=0.2)
     assert float(r.phi_end) == pytest.approx(float(squama.twist(BEAM, mu=0.2, joint="hinge").Phi_c) * D)
 
 
@@ -252,7 +256,7 @@ def test_the_stop_that_is_not_given_is_the_cut_off_of_the_endless_beam():
 )
 def test_bad_arguments(arguments, words):
     with pytest.raises(InputError, match=words):
-        squama.row(BEAM, **{"mu": 0.2, **arguments})
+        hinged(BEAM, **{"mu": 0.2, **arguments})
 
 
 def test_the_command(tmp_path, monkeypatch, capsys):
@@ -262,13 +266,13 @@ def test_the_command(tmp_path, monkeypatch, capsys):
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
-    arguments = ["row", "beam.toml", "--scales", "6", "--mu", "0.2", "--to", "0.2 rad/pitch"]
+    arguments = ["row", "beam.toml", "--joint", "hinge", "--scales", "6", "--mu", "0.2", "--to", "0.2 rad/pitch"]
     assert main([*arguments, "--plot", "row.png", "--csv", "row.csv", "--netcdf", "row.nc"]) == 0
     said = capsys.readouterr().out
     assert "row of 6 scales" in said
     assert "wrote row.png" in said
     assert (tmp_path / "row.png").stat().st_size > 10_000
-    expected = squama.row(BEAM, scales=6, mu=0.2, to="0.2 rad/pitch")
+    expected = hinged(BEAM, scales=6, mu=0.2, to="0.2 rad/pitch")
     np.testing.assert_array_equal(squama.read("row.nc").theta, expected.theta)
     table = squama.read("row.csv")
     np.testing.assert_array_equal(table["T"].isel(scale=3), expected["T"])
@@ -387,7 +391,7 @@ def test_the_matrix_of_a_step_is_the_derivative_of_what_is_left_over(formula, mo
 
 @pytest.mark.parametrize(("beam", "mu"), [(BEAM, 0.3), (WIDE, 0.5)])
 def test_the_end_of_a_row_does_not_depend_on_its_points(beam, mu):
-    few, many = (squama.row(beam, scales=3, mu=mu, to="1 rad/pitch", points=n) for n in (40, 900))
+    few, many = (hinged(beam, scales=3, mu=mu, to="1 rad/pitch", points=n) for n in (40, 900))
     assert few.end.item() == many.end.item() != "range end"
     assert float(few.phi_end) == pytest.approx(float(many.phi_end), abs=2e-6)
 
@@ -401,6 +405,6 @@ def test_the_endless_beam_is_there_to_its_end() -> None:
         alpha=0.9827049779018376,
         theta0=0.15241222480083894,
     )
-    r = squama.row(beam, scales=8, mu=0, points=30)
+    r = hinged(beam, scales=8, mu=0, points=30)
     assert np.isfinite(r.T_periodic).all()
     assert np.isfinite(r.theta_periodic).all()

@@ -280,16 +280,23 @@ def _steps(beam: Beam, laws: Mapping[str, Answer]) -> Table:
     return table(head, kept, left=len(head))
 
 
+def held(attrs: Mapping[str, Any]) -> str:
+    """Return what holds the scales, and how they are taken, by an answer's attributes."""
+    if attrs["joint"] == "hinge":
+        return f"joint of a scale: hinge; {attrs['scales']}"
+    sources = {"matrix": "from the beam's matrix", "law": "by the law of the joint", "elements": "by finite elements"}
+    about = f", torque to about {attrs['band']:.1%}" if math.isfinite(attrs["band"]) else ""
+    return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
+
+
 def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines on the joint, and from where on simpler models are off."""
     ours = next(iter(laws.values()))
     attrs = ours.attrs
-    K, rigidity, band = (float(attrs[key]) for key in ("K_theta", "rigidity", "band"))
-    sources = {"matrix": "from the beam's matrix", "law": "by the law of the joint", "elements": "by finite elements"}
-    about = f", torque to about {band:.1%}" if math.isfinite(band) else ""
+    K, rigidity = (float(attrs[key]) for key in ("K_theta", "rigidity"))
     rest = list(laws)[1:]
     lines = [
-        f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}",
+        held(attrs),
         f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
         f"without contact dT/dPhi = {rigidity:.4g} N m2 (hinge {beam.torsional_rigidity:.4g})",
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
-_TO = f"Where to stop: {flags.TWISTS} (where the endless beam's curve is cut off)."
+_TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
 
 
 @flags.group
@@ -108,6 +108,8 @@ def row(
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_TO)] = None,
     sense: flags.Sense = "+",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
     points: Annotated[int, flags.points(100)] = 100,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -118,7 +120,9 @@ def row(
 
     from squama.curves import finite_rows
 
-    data = finite_rows.row(described, scales=scales, sense=sense, points=points, to=stop)
+    asked: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
+    with flags.laid(flags.arguments()):
+        data = finite_rows.row(described, scales=scales, **asked)
     written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
 
@@ -126,22 +130,27 @@ def row(
 def _record(beam: Beam, data: xr.Dataset) -> dict[str, object]:
     figures = {name: value for name, value in output.part(data).items() if name != "mu"}
     curve, scales = output.part(data, "point"), output.part(data, "point", "scale")
-    return output.record(beam, data, "load law sense squama_version", figures=figures, curve=curve, scales=scales)
+    own = {"idealisation": data.attrs["scales"], "figures": figures, "curve": curve, "scales": scales}
+    return output.record(beam, data, "load law joint sense squama_version", **own)
 
 
 def _shown(data: xr.Dataset) -> Iterable[str]:
     """Return the summary: the row at its last point."""
     import numpy as np
 
+    from squama.cli.report import held
+
     n, last = data.sizes["scale"], data.isel(point=-1)
     end, other = str(data["end"].item()), data["other_contact"].item()
-    theta = np.degrees(last["theta"].values)
+    # no -0
+    theta = np.degrees(last["theta"].values) + 0.0
     down = np.flatnonzero(last["Q"].values > 0) + 1
     endless = float(last["T_periodic"])
     beside = f"endless beam: {moment(endless)}" if math.isfinite(endless) else "the endless beam's curve ends before"
     place = f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else ""
     which = f", scale {int(data['scale_end'])}" if data["scale_end"] else ""
     yield f" as a row of {n} scales: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law"
+    yield held(data.attrs)
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
     yield f"end: {end}{place}{which}"
     yield SENTENCES[End(end)] + (f" ({other})" if other else "")
@@ -152,6 +161,9 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     )
     yield f"what an end does decays by {number(float(data['decay']))} per scale (at engagement)"
     yield f"relative energy dissipation RED = {float(last['RED']):.4g}"
+    if "stress" in last and np.isfinite(last["stress"].values).all():
+        stress = last["stress"].values
+        yield f"largest stress there: {stress.max() / 1e6:.4g} MPa, in scale {stress.argmax() + 1}"
     if down.size:
         yield f"lying on the substrate: scale {', '.join(map(str, down))}"
     yield from output.warnings(data.attrs["warnings"])

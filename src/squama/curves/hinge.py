@@ -173,12 +173,17 @@ def samples(p: Path, points: int) -> tuple[Array, Array]:
     """Load angles of the straight part, and path parameters of the part in contact; together ``points``."""
     if not p.engaged:
         return np.linspace(0.0, min(p.load_e, p.load_end), points), np.empty(0)
-    straight = max(1, points // LINEAR)
-    w = np.linspace(0.0, 1.0, points - straight)
+    first = before(points)
+    w = np.linspace(0.0, 1.0, points - first)
     if p.end in LOCKS:
         # closer together where the curve steepens
         w = 1 - (1 - w) ** 2
-    return np.linspace(0.0, p.load_e, straight, endpoint=False), p.x0 + (p.x_c - p.x0) * w
+    return np.linspace(0.0, p.load_e, first, endpoint=False), p.x0 + (p.x_c - p.x0) * w
+
+
+def before(points: int) -> int:
+    """Return how many of a curve's points lie before engagement."""
+    return max(1, points // LINEAR)
 
 
 def touching(row: Row, law: str, x: Array, friction: float) -> dict[str, Array]:

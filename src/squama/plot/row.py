@@ -37,7 +37,8 @@ def row_figure(dataset: xr.Dataset) -> Figure:
     right.set_ylim(0, 1.25 * factor * finite_max(dataset["T"].values))
     right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":")
     right.set(xlabel=angle_label("twisting"), ylabel=text)
-    right.legend()
+    held = " on hinges" if dataset.attrs.get("joint") == "hinge" else ""
+    right.legend(title=dataset.attrs.get("scales", "") + held)
     letters((left, right))
     return figure
 
@@ -78,4 +79,7 @@ def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> None:
         theta, words = np.degrees(dataset["theta"].values[i]), f"{dataset['phi'].values[i]:.3g}"
         ax.plot(dataset["scale"].values, theta, color=colour, marker=".", label=words)
     ax.set(xlabel="scale", ylabel=label("theta", "deg"))
-    ax.legend(title=r"$\varphi$ (rad/pitch)")
+    low, high = ax.get_ylim()
+    # room for the legend
+    ax.set_ylim(low - 0.35 * (high - low), high)
+    ax.legend(title=r"$\varphi$ (rad/pitch)", loc="lower left", ncols=3)

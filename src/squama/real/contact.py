@@ -246,6 +246,24 @@ def deflection(d: Design, edge: int, x: float, row: Array, first: int) -> tuple[
     return w, slope / size
 
 
+@_in
+def tangent(edge: int, slope: float) -> Vector:
+    """Return the direction of an edge whose deflection has a slope."""
+    return (1.0, 0.0, slope) if lengthwise(edge) else (0.0, 1.0, slope)
+
+
+@_in
+def meet(
+    d: Design, f: Frame, one: Vector, two: Vector, along1: Vector, along2: Vector
+) -> tuple[Vector, Vector, Vector]:
+    """Return D, -D_phi and n of places (from the base midpoints at rest) and directions of the edges of two scales."""
+    inner = add(two, 1.0, f.o)
+    D = add(add(add(one, -1.0, turn(f, inner)), 1.0, f.o), -d.k, f.z)
+    n = cross(turn(f, along2), along1)
+    by_phi = (dot(f.da, inner), dot(f.db, inner), dot(f.dc, inner))
+    return D, by_phi, scaled(d.sign / math.sqrt(dot(n, n)), n)
+
+
 @_jit
 def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) -> None:
     """Write the equations' residual at the new state's unknowns into a row of the room, and the rest of that state."""
@@ -272,14 +290,8 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
         w2, slope2 = deflection(d, d.second, y, s, BENT + 6)
     X1, X2 = place(d, d.first, x, w1 - d.h / 2), place(d, d.second, y, w2 + d.h / 2)
     moved1, moved2 = rotated(e, X1), rotated(e, X2)
-    inner = add(add(u, 1.0, moved2), 1.0, f.o)
-    outer = turn(f, inner)
-    D = add(add(add(add(u, 1.0, moved1), -1.0, outer), 1.0, f.o), -d.k, f.z)
-    by_phi = (dot(f.da, inner), dot(f.db, inner), dot(f.dc, inner))
-    along1 = (1.0, 0.0, slope1) if lengthwise(d.first) else (0.0, 1.0, slope1)
-    along2 = (1.0, 0.0, slope2) if lengthwise(d.second) else (0.0, 1.0, slope2)
-    n = cross(turn(f, rotated(e, along2)), rotated(e, along1))
-    n = scaled(d.sign / math.sqrt(dot(n, n)), n)
+    along1, along2 = rotated(e, tangent(d.first, slope1)), rotated(e, tangent(d.second, slope2))
+    D, by_phi, n = meet(d, f, add(u, 1.0, moved1), add(u, 1.0, moved2), along1, along2)
     if step.stuck:
         F = (z[m], z[m + 1], z[m + 2])
         N = dot(F, n)
@@ -325,15 +337,26 @@ def slip(
     normal: Vector, by_phi: Vector,
 ) -> Vector:  # fmt: skip
     """Return the slip of scale 1 on the other over the step, by the backward difference."""
-    b0, b1, b2, z, a, c = step.b0, step.b1, step.b2, room[NEW], room[LAST], room[BEFORE]
-    du = (b0 * z[0] + b1 * a[0] + b2 * c[0], b0 * z[1] + b1 * a[1] + b2 * c[1], b0 * z[2] + b1 * a[2] + b2 * c[2])
-    dw = (b0 * z[3] + b1 * a[3] + b2 * c[3], b0 * z[4] + b1 * a[4] + b2 * c[4], b0 * z[5] + b1 * a[5] + b2 * c[5])
-    o = spin(e, dw)
+    z, a, c = room[NEW], room[LAST], room[BEFORE]
+    du, o = rates(step, z, a, c, e)
     one, two = add(du, 1.0, cross(o, moved1)), add(du, 1.0, cross(o, moved2))
     if d.elastic:
-        g = room[POWERS]
-        for i in range(12):
-            g[i] = b0 * z[BENT + i] + b1 * a[BENT + i] + b2 * c[BENT + i]
-        bent1, bent2 = deflection(d, d.first, x, g, 0)[0], deflection(d, d.second, y, g, 6)[0]
-        one, two = add(one, bent1, normal), add(two, bent2, normal)
+        one = add(one, bending(d, step, z, a, c, d.first, x, BENT), normal)
+        two = add(two, bending(d, step, z, a, c, d.second, y, BENT + 6), normal)
     return add(add(one, -1.0, turn(f, two)), -step.dphi, by_phi)
+
+
+@_in
+def rates(step: Step, z: Array, a: Array, c: Array, e: Turned) -> tuple[Vector, Vector]:
+    """Return the move of a scale's base and its turn over the step, by the backward difference of its states."""
+    b0, b1, b2 = step.b0, step.b1, step.b2
+    du = (b0 * z[0] + b1 * a[0] + b2 * c[0], b0 * z[1] + b1 * a[1] + b2 * c[1], b0 * z[2] + b1 * a[2] + b2 * c[2])
+    dw = (b0 * z[3] + b1 * a[3] + b2 * c[3], b0 * z[4] + b1 * a[4] + b2 * c[4], b0 * z[5] + b1 * a[5] + b2 * c[5])
+    return du, spin(e, dw)
+
+
+@_in
+def bending(d: Design, step: Step, z: Array, a: Array, c: Array, edge: int, x: float, first: int) -> float:
+    """Return how the deflection at a material place on an edge changes over the step."""
+    w = step.b0 * deflection(d, edge, x, z, first)[0] + step.b1 * deflection(d, edge, x, a, first)[0]
+    return w + step.b2 * deflection(d, edge, x, c, first)[0]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from squama.batch.keeping import is_ready, kept
+from squama.real import chain, start
 from squama.real import follow as following
-from squama.real import start
-from squama.real.contact import BEND, SHAPE, Design, _jit
+from squama.real.contact import BEND, SHAPE, Design, Step, _jit
 from squama.real.follow import OTHER, End
 from squama.real.plate import SIDE_D, TIP
 from squama.types import Array
@@ -18,6 +18,7 @@ from squama.types import Array
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 """All that may be compiled."""
 _follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
+_assemble, _look = chain.assemble, chain.look
 
 
 class Beams(NamedTuple):
@@ -90,12 +91,34 @@ def _answer(
         end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], step, every, out[i])
 
 
-answer = kept(_answer, SOURCES)
-_told: list[bool] = []
+@_jit
+def _met(b: Beams, contact: Array, table: Array) -> Design:
+    """Return the design of one beam whose first contact (6,) is known and whose table is filled."""
+    return _meeting(_design(b, 0, table), int(contact[0]), int(contact[1]), int(contact[2]))
 
 
-def tell() -> None:
+def _row(
+    b: Beams, contact: Array, table: Array, phi: float, step: Step, states: Array, marks: Array, r: Array, band: Array
+) -> None:
+    """Write the equations of a row of a beam's scales, as :func:`squama.real.chain.assemble`."""
+    _assemble(_met(b, contact, table), phi, step, states, marks, r, band)
+
+
+def _beside(
+    b: Beams, contact: Array, table: Array, phi: float, s: Array, joined: Array, where: Array
+) -> tuple[int, int, int]:
+    """Look for other contacts of a row, as :func:`squama.real.chain.look`."""
+    return _look(_met(b, contact, table), phi, s, joined, where)
+
+
+answer, row, beside = kept(_answer, SOURCES), kept(_row, SOURCES), kept(_beside, SOURCES)
+_told: list[Any] = []
+
+
+def tell(f: Any = answer, what: str = "the real beam") -> None:
     """Say once that there is something to compile, where there is."""
-    if not _told and not is_ready(answer):
-        logging.getLogger("squama").warning("squama: compiling the code of the real beam, once; some seconds")
-    _told.append(True)
+    if f in _told:
+        return
+    _told.append(f)
+    if not is_ready(f):
+        logging.getLogger("squama").warning("squama: compiling the code of %s, once; some seconds", what)

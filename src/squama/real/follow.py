@@ -28,6 +28,7 @@ from squama.real.contact import (
     TORQUE,
     WIDTH,
     Design,
+    Frame,
     Step,
     _in,
     _jit,
@@ -104,55 +105,74 @@ def bulge(d: Design, b: Array, x: float, y: float) -> float:
 
 
 @_jit
-def shape(d: Design, s: Array, out: Array) -> None:
-    """Write the coefficients (24,) of the plate's deflection in a state."""
+def shape(d: Design, x: float, y: float, c1: float, c2: float, out: Array) -> None:
+    """Write the coefficients (24,) of a plate's deflection under forces at places on its two edges."""
     out[:] = 0.0
     if d.elastic:
-        g, m = np.empty(12), MOTIONS
-        powers(d, d.first, s[AT], g, 0)
-        powers(d, d.second, s[AT + 1], g, 6)
+        g = np.empty(12)
+        powers(d, d.first, x, g, 0)
+        powers(d, d.second, y, g, 6)
         for i in range(24):
             for j in range(6):
-                out[i] += d.table[SHAPE + i, j] * g[j] * s[m + 3] + d.table[SHAPE + i, 6 + j] * g[6 + j] * s[m + 4]
+                out[i] += d.table[SHAPE + i, j] * g[j] * c1 + d.table[SHAPE + i, 6 + j] * g[6 + j] * c2
+
+
+@_jit
+def overlap(d: Design, f: Frame, k: int, q: Array, b: Array, p: Array, c: Array) -> tuple[float, int]:
+    """Return how deep edges of a scale and of its neighbour k lie in each other's face, and the deepest one's edge.
+
+    ``q``, ``p`` begin with the motions (6,), ``b``, ``c`` are the deflections (24,) of the scale and of the neighbour.
+    Places along the edges of the scale's lower face are looked at over the neighbour's upper face, and the edges of
+    that (+ 4) under the scale's lower face. The edge is -1 where nothing touches.
+    """
+    deepest, edge_of = _TOUCH, -1
+    u, v, step = (q[0], q[1], q[2]), (p[0], p[1], p[2]), scaled(k, f.z)
+    for upper in range(2):
+        # a place X of the one scale in the axes of the other: origin + X_x ex + X_y ey + X_z ez
+        home, away = add(v if upper else u, 1.0, f.o), add(u if upper else v, 1.0, f.o)
+        own = p if upper else q
+        other = q if upper else p
+        e, inverse = turned((own[3], own[4], own[5])), turned((-other[3], -other[4], -other[5]))
+        there = add(turn(f, home), 1.0, step) if upper else back(f, add(home, -1.0, step))
+        o = rotated(inverse, add(there, -1.0, away))
+        ex = rotated(e, (1.0, 0.0, 0.0))
+        ey = rotated(e, (0.0, 1.0, 0.0))
+        ez = rotated(e, (0.0, 0.0, 1.0))
+        ex = rotated(inverse, turn(f, ex) if upper else back(f, ex))
+        ey = rotated(inverse, turn(f, ey) if upper else back(f, ey))
+        ez = rotated(inverse, turn(f, ez) if upper else back(f, ez))
+        half = d.h / 2 if upper else -d.h / 2
+        lifts, faces = (c, b) if upper else (b, c)
+        for edge in range(4):
+            n = _ALONG if lengthwise(edge) else _ACROSS
+            for i in range(n + 1):
+                at = place(d, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * i / n, 0.0)
+                lift = half + (bulge(d, lifts, at[0], at[1]) if d.elastic else 0.0)
+                x = add(mixed(at[0], ex, at[1], ey, lift, ez), 1.0, o)
+                if 0.0 < x[0] < d.eta and -d.beta < x[1] < d.beta:
+                    face = half - x[2] + (bulge(d, faces, x[0], x[1]) if d.elastic else 0.0)
+                    # the face of the other scale is its lower one where edges of upper faces are looked at
+                    height = face - d.h if upper else -face - d.h
+                    if height < deepest:
+                        deepest, edge_of = height, edge + 4 * upper
+    return (deepest, edge_of) if edge_of >= 0 else (0.0, -1)
 
 
 @_jit
 def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
-    """Return how deep edges lie in a neighbour's face, the deepest one's edge and neighbour; 0 if none does.
+    """Return how deep edges lie in a neighbour's face, the deepest one's edge and neighbour (:func:`overlap`)."""
+    deepest, edge_of, k_of = 0.0, -1, 0
+    for k in range(1, reach(d) + 1):
+        deep, edge = overlap(d, frame(d, phi, k), k, q, b, q, b)
+        if deep < deepest:
+            deepest, edge_of, k_of = deep, edge, k
+    return deepest, edge_of, k_of
 
-    Places along the edges of scale 1's lower face are looked at over the upper faces of the others, and the edges of
-    their upper faces under scale 1's lower face.
-    """
-    u, e, inverse = (q[0], q[1], q[2]), turned((q[3], q[4], q[5])), turned((-q[3], -q[4], -q[5]))
-    deepest, edge_of, k_of = _TOUCH, -1, 0
-    reach = max(1, int(math.hypot(d.eta, 2 * d.beta)))
-    for k in range(1, reach + 1):
-        f = frame(d, phi, k)
-        home, step = add(u, 1.0, f.o), scaled(k, f.z)
-        for upper in range(2):
-            # a place X of the one scale in the axes of the other: origin + X_x ex + X_y ey + X_z ez
-            there = add(turn(f, home), 1.0, step) if upper else back(f, add(home, -1.0, step))
-            o = rotated(inverse, add(there, -1.0, home))
-            ex = rotated(e, (1.0, 0.0, 0.0))
-            ey = rotated(e, (0.0, 1.0, 0.0))
-            ez = rotated(e, (0.0, 0.0, 1.0))
-            ex = rotated(inverse, turn(f, ex) if upper else back(f, ex))
-            ey = rotated(inverse, turn(f, ey) if upper else back(f, ey))
-            ez = rotated(inverse, turn(f, ez) if upper else back(f, ez))
-            half = d.h / 2 if upper else -d.h / 2
-            for edge in range(4):
-                n = _ALONG if lengthwise(edge) else _ACROSS
-                for i in range(n + 1):
-                    at = place(d, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * i / n, 0.0)
-                    lift = half + (bulge(d, b, at[0], at[1]) if d.elastic else 0.0)
-                    p = add(mixed(at[0], ex, at[1], ey, lift, ez), 1.0, o)
-                    if 0.0 < p[0] < d.eta and -d.beta < p[1] < d.beta:
-                        face = half - p[2] + (bulge(d, b, p[0], p[1]) if d.elastic else 0.0)
-                        # the face of the other scale is its lower one where edges of upper faces are looked at
-                        height = face - d.h if upper else -face - d.h
-                        if height < deepest:
-                            deepest, edge_of, k_of = height, edge + 4 * upper, k
-    return (deepest, edge_of, k_of) if edge_of >= 0 else (0.0, -1, 0)
+
+@_in
+def reach(d: Design) -> int:
+    """Return the farthest neighbour that plates may meet."""
+    return max(1, int(math.hypot(d.eta, 2 * d.beta)))
 
 
 @_jit
@@ -188,7 +208,7 @@ def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
     if not low(d, d.second) <= y <= high(d, d.second):
         return OFF_SECOND, d.second, d.k
     if look:
-        shape(d, s, b)
+        shape(d, x, y, s[MOTIONS + 3], s[MOTIONS + 4], b)
         _, edge, k = others(d, s, s[PHI], b)
         if edge >= 0:
             return OTHER, edge, k

@@ -68,10 +68,10 @@ class Contact(NamedTuple):
         return f"{EDGES[self.first]} on {EDGES[self.second]} (k = {self.k})"
 
 
-def place(edge: int, k: int) -> str:
-    """Return where an edge (+ 4: of the neighbour) comes to a face, in words."""
-    own, other = ("scale 1", f"scale {1 + k}") if edge < 4 else (f"scale {1 + k}", "scale 1")
-    return f"{EDGES[edge % 4]} of {own} on the face of {other} (k = {k})"
+def place(edge: int, k: int, scale: int = 1) -> str:
+    """Return where an edge of a scale (+ 4: of its neighbour k) comes to the other's face, in words."""
+    own, other = (scale, scale + k) if edge < 4 else (scale + k, scale)
+    return f"{EDGES[edge % 4]} of scale {own} on the face of scale {other} (k = {k})"
 
 
 class Answers(NamedTuple):

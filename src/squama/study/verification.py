@@ -127,7 +127,7 @@ def verify(
         asked_of_it: dict[str, Any] = {"scales": scales, "mesh": beam_mesh, "restart": place / "beam.npz"}
         data = runs.cell(beam, progress=progress, announce=say, **asked_of_it, **common)
         written.append(datasets.save(data, place / "beam.nc"))
-        row = finite_rows.row(beam, scales=scales, mu=friction, to=to, sense=sense)
+        row = finite_rows.row(beam, scales=scales, mu=friction, to=to, sense=sense, joint="hinge")
         middle = scales // 2
         which = f"of {scales} scales, theta of scale {middle + 1}"
         models["beam"] = f"finite beam {which}", data.assign(theta=data["theta"].isel(scale=middle))

@@ -71,7 +71,7 @@ def run(tmp_path, scales, increments, twist):
     place.write_text(deck.write(model, "calculix"))
     found = ccx.run_calculix(place, folder=tmp_path / "run", timeout=3000)
     joint = {"stiffness": 0.0119 * E * D**3, "inclusion_factor": 1.418}
-    row = squama.row(BEAM.replace(joint=joint), scales=scales, to=f"{twist} rad/pitch")
+    row = squama.row(BEAM.replace(joint=joint), scales=scales, to=f"{twist} rad/pitch", joint="hinge")
     return found, row.swap_dims(point="phi").drop_vars("T_periodic").interp(phi=found.phi.values)
 
 
