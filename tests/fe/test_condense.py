@@ -8,15 +8,22 @@ import pytest
 pytest.importorskip("ipctk", reason="needs the extra fe")
 
 import squama
-from squama.beam.matrixfile import twisting_stiffness
+from squama.beam.matrixfile import MOTIONS, twisting_stiffness
 from squama.errors import InputError
 from squama.fe import condense
 from squama.fe.contact import DHAT, SLIP
-from squama.fe.plate import MOTIONS, Rest
+from squama.fe.plate import Rest
 
 K_THETA = 0.0119
 MIRROR = np.diag([1.0, -1, 1, -1, 1, -1, -1])
 TWISTS = np.arange(1, 53) * 0.005
+
+
+def test_work_that_is_neither_stored_nor_rubbed_away():
+    along = {name: np.array(v) for name, v in (("T", [0, 1, np.nan]), ("W", [0, 2, 0]), ("U_el", [0, 1.5, 0]))}
+    c = condense.Condensed(along | {"W_fr": np.array([0, 0.4, 0])}, 0.0, 0.0, "", ())
+    assert c.unbalanced == pytest.approx(0.05)
+    assert c._replace(along={"T": np.full(2, np.nan)}).unbalanced == 0
 
 
 def matrix(k_theta=K_THETA, seed=0):

@@ -11,13 +11,14 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 
 from solids import barrier_energy
 
+from squama.beam.matrixfile import MOTIONS
 from squama.fe import condense
 from squama.fe.bending import BRICKS, Bricks, _answers, lines, mesh_error, plate, shapes, solid
 from squama.fe.contact import RowContact, stiffness
 from squama.fe.elements import Material
 from squama.fe.exposed import FACE, box, sheet, thin
 from squama.fe.near import within_reach
-from squama.fe.plate import MOTIONS, Rest, Row
+from squama.fe.plate import Rest, Row
 
 ETA, BETA, NU = 3.0, 0.6, 0.35
 PLACES = np.array([[ETA, -0.15, 0.0], [2.2, -BETA, 0.0]])
@@ -151,6 +152,25 @@ def test_what_comes_near_is_found(rng):
     corners = V[exposed.faces].mean(axis=1)
     for face, point in np.argwhere(np.linalg.norm(corners[:, None] - V[None, n : 2 * n], axis=-1) < 0.1).tolist():
         assert [face, n + point] in near.faces.tolist()
+
+
+def test_pairs_of_farther_scales_are_numbered_as_they_stand():
+    """Two scales that are near, and a third one far away, in any order."""
+    exposed = box(ETA, BETA, 0.04)
+    near, far = exposed.points + np.array([0.1, 0.2, 0.06]), exposed.points + 50.0
+    n, m, q = (len(x) for x in (exposed.points, exposed.edges, exposed.faces))
+    V = np.concatenate([exposed.points, near, far])
+    first = within_reach(exposed, 0, 1, V, V, 0.1)
+    assert len(first.edges) > 0
+    assert len(first.faces) > 0
+    for i, j, order in ((0, 2, (0, 2, 1)), (1, 2, (2, 0, 1))):
+        V = np.concatenate([(exposed.points, near, far)[k] for k in order])
+        found = within_reach(exposed, i, j, V, V, 0.1)
+        np.testing.assert_array_equal(found.edges, [(a + i * m, b + (j - 1) * m) for a, b in first.edges])
+        # a triangle of the one and a point of the other
+        ours = first.faces[:, 0] < q
+        steps = np.where(ours[:, None], [i * q, (j - 1) * n], [(j - 1) * q, i * n])
+        np.testing.assert_array_equal(found.faces, first.faces + steps)
 
 
 @pytest.fixture(scope="module")

@@ -241,6 +241,24 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "model/plates.py",
         'return [(int(i), int(n), int(j)) for i, n, j in found[np.argsort(found[:, 2], kind="stable")]]',
     ): {"2 -> 1": "the order in which candidates are solved; the earliest wins in any order"},
+    (
+        "curves/hinge_cycles.py",
+        "asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
+    ): {"3 -> (3 * 2 + 1)": "points of a curve that is not asked for: only the path is solved"},
+    ("curves/real_cycles.py", "here = float(near[-1]) if turned else start"): {
+        "1 -> 2": "where the even points begin, by one of the near ones: the states there are the same",
+    },
+    (
+        "fe/contact.py",
+        "*((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),",
+    ): {"0 -> 1": "of a face no points are read: places are those of two edges"},
+    ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
+    ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
+    ("curves/real.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
+    (
+        "curves/real_cycles.py",
+        "closing = [v for v in {0.0, *earlier} if (v - start) * way > _FULL and (stop - v) * way > _FULL]",
+    ): {"* -> /": "the way is 1 or -1", "* -> / #2": "the way is 1 or -1"},
     ("model/section.py", "for n in range(1, 13, 2):"): {"13 -> (13 * 2 + 1)": _ROUNDING},
     ("model/joint.py", "slack = 1e-9"): {"*": _ROUNDING},
 }

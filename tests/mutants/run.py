@@ -1,6 +1,6 @@
 """Plant errors in the kernel, one at a time, in a copy of the tree, and show that the tests catch each of them.
 
-python tests/mutants/run.py [--only FILE ...] [--list] [--sample N] [--log FILE] [--jobs N] [--all]
+python tests/mutants/run.py [--only FILE ...] [--list] [--since REV] [--sample N] [--log FILE] [--jobs N] [--all]
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import random
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -77,6 +78,19 @@ def drawn(found: list[Mutant], number: int) -> list[Mutant]:
     return [m for _, m in sorted(ranked)[:number]]
 
 
+def rewritten(since: str) -> set[tuple[str, int]]:
+    """Return the file and number of every line that has come since a revision."""
+    lines, file = set(), ""
+    command = ["git", "diff", "--unified=0", "--no-ext-diff", "--relative=src/squama", since, "--", "src/squama"]
+    for line in subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines():
+        if line.startswith("+++ "):
+            file = line.removeprefix("+++ b/")
+        elif line.startswith("@@"):
+            first, _, count = line.split()[2].removeprefix("+").partition(",")
+            lines |= {(file, int(first) + i) for i in range(int(count or 1))}
+    return lines
+
+
 def row(m: Mutant) -> str:
     """Name an error in the log, as long as its line stays as it is."""
     return f"{m.file}\t{m.change}\t{m.text}"
@@ -91,7 +105,7 @@ def reason(m: Mutant) -> str | None:
 def copy(place: Path) -> Path:
     """Copy what the tests need; compiled files stay behind, so that no stale one is found."""
     skip = shutil.ignore_patterns("__pycache__", "mutants")
-    for folder in ("src", "tests", "examples"):
+    for folder in ("src", "tests", "examples", "tools"):
         shutil.copytree(ROOT / folder, place / folder, ignore=skip)
     for file in ("pyproject.toml", "CITATION.cff"):
         shutil.copy2(ROOT / file, place / file)
@@ -113,7 +127,7 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...], few: i
     # the libraries are there before pytest
     options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
     if few:
-        importlib.import_module("squama.batch.answers").answers.__kwdefaults__["few"] = few
+        importlib.import_module("squama.batch.answers").FEW = few
     for file, some in itertools.groupby(tests, key=lambda test: test.partition("::")[0]):
         status = pytest.main(
             [*options, *LEFT_OUT, *extra, "-p", "no:cacheprovider", *(f"tests/{test}" for test in some)]
@@ -230,6 +244,7 @@ def main() -> int:
     parser.add_argument(
         "--only", nargs="+", default=[], metavar="FILE", help="errors in files whose path holds one of these"
     )
+    parser.add_argument("--since", metavar="REV", help="errors in lines that have come since a revision of git")
     parser.add_argument("--list", action="store_true", help="list the errors and plant none")
     parser.add_argument("--sample", type=int, metavar="N", help="N errors drawn by chance, some of every file")
     parser.add_argument("--log", type=Path, metavar="FILE", help="keep results here; what is there already is left out")
@@ -237,6 +252,9 @@ def main() -> int:
     parser.add_argument("--all", action="store_true", help="also those that are known to be no error")
     given = parser.parse_args()
     found = planted(given.only)
+    if given.since:
+        new = rewritten(given.since)
+        found = [m for m in found if (m.file, m.line) in new]
     same = [m for m in found if reason(m)]
     todo = found if given.all else [m for m in found if not reason(m)]
     if given.sample is not None:

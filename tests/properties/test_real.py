@@ -12,7 +12,8 @@ import squama
 from squama.fe.plate import axes
 from squama.joints import law
 from squama.joints.factor import MIRROR
-from squama.real import follow, path, plate
+from squama.model import elastic_plate as plate
+from squama.real import follow, path
 from squama.real.path import Path as Way
 from squama.real.path import Scale
 

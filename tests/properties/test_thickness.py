@@ -105,6 +105,29 @@ def test_many_designs_are_answered_as_few() -> None:
         np.testing.assert_allclose(a[:60], b, rtol=1e-9, atol=1e-12)
 
 
+def test_the_other_neighbour_that_ends_a_path_is_met_there() -> None:
+    """Its tip and side edge, of thick plates, lie in one plane at the end, and only there."""
+    columns = {name: np.array([d[name] for d in drawn(11, 600)]) for name in (*SHAPE, "theta0", "mu")}
+    columns["mu"] *= 0.1
+    e = squama.ends(**columns)
+    met = np.flatnonzero((e.end == "other contact") & (e.neighbour == 1))
+
+    def apart(i: int, theta: float, phi: float, k: int) -> float:
+        eta, beta, lam, alpha, h = (float(columns[name][i]) for name in SHAPE)
+        n, m = boxes.axes(alpha, theta, 0.0), boxes.axes(alpha, theta, k * phi)
+        base = np.array([0, lam, 0])
+        tip = base + eta * n[0] - h / 2 * n[2]
+        side = boxes.turned(base, k * phi) + np.array([0, 0, k]) - beta * m[1] + h / 2 * m[2]
+        across = np.cross(m[0], n[1])
+        return float((tip - side) @ across / np.linalg.norm(across))
+
+    assert met.size > 10
+    for i in met:
+        theta, phi, reach = float(e.theta_end[i]), float(e.phi_end[i]), int(columns["eta"][i]) + 1
+        assert abs(apart(i, theta, phi, 1)) < 1e-9
+        assert min(abs(apart(i, theta, phi, k)) for k in range(2, reach + 1)) < 1e-8
+
+
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_other_contacts_are_the_first_overlap_of_boxes(sense: str) -> None:
     """Nowhere before the named contact do boxes overlap, and just behind it those of that neighbour do."""
@@ -125,9 +148,11 @@ def test_other_contacts_are_the_first_overlap_of_boxes(sense: str) -> None:
         shape = (d["eta"], d["beta"], d["lam"], d["alpha"] * (1 if sense == "+" else -1), d["thickness"])
         most = int(math.hypot(d["eta"], 2 * d["beta"])) + 1
         assert all(boxes.distance(shape, a, b, k) > -1e-9 for a, b in places for k in range(1, most + 1))
-        if e.other and last.size == 1 and stop < 0.6:
+        k = int(str(e.other).split("k = ")[1].rstrip(")")) if e.other else 0
+        # the boxes do touch where it is named
+        assert not k or abs(boxes.distance(shape, float(e.theta_touch), float(e.phi_touch), k)) < 1e-7
+        if k and last.size == 1 and stop < 0.6:
             named += 1
-            k = int(str(e.other).split("k = ")[1].rstrip(")"))
             assert boxes.distance(shape, d["theta0"], stop * (1 + 1e-4), k) < 0
     assert named > 0 or sense == "+"
 
@@ -142,6 +167,10 @@ def test_plates_that_fill_the_gap_touch_at_rest() -> None:
     assert str(squama.ends(**main, thickness=gap, contacts="all").end) == "touching at rest"
     # short scales do not overlap: there is no gap to be filled
     assert str(squama.ends(**main | {"eta": 0.5, "beta": 0.3}, thickness=gap).end) == "no engagement"
+    # narrow ones of a high alpha pass beside each other, wide ones do not
+    for beta, rests in ((0.3, False), (0.4, False), (0.45, True), (3.0, True)):
+        end = str(squama.ends(**main | {"alpha": np.radians(60), "beta": beta}, thickness=gap).end)
+        assert (end == "touching at rest") == rests
 
 
 def test_a_curve_and_a_row_of_thick_scales() -> None:
@@ -157,6 +186,15 @@ def test_a_curve_and_a_row_of_thick_scales() -> None:
     middle = row.theta.isel(scale=30).values[1:]
     # the ends are felt in the middle yet
     np.testing.assert_allclose(middle, row.theta_periodic.values[1:], rtol=1e-2)
+
+
+def test_a_curve_of_plates_that_touch_at_rest_is_at_rest() -> None:
+    beam = squama.Beam.from_ratios(eta=3, mu=0.2)
+    gap = math.cos(beam.scale.alpha) * math.sin(beam.scale.theta0)
+    thick = beam.replace(scale={"thickness": 1.01 * gap * beam.pitch})
+    r = squama.twist(thick, points=4, joint="hinge", ideal=False)
+    assert str(r.end.item()) == "touching at rest"
+    assert (float(r.phi_e), float(r.phi_end), float(abs(r.phi).max())) == (0.0, 0.0, 0.0)
 
 
 def test_a_row_of_equal_inclinations_is_the_endless_beam() -> None:

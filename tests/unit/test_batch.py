@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import squama
+from properties.designs import many
 from squama import arguments
 from squama.batch import Solved, solved
 from squama.batch.answers import FEW, answers
@@ -27,18 +28,8 @@ ONE = {"eta": 3.0, "beta": 1.25, "lam": 0.45, "alpha": np.pi / 4, "theta0": np.r
 
 
 def designs(n: int, seed: int) -> dict[str, np.ndarray]:
-    """Wide ranges; every third at a low alpha, where paths fold; a quarter without friction."""
-    r = np.random.default_rng(seed)
-    low = np.arange(n) % 3 == 0
-    return {
-        "eta": r.uniform(1.05, 8, n),
-        "beta": r.uniform(0.1, 3, n),
-        "lam": r.uniform(0.05, 2, n),
-        "alpha": np.radians(np.where(low, r.uniform(0.5, 15, n), r.uniform(0.5, 89, n))),
-        "theta0": np.radians(10 ** r.uniform(-1, 1.5, n)),
-        "mu": r.choice([0.0, 1.0, 1.0, 3.0], n) * r.uniform(0, 1, n),
-        "stiffness_ratio": r.uniform(0, 2, n),
-    }
+    """Wide ranges, with the stiffness of the bar."""
+    return many(n, seed) | {"stiffness_ratio": np.random.default_rng(seed).uniform(0, 2, n)}
 
 
 def both(load: str = "twisting", law: str = "edge", sense: str = "+", margin: float = 0.01, **d: Any) -> list[Solved]:

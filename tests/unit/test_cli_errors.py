@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from refusals import refused
 
 from squama.cli import main
 from squama.cli.short import EXAMPLE
@@ -31,25 +32,6 @@ def place(tmp_path, monkeypatch):
     Path("closed.csv").write_text("old")
     Path("closed.csv").chmod(0o444)
     return tmp_path
-
-
-def _everything():
-    return {path: path.read_bytes() if path.is_file() else None for path in sorted(Path().rglob("*"))}
-
-
-def _refused(arguments, lines, capsys):
-    before = _everything()
-    status = main(arguments)
-    captured = capsys.readouterr()
-    assert status == 2, captured.err
-    assert captured.out == ""
-    said = captured.err.splitlines()
-    assert len(said) == len(lines), captured.err
-    for line, words in zip(said, lines, strict=True):
-        assert line.startswith("squama: error: ")
-        for word in words:
-            assert word in line, line
-    assert _everything() == before
 
 
 BEAM_FILES = [
@@ -99,7 +81,7 @@ def test_values_of_a_beam_file(old, new, lines, command, place, capsys):
     assert old in BARE
     Path("beam.toml").write_text(BARE.replace(old, new))
     arguments = [command, "beam.toml", "--csv", "old.csv", "--netcdf", "new.nc", "--plot", "old.png"]
-    _refused(arguments, [["beam.toml: ", *words] for words in lines], capsys)
+    refused(arguments, [["beam.toml: ", *words] for words in lines], capsys)
 
 
 @pytest.mark.parametrize("command", ["twist", "bend"])
@@ -121,7 +103,7 @@ def test_beam_files_of_the_wrong_kind(data, words, command, place, capsys):
     name = "nothing.toml" if data is None else "folder.toml" if data == "folder.toml" else "beam.toml"
     if isinstance(data, bytes):
         Path(name).write_bytes(data)
-    _refused([command, name, "--csv", "new.csv"], [[f"{name}: ", *words]], capsys)
+    refused([command, name, "--csv", "new.csv"], [[f"{name}: ", *words]], capsys)
 
 
 FLAGS = [
@@ -189,7 +171,7 @@ FLAGS = [
 @pytest.mark.parametrize(("flags", "words"), FLAGS)
 def test_flags(flags, words, command, place, capsys):
     others = [] if "--netcdf" in flags else ["--netcdf", "other.nc"]
-    _refused([command, "beam.toml", *others, *shlex.split(flags)], [words], capsys)
+    refused([command, "beam.toml", *others, *shlex.split(flags)], [words], capsys)
 
 
 @pytest.mark.parametrize(
@@ -240,7 +222,7 @@ def test_flags(flags, words, command, place, capsys):
     ],
 )
 def test_commands(arguments, lines, place, capsys):
-    _refused(arguments, lines, capsys)
+    refused(arguments, lines, capsys)
 
 
 def test_bad_rows_do_not_stop_good_ones(place, capsys):

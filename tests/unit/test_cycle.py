@@ -11,7 +11,7 @@ import pytest
 import squama
 from squama.cli import main
 from squama.cli.cycle import flat
-from squama.curves.hinge_cycles import BRANCHES
+from squama.curves.hinge_cycles import BRANCHES, senses
 from squama.errors import InputError
 from squama.plot import cycle_figure
 
@@ -53,6 +53,13 @@ def test_every_turning_point_stands_before_and_after_the_drop():
     assert (np.diff(c.leg.values) >= 0).all()
     assert set(c.leg.values) == {1, 2, 3, 4}
     assert c.attrs["history"] == pytest.approx([v / BEAM.pitch for v in (0, 0.15, 0.05, 0.2, 0)])
+
+
+def test_a_path_of_hinges_is_that_of_thin_scales_unless_asked_otherwise():
+    for ideal in (True, False):
+        found = senses(BEAM, "twisting", 0.2, "edge", 0.01, *(() if ideal else (False,)))
+        expected = squama.twist(BEAM, mu=0.2, points=3, joint="hinge", ideal=ideal)
+        assert found.paths["+"].load_e == pytest.approx(float(expected.phi_e), rel=1e-12)
 
 
 def test_figures_of_loops():

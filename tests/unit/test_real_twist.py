@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 import pytest
+from fig6b import BEAM, K
 
 import squama
-from squama.beam import matrixfile
 from squama.cli import main
 from squama.curves import real
 from squama.errors import InputError
@@ -19,20 +19,6 @@ from squama.scene.motion import SLIDING, WALKED, Motion, Setting, shape
 from squama.units import moment
 from squama.web import charts, live, state
 
-# stiffness of the Fig. 6b joint by elements (6467 tetrahedra), over u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi; E = 1, d = 1
-LOWER = """
-1.11149
-0.03757 0.80550
--0.04975 0.00924 1.07382
--0.01040 0.03646 -0.00869 0.17161
--0.01684 0.00088 0.09614 -0.00139 0.02138
-0.03558 -0.08809 -0.00634 0.00117 -0.00112 0.15331
--0.02042 0.01149 0.07621 -0.00394 0.00630 -0.00656 0.04997
-"""
-ROWS = [[float(x) for x in line.split()] for line in LOWER.split("\n") if line]
-K = np.array([[ROWS[max(i, j)][min(i, j)] for j in range(7)] for i in range(7)])
-BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
-BEAM = BEAM.replace(joint={"matrix": matrixfile.stored(BEAM, K)})
 UNIT = BEAM.substrate.youngs_modulus * BEAM.pitch**3
 
 
@@ -59,6 +45,18 @@ def test_thin_rigid_scales_are_those_of_general_contact():
     for name in (*units, "theta", "w_Y", "w_Z"):
         there = c.along[name] * units.get(name, 1)
         np.testing.assert_allclose(r[name], there, rtol=0, atol=1e-3 * np.nanmax(abs(there)), err_msg=name)
+
+
+def test_general_contact_before_anything_touches():
+    pytest.importorskip("ipctk", reason="needs the extra fe")
+    from squama.curves import general_contact
+
+    c = general_contact.curve(BEAM, K, 0.2, np.array([0.0, 0.02, 0.01]), sign=1)
+    assert [c.figures[name] for name in ("neighbour", "first_contact", "other_contact")] == [0, "", ""]
+    np.testing.assert_allclose(c.along["tangent"], real.Held.of(BEAM).rigidity, rtol=1e-6)
+    # one twist has no slope
+    alone = general_contact.curve(BEAM, K, 0.2, np.array([0.02]), sign=1)
+    assert np.isnan(alone.along["tangent"]).all()
 
 
 def test_what_is_said_of_the_answer():

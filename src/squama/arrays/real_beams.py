@@ -14,6 +14,7 @@ from squama.beam.parts import PLASTIC
 from squama.errors import refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, TWIST, pivots
+from squama.model import section
 from squama.real import path
 from squama.types import Array
 
@@ -114,7 +115,7 @@ def response(
     )  # fmt: skip
     eta, beta, lam, zeta, alpha, theta0, thickness, width, nu, friction, scale_nu, ratio = columns
     joint = law.Shape(width, lam, zeta, beta, thickness, alpha, theta0, nu)
-    D = ratio * thickness**3 / (12 * (1 - scale_nu**2))
+    D = section.plate_rigidity(ratio, thickness, scale_nu)
     scales = path.Scale(eta, beta, lam, alpha, theta0, thickness, D, scale_nu)
     known = law.within(joint)
     which, n = np.flatnonzero(known), known.size

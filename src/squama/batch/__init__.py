@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import arguments
-from squama.batch.answers import FEW, Answers, answers
+from squama.batch.answers import Answers, answers
 from squama.model.evaluation import FOLDED
 from squama.model.outcome import named
 from squama.types import Array
@@ -139,7 +139,6 @@ def solved(
 ) -> Solved:
     """Solve flat columns as of :func:`solve`, thickness may be missing; ``threads``, ``few`` as for answers."""
     a = answers(
-        columns[:6], *columns[7:], law=law, sense=sense, load=load, margin=margin, threads=threads,
-        few=FEW if few is None else few,
+        columns[:6], *columns[7:], law=law, sense=sense, load=load, margin=margin, threads=threads, few=few,
     )  # fmt: skip
     return Solved.of(a, columns[4], columns[6])

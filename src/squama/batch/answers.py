@@ -52,7 +52,7 @@ def answers(
     load: str,
     margin: float | None = None,
     threads: int | None = None,
-    few: int = FEW,
+    few: int | None = None,
 ) -> Answers:
     """Answer designs given by columns eta, beta, lam, alpha, theta0, mu of one length.
 
@@ -65,7 +65,7 @@ def answers(
     threads
         Threads to work with: by default as many as there are cores, or as NUMBA_NUM_THREADS says.
     few
-        Designs up to which Python answers.
+        Designs up to which Python answers; :data:`FEW` if not given.
     """
     thin = np.zeros_like(columns[0]) if thickness is None else thickness
     designs = np.ascontiguousarray(np.stack((*columns, thin)), float)
@@ -74,7 +74,7 @@ def answers(
     kind, sign = OPEN if LOADS[load].sided else BENT, 1.0 if sense == "+" else -1.0
     common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
     out, whole = np.full((FLOATS, n), np.nan), np.empty((4, n), np.int64)
-    if n <= few:
+    if n <= (FEW if few is None else few):
         with np.errstate(all="ignore"):
             fill(designs, 0, n, common, Room(), out, whole)
     else:

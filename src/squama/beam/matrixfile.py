@@ -26,8 +26,10 @@ from squama.units import UNITS, Dimension, as_text, look_up, quantity, shown
 if TYPE_CHECKING:
     from squama.types import Array
 
-MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "phi")
-"""Columns in their order; the first three are lengths, the others angles."""
+MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
+"""The motions of a scale in their order: lengths along its axes and angles about them."""
+VARIABLES = (*MOTIONS, "phi")
+"""Columns in their order."""
 FORCES = ("F_X", "F_Y", "F_Z", "M_X", "M_Y", "M_Z", "T")
 """Rows in their order; the first three are forces, the others moments."""
 SHAPE = (
@@ -42,7 +44,7 @@ NEAR = 1e-6
 _NEWTON = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 _CELL = re.compile(r"\s*([A-Za-z]+(?:_[XYZ])?)\s*\(([^()]+)\)\s*")
 _MADE = re.compile(r"#\s*([a-z]+\.[a-z0-9_]+)\s*=\s*(.+)")
-_COLUMNS = [f"{name} ({'m' if i < 3 else 'rad'})" for i, name in enumerate(MOTIONS)]
+_COLUMNS = [f"{name} ({'m' if i < 3 else 'rad'})" for i, name in enumerate(VARIABLES)]
 _ROWS = [f"{name} ({'N' if i < 3 else 'N m'})" for i, name in enumerate(FORCES)]
 
 
@@ -188,10 +190,10 @@ def _parsed(table: tabular.Table) -> StoredMatrix:
     head = table.header
     if len(head.cells) != 8 or len(table.rows) != 7:
         have = f"has {len(table.rows)} rows and {max(len(head.cells) - 1, 0)} columns of numbers"
-        refuse("", "", have, f"a joint's matrix has 7 and 7, over {', '.join(MOTIONS)}", table.name)
+        refuse("", "", have, f"a joint's matrix has 7 and 7, over {', '.join(VARIABLES)}", table.name)
     motions = [_unit(table, head.line, cell, i, _COLUMNS) for i, cell in enumerate(head.cells[1:])]
     read_cell = functools.partial(tabular.number, example="1234.5")
-    columns = {motion: (i, read_cell) for i, motion in enumerate(MOTIONS, start=1)}
+    columns = {motion: (i, read_cell) for i, motion in enumerate(VARIABLES, start=1)}
     rows, values, problems = tabular.numbers(table, columns, "force")
     problems.settle()
     forces = [[_unit(table, row.line, row.cells[0], i, _ROWS)] for i, row in enumerate(rows)]
@@ -236,13 +238,13 @@ def _check(table: Array, name: str) -> None:
     diagonal = np.diag(table)
     if not (diagonal > 0).all():
         i = int(np.flatnonzero(~(diagonal > 0))[0])
-        entry = f"{FORCES[i]} by {MOTIONS[i]} is {diagonal[i]:.4g}, must be above 0"
+        entry = f"{FORCES[i]} by {VARIABLES[i]} is {diagonal[i]:.4g}, must be above 0"
         refuse("", "", f"is not positive definite: {entry}", source=name)
     scaled = table / np.sqrt(np.outer(diagonal, diagonal))
     apart = np.abs(scaled - scaled.T)
     if apart.max() > NEAR:
         i, j = (int(k) for k in np.unravel_index(int(apart.argmax()), apart.shape))
-        both = ", ".join(f"{FORCES[a]} by {MOTIONS[b]} is {table[a, b]:.6g}" for a, b in ((i, j), (j, i)))
+        both = ", ".join(f"{FORCES[a]} by {VARIABLES[b]} is {table[a, b]:.6g}" for a, b in ((i, j), (j, i)))
         refuse("", "", f"is not symmetric: {both}", "both must be the same", name)
     least = float(np.linalg.eigvalsh((scaled + scaled.T) / 2).min())
     if least <= 1e-9:

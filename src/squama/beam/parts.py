@@ -315,12 +315,9 @@ class Assembly(Part):
 
     @property
     def plate_rigidity(self) -> float:
-        """Bending rigidity of a scale per width, D = E_s t_s^3/(12 (1 - nu_s^2)), N m; inf for a rigid one.
-
-        Source: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Eq. 3; thin plates.
-        """
-        E = self.scale.youngs_modulus or math.inf
-        return E * self.scale.thickness**3 / (12 * (1 - self.scale.nu**2))
+        """Bending rigidity of a scale per width, D = E_s t_s^3/(12 (1 - nu_s^2)), N m; inf for a rigid one."""
+        s = self.scale
+        return float(section.plate_rigidity(s.youngs_modulus or math.inf, s.thickness, s.nu))
 
     @property
     def ratios(self) -> dict[str, float]:

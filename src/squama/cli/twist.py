@@ -82,12 +82,12 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves.follow import usual
+    from squama.curves.follow import meant
 
     family = list(mu) if len(mu) > 1 else None
     numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments()):
-        held, note = (joint, "") if joint else usual(beam, load, law)
+        held, _, note = meant(beam, load, law, joint)
         if note:
             print(f"squama: warning: {note}", file=sys.stderr)
         if held == "compliant":

@@ -177,8 +177,7 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    held, note = (joint, "") if joint else follow.usual(beam, load, law)
-    thin = held == "hinge" if ideal is None else ideal
+    held, thin, note = follow.meant(beam, load, law, joint, ideal)
     points = arguments.whole("points", points, 3, 1e6)
     asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note)
     return follow.curves(asked, held)
@@ -305,8 +304,7 @@ def cycled(
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    held, note = (joint, "") if joint else follow.usual(beam, load, law)
-    thin = held == "hinge" if ideal is None else ideal
+    held, thin, note = follow.meant(beam, load, law, joint, ideal)
     asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=thin, note=note)
     return follow.cycles(asked, held)
 

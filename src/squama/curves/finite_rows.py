@@ -85,9 +85,8 @@ def row(
     sign = arguments.sense(sense)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
-    held, note = (joint, "") if joint else follow.usual(beam, "twisting", "edge")
+    held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
     solve = _MODELS[arguments.one_of("joint", held, tuple(_MODELS))]
-    thin = held == "hinge" if ideal is None else ideal
     way = LoadPath.of("twisting", [sign * stop])
     asked = Asked(beam.replace(scales=n), way, m, "edge", 0.0, points, ideal=thin, note=note)
     states = solve(asked)

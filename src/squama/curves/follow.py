@@ -53,18 +53,23 @@ MODELS = {
 """A hinge with one spring (closed form), or six motions of a scale against the substrate."""
 
 
-def usual(beam: Beam, load: str, law: str) -> tuple[str, str]:
-    """Return the joint that is meant where none is given, and a warning where the compliant one is not known.
+def meant(
+    beam: Beam, load: str, law: str, joint: str | None = None, ideal: bool | None = None
+) -> tuple[str, bool, str]:
+    """Return the joint, whether scales are ideal, and a warning where the compliant joint is not known.
 
-    It is the compliant one where that covers the load and the law.
+    What is not given: the joint is compliant where that covers the load and the law; the hinge's scales are ideal.
     """
-    only = MODELS["compliant"].only
-    if only.get("load", load) != load or only.get("law", law) != law:
-        return "hinge", ""
-    from squama.curves import real
+    note = ""
+    if not joint:
+        only = MODELS["compliant"].only
+        if (load, law) == (only["load"], only["law"]):
+            from squama.curves import real
 
-    note = real.impossible(beam)
-    return ("hinge", note) if note else ("compliant", "")
+            note = real.impossible(beam)
+            joint = "" if note else "compliant"
+        joint = joint or "hinge"
+    return joint, joint == "hinge" if ideal is None else ideal, note
 
 
 def model(joint: str, asked: Asked) -> Model:

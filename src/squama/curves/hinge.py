@@ -132,7 +132,7 @@ def path(
     load_e, load_end, theta_end = float(found.load_e[0]), float(found.load_end[0]), float(found.theta_end[0])
     other = solution.other_words(touch, int(sol.crossing[0]), mirrored=case.mirrored)
     if end is End.TOUCHING:
-        return Path.straight(case, 0.0, mu, law)._replace(end=end)
+        return Path.straight(case, 0.0, mu, law)._replace(end=end, load_e=0.0)
     if end is End.NONE:
         # the straight part reaches to the other contact that comes first, or to the end of the search
         stop = min(touch.phi if touch else solution.SEARCH, to)

@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stiffness
 from squama.loads import LOADS, Load
 from squama.types import Array
 
@@ -85,6 +86,13 @@ class Case(NamedTuple):
         kind = LOADS[load]
         return cls(beam.pitch, kind.rigidity(beam), kind.stiffness(beam), beam.eta, beam.scale.theta0, sense == "-")
 
+    @classmethod
+    def held(cls, beam: Beam, K: Array, sign: int) -> Case:
+        """Return that of scales which a matrix K (7, 7) holds, E = 1 and d = 1; ``sign`` of the twist."""
+        unit = beam.substrate.youngs_modulus * beam.pitch**3
+        rigidity, K_theta = twisting_stiffness(K) * unit * beam.pitch, inclination_stiffness(K) * unit
+        return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
+
 
 class Curve(NamedTuple):
     """Variables along a curve (``along``) and single figures of it (``figures``), by role (:mod:`squama.loads`)."""
@@ -110,6 +118,25 @@ def figures(
         "stiffening": last["torque"] / bare if bare else math.nan,
         **{f"{role}_c": last[role] for role in ("U_el", "W_fr", "RED")},
     }
+
+
+_LENGTHS = (*MOTIONS[:3], "p", "s", "gap", "deflection", "stress_x", "stress_y")
+_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "work")
+
+
+def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -> dict[str, Array]:
+    """Give values where d = 1 and E = 1 is the substrate's modulus their units, by role, with what follows from them.
+
+    Added are the twist per pitch and per length, the scales' part of the torque, f0 and RED.
+    """
+    d, E = case.pitch, modulus
+    units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3, "stress": E}
+    v = {role: x * units.get(role, 1.0) for role, x in own.items()} | {"load": twists, "rate": twists / d}
+    v["scales"] = v["torque"] - case.rigidity * v["rate"]
+    v["f0"] = v["f"] * case.eta * d / case.stiffness
+    total = v["U_el"] + v["W_fr"]
+    v["RED"] = np.divide(v["W_fr"], total, out=np.where(np.isfinite(v["torque"]), 0.0, np.nan), where=total > 0)
+    return v
 
 
 class Solved(Protocol):

@@ -2,7 +2,7 @@
 
 A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
 makes it thin and rigid. One contact of two edges is followed, by the force law of edges. Where another one comes in,
-the curve goes on by general contact where the extra fe is installed (:mod:`squama.curves.compliant`).
+the curve goes on by general contact where the extra fe is installed (:mod:`squama.curves.general_contact`).
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
-from squama.curves.path import Asked, Case, Curve, States, figures
+from squama.beam.matrixfile import MOTIONS
+from squama.curves.path import Asked, Case, Curve, States, figures, in_si
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
@@ -29,13 +29,10 @@ TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
-MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
 _FINE = 2e-3
 _NEAR, _SAME = 1e-5, 1e-6
 _GRID = (6, 3)
 """Parts of a bent plate along and across, where it may touch anywhere."""
-_LENGTHS = ("p", "s", "u_X", "u_Y", "u_Z", "deflection", "stress_x", "stress_y")
-_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
 OWN = (
     *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "stress_x", "stress_y", "strain"),
     *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar"),
@@ -68,9 +65,9 @@ class Held(NamedTuple):
         joint = joint_of(beam)
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
-        unit, K = beam.substrate.youngs_modulus * beam.pitch**3, np.asarray(joint.K, float)
-        rigidity = twisting_stiffness(K[:7, :7]) * unit * beam.pitch
-        return cls(joint, K, inclination_stiffness(K[:7, :7]) * unit, rigidity)
+        K = np.asarray(joint.K, float)
+        case = Case.held(beam, K[:7, :7], 1)
+        return cls(joint, K, case.stiffness, case.rigidity)
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -159,7 +156,7 @@ class Path(NamedTuple):
 
     def onward(self, twists: Array, start: float, own: dict[str, Array]) -> dict[str, float | int | str]:
         """Go on beyond a twist by general contact: fill the values there; return how that ends."""
-        from squama.curves import compliant
+        from squama.curves import general_contact
         from squama.fe import bending
         from squama.fe.exposed import box, sheet
 
@@ -168,9 +165,8 @@ class Path(NamedTuple):
         exposed = box(s.eta, s.beta, s.h)
         if s.elastic:
             exposed = bending.plate(sheet(*bending.lines(s.eta, s.beta, _GRID), s.h), s.eta, s.beta, s.D, s.nu)
-        joint = compliant.Stiffness(held.K[:7, :7], held.K_theta, held.rigidity)
-        mu, loads = self.way.mu, twists[beyond]
-        c = compliant.curve(self.beam, joint, mu, loads, sign=self.sign, increment=path.STEP, exposed=exposed)
+        K, mu, loads = held.K[:7, :7], self.way.mu, twists[beyond]
+        c = general_contact.curve(self.beam, K, mu, loads, sign=self.sign, increment=path.STEP, exposed=exposed)
         if not float(c.figures["load_end"]) > start:
             return {}
         for role, values_there in c.along.items():
@@ -245,28 +241,20 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
 
 def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     """Return every variable at the states of ``rows``, SI units, by role."""
-    beam, held, way = one.beam, one.held, one.way
-    d, E = beam.pitch, beam.substrate.youngs_modulus
+    way = one.way
     column = dict(zip(follow.COLUMNS, rows.T, strict=True))
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
-    own["torque"] = column["T"]
+    own["torque"], own["work"], own["theta"] = column["T"], column["W"], path.inclinations(way, rows)
     own["deflection"] = path.tip(way, rows)
     own |= dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(rows), np.nan))
     if way.scale.elastic:
         stress, places = path.stresses(way, rows)
-        own |= {"stress": stress * E, "stress_x": places[:, 0], "stress_y": places[:, 1] * one.mirror[1]}
-    units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3}
-    v = {role: x * units.get(role, 1.0) for role, x in own.items()} | embedded(one, path.motions(rows))
-    v["load"], v["rate"], v["theta"] = twists, twists / d, path.inclinations(way, rows)
-    v["scales"] = v["torque"] - held.rigidity * v["rate"]
-    v["f0"] = v["f"] * beam.scale.length / held.K_theta
-    total, reached = v["U_el"] + v["W_fr"], np.isfinite(v["torque"])
-    v["RED"] = np.divide(v["W_fr"], total, out=np.where(reached, 0.0, np.nan), where=total > 0)
-    v["work"] = column["W"] * E * d**2
-    return v
+        own |= {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1] * one.mirror[1]}
+    v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
+    return v | embedded(one, path.motions(rows))
 
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:

@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 
+from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError
 from squama.fe.body import Body, Section, bent, mean_turns, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact, where
@@ -25,7 +26,7 @@ from squama.fe.elements import Elements, Helical, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
 from squama.fe.mesh import Pitch, Tiled, tile
-from squama.fe.plate import MOTIONS, Carried, Rest, Row, Turn, inclination, turned
+from squama.fe.plate import Carried, Rest, Row, Turn, inclination, turned
 from squama.fe.solver import check_memory, estimate
 from squama.fe.walk import Recorded, Walk
 from squama.types import Array

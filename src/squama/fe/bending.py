@@ -8,9 +8,7 @@ static answers to forces along n_Z at the places where scales can touch, the lea
 compliance between these places and w their shares of edges and face, the eigenvectors of w^1/2 C w^1/2. Under a point
 force the rest is missing; :data:`MODES` leave out less than a hundredth of the deflection at the plate's edges.
 
-The plate (Kirchhoff): w = sum_ij a_ij X^i Y^j from i = 2, D = E h^3 / (12 (1 - nu^2)),
-    K = D int (w_XX + w_YY)^2 - 2 (1 - nu) (w_XX w_YY - w_XY^2) dX dY;
-points of the surface move along n_Z only.
+The thin plate is that of :mod:`squama.model.elastic_plate`; points of the surface move along n_Z only.
 """
 
 from __future__ import annotations
@@ -19,17 +17,15 @@ import itertools
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from squama.fe.elements import Material
 from squama.fe.exposed import Exposed, sheet
+from squama.model import elastic_plate as ritz
 from squama.types import Array
 
 MODES = 24
 """Answers of the solid that are kept."""
 LAYERS = 2
-ALONG, ACROSS = 7, 3
-"""Highest powers of X and Y of the thin plate."""
 BRICKS = (12, 6)
 """Bricks along and across."""
 
@@ -207,7 +203,14 @@ def _answers(plate: Bricks, material: Material, places: Array) -> Array:
 
 
 def plate(
-    surface: Exposed, eta: float, beta: float, D: float, nu: float, *, along: int = ALONG, across: int = ACROSS
+    surface: Exposed,
+    eta: float,
+    beta: float,
+    D: float,
+    nu: float,
+    *,
+    along: int = ritz.LENGTHWISE + 1,
+    across: int = ritz.ACROSS - 1,
 ) -> Exposed:
     """Return an exposed part that bends as a thin plate, by polynomials.
 
@@ -220,32 +223,10 @@ def plate(
     D, nu : float
         Bending stiffness per width, E d^3, and Poisson's ratio.
     along, across : int
-        Highest powers of X (from 2) and Y.
+        Highest powers of X (from 2) and Y, at most these.
     """
-    x, wx = legendre.leggauss(along + 2)
-    y, wy = legendre.leggauss(across + 2)
-    X, Y = (v.ravel() for v in np.meshgrid((1 + x) / 2, y, indexing="ij"))
-    weights = np.outer(wx / 2 * eta, wy * beta).ravel()
-    powers = list(itertools.product(range(along - 1), range(across + 1)))
-
-    def by(X: Array, Y: Array, m: int, n: int) -> Array:
-        """Derive (points, r) X^2 P_i(2 X - 1) P_j(Y), m times by X and n times by Y."""
-        return np.column_stack([_along(i, X, m) * _legendre(j, Y, n) for i, j in powers]) / eta**m / beta**n
-
-    XX, YY, XY = (by(X, Y, *order) for order in ((2, 0), (0, 2), (1, 1)))
-    W = weights[:, None]
-    both = XX + YY
-    K = both.T @ (W * both) - (1 - nu) * (XX.T @ (W * YY) + YY.T @ (W * XX) - 2 * XY.T @ (W * XY))
-    modes = np.zeros((len(surface.points), 3, len(powers)))
-    modes[:, 2] = by(surface.points[:, 0] / eta, surface.points[:, 1] / beta, 0, 0)
-    return surface.bending(modes, D * K)
-
-
-def _legendre(n: int, x: Array, order: int) -> Array:
-    return np.asarray(legendre.Legendre.basis(n).deriv(order)(x))
-
-
-def _along(n: int, X: Array, order: int) -> Array:
-    square = np.polynomial.Polynomial([0.0, 0.0, 1.0])
-    basis = legendre.Legendre.basis(n, domain=[0.0, 1.0]).convert(kind=np.polynomial.Polynomial)
-    return np.asarray((square * basis).deriv(order)(X))
+    i, j = np.indices((ritz.LENGTHWISE, ritz.ACROSS)).reshape(2, -1)
+    used = np.flatnonzero((i <= along - 2) & (j <= across))
+    modes = np.zeros((len(surface.points), 3, used.size))
+    modes[:, 2] = ritz.polynomials(surface.points[:, 0] / eta, surface.points[:, 1] / beta)[:, used]
+    return surface.bending(modes, D * ritz.stiffness(eta, beta, nu)[np.ix_(used, used)])

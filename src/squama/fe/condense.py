@@ -111,7 +111,7 @@ def curve(
     return Condensed({**columns, "phi": wanted}, engaged, float(way.phi), end, tuple(way.contacts))
 
 
-def engagement(rest: Rest, K: Array, near: float, *, exposed: Exposed | None = None, hinge: bool = False) -> float:
+def engagement(rest: Rest, K: Array, near: float, *, exposed: Exposed | None, hinge: bool) -> float:
     """Return the twist at which the scales (rigid until then) first touch, given a twist at or a little beyond it."""
     ways, contact = HINGE if hinge else FREE, RowContact(Row(rest, exposed=exposed), 0.0)
     # motions per twist of a scale that touches nothing

@@ -20,8 +20,6 @@ import numpy as np
 from squama.fe.exposed import Exposed, Index, thin
 from squama.types import Array
 
-MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
-"""Names of the six motions, in their order."""
 # matrices of the cross products with the unit vectors
 _G = np.array(
     [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]

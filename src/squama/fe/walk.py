@@ -17,11 +17,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Bent, Body, Matrix, Reduced
 from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
-from squama.fe.plate import MOTIONS, inclination
+from squama.fe.plate import inclination
 from squama.io import files
 from squama.types import Array
 

@@ -1,4 +1,4 @@
-"""Torsion and bending of the bare substrate: a solid rectangular bar.
+"""Torsion and bending of the bare substrate, a solid rectangular bar, and bending of a plate.
 
 Only the product C_w I enters the torque (paper, Eq. 14) and it equals Saint-Venant's torsion constant J,
 so the warping coefficient is C_w = J / I. The paper does not say which I it means; here I is the polar
@@ -62,6 +62,14 @@ def warping_coefficient(width: float, thickness: float) -> float:
 def bending_moment_of_area(width: float, thickness: float) -> float:
     """Second moment of area I of a rectangle bent about its width (docs, theory: bending), width * (2t)^3 / 12."""
     return width * thickness**3 / 12
+
+
+def plate_rigidity(youngs_modulus: Any, thickness: Any, poisson_ratio: Any) -> Any:
+    """Bending rigidity D of a plate per width, E t^3 / (12 (1 - nu^2)); of floats or arrays.
+
+    Source: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Eq. 3; thin plates.
+    """
+    return youngs_modulus * thickness**3 / (12 * (1 - poisson_ratio**2))
 
 
 def shear_modulus(youngs_modulus: float, poisson_ratio: float) -> float:

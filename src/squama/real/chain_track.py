@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
 
-from squama.real import chain, entry, follow, path, plate
+from squama.model import elastic_plate as plate
+from squama.real import chain, entry, follow, path
 from squama.real.contact import Step
 from squama.types import Array
 

@@ -34,7 +34,7 @@ _jit, _in = part, inlined
 class Design(NamedTuple):
     """What does not change along a path: lengths in pitches, E = 1, angles in rad.
 
-    ``first``, ``second``: the edges that meet, by number (see :mod:`squama.real.plate`), of scale 1 and of scale 1 + k;
+    ``first``, ``second``: the edges that meet, by number (:mod:`squama.model.elastic_plate`), of scales 1 and 1 + k;
     ``sign`` that of n; ``table`` (43, 12): rows of K (7, 7) over (u, w, phi), neither bent nor stretched, from ``BEND``
     on the compliances (12, 12) between the powers of the places on both edges, from ``SHAPE`` on the deflections
     (24, 12) that go with them; these are without effect unless ``elastic``.

@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from squama.batch.keeping import is_ready, kept
+from squama.model import elastic_plate
+from squama.model.elastic_plate import SIDE_D, TIP
 from squama.real import chain, start
 from squama.real import follow as following
 from squama.real.contact import BEND, SHAPE, Design, Step, _jit
 from squama.real.follow import OTHER, End
-from squama.real.plate import SIDE_D, TIP
 from squama.types import Array
 
-SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
 """All that may be compiled."""
 _follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
 _assemble, _look = chain.assemble, chain.look
@@ -26,7 +27,7 @@ class Beams(NamedTuple):
 
     ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
     phi); ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bent`` (n, 4, 24, 6), what forces on the edges do to
-    the plates, see :func:`squama.real.plate.answers`.
+    the plates, see :func:`squama.model.elastic_plate.answers`.
     """
 
     shapes: Array

@@ -12,8 +12,9 @@ import numpy as np
 
 from squama.beam.matrixfile import twisting_stiffness
 from squama.joints.factor import MIRROR
+from squama.model import elastic_plate as plate
 from squama.model.outcome import End
-from squama.real import entry, follow, plate
+from squama.real import entry, follow
 from squama.real.contact import BEND, ROWS, SHAPE
 from squama.types import Array
 
@@ -179,7 +180,7 @@ class Path(NamedTuple):
 
 
 def deflections(path: Path, rows: Array) -> Array:
-    """Return the plate's deflections as powers (n, 24), see :mod:`squama.real.plate`, of states."""
+    """Return the plate's deflections as powers (n, 24), see :mod:`squama.model.elastic_plate`, of states."""
     return path.bending(rows) @ path.table[SHAPE:].T
 
 

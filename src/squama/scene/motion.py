@@ -8,8 +8,10 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
+from squama.beam.matrixfile import MOTIONS
 from squama.curves import follow, hinge
 from squama.fe import plate
+from squama.fe.geometry import geometry
 from squama.loads import LOADS
 from squama.model import twisting
 from squama.model.outcome import End
@@ -150,8 +152,8 @@ class Motion:
         load_, theta, N, f, torque = (at(v[role]) for role in _STATE)
         s, p = (at(np.nan_to_num(np.gradient(v[role], v["load"]))) for role in ("s", "p"))
         beam, d = self.setting.beam, self.setting.beam.pitch
-        rest = plate.Rest.at(beam.eta, beam.beta, beam.lam, beam.scale.alpha, beam.scale.theta0)
-        moves = np.array([at(v[role]) for role in plate.MOTIONS]) / ([d] * 3 + [1.0] * 3)
+        rest = geometry(beam).rest
+        moves = np.array([at(v[role]) for role in MOTIONS]) / ([d] * 3 + [1.0] * 3)
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
         return State(load_, theta, N, f, torque, N * d / self.stiffness, (-s, p), name, pose)

@@ -12,7 +12,7 @@ import numpy as np
 
 from squama import arguments, units
 from squama.beam import matrixfile
-from squama.curves import compliant, doors, finite_rows
+from squama.curves import doors, finite_rows, general_contact
 from squama.errors import InputError, naming
 from squama.fe import runs
 from squama.fe.agreement import compare
@@ -171,9 +171,6 @@ def compliant_curve(beam: Beam, K: Array, mu: float, rates: Array, sense: str = 
     """Return phi, T and theta of rigid scales on a stiffness matrix at twist rates (rad/m)."""
     import xarray as xr
 
-    given = hinge_of(K, beam)
-    joint = compliant.Stiffness(K, given["stiffness"], given["inclusion_factor"] * beam.G_B * beam.J)
-    sign = arguments.sense(sense)
-    along = compliant.curve(beam, joint, mu, rates * beam.pitch, sign=sign).along
+    along = general_contact.curve(beam, K, mu, rates * beam.pitch, sign=arguments.sense(sense)).along
     names = {"phi": "load", "T": "torque", "theta": "theta"}
     return xr.Dataset({name: ("point", np.asarray(along[role], float)) for name, role in names.items()})

@@ -7,15 +7,15 @@ It needs the extra fe.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves.path import Case, Curve, figures
+from squama.beam.matrixfile import MOTIONS
+from squama.curves.path import Case, Curve, figures, in_si
 from squama.fe import condense
 from squama.fe.exposed import Exposed
-from squama.fe.plate import MOTIONS, Rest
+from squama.fe.geometry import geometry
 from squama.fe.walk import Contacts
 from squama.model.outcome import End
 from squama.types import Array
@@ -26,36 +26,9 @@ _ALONG = (
 )
 
 
-class Stiffness(NamedTuple):
-    """Stiffness of a scale's joint: ``K`` (7, 7) in E d^3, E d^2 and E d; K_theta and the beam's rigidity in SI."""
-
-    K: Array
-    K_theta: float
-    rigidity: float
-
-    def case(self, beam: Beam, sign: int) -> Case:
-        """Return what a beam with this joint brings."""
-        return Case(beam.pitch, self.rigidity, self.K_theta, beam.eta, beam.scale.theta0, sign < 0)
-
-
-def rest(beam: Beam) -> Rest:
-    """Return a scale at rest, in pitches."""
-    return Rest.at(beam.eta, beam.beta, beam.lam, beam.scale.alpha, beam.scale.theta0)
-
-
-def in_si(beam: Beam, joint: Stiffness, load: Array, own: dict[str, Array]) -> dict[str, Array]:
-    """Give values of the incremental model, where E = 1 and d = 1, their units, by role; with the rate and its load."""
-    d, E = beam.pitch, beam.substrate.youngs_modulus
-    units = dict.fromkeys(("p", "s", "gap", "u_X", "u_Y", "u_Z"), d) | {"torque": E * d**3}
-    units |= dict.fromkeys(("N", "f", "U_el", "W_fr"), E * d**2)
-    values = {role: v * units.get(role, 1.0) for role, v in own.items()}
-    rate = load / d
-    return {**values, "load": load, "rate": rate, "scales": values["torque"] - joint.rigidity * rate}
-
-
 def curve(
     beam: Beam,
-    joint: Stiffness,
+    K: Array,
     mu: float,
     loads: Array,
     *,
@@ -65,22 +38,20 @@ def curve(
 ) -> Curve:
     """Return a curve at twists per pitch (magnitudes, rad, any order), by the roles of :mod:`squama.loads`.
 
-    ``sign`` is that of the twist, ``increment`` the largest one, rad per pitch; ``exposed`` the scales, thin and rigid
-    if not given.
+    ``K`` (7, 7) holds a scale, E = 1 and d = 1; ``sign`` is that of the twist, ``increment`` the largest one, rad per
+    pitch; ``exposed`` the scales, thin and rigid if not given.
     """
+    case = Case.held(beam, K, sign)
     order, back = np.unique(loads, return_inverse=True)
-    c = condense.curve(rest(beam), joint.K, mu, sign * order, increment=increment, exposed=exposed)
+    c = condense.curve(geometry(beam).rest, K, mu, sign * order, increment=increment, exposed=exposed)
     own = {role: values for role, values in c.along.items() if role not in ("phi", "T", "W")}
-    own["torque"] = sign * c.along["T"]
-    v = in_si(beam, joint, order, own)
-    reached, v["tangent"] = np.isfinite(own["torque"]), np.full(order.size, np.nan)
+    v = in_si(case, beam.substrate.youngs_modulus, order, own | {"torque": sign * c.along["T"]})
+    reached, v["tangent"] = np.isfinite(v["torque"]), np.full(order.size, np.nan)
     if reached.sum() > 1:
         v["tangent"][reached] = np.gradient(v["torque"][reached], v["rate"][reached])
-    v["f0"], total = v["f"] * beam.scale.length / joint.K_theta, v["U_el"] + v["W_fr"]
-    v["RED"] = np.divide(v["W_fr"], total, out=np.where(reached, 0.0, np.nan), where=total > 0)
     last = {role: float(values[reached][-1]) if reached.any() else np.nan for role, values in v.items()}
     found = {
-        **figures(joint.case(beam, sign), last, abs(c.phi_e), abs(c.phi_end), last["theta"]),
+        **figures(case, last, abs(c.phi_e), abs(c.phi_end), last["theta"]),
         "end": str(End(c.end)),
         **contacts(c.contacts),
         "energy_error": c.unbalanced,

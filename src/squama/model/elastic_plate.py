@@ -1,9 +1,9 @@
 """The exposed part of a scale as an elastic plate: Kirchhoff's theory, clamped at the base, by Ritz's method.
 
-Deflections are w(x, y) = sum b_mn X^m Y^n with X = x / eta in 0..1, Y = y / beta in -1..1, m = 2..7, n = 0..3; the
-bending stiffness is D = E_s h^3 / (12 (1 - nu_s^2)). Forces act on edges, and along an edge a deflection is a
-polynomial in the place. So a plate enters a contact through small tables, its compliances between the powers of the
-places on the two edges that meet, and the number of modes costs nothing there.
+Deflections are w(x, y) = sum b_mn X^m Y^n with X = x / eta in 0..1, Y = y / beta in -1..1, m = 2..7, n = 0..3; D is
+:func:`squama.model.section.plate_rigidity`. Forces act on edges, and along an edge a deflection is a polynomial in the
+place. So a plate enters a contact through small tables, its compliances between the powers of the places on the two
+edges that meet, and the number of modes costs nothing there.
 
 With D = 1, eta = 3, beta = .6, nu_s = .35 the compliances at the tip (y = -.15), at the side (x = 2.2), and of one by
 the other are 8.1407, 3.5321 and 4.9569; converged plate elements give 8.2090, 3.5724 and 4.9987.
@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre, polynomial
+from numpy.typing import ArrayLike
 
 from squama.types import Array
 
@@ -73,7 +74,13 @@ def _products(polys: list[Array], m: int, n: int, low: float, high: float) -> Ar
     return out
 
 
-def stiffness(eta: Array, beta: Array, nu: Array) -> Array:
+def polynomials(X: Array, Y: Array) -> Array:
+    """Return the polynomials (n, 24) at places of the plate, X (n,) in 0..1 and Y (n,) in -1..1."""
+    m, n = np.indices((LENGTHWISE, ACROSS)).reshape(2, -1)
+    return np.asarray((X[:, None] ** (m + 2) * Y[:, None] ** n) @ _basis().powers)
+
+
+def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
     """Return the stiffness (..., 24, 24) of the polynomials for D = 1, by the energy of Kirchhoff's plate.
 
     That is half the integral of w_xx^2 + w_yy^2 + 2 nu w_xx w_yy + 2 (1 - nu) w_xy^2.
