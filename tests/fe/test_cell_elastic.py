@@ -91,6 +91,9 @@ def test_what_the_scales_are_is_said():
     exposed, words = runs.exposed_part(PRINTED, SHAPE)
     assert "elastic (3 GPa, nu 0.35): 12 x 6 x 2 quadratic bricks, about 0.8 % too stiff, of which 24 motions" in words
     assert exposed.amplitudes == 24
+    for beam in (BEAM, PRINTED):
+        points = runs.exposed_part(beam, SHAPE)[0].points
+        np.testing.assert_allclose(np.ptp(points, axis=0), [SHAPE.eta, 2 * SHAPE.beta, H])
 
 
 def test_far_bent_scales_are_told():

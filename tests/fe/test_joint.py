@@ -77,6 +77,13 @@ def test_the_bare_bar_of_every_mesh_that_has_a_name(fig6b, name):
     assert 0 < response(bar, fig6b).K[6, 6] / exact - 1 < 0.005
 
 
+def test_the_coarsest_elements_at_the_edges_are_a_fifth_of_the_smaller_length():
+    shape = geometry(squama.Beam.from_ratios(**FIG6B))
+    for zeta, beta in ((0.3, 0.1), (0.1, 0.7)):
+        _, edges = joint.sizes(shape._replace(zeta=zeta, beta=beta), 3)
+        assert edges == pytest.approx([0.02, 0.01, 0.005])
+
+
 def test_the_matrix_is_symmetric_and_positive(K):
     np.testing.assert_allclose(K, K.T, atol=1e-15)
     assert np.linalg.eigvalsh(K).min() > 0

@@ -55,7 +55,7 @@ BAD = [
     *((f, {"margin": v}, "margin", "below 1") for f in ("twist", "bend") for v in (0.0, 1.0, -0.01, 2)),
     *((f, {"margin": math.nan}, "margin", "finite") for f in ("twist", "bend")),
     *((f, {"margin": [0.1, 0.2]}, "margin", "one number") for f in ("twist", "bend")),
-    *((f, {"points": v}, "points", "from 3") for f in ("twist", "bend") for v in (0, 2, -5, 3.7, 1e9)),
+    *((f, {"points": v}, "points", "from 3") for f in ("twist", "bend") for v in (0, 2, -5, 3.7, 1_000_001)),
     *((f, {"at": v}, "at", "0 or more") for f in ("twist", "bend") for v in (-1.0, [1.0, -2.0])),
     *((f, {"at": [[1.0, 2.0]]}, "at", "sequence") for f in ("twist", "bend")),
     *((f, {"at": [1.0, math.nan]}, "at", "finite") for f in ("twist", "bend")),
