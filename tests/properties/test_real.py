@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import squama
+from campaigns import real_histories
 from squama.fe.plate import axes
 from squama.joints import law
 from squama.joints.factor import MIRROR
@@ -70,6 +71,24 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
     assert rows[-1, 1] == pytest.approx(0.0, abs=1e-12)
     if mu:
         assert rows[-1, 8] > 1e-4 * U.max()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None:
+    assert real_histories.trial(seed, size=25) == []
+    assert "range end" in capsys.readouterr().out
+
+
+def test_the_edges_of_two_sides_push_each_other_apart() -> None:
+    alpha, theta0 = np.radians([20.2, 10.7])
+    h = 0.05 * math.cos(alpha) * math.sin(theta0)
+    K = law.stiffness(law.Shape(1.79, 0.78, 0.19, 0.71, h, alpha, theta0, 0.45))
+    one = Way.of(Scale(4.17, 0.71, 0.78, alpha, theta0, h), K, 0.2, sense=-1)
+    assert one.contact[:3] == (plate.SIDE_D, plate.SIDE_D, 1)
+    rows, end = one.states(twists(one, 20, 1.04))
+    assert end.code == follow.RANGE
+    assert (np.diff(rows[:, 2]) > 0).all()
+    assert (rows[:, 1] > path.rigidity(one) * rows[:, 0]).all()
 
 
 @pytest.mark.parametrize("i", range(3))

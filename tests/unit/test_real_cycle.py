@@ -61,7 +61,6 @@ def test_a_stiff_joint_cycles_as_the_hinge(mu):
     assert one == pytest.approx(other, rel=0.01)
 
 
-@pytest.mark.xfail(reason="the friction has turned round before the first point after the reversal", strict=True)
 def test_a_stiff_joint_drops_its_torque():
     drop = float(cycle("0.2 rad/pitch", stiff(PLAIN)).T_drop[0])
     hinge = float(squama.cycle(PLAIN, "0.2 rad/pitch", joint="hinge").T_drop[0])
@@ -85,7 +84,6 @@ def test_the_loops_area_is_the_frictional_work(ideal, E):
     assert abs(float(c.energy_error)) < 1e-4
 
 
-@pytest.mark.xfail(reason="no way back is found for very soft scales", strict=True, raises=InputError)
 def test_soft_scales_come_back():
     c = cycle("0.2 rad/pitch", BEAM.replace(scale={"youngs_modulus": "1e15 Pa"}), ideal=False)
     assert abs(float(c.energy_error)) < 1e-4
@@ -128,7 +126,9 @@ def test_a_reversal():
     assert mu[0] == pytest.approx(0.2, rel=1e-6)
     assert mu[1:-1].min() < 0.199
     assert (mu < 0.2 + 1e-9).all()
-    assert float(c.T_drop[0]) == pytest.approx(float(part["T"][0] - part["T"][-1]))
+    # it begins to slide between two points
+    held, slides = (float(part["T"][0] - c["T"][stick[-1] + i]) for i in range(2))
+    assert held < float(c.T_drop[0]) < slides
     # then it slides back under all of its friction
     back = branch(c, 2, "unloading")
     np.testing.assert_allclose(back.f, -0.2 * back.N, rtol=1e-5)

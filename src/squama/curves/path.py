@@ -130,7 +130,8 @@ def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -
     Added are the twist per pitch and per length, the scales' part of the torque, f0 and RED.
     """
     d, E = case.pitch, modulus
-    units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | {"torque": E * d**3, "stress": E}
+    units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
+    units |= {"torque": E * d**3, "onset": E * d**3, "stress": E}
     v = {role: x * units.get(role, 1.0) for role, x in own.items()} | {"load": twists, "rate": twists / d}
     v["scales"] = v["torque"] - case.rigidity * v["rate"]
     v["f0"] = v["f"] * case.eta * d / case.stiffness

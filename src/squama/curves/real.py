@@ -247,7 +247,8 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
-    own["torque"], own["work"], own["theta"] = column["T"], column["W"], path.inclinations(way, rows)
+    own["torque"], own["onset"], own["work"] = column["T"], column["T_slip"], column["W"]
+    own["theta"] = path.inclinations(way, rows)
     own["deflection"] = path.tip(way, rows)
     own |= dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(rows), np.nan))
     if way.scale.elastic:

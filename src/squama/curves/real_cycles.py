@@ -143,7 +143,7 @@ def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
     if "-" in parts:
         v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
     sign = np.where(negative, -1.0, 1.0)
-    for role in ("load", "rate", "torque", "scales"):
+    for role in ("load", "rate", "torque", "scales", "onset"):
         v[role] = v[role] * sign
     inward = np.diff(size, prepend=0.0) < 0
     v["f"] = v["f"] * np.where(inward, -1.0, 1.0)
@@ -197,7 +197,8 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
         stuck = top
         while stuck + 1 < way.twists.size and v["branch"][stuck + 1] == "stick":
             stuck += 1
-        torques = tuple(float(v["torque"][i]) for i in (top, stuck, base))
+        slides = stuck + 1 < way.twists.size and way.rows[stuck + 1, 10] == follow.SLIP
+        drop = v["onset"][stuck + 1] if slides else v["torque"][stuck]
         elastic = float(v["U_el"][top])
         rows.append(
             loop_figures(
@@ -205,7 +206,7 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
                 d,
                 dissipated=dissipated,
                 elastic=elastic,
-                torques=(torques[0], torques[1], torques[2]),
+                torques=(float(v["torque"][top]), float(drop), float(v["torque"][base])),
                 residual=left,
             )
         )

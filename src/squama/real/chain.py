@@ -46,7 +46,7 @@ from squama.real.contact import (
     turn,
     turned,
 )  # fmt: skip
-from squama.real.follow import overlap, reach, shape
+from squama.real.faces import overlap, reach, shape
 from squama.types import Array
 
 X, Y, F, C1, C2, Q, UNKNOWNS = 6, 7, 8, 11, 12, 13, 14
@@ -196,7 +196,7 @@ def assemble(d: Design, phi: float, step: Step, states: Array, marks: Array, r: 
 
 @_jit
 def look(d: Design, phi: float, s: Array, joined: Array, where: Array) -> tuple[int, int, int]:
-    """Return the edge (see :func:`squama.real.follow.overlap`), scale and neighbour of another contact; edge -1: none.
+    """Return the edge (see :func:`squama.real.faces.overlap`), scale and neighbour of another contact; edge -1: none.
 
     ``where`` (n,): the row of each scale in the state ``s``, of which contacts are with the next row where ``joined``.
     """

@@ -7,13 +7,14 @@ by k phi, O' the place of the base midpoint, z' the axis,
     x1 = u + E X1        x2 = R' (u + E X2 + O') - O' + k z'        D = x1 - x2
 
 X1 = (x, y, deflection - h/2) on the edge of scale 1, X2 likewise with + h/2. The unknowns are q = (u, w), the places
-on both edges and the force N while it slips, or the force's three components while it sticks, and the forces
-c1, c2 along the scales' own normals, which bend them:
+on both edges and the force N while it slips, or the force's three components while it sticks, the forces c1, c2 along
+the scales' own normals, which bend them, and the angle of t from the first edge while friction slips:
 
     K q + K_phi phi = D_q^T F        D = 0        F = N (n - mu t)        c1 = F . E e_3,  c2 = -(R'^T F) . E e_3
 
-n is the common normal of the edges and t the direction of slip: the rate of D at material points, by backward
-differences of second order, less its part along n. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
+n is the common normal of the edges and t the direction of slip: V . (n x t) = 0 and V . t > 0 with V the rate of D at
+material points, by backward differences of second order. So a contact that hardly slips has a direction, too: that of
+its friction. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from typing import NamedTuple
 from squama.batch.keeping import inlined, part
 from squama.types import Array
 
-MOTIONS, MOST = 6, 11
-"""Motions u, w of a scale; unknowns at most: these, three of the contact, c1 and c2."""
+MOTIONS, MOST = 6, 12
+"""Motions u, w of a scale; unknowns at most: these, three of the contact, c1 and c2, the angle of slip."""
 Vector = tuple[float, float, float]
 
 _jit, _in = part, inlined
@@ -223,6 +224,12 @@ def high(d: Design, edge: int) -> float:
 
 
 @_in
+def angle(d: Design) -> int:
+    """Return the number of the unknown angle of slip, which follows the others."""
+    return MOTIONS + (5 if d.elastic else 3)
+
+
+@_in
 def powers(d: Design, edge: int, x: float, out: Array, first: int) -> None:
     """Write the powers of a place on an edge into the row of powers, from a column on."""
     y = x / d.eta if lengthwise(edge) else x / d.beta
@@ -292,6 +299,8 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     moved1, moved2 = rotated(e, X1), rotated(e, X2)
     along1, along2 = rotated(e, tangent(d.first, slope1)), rotated(e, tangent(d.second, slope2))
     D, by_phi, n = meet(d, f, add(u, 1.0, moved1), add(u, 1.0, moved2), along1, along2)
+    ahead = scaled(1 / math.sqrt(dot(along1, along1)), along1)
+    aside = cross(n, ahead)
     if step.stuck:
         F = (z[m], z[m + 1], z[m + 2])
         N = dot(F, n)
@@ -299,17 +308,21 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
         friction = math.sqrt(dot(across, across))
         s[NORMAL], s[FRICTION], s[SPEED] = N, friction, 0.0
         if friction > 0.0:
-            s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = scaled(-1 / friction, across)
+            t = scaled(-1 / friction, across)
+            s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = t
+            s[angle(d)] = math.atan2(dot(t, aside), dot(t, ahead))
     else:
         N = z[m + 2]
         F = scaled(N, n)
-        V = slip(d, f, step, room, e, x, y, moved1, moved2, normal, by_phi)
-        V = add(V, -dot(V, n), n)
-        speed = math.sqrt(dot(V, V))
-        s[NORMAL], s[FRICTION], s[SPEED] = N, d.mu * N, speed / abs(step.dphi)
-        t = scaled(1 / speed, V) if speed > 0.0 else (s[SLIDING], s[SLIDING + 1], s[SLIDING + 2])
-        s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = t
-        F = add(F, -d.mu * N, t)
+        s[NORMAL], s[FRICTION], s[SPEED] = N, d.mu * N, 0.0
+        if d.mu > 0.0:
+            c, a = math.cos(z[angle(d)]), math.sin(z[angle(d)])
+            t = mixed(c, ahead, a, aside, 0.0, n)
+            V = slip(d, f, step, room, e, x, y, moved1, moved2, normal, by_phi)
+            r[angle(d)] = (c * dot(V, aside) - a * dot(V, ahead)) / abs(step.dphi)
+            s[SPEED] = dot(V, t) / abs(step.dphi)
+            s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = t
+            F = add(F, -d.mu * N, t)
     behind = back(f, F)
     push, moment = add(F, -1.0, behind), by_vector(e, add(cross(moved1, F), -1.0, cross(moved2, behind)))
     for i in range(m):

@@ -78,7 +78,7 @@ def _answer(
     """Find what touches first below the twist ``most`` where that is not known yet, and follow the beams to targets.
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
-    ``tables`` (n, 43, 12) of the designs, ``out`` (n, m, 17) at targets (n, m) as far as they are reached, and ``ends``
+    ``tables`` (n, 43, 12) of the designs, ``out`` (n, m, 18) at targets (n, m) as far as they are reached, and ``ends``
     (n, 5), see :class:`squama.real.follow.End`.
     """
     for i in range(targets.shape[0]):

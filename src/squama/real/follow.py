@@ -19,7 +19,6 @@ from squama.real.contact import (
     NEW,
     NORMAL,
     PHI,
-    SHAPE,
     SLIDING,
     SLOPE,
     SPEED,
@@ -28,30 +27,20 @@ from squama.real.contact import (
     TORQUE,
     WIDTH,
     Design,
-    Frame,
     Step,
     _in,
     _jit,
-    add,
-    back,
-    frame,
+    angle,
     high,
-    lengthwise,
     low,
-    mixed,
-    place,
-    powers,
-    rotated,
-    scaled,
-    turn,
-    turned,
 )  # fmt: skip
-from squama.real.steps import free_rates, rates_engaging, rates_sliding, solve
+from squama.real.faces import others, shape
+from squama.real.steps import free_rates, rates_engaging, solve
 from squama.types import Array
 
 FREE, SLIP, STICK = range(3)
-RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED = range(6)
-"""Ends by number."""
+RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, TURNS = range(7)
+"""Ends by number; TURNS is none, but asks for a smaller step."""
 COLUMNS = (
     "phi",
     "T",
@@ -70,18 +59,20 @@ COLUMNS = (
     "w_X",
     "w_Y",
     "w_Z",
+    "T_slip",
 )
-"""What is written of each point."""
+"""What is written of each point; T_slip: the torque where the contact last began to slide, or turned round."""
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
-_TOUCH, _MISSES = -1e-6, 400
-MODE, FRESH, KNOWN, CLOSING, BOLD, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT = range(13)
-"""What is counted along a path: the mode; whether it just began, the Jacobian may be kept, a slide is being located, a
-bold step was tried; next and last step, distance to what ends the path; steps refused; frictional work, work of the
-torque; sense of the twist; steps."""
-_ALONG, _ACROSS = 16, 8
-"""Places that are looked at along the length and the width."""
+_TURN, _BENDS, _TURNING = 0.9, 0.98, 1 / 64
+"""Cosines of the turn of the slip's direction over a step that is refused, and that is not grown; share of the largest
+step below which any turn is taken."""
+_MISSES = 400
+MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET = range(13)
+"""What is counted along a path: the mode; whether it just began, the Jacobian may be kept, a slide is being located;
+next and last step, distance to what ends the path; steps refused; frictional work, work of the torque; sense of the
+twist; steps; torque where the contact last began to slide."""
 
 
 class End(NamedTuple):
@@ -94,87 +85,6 @@ class End(NamedTuple):
     solved: int
 
 
-@_in
-def bulge(d: Design, b: Array, x: float, y: float) -> float:
-    """Return the deflection at a place of the plate by its coefficients (24,)."""
-    X, Y, w = x / d.eta, y / d.beta, 0.0
-    for m in range(5, -1, -1):
-        row = b[4 * m] + Y * (b[4 * m + 1] + Y * (b[4 * m + 2] + Y * b[4 * m + 3]))
-        w = w * X + row
-    return w * X * X
-
-
-@_jit
-def shape(d: Design, x: float, y: float, c1: float, c2: float, out: Array) -> None:
-    """Write the coefficients (24,) of a plate's deflection under forces at places on its two edges."""
-    out[:] = 0.0
-    if d.elastic:
-        g = np.empty(12)
-        powers(d, d.first, x, g, 0)
-        powers(d, d.second, y, g, 6)
-        for i in range(24):
-            for j in range(6):
-                out[i] += d.table[SHAPE + i, j] * g[j] * c1 + d.table[SHAPE + i, 6 + j] * g[6 + j] * c2
-
-
-@_jit
-def overlap(d: Design, f: Frame, k: int, q: Array, b: Array, p: Array, c: Array) -> tuple[float, int]:
-    """Return how deep edges of a scale and of its neighbour k lie in each other's face, and the deepest one's edge.
-
-    ``q``, ``p`` begin with the motions (6,), ``b``, ``c`` are the deflections (24,) of the scale and of the neighbour.
-    Places along the edges of the scale's lower face are looked at over the neighbour's upper face, and the edges of
-    that (+ 4) under the scale's lower face. The edge is -1 where nothing touches.
-    """
-    deepest, edge_of = _TOUCH, -1
-    u, v, step = (q[0], q[1], q[2]), (p[0], p[1], p[2]), scaled(k, f.z)
-    for upper in range(2):
-        # a place X of the one scale in the axes of the other: origin + X_x ex + X_y ey + X_z ez
-        home, away = add(v if upper else u, 1.0, f.o), add(u if upper else v, 1.0, f.o)
-        own = p if upper else q
-        other = q if upper else p
-        e, inverse = turned((own[3], own[4], own[5])), turned((-other[3], -other[4], -other[5]))
-        there = add(turn(f, home), 1.0, step) if upper else back(f, add(home, -1.0, step))
-        o = rotated(inverse, add(there, -1.0, away))
-        ex = rotated(e, (1.0, 0.0, 0.0))
-        ey = rotated(e, (0.0, 1.0, 0.0))
-        ez = rotated(e, (0.0, 0.0, 1.0))
-        ex = rotated(inverse, turn(f, ex) if upper else back(f, ex))
-        ey = rotated(inverse, turn(f, ey) if upper else back(f, ey))
-        ez = rotated(inverse, turn(f, ez) if upper else back(f, ez))
-        half = d.h / 2 if upper else -d.h / 2
-        lifts, faces = (c, b) if upper else (b, c)
-        for edge in range(4):
-            n = _ALONG if lengthwise(edge) else _ACROSS
-            for i in range(n + 1):
-                at = place(d, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * i / n, 0.0)
-                lift = half + (bulge(d, lifts, at[0], at[1]) if d.elastic else 0.0)
-                x = add(mixed(at[0], ex, at[1], ey, lift, ez), 1.0, o)
-                if 0.0 < x[0] < d.eta and -d.beta < x[1] < d.beta:
-                    face = half - x[2] + (bulge(d, faces, x[0], x[1]) if d.elastic else 0.0)
-                    # the face of the other scale is its lower one where edges of upper faces are looked at
-                    height = face - d.h if upper else -face - d.h
-                    if height < deepest:
-                        deepest, edge_of = height, edge + 4 * upper
-    return (deepest, edge_of) if edge_of >= 0 else (0.0, -1)
-
-
-@_jit
-def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
-    """Return how deep edges lie in a neighbour's face, the deepest one's edge and neighbour (:func:`overlap`)."""
-    deepest, edge_of, k_of = 0.0, -1, 0
-    for k in range(1, reach(d) + 1):
-        deep, edge = overlap(d, frame(d, phi, k), k, q, b, q, b)
-        if deep < deepest:
-            deepest, edge_of, k_of = deep, edge, k
-    return deepest, edge_of, k_of
-
-
-@_in
-def reach(d: Design) -> int:
-    """Return the farthest neighbour that plates may meet."""
-    return max(1, int(math.hypot(d.eta, 2 * d.beta)))
-
-
 @_jit
 def write(d: Design, s: Array, tally: Array, out: Array) -> None:
     """Write a row of :data:`COLUMNS`."""
@@ -183,6 +93,7 @@ def write(d: Design, s: Array, tally: Array, out: Array) -> None:
     out[4], out[5], out[6], out[7] = s[AT], s[AT + 1], s[m + 3], s[m + 4]
     out[8], out[9], out[10] = tally[RUBBED], tally[WORK], tally[MODE]
     out[11:17] = s[:m]
+    out[17] = tally[ONSET]
     if not d.elastic:
         out[6] = out[7] = 0.0
 
@@ -215,27 +126,48 @@ def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
     return -1, -1, 0
 
 
+@_in
+def taken(s: Array, stuck: bool) -> None:
+    """Write the contact's own unknowns of a state: places and N of one that slips, the force of one that sticks."""
+    m = MOTIONS
+    if stuck:
+        s[m : m + 3] = s[FORCE : FORCE + 3]
+    else:
+        s[m], s[m + 1], s[m + 2] = s[AT], s[AT + 1], s[NORMAL]
+
+
 @_jit
-def guess(d: Design, now: Step, size: float, room: Array, J: Array, order: Array) -> bool:
+def guess(d: Design, size: float, room: Array) -> bool:
     """Write a guess of the new state after a step; False if there is none."""
-    last, new, tally, m, n = room[LAST], room[NEW], room[TALLY], MOTIONS, MOTIONS + 5
-    new[SLIDING : SLIDING + 3] = last[SLIDING : SLIDING + 3]
+    last, new, tally = room[LAST], room[NEW], room[TALLY]
     if tally[FRESH] == 0.0:
         ratio = size / tally[SIZE]
-        for j in range(n):
+        for j in range(angle(d) + 1):
             bow = (size + tally[SIZE]) * room[BOW, j]
             new[j] = last[j] + ratio * (last[j] - room[BEFORE, j] + bow)
         return True
-    if now.stuck:
-        last[m : m + 3] = last[FORCE : FORCE + 3]
-        new[:] = last
-        return True
-    last[m], last[m + 1], last[m + 2] = last[AT], last[AT + 1], last[NORMAL]
-    way = math.copysign(1.0, now.dphi)
-    possible = rates_sliding(d, way, room, J, order) if last[NORMAL] > 0.0 else rates_engaging(d, way, room)
-    for j in range(n):
-        new[j] = last[j] + size * new[j]
-    return possible
+    if last[NORMAL] == 0.0 and tally[MODE] == SLIP:
+        taken(last, False)
+        possible = rates_engaging(d, tally[WAY], room)
+        for j in range(angle(d) + 1):
+            new[j] = last[j] + size * new[j]
+        return possible
+    taken(last, True)
+    new[:] = last
+    return True
+
+
+@_in
+def ahead(d: Design, room: Array) -> float:
+    """Return the cosine of the angle by which a step has turned the direction of slip."""
+    last, new, i = room[LAST], room[NEW], SLIDING
+    return 1.0 if d.mu == 0.0 else float(last[i] * new[i] + last[i + 1] * new[i + 1] + last[i + 2] * new[i + 2])
+
+
+@_in
+def mean(a: float, b: float, c: float, ratio: float) -> float:
+    """Return the mean from b to c of a parabola through a, b and c; ``ratio``: of the last interval to the first."""
+    return (b + c) / 2 - (c - b - ratio * (b - a)) / 6 * ratio / (1 + ratio)
 
 
 @_jit
@@ -247,10 +179,13 @@ def accept(room: Array, size: float) -> None:
         slope = (new[j] - last[j]) / size
         room[BOW, j] = 0.0 if fresh else (slope - room[SLOPE, j]) / (size + tally[SIZE]) * size
         room[SLOPE, j] = slope
+    before, ratio = room[BEFORE], 0.0 if fresh else size / tally[SIZE]
     if tally[MODE] == SLIP:
-        before = new[SPEED] if fresh else last[SPEED]
-        tally[RUBBED] += (last[FRICTION] * before + new[FRICTION] * new[SPEED]) / 2 * size
-    tally[WORK] += (last[TORQUE] + new[TORQUE]) / 2 * (new[PHI] - last[PHI])
+        if fresh:
+            last[SPEED] = new[SPEED]
+        one, two = before[FRICTION] * before[SPEED], last[FRICTION] * last[SPEED]
+        tally[RUBBED] += mean(one, two, new[FRICTION] * new[SPEED], ratio) * size
+    tally[WORK] += mean(before[TORQUE], last[TORQUE], new[TORQUE], ratio) * (new[PHI] - last[PHI])
     tally[SIZE], tally[FRESH] = size, 0.0
     room[BEFORE] = last
     room[LAST] = new
@@ -272,31 +207,41 @@ def advance(d: Design, rates: Array, start: tuple[float, float, float], goal: fl
     at_rest(d, rates, start[0] if engages else goal, last)
     tally[WORK] += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
     if engages:
-        last[AT], last[AT + 1] = start[1], start[2]
+        last[AT], last[AT + 1], tally[ONSET] = start[1], start[2], last[TORQUE]
         begin(tally, SLIP, step * _START)
 
 
 @_jit
 def attempt(
-    d: Design, to: float, size: float, every: int, room: Array, J: Array, order: Array, b: Array
+    d: Design, to: float, size: float, step: float, every: int, room: Array, J: Array, order: Array, b: Array
 ) -> tuple[int, int, int]:  # fmt: skip
     """Solve for the state at a twist; return why it is not of this contact (end, edge, neighbour), -1 if it is."""
     last, new, tally = room[LAST], room[NEW], room[TALLY]
     b0, b1, b2, ratio = 1.0, -1.0, 0.0, size / tally[SIZE]
     if tally[FRESH] == 0.0:
         b0, b1, b2 = (1 + 2 * ratio) / (1 + ratio), -(1 + ratio), ratio * ratio / (1 + ratio)
-    now = Step(tally[MODE] == STICK, b0, b1, b2, to - last[PHI])
-    if not guess(d, now, size, room, J, order):
-        return STOPPED, -1, 0
-    found, known = solve(d, to, now, room, J, order, tally[KNOWN] > 0.0)
+    dphi = to - last[PHI]
+    found, known, sticks = guess(d, size, room), tally[KNOWN] > 0.0, tally[MODE] == STICK
+    if sticks or (tally[FRESH] > 0.0 and last[NORMAL] > 0.0):
+        # what would be if the contact stuck says whether it does, and is near what is if it slips
+        found, known = solve(d, to, Step(True, b0, b1, b2, dphi), room, J, order, known)
+        if found and not sticks and d.mu * new[NORMAL] >= new[FRICTION]:
+            begin(tally, STICK, size)
+            sticks = True
+        elif found and not sticks:
+            taken(last, False)
+            taken(new, False)
+            known = False
+    if found and not sticks:
+        found, known = solve(d, to, Step(False, b0, b1, b2, dphi), room, J, order, known)
+        found = found and (d.mu == 0.0 or new[SPEED] > 0.0)
     tally[KNOWN] = 1.0 if known else 0.0
-    i = SLIDING
-    # friction that turns round within a step is no solution: the contact would stick first
-    turns = last[i] * new[i] + last[i + 1] * new[i + 1] + last[i + 2] * new[i + 2] < 0.0
-    if not found or (turns and d.mu > 0.0 and not now.stuck):
+    if not found:
         return STOPPED, -1, 0
     if new[NORMAL] < 0.0:
         return PARTED, -1, 0
+    if not sticks and ahead(d, room) < _TURN and size > step * _TURNING:
+        return TURNS, -1, 0
     return beyond(d, new, b, tally[COUNT] % every == 0 or tally[NARROW] < math.inf)
 
 
@@ -309,6 +254,7 @@ def slides(d: Design, size: float, step: float, room: Array) -> bool:
         return False
     if abs(held) < least or size < _SMALLEST:
         accept(room, size)
+        tally[ONSET] = new[TORQUE]
         begin(tally, SLIP, step * _SOFTLY)
         return True
     # what holds falls almost linearly
@@ -331,32 +277,27 @@ def opens(d: Design, rates: Array, engaged: float, room: Array) -> None:
 
 
 @_jit
-def refused(code: int, size: float, step: float, engaged: float, room: Array) -> bool:
+def refused(code: int, size: float, room: Array) -> bool:
     """Take a smaller step after one that was refused; True where there is none."""
     tally = room[TALLY]
     tally[H], tally[KNOWN] = size / 2, 0.0
     tally[MISSES] += 1.0
-    if code != STOPPED:
+    if code not in (STOPPED, TURNS):
         tally[NARROW] = size
-    if tally[H] >= _LEAST and tally[MISSES] <= _MISSES:
-        return False
-    again = tally[FRESH] > 0.0 and tally[MODE] == SLIP and code == STOPPED and room[LAST, PHI] != engaged
-    if tally[MISSES] > _MISSES or not again or tally[BOLD] > 0.0:
-        return True
-    # the slip's direction turns quickly where it sets out: a larger step may find where it turns to
-    tally[BOLD], tally[H], tally[NARROW] = 1.0, step, math.inf
-    return False
+    elif code == STOPPED and tally[MODE] == SLIP:
+        tally[FRESH] = 1.0
+    return bool(tally[H] < _LEAST or tally[MISSES] > _MISSES)
 
 
 @_jit
-def onward(size: float, step: float, room: Array) -> None:
+def onward(d: Design, size: float, step: float, room: Array) -> None:
     """Accept a step and choose the next one."""
     tally = room[TALLY]
+    slowly = tally[MODE] == SLIP and ahead(d, room) < _BENDS
     accept(room, size)
     tally[COUNT] += 1.0
-    tally[BOLD] = 0.0
     tally[NARROW] -= size
-    tally[H] = size if tally[CLOSING] > 0.0 else min(step, 2 * size)
+    tally[H] = size if slowly else min(step, 2 * size)
     if tally[NARROW] < 2 * _LEAST:
         tally[NARROW] = math.inf
     elif tally[NARROW] < math.inf:
@@ -367,7 +308,7 @@ def onward(size: float, step: float, room: Array) -> None:
 def follow(
     d: Design, start: tuple[float, float, float], targets: Array, step: float, every: int, out: Array
 ) -> End:  # fmt: skip
-    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 17) not reached stay.
+    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 18) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
     many steps.
@@ -377,12 +318,15 @@ def follow(
     at_rest(d, rates, 0.0, last)
     begin(tally, FREE, step)
     tally[SIZE], tally[WAY] = step, 1.0
+    why, edge_of, k_of = RANGE, -1, 0
     for i in range(targets.size):
-        goal = targets[i]
+        goal, tally[MISSES] = targets[i], 0.0
         if goal != last[PHI]:
             way = 1.0 if goal > last[PHI] else -1.0
-            if tally[MODE] != FREE and way != tally[WAY] and d.mu > 0.0:
-                begin(tally, STICK, step * _GENTLE)
+            if tally[MODE] != FREE and way != tally[WAY]:
+                tally[ONSET] = last[TORQUE]
+                if d.mu > 0.0:
+                    begin(tally, STICK, step * _GENTLE)
             tally[WAY] = way
         while last[PHI] != goal:
             if tally[MODE] == FREE:
@@ -391,13 +335,16 @@ def follow(
             left = abs(goal - last[PHI])
             size = left / math.ceil(left / tally[H] * (1 - 1e-9))
             to = goal if size > left * (1 - 1e-9) else last[PHI] + tally[WAY] * size
-            code, edge, k = attempt(d, to, size, every, room, J, order, b)
-            if code == PARTED and tally[WAY] < 0.0:
+            code, edge, k = attempt(d, to, size, step, every, room, J, order, b)
+            if code == PARTED and tally[WAY] < 0.0 and to < start[0] + _LEAST:
                 opens(d, rates, start[0], room)
-            elif code >= 0:
-                if refused(code, size, step, start[0], room):
-                    return End(code, last[PHI], edge, k, i)
+            # elsewhere a contact that sticks slides before it opens
+            elif code >= 0 and not (code == PARTED and tally[MODE] == STICK):
+                if code not in (STOPPED, TURNS) or tally[NARROW] == math.inf:
+                    why, edge_of, k_of = STOPPED if code == TURNS else code, edge, k
+                if refused(code, size, room):
+                    return End(why, last[PHI], edge_of, k_of, i)
             elif tally[MODE] != STICK or not slides(d, size, step, room):
-                onward(size, step, room)
+                onward(d, size, step, room)
         write(d, last, tally, out[i])
     return End(RANGE, last[PHI], -1, 0, targets.size)

@@ -76,7 +76,7 @@ def place(edge: int, k: int, scale: int = 1) -> str:
 
 
 class Answers(NamedTuple):
-    """Of n beams: first contacts (n, 6), tables of the designs (n, 43, 12), rows (n, m, 17) and ends (n, 5).
+    """Of n beams: first contacts (n, 6), tables of the designs (n, 43, 12), rows (n, m, 18) and ends (n, 5).
 
     See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
     """

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from squama.real.contact import Design, _in, _jit, high, lengthwise, low
-from squama.real.follow import others
+from squama.real.faces import others
 from squama.real.steps import engagement, free_rates
 from squama.types import Array
 
@@ -18,7 +18,8 @@ _EDGES = (0, 1, 2, 3)
 @_in
 def meeting(d: Design, first: int, second: int, k: int) -> Design:
     """Return the design with other edges that meet, their common normal pushing scale 1 upwards."""
-    sign = -1.0 if lengthwise(first) and not lengthwise(second) else 1.0
+    # (edges along one direction cross by the twist alone)
+    sign = 1.0 if lengthwise(second) and not lengthwise(first) else -1.0
     return Design(d.eta, d.beta, d.lam, d.sa, d.ca, d.st, d.ct, d.h, d.mu, first, second, k, sign, d.elastic, d.table)
 
 

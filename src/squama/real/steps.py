@@ -1,4 +1,4 @@
-"""Steps along the twist in contact: Newton's method, engagement, the onset of slip; compiled.
+"""Steps along the twist in contact: Newton's method, engagement; compiled.
 
 Jacobians are made by differences of the residual and kept while they lead to a solution quickly.
 """
@@ -12,22 +12,20 @@ import numpy as np
 from squama.real.contact import (
     AT,
     BEND,
-    FORCE,
     LAST,
     MISSED,
     MOTIONS,
     MOVED,
     NEW,
-    NORMAL,
     PHI,
     SLIDING,
     Design,
     Frame,
     Step,
     Vector,
-    _in,
     _jit,
     add,
+    angle,
     cross,
     dot,
     frame,
@@ -45,13 +43,13 @@ from squama.types import Array
 
 TIGHT = 1e-8
 """Newton's last correction, relative."""
-_MOVE, _LEAST_MOVE = 1e-7, 1e-11
-_ROUNDS, _FEW, _QUICK = 20, 5, 0.3
+_MOVE = 1e-7
+_ROUNDS, _FEW, _QUICK, _ANGLE = 20, 5, 0.3, 1e-3
 
 
-@_in
-def factorise(A: Array, order: Array, n: int) -> bool:
-    """Factorise a matrix in place with row exchanges; False where it is singular."""
+@_jit
+def invert(A: Array, order: Array, n: int) -> bool:
+    """Invert a matrix in place with row exchanges; False where it is singular."""
     for k in range(n):
         best, p = 0.0, k
         for i in range(k, n):
@@ -63,70 +61,64 @@ def factorise(A: Array, order: Array, n: int) -> bool:
         if p != k:
             for j in range(n):
                 A[k, j], A[p, j] = A[p, j], A[k, j]
-        for i in range(k + 1, n):
-            A[i, k] /= A[k, k]
-            g = A[i, k]
-            if g != 0.0:
-                for j in range(k + 1, n):
+        pivot, A[k, k] = A[k, k], 1.0
+        for j in range(n):
+            A[k, j] /= pivot
+        for i in range(n):
+            if i != k:
+                g = A[i, k]
+                A[i, k] = 0.0
+                for j in range(n):
                     A[i, j] -= g * A[k, j]
+    for k in range(n - 1, -1, -1):
+        if order[k] != k:
+            for i in range(n):
+                A[i, k], A[i, order[k]] = A[i, order[k]], A[i, k]
     return True
-
-
-@_in
-def substitute(A: Array, order: Array, n: int, b: Array) -> None:
-    """Solve in place with a factorised matrix."""
-    for k in range(n):
-        p = order[k]
-        if p != k:
-            b[k], b[p] = b[p], b[k]
-    for i in range(n):
-        for j in range(i):
-            b[i] -= A[i, j] * b[j]
-    for i in range(n - 1, -1, -1):
-        for j in range(i + 1, n):
-            b[i] -= A[i, j] * b[j]
-        b[i] /= A[i, i]
 
 
 @_jit
 def jacobian(d: Design, f: Frame, phi: float, step: Step, room: Array, J: Array, order: Array, n: int) -> bool:
-    """Factorise the Jacobian at the new state's unknowns, whose residual is in the room."""
+    """Invert the Jacobian at the new state's unknowns, whose residual is in the room."""
     z, r, moved = room[NEW], room[MISSED], room[MOVED]
-    # well below the slip, whose direction counts
-    move = max(_LEAST_MOVE, min(_MOVE, 1e-3 * abs(step.dphi)))
     for j in range(n):
         kept = z[j]
-        z[j] = kept + move
+        z[j] = kept + _MOVE
         residual(d, f, phi, step, room, MOVED)
         for i in range(n):
-            J[i, j] = (moved[i] - r[i]) / move
+            J[i, j] = (moved[i] - r[i]) / _MOVE
         z[j] = kept
-    return factorise(J, order, n)
+    return invert(J, order, n)
 
 
 @_jit
 def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array, known: bool) -> tuple[bool, bool]:
     """Solve for the new state at a twist from its guess; whether it was found, and whether J may be kept."""
-    n = MOTIONS + 3 + (2 if d.elastic else 0)
-    f, z, r = frame(d, phi, d.k), room[NEW], room[MISSED]
+    n = angle(d) + (0 if step.stuck or d.mu == 0.0 else 1)
+    f, z, r, moved = frame(d, phi, d.k), room[NEW], room[MISSED], room[MOVED]
     old, fresh = math.inf, False
-    for i in range(_ROUNDS):
+    for count in range(_ROUNDS):
         residual(d, f, phi, step, room, MISSED)
         if not known:
             if not jacobian(d, f, phi, step, room, J, order, n):
                 return False, False
             known, fresh, old = True, True, math.inf
-        substitute(J, order, n, r)
         size = 0.0
-        for j in range(n):
-            z[j] -= r[j]
-            size = max(size, abs(r[j]))
+        for i in range(n):
+            moved[i] = 0.0
+            for j in range(n):
+                moved[i] += J[i, j] * r[j]
+            # an angle turns little of the force
+            size = max(size, abs(moved[i]) if i < angle(d) else _ANGLE * abs(moved[i]))
         if not size < 1.0:
             return False, False
-        if size < TIGHT:
-            # deflections of soft plates count, too
-            residual(d, f, phi, step, room, MISSED)
-            return True, i < _FEW
+        for j in range(n):
+            z[j] -= moved[j]
+        # a Jacobian has moved what goes with the unknowns; else that may lag behind by so little
+        if size < TIGHT and not fresh:
+            if not step.stuck:
+                z[AT], z[AT + 1] = z[MOTIONS], z[MOTIONS + 1]
+            return True, count < _FEW
         known = fresh or size < _QUICK * old
         fresh, old = False, size
     return False, False
@@ -145,20 +137,15 @@ def apart(d: Design, phi: float, q: Array, x: float, y: float) -> Vector:
 @_jit
 def solved(A: Array, b: Array) -> Array:
     """Return A^-1 b for a small matrix and columns b (n, m)."""
-    n = b.shape[0]
-    A, out, order = A.copy(), b.copy(), np.empty(n, np.int64)
-    factorise(A, order, n)
-    for j in range(b.shape[1]):
-        column = out[:, j].copy()
-        substitute(A, order, n, column)
-        out[:, j] = column
-    return out
+    inverse, n = A.copy(), b.shape[0]
+    invert(inverse, np.empty(n, np.int64), n)
+    return inverse @ b
 
 
 @_jit
 def free_rates(d: Design) -> Array:
     """Return the motions (6,) per twist while nothing touches."""
-    return -solved(d.table[:6, :6], d.table[:6, 6:7])[:, 0]
+    return -solved(d.table[:6, :6], d.table[:6, 6:7].copy())[:, 0]
 
 
 @_jit
@@ -188,7 +175,7 @@ def engagement(d: Design, rates: Array, guess: Vector) -> tuple[bool, float, flo
 def rates_engaging(d: Design, way: float, room: Array) -> bool:
     """Write the rates with |twist| of the unknowns at engagement into the new state; False if the contact cannot slip.
 
-    Its direction is looked for all around, since friction turns it.
+    Its direction is looked for all around, since friction turns it; it is written into the last state.
     """
     last, guess = room[LAST], room[NEW]
     m, phi, x, y = MOTIONS, last[PHI], last[AT], last[AT + 1]
@@ -227,11 +214,11 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
           C[2, 0] * n[0] + C[2, 1] * n[1] + C[2, 2] * n[2])  # fmt: skip
     v0 = (V0[0], V0[1], V0[2])
     found, N, t = False, 0.0, side
-    before, turns = 0.0, 1 if d.mu == 0.0 else 720
+    before, turns = 0.0, 1 if d.mu == 0.0 else 180
     for i in range(turns + 1):
         if turns > 1:
-            angle = 2 * math.pi * i / turns
-            t = mixed(math.cos(angle), along1, math.sin(angle), side, 0.0, n)
+            last[angle(d)] = 2 * math.pi * i / turns
+            t = mixed(math.cos(last[angle(d)]), along1, math.sin(last[angle(d)]), side, 0.0, n)
         push = add(n, -d.mu, t)
         stiff = dot(Cn, push)
         N = -dot(n, v0) / stiff if stiff > 0.0 else 0.0
@@ -248,43 +235,9 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
         guess[j] = free[j] + given[j, 0] * push[0] + given[j, 1] * push[1] + given[j, 2] * push[2]
     guess[m], guess[m + 1], guess[m + 2] = 0.0, 0.0, N
     guess[m + 3], guess[m + 4] = dot(push, up), -dot(push, other)
-    guess[SLIDING], guess[SLIDING + 1], guess[SLIDING + 2] = t
+    guess[angle(d)] = 0.0
+    last[SLIDING], last[SLIDING + 1], last[SLIDING + 2] = t
     return found
-
-
-@_jit
-def rates_sliding(d: Design, way: float, room: Array, J: Array, order: Array) -> bool:
-    """Write the rates with |twist| of the unknowns where a sticking contact begins to slide into the new state.
-
-    The slip sets out against the friction that acts, and as fast as keeps the force on the cone.
-    """
-    m, n, last, new = MOTIONS, MOTIONS + 3 + (2 if d.elastic else 0), room[LAST], room[NEW]
-    phi, step, r, moved = last[PHI], Step(True, 1.0, -1.0, 0.0, way), room[MISSED], room[MOVED]
-    new[:] = last
-    new[m : m + 3] = last[FORCE : FORCE + 3]
-    f = frame(d, phi, d.k)
-    residual(d, f, phi, step, room, MISSED)
-    if not jacobian(d, f, phi, step, room, J, order, n):
-        return False
-    residual(d, frame(d, phi + _MOVE, d.k), phi + _MOVE, step, room, MOVED)
-    for i in range(n):
-        moved[i] = -way * (moved[i] - r[i]) / _MOVE
-        r[i] = 0.0
-    t = (last[SLIDING], last[SLIDING + 1], last[SLIDING + 2])
-    r[m], r[m + 1], r[m + 2] = t
-    substitute(J, order, n, moved)
-    substitute(J, order, n, r)
-    F = (last[FORCE], last[FORCE + 1], last[FORCE + 2])
-    normal = add(scaled(1 / last[NORMAL], F), d.mu, t)
-    edge = add(t, d.mu, normal)
-    stuck, slid = (moved[m], moved[m + 1], moved[m + 2]), (r[m], r[m + 1], r[m + 2])
-    speed = -dot(stuck, edge) / dot(slid, edge)
-    for j in range(n):
-        new[j] = moved[j] + speed * r[j]
-    new[m + 2] = dot((new[m], new[m + 1], new[m + 2]), normal)
-    new[m], new[m + 1] = 0.0, 0.0
-    new[SLIDING : SLIDING + 3] = last[SLIDING : SLIDING + 3]
-    return speed > 0.0
 
 
 @_jit
