@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 from squama import units
+
+THIN = "thin, rigid scales"
+"""How the paper takes scales."""
+HELD = {"hinge": "hinges", "compliant": "compliant joints"}
+"""What scales are on, by the kind of joint."""
+PAPER = {"joint": "hinge", "scales": THIN}
+"""Attributes of what is answered by the paper's model alone."""
 
 
 class Load(NamedTuple):
@@ -82,6 +89,11 @@ class Load(NamedTuple):
         """Return the force law that is followed where ``name`` is asked: in the plane the two coincide."""
         return name if self.sided else "edge"
 
+    def model(self, law: str = "edge", joint: str = "hinge", scales: str = THIN) -> str:
+        """Say by which model a beam is answered: "thin, rigid scales on hinges, edge law"."""
+        words = f"{scales} on {HELD[joint]}"
+        return f"{words}, {' and '.join(law.split())} law" if self.sided and joint == "hinge" else words
+
     def slant(self, alpha: float) -> float:
         """Return the angle between the cross-section and the scales' width that counts: in bending none."""
         return alpha if self.sided else 0.0
@@ -119,3 +131,9 @@ _BENDING = Load(
 )
 LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 """Kinds of loading by name."""
+
+
+def model(attrs: Mapping[str, Any]) -> str:
+    """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
+    about = {**PAPER, **attrs}
+    return LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])

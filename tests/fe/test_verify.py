@@ -43,7 +43,7 @@ def test_a_finite_beam_beside_the_endless_one(folder, capsys):
     said = capsys.readouterr()
     found = json.loads(said.out)
     assert "finite beam of 2 scales" in said.err
-    assert list(found["models"]) == ["edge", "plate", "own", "compliant", "mesh", "beam", "row"]
+    assert list(found["models"]) == ["edge", "plate", "own", "thin", "compliant", "mesh", "beam", "row"]
     assert {path.name for path in (folder / "out").iterdir()} == {
         "beam.nc", "beam.npz", "comparison.csv", "comparison.png", "elements.nc", "elements.npz",
     }  # fmt: skip

@@ -59,7 +59,9 @@ def test_the_command(folder, capsys):
     assert main(["fit", "test.csv", "beam.toml", *names]) == 0
     said = capsys.readouterr().out
     fit = squama.fit("test.csv", BEAM)
-    assert said.startswith("test.csv fitted with beam.toml in twisting, edge law\nmu       0.30")
+    assert said.startswith(
+        "test.csv fitted with beam.toml in twisting, thin, rigid scales on hinges, edge law\nmu       0.30"
+    )
     assert fit.summary() in said
     assert (folder / "f.png").stat().st_size > 10_000
     assert squama.read("f.nc").identical(fit.dataset())

@@ -79,7 +79,7 @@ def test_a_load_path_knows_its_load_and_its_sense() -> None:
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     beam = squama.Beam.from_ratios(mu=0.3)
-    path = follow.solved(beam, load, mu=0.3, to=0.1)
+    path = follow.solved(beam, load, mu=0.3, to=0.1, joint="hinge", ideal=True)
     answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch", joint="hinge")
     curve = path.curve(points=7)
     torque = (answer.attrs["load"] == "twisting" and "T") or "M"
@@ -119,7 +119,7 @@ def test_what_no_model_covers_is_refused(asked: dict[str, str], words: str) -> N
             door()
         assert str(caught.value) == words
     with pytest.raises(InputError, match='load = "bending": is not covered by joint="compliant"'):
-        follow.solved(beam, "bending", mu=0.3, joint="compliant")
+        follow.solved(beam, "bending", mu=0.3, joint="compliant", ideal=False)
 
 
 def test_the_package_shows_its_public_names_only() -> None:

@@ -54,6 +54,34 @@ def test_axis_ends_before_the_lock_but_shows_the_curve():
     assert 2 * bare < top < 0.2 * float(r.T.max())
 
 
+@pytest.mark.parametrize("mu", [0.25, [0, 0.25, 0.5]])
+def test_the_hinge_stands_beside_the_real_beam_and_does_not_squash_it(mu):
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    real = squama.twist(beam, mu=mu, to="0.2 rad/pitch")
+    hinge = squama.twist(beam, mu=mu, joint="hinge")
+    alone, both = response_figure(real), response_figure(real, hinge=hinge)
+    count = np.size(mu)
+    for one, two in zip(alone.axes, both.axes, strict=True):
+        assert one.get_ylim() == two.get_ylim()
+        assert one.get_xlim() == two.get_xlim()
+        assert sum(line.get_linewidth() == 0.7 for line in two.lines) == count
+    load, friction = both.axes[:2]
+    assert load.get_ylim()[1] < 1e3 * float(hinge["T"].max()), "in mN m; the hinge leaves the axes"
+    circles, squares = ([line.get_xdata()[0] for line in load.lines if line.get_marker() == mark] for mark in "os")
+    assert circles == pytest.approx(np.atleast_1d(real.Phi_e))
+    assert squares == pytest.approx(np.atleast_1d(hinge.Phi_e))
+    # one stiffness divides the friction force of both
+    thin = next(line for line in friction.lines[::-1] if line.get_linewidth() == 0.7)
+    f = (hinge if count == 1 else hinge.isel(mu=-1))["f"].values
+    assert thin.get_ydata() == pytest.approx(f * beam.scale.length / real.attrs["K_theta"])
+    texts = [text.get_text() for text in both.legends[0].get_texts()]
+    assert {"thick, elastic scales on compliant joints", "thin, rigid scales on hinges", "lock on hinges"} <= {*texts}
+    both.canvas.draw()
+    box, width = both.legends[0].get_window_extent(), both.bbox.width
+    assert box.x0 >= 0
+    assert box.x1 <= width
+
+
 def test_measured_points_lie_inside():
     points = SimpleNamespace(rate=np.array([1.0, 30.0]), load=np.array([0.1, 500.0]))
     load = response_figure(squama.twist(BEAM, points=40, joint="hinge"), points).axes[0]

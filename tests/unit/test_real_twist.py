@@ -66,12 +66,13 @@ def test_what_is_said_of_the_answer():
         (twist(points=3), "compliant", "thick, rigid scales"),
         (twist(points=3, ideal=True), "compliant", "thin, rigid scales"),
         (squama.twist(steel, points=3), "compliant", "thick, elastic scales"),
-        (twist(points=3, joint="hinge"), "hinge", None),
-        (twist(points=3, law="plate"), "hinge", None),
+        (twist(points=3, joint="hinge"), "hinge", "thin, rigid scales"),
+        (twist(points=3, joint="hinge", ideal=False), "hinge", "thick, rigid scales"),
+        (twist(points=3, law="plate", ideal=False), "hinge", "thin, rigid scales"),
+        (squama.bend(BEAM, points=3), "hinge", "thin, rigid scales"),
     ):
-        assert (r.attrs["joint"], r.attrs.get("scales")) == (joint, scales)
+        assert (r.attrs["joint"], r.attrs["scales"]) == (joint, scales)
         assert r.attrs.get("joint_source") == ((joint == "compliant" and "matrix") or None)
-    assert "joint" not in squama.bend(BEAM, points=3).attrs
     assert squama.cycle(BEAM, "0.1 rad/pitch", points=3).attrs["scales"] == "thick, rigid scales"
     assert squama.cycle(BEAM, "0.1 rad/pitch", points=3, ideal=True).attrs["scales"] == "thin, rigid scales"
     assert squama.cycle(BEAM, "0.1 rad/pitch", points=3, law="plate").attrs["joint"] == "hinge"
@@ -387,6 +388,6 @@ def test_the_explorer_takes_the_compliant_joint():
     shown = live.scene(now)
     assert np.shape(shown["state"]["pose"]) == (3, 3)
     json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
-    assert live.outcome(now)[1].startswith("engagement at φ = 0.05")
+    assert live.outcome(now)[1].startswith("thick, rigid scales on compliant joints; engagement at φ = 0.05")
     assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
     assert "compliant" in live.compared(now)[0]["what"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import re
@@ -23,18 +24,19 @@ from squama.scene.look import SAMPLES, Canvas
 from squama.scene.motion import ENDED, FREE, LOCKED, MOST_SCALES, SLIDING, Motion, Setting, shape
 
 MAIN = squama.Beam.from_ratios(scales=7)
+hinged = functools.partial(Setting, joint="hinge")
 CASES = [
-    Setting(MAIN, 0.5),
-    Setting(MAIN, 0.5, law="plate"),
-    Setting(MAIN.replace(scale={"alpha": "8 deg"}), 0.2),
-    Setting(MAIN.replace(scale={"alpha": "70 deg"}), 0.1),
+    hinged(MAIN, 0.5),
+    hinged(MAIN, 0.5, law="plate"),
+    hinged(MAIN.replace(scale={"alpha": "8 deg"}), 0.2),
+    hinged(MAIN.replace(scale={"alpha": "70 deg"}), 0.1),
     # the tip-side pair engages in the other sense too
-    Setting(
+    hinged(
         squama.Beam.from_ratios(eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02),
         0.2,
         sense="-",
     ),
-    Setting(MAIN, 0.3, load="bending"),
+    hinged(MAIN, 0.3, load="bending"),
 ]
 IDS = ["edge", "plate", "flat", "steep", "other sense", "bending"]
 FRACTIONS = (0.3, 0.7, 0.99)
@@ -174,14 +176,14 @@ def test_states_are_named_and_do_not_go_beyond_the_end() -> None:
     ]  # fmt: skip
     assert leaves.state(leaves.most).name == ENDED
     assert locks.state(5).load == pytest.approx(locks.last) == pytest.approx(locks.samples(30)[-1].load)
-    static = Motion(Setting(MAIN, 10.0))
+    static = Motion(hinged(MAIN, 10.0))
     assert static.end == "static lock"
     assert static.state(1.0)[:3] == (static.load_e, MAIN.scale.theta0, 0.0)
     assert static.state(1.0).name == LOCKED
-    never = Motion(Setting(squama.Beam.from_ratios(eta=0.5, beta=0.2), 0.2))
+    never = Motion(hinged(squama.Beam.from_ratios(eta=0.5, beta=0.2), 0.2))
     assert never.end == "no engagement"
     assert never.state(0.5 * never.last).name == FREE
-    assert shape(Setting(MAIN.replace(scales=1000), 0.1))["scales"] == MOST_SCALES
+    assert shape(hinged(MAIN.replace(scales=1000), 0.1))["scales"] == MOST_SCALES
 
 
 def test_nearer_triangles_hide_farther_ones_however_they_come() -> None:
@@ -276,9 +278,17 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     frames = [np.asarray(moving.convert("RGB"), float) for i in range(4) if moving.seek(i) is None]
     assert np.abs(frames[0] - frames[2]).mean() > 1
     assert np.abs(frames[1] - frames[3]).mean() < 0.01, "there and back"
-    assert main(["view", "beam.toml", "--twist", "3 rad/pitch", "-o", "b.png", "--json", "--dark", "--no-forces"]) == 0
+    asked = ["view", "beam.toml", "--twist", "3 rad/pitch", "-o", "b.png", "--json", "--dark", "--no-forces"]
+    assert main([*asked, "--joint", "hinge"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["end"], told["state"]["scales"]) == ("frictional lock", "locked")
+    assert told["model"] == "thin, rigid scales on hinges, edge law"
+    assert main(asked) == 0
+    real = json.loads(capsys.readouterr().out)
+    assert (real["end"], real["model"]) == ("other contact", "thick, elastic scales on compliant joints")
+    assert 0.2 < real["last"] < 0.25, "it goes beyond the lock of hinges, up to the next contact"
+    assert main([*asked, "--ideal"]) == 0
+    assert json.loads(capsys.readouterr().out)["model"] == "thin, rigid scales on compliant joints"
     assert told["state"]["load"] == pytest.approx(told["last"]) != told["asked"]
     still.close()
     moving.close()

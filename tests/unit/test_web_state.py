@@ -118,6 +118,66 @@ def test_every_place_of_a_slider_is_shown_or_explained(name: str, data: st.DataO
     assert state.read(state.query(now)) == now
 
 
+def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
+    now = state.preset("pla")
+    m = live.motion(now.setting)
+    assert now.quick
+    assert (m.joint, m.model) == ("compliant", "thick, elastic scales on compliant joints")
+    # it stops where general contact would have to go on, and says so
+    assert m.end == "other contact"
+    assert "squama twist goes on" in live.outcome(now)[2]
+    r = squama.twist(now.beam, at=[f"{m.last} rad/pitch"])
+    assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
+    words = dict(live.readings(now))
+    at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"])
+    assert float(words["stiffness over bar's"]) == pytest.approx(at.stiffness_ratio.item(), rel=0.02)
+    assert float(words["stress"].split()[0]) == pytest.approx(at.stress.item() / 1e6, rel=1e-2)
+    where = live.outcome(now.change("scale_modulus", "300"))[1]
+    assert "twice as stiff as the bar from φ = 0.0" in where
+    rows = [row.split(",") for row in live.make_file(now, "csv")[1].decode().splitlines() if not row.startswith("#")]
+    assert float(rows[-1][rows[0].index("phi (rad)")]) == pytest.approx(m.last)
+
+
+def test_choices_that_belong_together_go_together() -> None:
+    now = state.preset("pla")
+    thin = now.change("ideal", "yes")
+    assert live.motion(thin.setting).model == "thin, rigid scales on compliant joints"
+    hinge = now.change("joint", "hinge")
+    assert (hinge.ideal, live.motion(hinge.setting).model) == ("yes", "thin, rigid scales on hinges, edge law")
+    assert live.motion(hinge.change("ideal", "no").setting).model == "thick, rigid scales on hinges, edge law"
+    plate = now.change("law", "plate")
+    assert (plate.joint, live.motion(plate.setting).model) == ("hinge", "thin, rigid scales on hinges, plate law")
+    back = plate.change("joint", "compliant")
+    assert (back.law, back.ideal) == ("edge", "no")
+    for one in (now, thin, hinge, hinge.change("ideal", "no"), plate):
+        assert state.read(state.query(one)) == one
+    # links from before the scales' idealisation
+    assert state.read(state.query(hinge).replace("&ideal=yes", "")) == hinge
+    assert state.read(state.query(now).replace("&ideal=no", "")) == now
+    assert live.motion(now.change("load", "bending").setting).model == "thin, rigid scales on hinges"
+
+
+def test_a_joint_that_is_not_known_at_once_is_not_waited_for(monkeypatch) -> None:
+    # steeper than the law of the joint goes
+    far = START.change("theta0", "26").change("joint", "compliant")
+    assert not far.quick
+    assert far.hinged.quick
+    assert far.change("theta0", "25").quick
+    assert far.change("load", "bending").quick
+
+    def elements(_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("squama.curves.real.joint_of", elements)
+    assert live.taken(state.query(far)) == far
+    assert state.of(far.beam).twist == far.hinged.started().twist
+    # where nobody knows it the beam is on hinges, and that is told
+    monkeypatch.setattr("squama.curves.real.impossible", lambda _: "there are no elements")
+    m = live.motion(far._replace(margin=0.02).setting)
+    assert (m.joint, m.model) == ("hinge", "thin, rigid scales on hinges, edge law")
+    assert "there are no elements" in live.warnings(far._replace(margin=0.02))
+
+
 def test_designs_are_kept_shown_and_dropped() -> None:
     now = START
     for eta in ("2", "2.5", "3.5"):
@@ -161,7 +221,7 @@ def test_a_link_that_cannot_be_used_says_why(query: str, words: str) -> None:
 @pytest.mark.parametrize("name", ["main", "pla"])
 @pytest.mark.parametrize("law", ["edge", "plate"])
 def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
-    now = state.preset(name).change("law", law)
+    now = state.preset(name).hinged.started().change("law", law)
     r = squama.twist(now.beam, law=law, points=live.POINTS, joint="hinge")
     for plot, variable, unit in (("torque", r["T"], 1.0), ("theta", np.degrees(r.theta), 1.0), ("f", r.f, 1.0)):
         options = charts.line_options(now, plot, dark=False)
@@ -197,7 +257,8 @@ def test_bending_is_a_mode_of_its_own() -> None:
 
 def test_the_outcome_is_told_in_words() -> None:
     end, where, sentence = live.outcome(START)
-    assert (end, where) == ("frictional lock", "engagement at φ = 0.04819; end at φ = 0.2691 rad/pitch")
+    model = "thin, rigid scales on hinges, edge law"
+    assert (end, where) == ("frictional lock", f"{model}; engagement at φ = 0.04819; end at φ = 0.2691 rad/pitch")
     assert sentence.startswith("Friction holds")
     beyond = live.outcome(START.change("twist", "1"))[2]
     assert "Shown at its last state, φ = 0.2679" in beyond
@@ -385,4 +446,4 @@ def test_bad_input_of_the_command_is_one_line(capsys, monkeypatch) -> None:
         "--set",
         "squama explore needs NiceGUI; install it with",
     ]
-    assert set(CHOICES) == {"load", "law", "sense", "joint"}
+    assert set(CHOICES) == {"load", "law", "sense", "joint", "ideal"}

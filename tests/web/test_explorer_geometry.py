@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -12,16 +14,18 @@ from oracle.vectors import scale as oracle_scale
 from squama.fe import plate
 from squama.scene import geometry, look
 from squama.scene.motion import Motion, Setting, shape
+from squama.web import state
 
+hinged = functools.partial(Setting, joint="hinge")
 CASES = [
-    Setting(squama.Beam.from_ratios(scales=9), 0.5),
-    Setting(squama.Beam.from_ratios(scales=9, alpha="20 deg", eta=4), 0.2, law="plate"),
-    Setting(
+    hinged(squama.Beam.from_ratios(scales=9), 0.5),
+    hinged(squama.Beam.from_ratios(scales=9, alpha="20 deg", eta=4), 0.2, law="plate"),
+    hinged(
         squama.Beam.from_ratios(eta=1.0683, beta=0.80579, lam=1.034, alpha=0.15793, theta0=0.11, zeta=0.02),
         0.2,
         sense="-",
     ),
-    Setting(squama.Beam.from_ratios(scales=9), 0.3, load="bending"),
+    hinged(squama.Beam.from_ratios(scales=9), 0.3, load="bending"),
 ]
 SCRIPT = """(cases) => cases.map(([d, load, theta, slip, k]) => ({
   scale: squamaGeometry.scale(d, load, theta, k), contact: squamaGeometry.contact(d, load, theta, k),
@@ -84,7 +88,7 @@ def test_contact_points_of_the_scripts_are_the_oracles(visit, states: list) -> N
 
 def test_the_page_draws_what_the_kernel_says(visit) -> None:
     """Places on the edges as the page has them, for the beam that it shows, against squama.twist."""
-    page = visit()
+    page = visit("?" + state.query(state.preset("pla").hinged))
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
     for text in ("0.08", "0.12", "0.16"):
         page.enter("twist", text)
@@ -104,7 +108,7 @@ def test_the_still_picture_is_taken_from_where_the_page_looks(visit) -> None:
     js = page.page.evaluate(CAMERA)
     motion = Motion(Setting(squama.Beam.from_toml("examples/pla_on_vps.toml"), 0.25))
     s, d = motion.state(page.state()["load"]), shape(motion.setting)
-    camera = look.fitted(look.outline(d, s.load, s.theta), js["aspect"])
+    camera = look.fitted(look.outline(d, s.load, s.attitude), js["aspect"])
     assert np.allclose(camera.eye, js["eye"], rtol=0, atol=1e-9)
-    points = np.array([geometry.contact(d, s.load, s.theta, geometry.first(d) + i).point for i in range(24)])
+    points = np.array([geometry.contact(d, s.load, s.attitude, geometry.first(d) + i).point for i in range(24)])
     assert np.allclose(camera.seen(points)[:, :2], np.array(js["seen"])[:, :2], rtol=0, atol=1e-6)

@@ -23,7 +23,7 @@ def messages(beam: Assembly, load: str = "twisting", sense: str = "+", joint: st
     if load not in LOADS:
         refuse("load", shown(load), "is not known", f"write one of {', '.join(LOADS)}")
     kind = LOADS[load]
-    found = [*_overlap(beam), *_width(beam, kind)]
+    found = [*_slanted(beam, kind), *_overlap(beam), *_width(beam, kind)]
     if joint == "hinge":
         found += [*_thin(beam, kind, sense), *_laws(beam, kind)]
     return [*found, *_matrix(beam)]
@@ -63,6 +63,14 @@ def parts_fit(beam: Assembly) -> None:
         given, enough = (as_text(x, Dimension.PRESSURE) for x in (E, least))
         problems.add("scale.youngs_modulus", given, reason, f"write at least {enough}")
     problems.settle()
+
+
+def _slanted(beam: Assembly, load: Load) -> list[str]:
+    alpha = beam.scale.alpha
+    if load.slant(alpha) == alpha:
+        return []
+    taken = f"alpha = {math.degrees(alpha):.4g} deg is not in {load.name}: edges are taken as across the beam"
+    return [f"{taken}, so engagement and all that follows are not right"]
 
 
 def _overlap(beam: Assembly) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.errors import refuse
-from squama.loads import LOADS
+from squama.loads import LOADS, model
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _HISTORY = 'Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'
-_KEYS = "load law joint margin increment K_theta rigidity history squama_version"
+_KEYS = "load law joint scales margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Loops in the table of the summary at most."""
 
@@ -92,8 +92,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Return the summary: a row per loop, and what holds for the whole history."""
     kind, compliant = LOADS[data.attrs["load"]], data.attrs["joint"] == "compliant"
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    law = ", compliant joint" if compliant else f", {data.attrs['law']} law" if kind.sided else ""
-    yield f" in cycles of {data.attrs['load']}: mu = {float(data['mu']):g}{law}"
+    yield f" in cycles of {kind.name}: mu = {float(data['mu']):g}, {model(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.io.files import label
+from squama.loads import PAPER, model
 from squama.units import for_people
 
 if TYPE_CHECKING:
@@ -85,14 +86,14 @@ def _record(found: InverseDesign) -> dict[str, object]:
         for d in found.designs
     ]
     about = {name: getattr(found, name) for name in ("met", "bounds", "tolerance", "settings", "notes")}
-    return {**about, "designs": designs}
+    return {**about, **PAPER, "designs": designs}
 
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
     """Return designs side by side, then what holds for the first."""
     verdict = "target reached" if found.met else "target not reached, nearest attainable"
     shown = found.designs[:MOST]
-    yield f": {verdict}, {len(found)} design{'s' * (len(found) > 1)}"
+    yield f": {verdict}, {len(found)} design{'s' * (len(found) > 1)}; {model(found.settings)}"
     rows: list[tuple[str, ...]] = []
     for goals in zip(*(d.goals for d in shown), strict=True):
         goal = goals[0]
@@ -206,7 +207,7 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     import numpy as np
 
     n, names = front.sizes["design"], _objectives(front)
-    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}"
+    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
     columns |= {str(name): shown_in(str(name)) for name in front.data_vars if "." in str(name)}
     few = front.isel(design=np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int)))

@@ -200,12 +200,13 @@ def verify(
     to: Annotated[str | None, flag(_REACH)] = None,
     run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
+    ideal: Ideal = False,
     beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
     out: Annotated[str | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Set the hinge, the compliant joint and finite beams beside finite elements; needs the extra fe.
+    """Set the compliant joint, the hinge and finite beams beside finite elements; needs the extra fe.
 
     The folder holds the table (CSV), the picture and the elements' run; the same command goes on where it was stopped.
     """
@@ -223,6 +224,7 @@ def verify(
             folder,
             to=twist,
             scales=scales,
+            ideal=ideal,
             beam_mesh=beam_mesh,
             progress=None if quiet else print_progress,
             announce=None if quiet else announce,

@@ -114,8 +114,7 @@ def fit(
 
 def _shown(found: Fit, file: str) -> Iterable[str]:
     """Return the summary."""
-    law = f", {found.law} law" if LOADS[found.load].sided else ""
-    yield f" fitted with {file} in {found.load}{law}"
+    yield f" fitted with {file} in {found.load}, {LOADS[found.load].model(found.law, found.joint, found.scales)}"
     yield from found.summary().splitlines()
     yield from output.warnings(found.beam.warnings(found.load))
 

@@ -38,7 +38,9 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
-    yield f" {words.done}: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {mus}{sense}"
+    how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
+    slanted = "" if words.slant(beam.scale.alpha) == beam.scale.alpha else "; alpha is not in it, see the warnings"
+    yield f" {words.done}{how}: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {mus}{sense}{slanted}"
     yield ""
     if data.family is not None:
         for name, response in laws.items():
@@ -200,7 +202,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
             name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
         }
     figures = {name: _figures(response) for name, response in laws.items()}
-    keys, parts = "load law joint sense margin squama_version", {"laws": figures, "curve": data.curves}
+    keys, parts = "load law joint scales sense margin squama_version", {"laws": figures, "curve": data.curves}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 

@@ -55,7 +55,7 @@ def ends(
     contacts: Annotated[str, flag(_CONTACTS, read=one_of("tip", "all"))] = "tip",
     json: flags.Json = False,
 ) -> int:
-    """Find where many designs engage and how they end, from a table."""
+    """Find where many designs of hinged scales engage and how they end, from a table."""
     flags.check_places([(out, (".csv",))], [designs])
     flags.problems().settle()
 

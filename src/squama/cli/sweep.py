@@ -13,6 +13,7 @@ from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
+from squama.loads import LOADS, PAPER
 
 if TYPE_CHECKING:
     from squama.study.slices import Slice
@@ -42,7 +43,7 @@ def sweep(
     progress: Annotated[str | None, flag("bar, json or none; on standard error (bar on a terminal).")] = None,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Solve a beam over ranges of parameters, into a store that can be resumed."""
+    """Solve a beam of hinged scales over ranges of parameters, into a store that can be resumed."""
     from squama.study import cluster
     from squama.study import sweeping as study
     from squama.study.parameters import ALIASES
@@ -70,10 +71,11 @@ def sweep(
     with kept(name):
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
     sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
-    line = f"{name}: {plan.cells} cells ({sides}); look at it with: squama map {name} --plot map.png"
+    how = LOADS[plan.load].model(" ".join(plan.laws))
+    line = f"{name}: {plan.cells} cells ({sides}), {how}; look at it with: squama map {name} --plot map.png"
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
-    facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
+    facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest, **PAPER}
     return output.say(base.json, facts, [line])
 
 
@@ -135,7 +137,7 @@ def map(  # noqa: A001 - the command's name
         written += output.draw(plot, "map_figure", thin.data, variable, **axes, lines=chosen, paths=drawn_paths)
     if csv is not None:
         written.append(save(slices.worded(part.data.load()), csv))
-    facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
+    facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing, **PAPER}
     told = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
     told += [f"wrote {label(path)}" for path in written]
     return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, told)

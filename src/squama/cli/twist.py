@@ -47,12 +47,12 @@ def twist(
     ideal: flags.Ideal = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist a beam: torque, locking and friction, from a beam file."""
+    """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
     return respond("twisting", beam, curve, common, law, sense, joint, ideal=ideal)
 
 
 def bend(beam: flags.BeamFile, /, *, curve: Curve = CURVE, common: flags.Common = flags.COMMON) -> int:
-    """Bend a beam towards its scales: moment, locking and friction, from a beam file."""
+    """Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file."""
     return respond("bending", beam, curve, common)
 
 
@@ -82,20 +82,21 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves.follow import meant
+    from squama.curves.follow import chosen
 
     family = list(mu) if len(mu) > 1 else None
     numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments()):
-        held, _, note = meant(beam, load, law, joint)
-        if note:
-            print(f"squama: warning: {note}", file=sys.stderr)
-        if held == "compliant":
+        held = chosen(beam, load, law, joint, None)
+        if held.note:
+            print(f"squama: warning: {held.note}", file=sys.stderr)
+        if held.joint == "compliant":
             laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)
-    written = output.write(common, laws[law].dataset, "response_figure", measured=measured)
+    beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
+    written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
     record, shown = report.record, report.summary
     return output.report(common.json, path, written, lambda: record(beam, law, laws), lambda: shown(beam, law, laws))
 

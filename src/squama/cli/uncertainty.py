@@ -12,7 +12,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
-from squama.loads import LOADS
+from squama.loads import model
 from squama.units import number
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def _record(u: xr.Dataset) -> dict[str, object]:
         table = u[["S1", "S1_conf", "ST", "ST_conf"]].reset_coords(drop=True).to_dataframe()
         indices = {str(figure): table.loc[figure].to_dict("index") for figure in u["indexed"].values}
         indices["without"] = json.loads(u.attrs["without_indices"])
-    same = ("load", "law", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
+    same = ("load", "law", "joint", "scales", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
     return {
         **{key: u.attrs[key] for key in same},
         "tolerances": dict(zip(names, u["distribution"].values.tolist(), strict=True)),
@@ -186,9 +186,8 @@ def _record(u: xr.Dataset) -> dict[str, object]:
 def _shown(u: xr.Dataset, scales: int) -> Iterable[str | Table]:
     """Return the summary."""
     load, n = u.attrs["load"], u.attrs["samples"]
-    law = f", {u.attrs['law']} law" if LOADS[load].sided else ""
     drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
-    yield f" in {load}{law}: {n} beams, {drawn}, seed {u.attrs['seed']}"
+    yield f" in {load}, {model(u.attrs)}: {n} beams, {drawn}, seed {u.attrs['seed']}"
     yield from (f"  {t.parameter.item()} = {t.item()}" for t in u["distribution"])
     yield ""
     # the levels nearest to 5, 50 and 95 %

@@ -27,7 +27,8 @@ def view(
     load: flags.Load = "twisting",
     law: flags.Law = "edge",
     sense: flags.Sense = "+",
-    joint: flags.Joint = "hinge",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
     dark: Annotated[bool, Parameter(help="Draw on a dark ground.")] = False,
     no_forces: Annotated[bool, Parameter(help="Leave the forces out.")] = False,
     base: flags.Base = flags.BASE,
@@ -42,7 +43,7 @@ def view(
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
     described, asked = base.turned(beam, mu, "--twist", twist, load=load, still=True)
-    how: dict[str, Any] = {"law": law, "sense": sense, "margin": margin, "joint": joint}
+    how: dict[str, Any] = {"law": law, "sense": sense, "margin": margin, "joint": joint, "ideal": ideal or None}
     described = settled(described)
     with flags.laid(flags.arguments()):
         found = picture.view(
@@ -54,11 +55,13 @@ def view(
 def _record(load: str, found: View) -> dict[str, object]:
     state = {key: getattr(found.state, key) for key in ("load", "theta", "N", "f", "torque")}
     data = {"load": load, "asked": found.asked, "state": {**state, "scales": found.state.name}}
-    return {**data, "end": str(found.end), "last": found.last}
+    return {**data, "model": found.model, "warnings": found.notes, "end": str(found.end), "last": found.last}
 
 
 def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
-    yield f": {state.load:.4g} rad per pitch, inclination {math.degrees(state.theta):.4g} deg, {state.name}"
+    theta = math.degrees(state.theta)
+    yield f": {state.load:.4g} rad per pitch, inclination {theta:.4g} deg, {state.name}; {found.model}"
     if asked > found.last:
         yield f"asked for {asked:.4g} rad per pitch, but the curve ends before: {found.end}; its last state is shown"
+    yield from output.warnings(found.notes)

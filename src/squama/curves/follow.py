@@ -53,23 +53,34 @@ MODELS = {
 """A hinge with one spring (closed form), or six motions of a scale against the substrate."""
 
 
-def meant(
-    beam: Beam, load: str, law: str, joint: str | None = None, ideal: bool | None = None
-) -> tuple[str, bool, str]:
-    """Return the joint, whether scales are ideal, and a warning where the compliant joint is not known.
+class Chosen(NamedTuple):
+    """A kind of joint, whether the scales on it are thin and rigid, and a warning where it is not the one meant."""
 
-    What is not given: the joint is compliant where that covers the load and the law; the hinge's scales are ideal.
+    joint: str
+    ideal: bool
+    note: str = ""
+
+
+def covers(load: str, law: str) -> bool:
+    """Whether the compliant joint covers a load and a force law."""
+    only = MODELS["compliant"].only
+    return only["load"] == load and only["law"] == law
+
+
+def chosen(beam: Beam, load: str, law: str, joint: str | None, ideal: bool | None) -> Chosen:
+    """Return the joint and the idealisation that are meant where none is given.
+
+    The joint is the compliant one where that covers the load and the law and is known; only a hinge's scales are ideal.
     """
     note = ""
-    if not joint:
-        only = MODELS["compliant"].only
-        if (load, law) == (only["load"], only["law"]):
+    if joint is None:
+        joint = "hinge"
+        if covers(load, law):
             from squama.curves import real
 
             note = real.impossible(beam)
-            joint = "" if note else "compliant"
-        joint = joint or "hinge"
-    return joint, joint == "hinge" if ideal is None else ideal, note
+            joint = "hinge" if note else "compliant"
+    return Chosen(joint, joint == "hinge" if ideal is None else ideal, note)
 
 
 def model(joint: str, asked: Asked) -> Model:
@@ -90,16 +101,17 @@ def solved(
     sense: str = "+",
     margin: float = 0.01,
     to: float = math.inf,
-    joint: str = "hinge",
+    joint: str,
+    ideal: bool,
 ) -> Solved:
-    """Return the path of a beam in one sense, solved: what `squama.view`, `fit` and the explorer go along.
+    """Return the path of a beam in one sense, solved: what `squama.view` and the explorer go along.
 
     Arguments as of :func:`squama.twist`; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end
-    (the compliant joint goes to 0.3 rad per pitch).
+    (the compliant joint goes to 0.3 rad per pitch). No path goes on by general contact, which takes seconds.
     """
     kind = LOADS[load]
     way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])
-    asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=joint == "hinge")
+    asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal, onward=False)
     return model(joint, asked).solve(asked)[0][0]
 
 
@@ -120,7 +132,7 @@ def curves(asked: Asked, joint: str) -> Answer:
     attrs |= {"mu": asked.mus.tolist(), **more.attrs}
     if way.load.sided:
         by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(asked.beam, way.sense))
-        attrs |= {"sense": way.sense, "joint": joint}
+        attrs["sense"] = way.sense
     return Answer(labelled(way.load, States(by_dim), asked.mus), attrs)
 
 
@@ -129,7 +141,7 @@ def cycles(asked: Asked, joint: str) -> Answer:
     load = asked.path.load
     states = model(joint, asked).walk(asked)
     attrs = attributes(asked, f"cycles of a scale-covered beam in {load.name}", "+", joint, states.notes)
-    attrs |= {"joint": joint, "history": [v / asked.beam.pitch for v in asked.path.values], **states.attrs}
+    attrs |= {"history": [v / asked.beam.pitch for v in asked.path.values], **states.attrs}
     return Answer(labelled(load, states, asked.mus), attrs)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.curves.path import Asked, States
+from squama.curves.path import Asked, States, idealisation
 from squama.loads import Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -88,6 +88,8 @@ def attributes(asked: Asked, title: str, sense: str, joint: str = "hinge", notes
         "title": title,
         "load": load.name,
         "law": load.law(asked.law),
+        "joint": joint,
+        "scales": idealisation(asked.beam, joint, ideal=not asked.thickness),
         "beam": text(asked.beam),
         "squama_version": __version__,
         "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),

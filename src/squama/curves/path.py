@@ -10,7 +10,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stiffness
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, THIN, Load
 from squama.types import Array
 
 
@@ -50,7 +50,7 @@ class Asked(NamedTuple):
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
-    warning that goes along.
+    warning that goes along; ``onward``: where another contact comes in the curve goes on by general contact.
     """
 
     beam: Beam
@@ -62,12 +62,25 @@ class Asked(NamedTuple):
     at: Array | None = None
     ideal: bool = False
     note: str = ""
+    onward: bool = True
 
     @property
     def thickness(self) -> float:
         """Thickness of the scales in pitches, where the model knows of it."""
-        thin = self.ideal or self.law == "plate" or not self.path.load.sided
-        return 0.0 if thin else self.beam.scale.thickness / self.beam.pitch
+        return 0.0 if thin(self.path.load, self.law, ideal=self.ideal) else self.beam.scale.thickness / self.beam.pitch
+
+
+def thin(load: Load, law: str, *, ideal: bool) -> bool:
+    """Whether scales are taken as thin: as asked, or because the model knows of no thickness."""
+    return ideal or law == "plate" or not load.sided
+
+
+def idealisation(beam: Beam, joint: str, *, ideal: bool) -> str:
+    """Say in words how a beam's scales are taken on a kind of joint."""
+    if ideal:
+        return THIN
+    elastic = joint == "compliant" and beam.scale.youngs_modulus is not None
+    return f"thick, {'elastic' if elastic else 'rigid'} scales"
 
 
 class Case(NamedTuple):

@@ -20,6 +20,7 @@ from squama.curves.path import Asked, Case, Curve, States, figures, in_si
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
+from squama.model.elastic_plate import SIDE_D, TIP
 from squama.real import follow, path
 from squama.types import Array
 
@@ -82,21 +83,28 @@ def scale(beam: Beam, *, ideal: bool) -> path.Scale:
     return thick._replace(D=beam.plate_rigidity / (E * d**3), nu=s.nu)
 
 
-def idealisation(beam: Beam, *, ideal: bool) -> str:
-    """Say in words how the scales are taken."""
-    if ideal:
-        return "thin, rigid scales"
-    return "thick, rigid scales" if beam.scale.youngs_modulus is None else "thick, elastic scales"
-
-
 class Path(NamedTuple):
-    """A beam's path in one sense, see :class:`squama.curves.path.Solved`."""
+    """A beam's path in one sense, see :class:`squama.curves.path.Solved`.
+
+    ``general``: where another contact comes in it goes on by general contact.
+    """
 
     beam: Beam
     held: Held
     way: path.Path
     sign: int
     far: float
+    general: bool = False
+
+    @property
+    def notes(self) -> list[str]:
+        """Where the path leaves what the model was compared with."""
+        return notes(self.held, self.beam, self.far, ideal=self.way.scale.h == 0)
+
+    @property
+    def hinged(self) -> bool:
+        """Whether the contact is that of hinges: a tip edge on the side edge that a hinge's comes to."""
+        return self.way.contact[:2] == (TIP, SIDE_D)
 
     @property
     def case(self) -> Case:
@@ -114,7 +122,7 @@ class Path(NamedTuple):
         engaged, before = self.way.contact.phi, None
         if at is None:
             stop = self.far
-            if not general():
+            if not self.general:
                 whole = np.linspace(0.0, self.far, math.ceil(self.far / _FINE) + 1)
                 before = self.states(whole)[1]
                 stop = float(whole[max(0, before.solved - 2)] if before.solved < whole.size else self.far)
@@ -141,7 +149,7 @@ class Path(NamedTuple):
         own = values(self, twists, rows)
         own |= tangents(self, twists[kept], twists, own)
         more: dict[str, float | int | str] = {"load_general": math.nan}
-        if end.code != follow.RANGE and general():
+        if end.code != follow.RANGE and self.general:
             more |= self.onward(twists, end.phi, own)
         which = np.searchsorted(twists, at)
         reached = np.flatnonzero(np.isfinite(own["torque"]))
@@ -198,17 +206,16 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
     found = []
     for mu in np.atleast_1d(asked.mus):
         way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)
-        found.append(Path(beam, held, way, sign, far))
-    attrs = attributes(held, beam, ideal=ideal)
+        found.append(Path(beam, held, way, sign, far, asked.onward and general()))
     far = far if asked.at is None else float(np.max(asked.at))
-    return found, States({}, attrs, notes(held, beam, far, ideal=ideal))
+    return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
 
 
-def attributes(held: Held, beam: Beam, *, ideal: bool) -> dict[str, float | str]:
-    """Return what answers say of the model."""
+def attributes(held: Held) -> dict[str, float | str]:
+    """Return what answers say of the joint."""
     return {
         "K_theta": held.K_theta, "rigidity": held.rigidity, "joint_source": held.joint.source,
-        "band": held.joint.band, "scales": idealisation(beam, ideal=ideal),
+        "band": held.joint.band,
     }  # fmt: skip
 
 

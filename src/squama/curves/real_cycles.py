@@ -71,7 +71,7 @@ def walk(asked: Asked) -> States:
         ("sense",): _senses(paths, values),
         (): {"energy_error": np.asarray(error)},
     }
-    attrs = {**real.attributes(held, beam, ideal=asked.ideal), "increment": INCREMENT}
+    attrs = {**real.attributes(held), "increment": INCREMENT}
     return States(by_dim, attrs, real.notes(held, beam, far, ideal=asked.ideal))
 
 

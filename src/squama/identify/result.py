@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves import hinge_cycles
+from squama.curves.path import idealisation
 from squama.identify import estimate
 from squama.identify.estimate import Posterior, Remedy
 from squama.identify.forward import Forward, Walked, build
@@ -124,6 +125,11 @@ class Fit:
         return "compliant" if isinstance(self.forward, Walked) else "hinge"
 
     @property
+    def scales(self) -> str:
+        """How the model of the fit takes the scales, in words."""
+        return idealisation(self.beam, self.joint, ideal=self.joint == "hinge")
+
+    @property
     def lines(self) -> list[str]:
         """Estimates with their errors: "mu = 0.251 +- 0.013"."""
         return self._written(self.estimates, np.sqrt(np.diag(self.covariance)))
@@ -206,6 +212,7 @@ class Fit:
             "load": self.load,
             "law": self.law,
             "joint": self.joint,
+            "scales": self.scales,
             "beam": self.beam.to_toml(),
             "initial_beam": self.initial.to_toml(),
             "estimates": ", ".join(self.lines),

@@ -129,6 +129,7 @@ def record(fit: Fit) -> dict[str, Any]:
         "load": fit.load,
         "law": fit.law,
         "joint": fit.joint,
+        "scales": fit.scales,
         "parameters": {
             row.name: {"estimate": fit.values[row.name], "error": fit.errors[row.name], "unit": row.unit, **bounds}
             for row, bounds in zip(fit.asked.rows, limits, strict=True)

@@ -17,6 +17,7 @@ from squama.inverse.limits import Sizes, farthest, rooms
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, FrontTable, twist
 from squama.io.tabular import guess
+from squama.loads import PAPER
 from squama.model.outcome import named
 from squama.study.columns import Cells, valid
 from squama.study.parameters import PARAMETERS
@@ -301,6 +302,7 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
     attrs = {
         "title": "Pareto front of scale-covered beams",
         **{name: getattr(target.options, name) for name in ("load", "law", "sense", "margin")},
+        **PAPER,
         "objectives": [f"{WAYS[o.sense]} {o.name}" for o in chosen.objectives],
         **{name: getattr(chosen, name) for name in ("population", "generations", "seed")},
         "start": space.beam.to_toml(),

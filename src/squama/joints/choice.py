@@ -40,6 +40,11 @@ def shape(beam: Beam) -> law.Shape:
     return law.Shape(*(g[name] for name in law.Shape._fields))
 
 
+def known(beam: Beam) -> bool:
+    """Whether a beam's joint is known without elements: by its matrix, or by the law."""
+    return beam.joint.matrix is not None or not law.outside(shape(beam))
+
+
 def joint_of(beam: Beam) -> Joint:
     """Return what holds a beam's scales.
 

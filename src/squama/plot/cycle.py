@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, Load, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, headline, label, law_words, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, Look, angle_label, headline, label, letters, new_figure, prefixed, styled
 from squama.types import Array
 
 
@@ -27,7 +27,7 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     _loops(left, dataset, names)
     _energies(right, dataset, names)
-    headline(figure, f"Cycles of {dataset.attrs['load']}{law_words(dataset)}, $\\mu$ = {float(dataset['mu']):g}")
+    headline(figure, f"Cycles of {dataset.attrs['load']}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}")
     letters((left, right))
     return figure
 

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squama.loads import LOADS
+from squama.loads import LOADS, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, headline, key, law_words, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, Look, angle_label, headline, key, letters, new_figure, prefixed, styled
 from squama.types import Array
 
 _POINTS: dict[str, tuple[str, Look]] = {
@@ -56,7 +56,7 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     lower.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
     letters((upper, lower))
     estimates = dataset.attrs["estimates"].replace("+-", "±")
-    headline(figure, f"Fit in {dataset.attrs['load']}{law_words(dataset)}: {estimates}")
+    headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}")
     return figure
 
 

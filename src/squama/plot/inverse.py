@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from squama.beam.beamfile import TABLES
 from squama.curves import doors
-from squama.loads import LOADS
+from squama.loads import LOADS, model
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import COLUMN, PAGE, Look, headline, key, letters, new_figure, shades, styled
 from squama.types import Array
@@ -147,7 +147,7 @@ def front_figure(front: xr.Dataset) -> Figure:
     for ax in panels[len(pairs) :]:
         ax.remove()
     title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
-    headline(figure, title)
+    headline(figure, f"{title}; {model(front.attrs)}")
     return figure
 
 

@@ -12,16 +12,16 @@ from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
 from squama.io.measured import Measured
-from squama.loads import LOADS, Load
+from squama.loads import HELD, LOADS, Load, model
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import (
     PAGE,
     Colour,
+    Look,
     finite_max,
     headline,
     key,
     label,
-    law_words,
     new_figure,
     prefixed,
     scaled_above,
@@ -32,6 +32,9 @@ from squama.types import Array
 
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
+BESIDE: Look = {"linewidth": 0.7, "zorder": 1.5}
+SQUARE: Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
+"""The hinge's curve beside another one, and where it engages."""
 LOCKS = ("frictional lock", "kinematic lock", "static lock")
 
 
@@ -58,8 +61,11 @@ class _Curve(NamedTuple):
 
 
 @styled
-def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Figure:
+def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw what a beam does when it is twisted or bent: one curve, or a family over ``mu``, with ``measured`` points.
+
+    ``hinge`` is the answer of hinges for the same beam and frictions, drawn thin beside it as far as the axes go, which
+    are those of ``dataset``.
 
     Four panels: torque or moment with the beam without contact dashed, engagement and end marked; friction force;
     inclination; relative energy dissipation (the tangent stiffness if there is no friction). The load grows without
@@ -78,22 +84,22 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Fi
     load, friction, inclination, last = axes.flat
     right = _right(curves, measured)
     rubs = any(c.mu > 0 for c in curves)
-    _load(load, curves, names, beam, right, measured)
+    panels = [(load, names.torque, _load(load, curves, names, beam, right, measured))]
     locks = [c.data["mu_lock"] for c in curves if "mu_lock" in c.data]
     touched = any((c.data["N"] > 0).any() for c in curves) or any(mu.notnull().any() for mu in locks)
     if rubs and touched:
-        _panel(friction, curves, "f0", 1.0, label("f0"), rising=True)
+        panels.append(_panel(friction, curves, "f0", 1.0, label("f0"), rising=True))
     elif touched:
-        _panel(friction, curves, "N", 1.0, label("N"), rising=True)
+        panels.append(_panel(friction, curves, "N", 1.0, label("N"), rising=True))
     else:
         _empty(friction, curves)
-    _panel(inclination, curves, "theta", 180 / np.pi, label("theta", "deg"))
+    panels.append(_panel(inclination, curves, "theta", 180 / np.pi, label("theta", "deg")))
     if rubs and touched:
-        _panel(last, curves, "RED", 1.0, label("RED"))
+        panels.append(_panel(last, curves, "RED", 1.0, label("RED")))
         last.set_ylim(0, max(0.05, 1.05 * last.get_ylim()[1]))
     else:
         factor, text = prefixed(names.tangent, _limit(curves, names.tangent))
-        _panel(last, curves, names.tangent, factor, text, rising=True)
+        panels.append(_panel(last, curves, names.tangent, factor, text, rising=True))
     for ax, name in zip(axes.flat, "abcd", strict=True):
         _room(ax, right)
         ax.text(0.03, 0.97, f"({name})", transform=ax.transAxes, fontweight="bold", va="top")
@@ -102,11 +108,17 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None) -> Fi
             # a thin vertical line where it locks
             if c.end in LOCKS and np.isfinite(c.rate_end) and c.rate_end <= right:
                 ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
+    others = [] if hinge is None else _curves(_scaled(hinge, dataset, names, beam), names)
+    for panel in panels:
+        _beside(*panel, others, right)
+    for c in others:
+        if c.engages:
+            load.plot(c.rate_e, panels[0][2] * names.rigidity(beam) * c.rate_e, "s", color=c.colour, **SQUARE)
     for ax in axes[1]:
         ax.set_xlabel(label(names.rate))
     above = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
     scaled_above(load, beam.length * 180 / np.pi, above)
-    _legend(figure, curves, measured)
+    _legend(figure, curves, measured, others)
     headline(figure, _title(dataset, curves))
     return figure
 
@@ -149,7 +161,8 @@ def _limit(curves: list[_Curve], name: str) -> float:
     return max(*bounded, float(np.median(seen)) if seen else 0.0)
 
 
-def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float, measured: Measured | None) -> None:
+def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float, measured: Measured | None) -> float:
+    """Draw the load; return the factor of its unit."""
     rigidity = float(curves[0].data.attrs.get("rigidity", names.rigidity(beam)))
     top = max(_limit(curves, names.torque), 1.25 * rigidity * right / 1.08)
     if measured is not None:
@@ -163,10 +176,13 @@ def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float,
     if measured is not None:
         ax.plot(measured.rate, factor * np.asarray(measured.load, float), ".", color=ACCENT, markersize=4, zorder=3)
     ax.set_ylim(0, factor * top)
+    return factor
 
 
-def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, *, rising: bool = False) -> None:
-    """Draw one variable; ``rising`` for one that grows without bound towards a lock."""
+def _panel(
+    ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, *, rising: bool = False
+) -> tuple[Axes, str, float]:
+    """Draw one variable; ``rising`` for one that grows without bound towards a lock; return what was drawn where."""
     for c in curves:
         v = factor * np.asarray(c.data[name].values, float)
         ax.plot(c.rate, v, color=c.colour)
@@ -177,6 +193,23 @@ def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, 
         low, high = ax.get_ylim()
         ax.set_ylim(max(0.0, low if high - low > 2 else low - 5), high if high - low > 2 else low + 5)
     ax.set_ylabel(text)
+    return ax, name, factor
+
+
+def _scaled(hinge: xr.Dataset, dataset: xr.Dataset, names: Load, beam: Beam) -> xr.Dataset:
+    """Return the hinge's answer with its friction force over the stiffness of the other one's joint."""
+    return hinge.assign(f0=hinge["f0"] * (names.stiffness(beam) / dataset.attrs.get("K_theta", names.stiffness(beam))))
+
+
+def _beside(ax: Axes, name: str, factor: float, others: list[_Curve], right: float) -> None:
+    """Draw the hinge's curves thin, within the axes as they are."""
+    limits = ax.get_ylim()
+    for c in others:
+        v = factor * np.asarray(c.data[name].values, float)
+        ax.plot(c.rate, v, color=c.colour, **BESIDE)
+        if c.end in LOCKS and c.rate_end <= right:
+            ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
+    ax.set_ylim(limits)
 
 
 def _end(ax: Axes, c: _Curve, v: Array) -> None:
@@ -203,29 +236,35 @@ def _empty(ax: Axes, curves: list[_Curve]) -> None:
     ax.set(ylabel=label("f0"), yticks=[])
 
 
-def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None) -> None:
+def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None, others: list[_Curve]) -> None:
     handles: list[Line2D] = []
+    if others:
+        attrs = (c.data.attrs for c in (curves[0], others[0]))
+        whose = [f"{about['scales']} on {HELD[about['joint']]}" for about in attrs]
+        handles += [key(whose[0]), key(whose[1], **BESIDE)]
     if len(curves) > 1:
         handles += [key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
     handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=1))
     if any(c.engages for c in curves):
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
-    if any(c.end in LOCKS for c in curves):
-        handles.append(key("lock", linestyle=":", linewidth=0.8))
+    if any(c.engages for c in others):
+        handles.append(key("engagement on hinges", linestyle="", marker="s", **SQUARE))
+    if any(c.end in LOCKS for c in (*curves, *others)):
+        handles.append(key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
     if any(c.stops for c in curves):
         handles.append(key("end, no lock", linestyle="", marker="x"))
     if measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 7))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4 if others else 7))
 
 
 def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:
-    kind, law = dataset.attrs["load"].capitalize(), law_words(dataset)
+    kind = f"{dataset.attrs['load'].capitalize()} of {model(dataset.attrs)}"
     sense = f", sense {dataset.attrs['sense']}" if "sense" in dataset.attrs else ""
     if len(curves) > 1:
-        return f"{kind}{law}{sense}"
+        return f"{kind}{sense}"
     c = curves[0]
-    text = f"{kind}{law}{sense}, $\\mu$ = {c.mu:g}: {c.end}"
+    text = f"{kind}{sense}, $\\mu$ = {c.mu:g}: {c.end}"
     at = f" at {c.rate_end:.4g} rad/m" if np.isfinite(c.rate_end) else ""
     other = str(c.data["other_contact"].values)
     if c.end == "no engagement":

@@ -8,7 +8,7 @@ import os
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import Any, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
@@ -25,9 +25,6 @@ from squama.plot.palette import GREY, INK
 from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import prefix
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 P = ParamSpec("P")
 
@@ -163,13 +160,6 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
 def angle_label(load: str) -> str:
     """Return the label of the load angle's axis."""
     return label(LOADS[load].angle)
-
-
-def law_words(dataset: xr.Dataset) -> str:
-    """Return ", edge law" or what a result was computed with instead; nothing in bending, which has one law."""
-    if dataset.attrs.get("joint") == "compliant":
-        return ", compliant joint"
-    return f", {dataset.attrs['law']} law" if LOADS[dataset.attrs["load"]].sided else ""
 
 
 def finite_max(values: Array, default: float = 1.0) -> float:

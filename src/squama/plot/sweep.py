@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from squama.beam.design import Beam
-from squama.loads import LOADS
+from squama.loads import LOADS, model
 from squama.model.outcome import CODES, End
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, hatched
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, UNKNOWN
@@ -126,10 +126,8 @@ def _value(part: xr.Dataset, name: str, value: float) -> str:
 
 
 def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) -> str:
-    words = [str(dataset.attrs["load"]).capitalize()]
-    if "law" not in dataset.dims:
-        law = dataset["law"].item() if "law" in dataset.coords else dataset.attrs["law"]
-        words.append(f"{law} law" if LOADS[dataset.attrs["load"]].sided else "")
+    one = {"law": dataset["law"].item()} if "law" in dataset.coords and "law" not in dataset.dims else {}
+    words = [str(dataset.attrs["load"]).capitalize(), model({**dataset.attrs, **one})]
     if dataset.attrs["sense"] != "+":
         words.append(f"sense {dataset.attrs['sense']}")
     if "margin" in dataset.attrs and variable in _AT_CUTOFF:

@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import LOADS
+from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, Look, angle_label, headline, key, law_words, letters, new_figure, shades, styled
+from squama.plot.style import PAGE, Look, angle_label, headline, key, letters, new_figure, shades, styled
 from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
@@ -37,7 +37,7 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     _cumulative(panels["b"], dataset)
     if indexed:
         _indices(panels["c"], dataset)
-    kind = f"{dataset.attrs['load']}{law_words(dataset)}"
+    kind = f"{dataset.attrs['load']}, {model(dataset.attrs)}"
     headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}")
     letters(panels.values())
     return figure

@@ -10,6 +10,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import follow, hinge
+from squama.curves.path import idealisation, thin
 from squama.fe import plate
 from squama.fe.geometry import geometry
 from squama.loads import LOADS
@@ -31,7 +32,7 @@ _STATE = ("load", "theta", "N", "f", "torque")
 
 
 class Setting(NamedTuple):
-    """A beam and how it is loaded; ``joint`` as of :func:`squama.twist`."""
+    """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`."""
 
     beam: Beam
     mu: float
@@ -39,7 +40,8 @@ class Setting(NamedTuple):
     law: str = "edge"
     margin: float = 0.01
     sense: str = "+"
-    joint: str = "hinge"
+    joint: str | None = None
+    ideal: bool | None = None
 
 
 class State(NamedTuple):
@@ -72,7 +74,8 @@ class Motion:
     ``curve`` (of a model that is walked states between its points are interpolated) with its ``figures``, by their
     roles in :mod:`squama.loads`: why it ends, ``neighbour`` whose contact is followed (0 for none), load angle
     ``load_e`` at engagement (inf for none). ``engaged``: part of it is in contact; ``last`` load angle that is drawn:
-    the cut-off before a lock, or the end; ``most`` that may be asked for.
+    the cut-off before a lock, or the end; ``most`` that may be asked for; ``model`` it was found by in words,
+    ``joint`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or leaves its range.
 
     Raises InputError: the law, margin, sense, friction or joint is out of range, or they do not go together.
     """
@@ -81,11 +84,17 @@ class Motion:
         self.setting = setting
         mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
         self.kind = arguments.load(setting.load)
-        margin, sense, joint = arguments.margin(setting.margin), setting.sense, setting.joint
-        load = self.kind.name
-        path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint)
+        margin, sense, load = arguments.margin(setting.margin), setting.sense, self.kind.name
+        joint, ideal, note = follow.chosen(setting.beam, load, law, setting.joint, setting.ideal)
+        self.joint = joint
+        scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, ideal=ideal))
+        self.model = self.kind.model(self.kind.law(law), joint, scales)
+        path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint, ideal=ideal)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
+        self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
+        # forces are drawn where the tip edge meets the side edge
+        self.drawn = bool(self.hinge or getattr(path, "hinged", False))
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items()}
@@ -102,6 +111,11 @@ class Motion:
             return self.hinge.curve(points=points).along
         loads = np.linspace(0.0, self.last, points)
         return {role: np.interp(loads, self.curve["load"], v) for role, v in self.curve.items()}
+
+    def value(self, role: str, load: float) -> float:
+        """Return a variable of a model that is walked at a load angle; NaN where it has none."""
+        loads = self.curve["load"]
+        return float(np.interp(min(load, self.last), loads, self.curve[role])) if role in self.curve else np.nan
 
     def state(self, load: float) -> State:
         """Return the state at a load angle per pitch; beyond the last one, the last one."""
@@ -156,7 +170,7 @@ class Motion:
         moves = np.array([at(v[role]) for role in MOTIONS]) / ([d] * 3 + [1.0] * 3)
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
-        return State(load_, theta, N, f, torque, N * d / self.stiffness, (-s, p), name, pose)
+        return State(load_, theta, N, f, torque, self.drawn * N * d / self.stiffness, (-s, p), name, pose)
 
     def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
         """Sliding rates along the side edge (a) and along the tip edge (c), per unit of the path parameter."""

@@ -47,7 +47,8 @@ class View(NamedTuple):
     """What :func:`view` shows.
 
     ``files`` that were written; the ``state`` that is shown; load angle per pitch that was ``asked`` and that of the
-    ``last`` state before the ``end`` of the curve, rad.
+    ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` on where it is not the
+    one that is meant, or leaves its range.
     """
 
     files: tuple[Path, ...]
@@ -55,6 +56,8 @@ class View(NamedTuple):
     asked: float
     last: float
     end: End
+    model: str
+    notes: tuple[str, ...]
 
 
 def view(
@@ -66,7 +69,8 @@ def view(
     law: str = "edge",
     sense: str = "+",
     margin: float = 0.01,
-    joint: str = "hinge",
+    joint: str | None = None,
+    ideal: bool | None = None,
     dark: bool = False,
     forces: bool = True,
     frames: int = FRAMES,
@@ -80,9 +84,9 @@ def view(
     to
         How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
         if not given. Beyond the end of the curve the last state is shown.
-    load, mu, law, sense, margin, joint
-        "twisting" or "bending", the rest as in :func:`squama.twist`; on the compliant joint the scales are drawn in the
-        pose of their six motions.
+    load, mu, law, sense, margin, joint, ideal
+        "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint scales are drawn flat, in
+        the pose of their six motions, up to the first other contact.
     dark, forces, frames
         On a dark ground; with contact forces; number of pictures of an animation, 2 to 500.
 
@@ -94,7 +98,7 @@ def view(
     Examples
     --------
     >>> import squama
-    >>> shown = squama.view(squama.Beam.from_ratios(mu=0.5), to="0.2 rad/pitch")
+    >>> shown = squama.view(squama.Beam.from_ratios(mu=0.5), to="0.2 rad/pitch", joint="hinge")
     >>> print(f"{shown.state.name}, theta = {shown.state.theta:.3f}; {shown.end} at {shown.last:.3f} rad per pitch")
     sliding, theta = 0.798; frictional lock at 0.268 rad per pitch
     """
@@ -106,7 +110,7 @@ def view(
     problems.settle()
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
-    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint))
+    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal))
     asked = FIRST * motion.last
     if to is not None:
         with naming("to"):
@@ -115,7 +119,7 @@ def view(
             reason = "must be 0 or more" + names.other_way("sense -")
             refuse("to", f"{asked / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
     written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
-    return View(tuple(written), motion.state(asked), asked, motion.last, motion.end)
+    return View(tuple(written), motion.state(asked), asked, motion.last, motion.end, motion.model, tuple(motion.notes))
 
 
 def save(motion: Motion, load: float, path: str | os.PathLike[str], *, frames: int = FRAMES, **looks: bool) -> Path:
@@ -238,6 +242,8 @@ def _framed(
     pen = ImageDraw.Draw(whole)
     letters = ImageFont.truetype(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"), int(room // 3.2))
     pen.text((width * 0.02, height - room * 0.95), _words(motion, state), font=letters, fill=theme["edge"])
+    model = motion.model + ", drawn flat" * (motion.hinge is None)
+    pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
     x, y = width * 0.02, height - room * 0.48
     end = f" ({motion.end})" if state.name in (LOCKED, ENDED) else ""
     keys = [(STATES[state.name], f"scales: {WORDS[state.name]}{end}")]

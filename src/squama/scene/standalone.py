@@ -55,6 +55,7 @@ def page(motion: Motion, load: float) -> str:
         "end": str(motion.end),
         "sentence": SENTENCES[motion.end],
         "palette": SCENE,
+        "model": motion.model,
         "angle": LOADS[setting.load].verb,
     }
     # "<" inside a script would end it early
@@ -63,7 +64,7 @@ def page(motion: Motion, load: float) -> str:
         data=json.dumps(data).replace("<", "\\u003c"),
         light=variables("light"),
         dark=variables("dark"),
-        title=escape(f"{setting.beam.scales} scales, mu = {setting.mu:g}: {motion.end}"),
+        title=escape(f"{setting.beam.scales} scales, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
     )
 
 

@@ -29,6 +29,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.errors import InputError, Problem, refuse
 from squama.io import files
+from squama.loads import PAPER
 from squama.needs import need
 from squama.study.columns import matrix_warnings
 from squama.study.plan import (
@@ -419,7 +420,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     limits = {axis.name: (float(axis.values[0]), float(axis.values[-1])) for axis in plan.axes}
     # those of the beam as it is, and those of its joint's matrix where its shape varies
     lines = dict.fromkeys([*beam.warnings(plan.load), *matrix_warnings(beam, plan.load, limits)])
-    return xr.Dataset(data, coords, {**found.attrs, "warnings": "\n".join(lines)})
+    return xr.Dataset(data, coords, {**found.attrs, **PAPER, "warnings": "\n".join(lines)})
 
 
 def _no(path: Path, reason: str, remedy: str) -> InputError:

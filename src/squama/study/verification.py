@@ -12,7 +12,7 @@ import numpy as np
 
 from squama import arguments, units
 from squama.beam import matrixfile
-from squama.curves import doors, finite_rows, general_contact
+from squama.curves import doors, finite_rows
 from squama.errors import InputError, naming
 from squama.fe import runs
 from squama.fe.agreement import compare
@@ -20,6 +20,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
+from squama.loads import model
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -56,20 +57,22 @@ def verify(
     mesh: str | tuple[float, float] = "medium",
     increment: float = runs.INCREMENT,
     hinged: bool = False,
+    ideal: bool = False,
     scales: int | None = None,
     beam_mesh: str | tuple[float, float] = "coarse",
     progress: runs.Listener | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verified:
-    """Run finite elements and set the hinge (both laws), the compliant joint and, if asked, finite beams beside them.
+    """Run finite elements and set the compliant joint, the hinge (both laws) and, if asked, finite beams beside them.
 
     Parameters
     ----------
     folder : path
         Where all files go; made if need be. Runs of elements leave their restart files there, and the same call goes
         on from them.
-    mu, to, sense, mesh, increment, hinged, progress
-        As for :func:`squama.cell`; without ``to`` see :func:`default_reach`.
+    mu, to, sense, mesh, increment, hinged, ideal, progress
+        As for :func:`squama.cell`; without ``to`` see :func:`default_reach`. The hinge's scales are thin and rigid, but
+        thick with ``hinged`` elements that are not ``ideal``.
     scales : int, optional
         Run the elements' beam of so many scales too, and the row of as many hinges (theta: the middle scale, the one
         nearer to the turned end where there are two).
@@ -95,9 +98,8 @@ def verify(
     made = not Path(folder).exists()
     place = files.make_folder(folder)
     say("periodic cell of finite elements")
-    # as ideal as the models that are held against it
     common: dict[str, Any] = {
-        "mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged, "ideal": True,
+        "mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged, "ideal": ideal,
     }  # fmt: skip
     try:
         elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
@@ -112,16 +114,21 @@ def verify(
     asked: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates}
     K = own_matrix(beam, mesh)
     own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
-    models = {
-        "edge": ("hinge, edge law", doors.twist(beam, law="edge", joint="hinge", **asked)),
-        "plate": ("hinge, plate law", doors.twist(beam, law="plate", joint="hinge", **asked)),
-        "own": ("hinge, edge law, K_theta and C_f of this mesh", doors.twist(own, law="edge", joint="hinge", **asked)),
+    # hinges hold thick scales as well, where the elements have nothing else either
+    held: dict[str, Any] = {"joint": "hinge", "ideal": ideal or not hinged, **asked}
+    curves = {
+        "edge": ("", doors.twist(beam, **held)),
+        "plate": ("", doors.twist(beam, law="plate", joint="hinge", **asked)),
+        "own": (", K_theta and C_f of this mesh", doors.twist(own, **held)),
     }
     if not hinged:
         say("compliant joint")
-        free = doors.twist(beam, joint="compliant", ideal=True, **asked)
-        models["compliant"] = "compliant joint, stiffness for elements of no size", free
-        models["mesh"] = "compliant joint, stiffness of this mesh", compliant_curve(beam, K, friction, rates, sense)
+        free: dict[str, Any] = {"joint": "compliant", "ideal": ideal, **asked}
+        if not ideal:
+            curves["thin"] = "", doors.twist(beam, **free | {"ideal": True})
+        curves["compliant"] = "", doors.twist(beam, **free)
+        curves["mesh"] = ", stiffness of this mesh", doors.twist(with_matrix(beam, K), **free)
+    models = {name: (f"{model(data.attrs)}{more}", data) for name, (more, data) in curves.items()}
     if scales is not None:
         say(f"finite beam of {scales} scales")
         asked_of_it: dict[str, Any] = {"scales": scales, "mesh": beam_mesh, "restart": place / "beam.npz"}
@@ -167,10 +174,6 @@ def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
     }
 
 
-def compliant_curve(beam: Beam, K: Array, mu: float, rates: Array, sense: str = "+") -> xr.Dataset:
-    """Return phi, T and theta of rigid scales on a stiffness matrix at twist rates (rad/m)."""
-    import xarray as xr
-
-    along = general_contact.curve(beam, K, mu, rates * beam.pitch, sign=arguments.sense(sense)).along
-    names = {"phi": "load", "T": "torque", "theta": "theta"}
-    return xr.Dataset({name: ("point", np.asarray(along[role], float)) for name, role in names.items()})
+def with_matrix(beam: Beam, K: Array) -> Beam:
+    """Return the beam on a stiffness matrix (7, 7)."""
+    return beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})

@@ -109,7 +109,8 @@ CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "load": ("Loading", {"twisting": "twisting", "bending": "bending towards the scales"}),
     "law": ("Force law", {"edge": "edge law", "plate": "plate law (the paper's)"}),
     "sense": ("Sense of twist", {"+": "+", "-": "-"}),
-    "joint": ("Joint", {"hinge": "hinge (closed form)", "compliant": "compliant (elements)"}),
+    "joint": ("Joint", {"compliant": "compliant (six motions)", "hinge": "hinge (the paper's)"}),
+    "ideal": ("Scales", {"no": "thick, as they are made", "yes": "thin, rigid (the paper's)"}),
 }
 """Choices of the page: label, and words of each value."""
 

@@ -28,6 +28,14 @@ READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
 NAMES = "ABC"
 """Kept designs."""
+THRESHOLDS = {
+    "load_twofold": "twice as stiff as the bar from",
+    "load_fivefold": "five times from",
+    "load_peak": "peak of the torque at",
+    "load_strength": "stress comes to strength at",
+    "load_strain": "strain comes to its limit at",
+}
+"""What replaces a lock on a joint that gives, by its role."""
 KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
 """Names of the files that the page hands out, by their kind."""
 
@@ -71,7 +79,7 @@ def along(setting: Setting) -> Along:
 
 
 def prepare(state: State) -> None:
-    """Solve all that a state shows, to be kept; with the compliant joint this takes seconds."""
+    """Solve all that a state shows, to be kept; where a joint needs elements this takes seconds."""
     for one in (state, *state.kept):
         along(one.setting)
 
@@ -80,7 +88,7 @@ def taken(link: str) -> State:
     """Return the state of a link, and solve what is drawn of it first. Raises InputError: as :func:`state.read`."""
     found = read(link)
     for one in (found, *found.kept):
-        along(one._replace(joint="hinge").setting)
+        along((one if one.quick else one.hinged).setting)
     return found
 
 
@@ -99,7 +107,11 @@ def scene(state: State) -> dict[str, object]:
 
 def readings(state: State) -> list[tuple[str, str]]:
     """Return the figures of the current point, as label and value."""
-    now, names = motion(state.setting).state(state.twist), LOADS[state.load]
+    m = motion(state.setting)
+    now, names = m.state(state.twist), LOADS[state.load]
+    ratio, stress = (m.value(role, state.twist) for role in ("stiffness_ratio", "stress"))
+    more = [("stiffness over bar's", f"{ratio:.3g}")] if math.isfinite(ratio) else []
+    more += [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
     total = math.degrees(now.load) * state.beam.scales
     return [
         (names.letter, f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
@@ -108,22 +120,29 @@ def readings(state: State) -> list[tuple[str, str]]:
         ("θ", f"{number(math.degrees(now.theta))}°"),
         ("normal force", quantity(now.N, "N")),
         ("friction force", quantity(now.f, "N")),
+        *more,
     ]
 
 
 def outcome(state: State) -> tuple[str, str, str]:
-    """Return the name of the end, where it is, and its sentence."""
+    """Return the name of the end, by which model and where it is, and its sentence."""
     m = motion(state.setting)
     p, angle = m.figures, LOADS[state.load].letter
-    where = []
+    where = [m.model]
     if math.isfinite(p["load_e"]):
         where.append(f"engagement at {angle} = {number(p['load_e'])}")
-    if m.end is not End.NONE:
+    for role, words in THRESHOLDS.items():
+        if math.isfinite(p.get(role, math.nan)):
+            where.append(f"{words} {angle} = {number(p[role])}")
+    # a contact that ends the walk has its place in its words
+    if m.end is not End.NONE and not (m.end is End.OTHER and m.joint == "compliant"):
         where.append(f"end at {angle} = {number(p['load_end'])} rad/pitch")
     if p["other_contact"]:
         where.append(f"other contact: {p['other_contact']}")
     words = SENTENCES[m.end]
     sentence = f"{words[0].upper()}{words[1:]}."
+    if m.end is End.OTHER and m.joint == "compliant":
+        sentence += " squama twist goes on."
     if state.twist > m.last:
         sentence += f" Shown at its last state, {angle} = {number(m.last)}."
     return str(m.end), "; ".join(where), sentence
@@ -135,12 +154,11 @@ def compared(state: State) -> list[dict[str, str]]:
     for name, one in zip([*NAMES[: len(state.kept)], "now"], [*state.kept, state], strict=True):
         m = motion(one.setting)
         figures, ended = m.figures, m.end is not End.NONE
-        law = LOADS[one.load].law(one.law) + (", compliant" if one.joint == "compliant" else "")
         rows.append(
             {
                 "name": name,
                 "what": f"{one.load}, μ = {one.mu:g}, η = {one.beam.eta:.3g}, "
-                f"α = {math.degrees(one.beam.scale.alpha):.3g}°, {law}",
+                f"α = {math.degrees(one.beam.scale.alpha):.3g}°, {m.model}",
                 "end": str(m.end),
                 "engagement": number(figures["load_e"]),
                 "at": number(figures["load_end"]) if ended else "-",
@@ -153,7 +171,8 @@ def compared(state: State) -> list[dict[str, str]]:
 
 def warnings(state: State) -> list[str]:
     """Return where the beam leaves the range of the model."""
-    found = state.beam.warnings(state.load, state.sense)
+    m = motion(state.setting)
+    found = [*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)]
     most = shape(state.setting)["scales"]
     if state.beam.scales > most:
         found.append(f"the view shows {most} of the {state.beam.scales} scales")
@@ -175,6 +194,9 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
         text = state.beam.to_toml()
     else:
         with tempfile.TemporaryDirectory() as folder:
-            place = datasets.save(respond(**state.setting._asdict()).dataset(), Path(folder) / "curve.csv")
+            m = motion(state.setting)
+            # up to what is shown: general contact would take seconds
+            stop = None if m.hinge else m.last / state.beam.pitch
+            place = datasets.save(respond(**state.setting._asdict(), to=stop).dataset(), Path(folder) / "curve.csv")
             text = place.read_text(encoding="utf-8")
     return KINDS[kind], text.encode()

@@ -20,7 +20,7 @@ from squama.study import columns
 from squama.types import Array
 from squama.web import charts, live
 from squama.web.fields import FIELDS, placed
-from squama.web.state import State
+from squama.web.state import State, preset
 
 AXES = ("mu", "alpha", "eta", "theta0", "beta", "lam")
 """Fields that can be an axis."""
@@ -119,12 +119,13 @@ def grid(wanted: Key) -> Grid:
 
 
 def warm_up() -> threading.Thread:
-    """Load or compile the code for many designs on a thread of its own, so that the first map need not wait."""
+    """Load or compile the code of map and curves on a thread of its own, so that the first ones need not wait."""
 
     def compiled() -> None:
         designs = tuple(np.full(1, v) for v in (3.0, 1.25, 0.45, 0.8, 0.2, 0.5, 1.0))
         # without a limit below which Python would answer
         solved(designs, law="edge", sense="+", margin=0.01, load="twisting", few=0)
+        preset("pla")
 
     thread = threading.Thread(target=compiled, name="warm-up", daemon=True)
     thread.start()
@@ -153,7 +154,7 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     pieces = [{"value": CODES.index(end), "color": ENDS[end]} for end in ends(found)]
     return {
-        **charts.ground(f"Map of ends over {sides[0].label} and {sides[1].label}", ROOM),
+        **charts.ground(f"Map of ends on hinges over {sides[0].label} and {sides[1].label}", ROOM),
         "tooltip": {"trigger": "item", "confine": True, ":formatter": _tooltip(wanted)},
         "xAxis": [names[0], {**values[0], "position": "bottom"}],
         "yAxis": [names[1], {**values[1], "position": "left"}],

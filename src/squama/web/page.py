@@ -19,7 +19,7 @@ from squama.web.state import State, query
 
 WAIT = 0.3
 """Seconds without a change after which the map is computed anew."""
-BUSY = "The compliant joint is being solved ..."
+BUSY = "Elements are being solved for the joint ..."
 MOMENT = 0.04
 """Seconds by which the plots follow the view."""
 SOLVING = Aside(live.prepare, most=2)
@@ -39,10 +39,10 @@ class Explorer:
     """One open page: its state, and the elements that show it."""
 
     def __init__(self, state: State, notice: str = "") -> None:
-        # what is asked for, and what is solved and drawn: with the compliant joint they differ for seconds
+        # what is asked for, and what is solved and drawn: where a joint needs elements they differ for seconds
         self.wanted = state
-        if any(one.joint != "hinge" for one in (state, *state.kept)):
-            state = state._replace(joint="hinge", kept=())
+        if not all(one.quick for one in (state, *state.kept)):
+            state = state.hinged._replace(kept=())
         self.state = self.drawn = state
         self.solving: asyncio.Task[None] | None = None
         self.dark = False
@@ -77,7 +77,7 @@ class Explorer:
                     with ui.element("div").classes("cells"):
                         self.map = ui.echart({"series": []})
                         self.marks = panels.marks(map.ROOM)
-                    self.map.props["aria-label"] = "Regime map; a click takes the design under the pointer"
+                    self.map.props["aria-label"] = "Regime map on hinges; a click takes the design under the pointer"
                     self.map.on("componentClick", self.clicked, ["value", "seriesId"])
             self.compared = panels.Compared(self.attempt)
         self.say(notice)
@@ -120,12 +120,12 @@ class Explorer:
             self.go(make(self.state), self.say)
 
     def go(self, state: State, refuse: Callable[[str], None]) -> None:
-        """Show a state: at once on hinges, otherwise when it is solved; ``refuse`` is told why that cannot be.
+        """Show a state: at once where no elements are needed, else when it is solved; ``refuse`` is told why not.
 
         Raises InputError: it cannot be shown, found at once.
         """
         solved = {one.setting for one in (self.drawn, *self.drawn.kept)}
-        if all(one.joint == "hinge" or one.setting in solved for one in (state, *state.kept)):
+        if all(one.quick or one.setting in solved for one in (state, *state.kept)):
             live.motion(state.setting)
             self.state = self.drawn = state
             self.draw()

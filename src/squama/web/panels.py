@@ -100,7 +100,7 @@ class Controls:
                 field.show(value, high=most, label=names.angle_words.capitalize(), symbol=names.letter)
             else:
                 field.show(value, hint=laws.get(name))
-        for name in ("law", "sense", "joint"):
+        for name in ("law", "sense", "joint", "ideal"):
             self.choices[name].set_visibility(names.sided)
 
 
@@ -199,7 +199,7 @@ class Compared:
 def map_choices(choose: Callable[[int, str], None]) -> Callable[[str, tuple[str, str]], None]:
     """Make the two lists of the map's axes, numbers 0 and 1; return what shows others in them."""
     with ui.element("p").classes("axes"):
-        text("strong", "Regime map")
+        text("strong", "Regime map on hinges")
         lists = [Choice(label, {}, "", partial(choose, i)) for i, label in enumerate(("Across", "Up"))]
 
     def show(load: str, axes: tuple[str, str]) -> None:

@@ -15,7 +15,9 @@ from squama import arguments
 from squama.beam import beamfile
 from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
+from squama.curves import follow
 from squama.errors import InputError, Problems, naming, refuse
+from squama.joints import choice
 from squama.loads import LOADS
 from squama.paper import parameters
 from squama.scene.motion import Motion, Setting
@@ -34,7 +36,10 @@ MOST_VALUES = 64
 
 
 class State(NamedTuple):
-    """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad."""
+    """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad.
+
+    ``ideal``, "yes" or "no": thin, rigid scales.
+    """
 
     beam: Beam
     twist: float
@@ -42,7 +47,8 @@ class State(NamedTuple):
     law: str = "edge"
     sense: str = "+"
     margin: float = 0.01
-    joint: str = "hinge"
+    joint: str = "compliant"
+    ideal: str = "no"
     kept: tuple[State, ...] = ()
 
     @property
@@ -53,7 +59,21 @@ class State(NamedTuple):
     @property
     def setting(self) -> Setting:
         """What the curve depends on."""
-        return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense, self.joint)
+        ideal = self.ideal == "yes"
+        if self.joint == "compliant":
+            # where it is not known the beam is on hinges, and the page says so
+            return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense, None, ideal or None)
+        return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense, "hinge", ideal)
+
+    @property
+    def quick(self) -> bool:
+        """Whether the curve is there at once: no elements are needed first."""
+        return self.joint == "hinge" or not follow.covers(self.load, self.law) or choice.known(self.beam)
+
+    @property
+    def hinged(self) -> State:
+        """The same on the paper's hinges."""
+        return self._replace(joint="hinge", ideal="yes")
 
     def value(self, name: str) -> float | int | None:
         """Return what a field holds, in SI units."""
@@ -69,6 +89,11 @@ class State(NamedTuple):
         """
         if name in CHOICES:
             new = self._with(name, arguments.one_of(name, text, tuple(CHOICES[name][1])))
+            if name == "joint":
+                # only the hinge's scales are ideal unless asked, and only it knows the plate law
+                return new.hinged if text == "hinge" else new._replace(ideal="no", law="edge")
+            if text == "plate":
+                return new.hinged
             return new.started() if name == "load" else new
         field = FIELDS[name]
         with naming(field.label):
@@ -91,8 +116,9 @@ class State(NamedTuple):
         return bounded(text, *MEASURES["twist"])
 
     def started(self) -> State:
-        """Return the state part of the way to its end."""
-        return self._replace(twist=round(FIRST * Motion(self.setting).last, 4))
+        """Return the state part of the way to its end, or to that of hinges where its own is not there at once."""
+        one = self if self.quick else self.hinged
+        return self._replace(twist=round(FIRST * Motion(one.setting).last, 4))
 
     def keep(self) -> State:
         """Return the state with the design kept to compare.
@@ -133,13 +159,17 @@ PRESETS: dict[str, tuple[str, Callable[[], Beam], dict[str, float]]] = {
     "fig6b3": ("Paper, Fig. 6b (η = 3)", partial(parameters.fig6b, 3.0), {"mu": 0.2}),
     "fig6b2": ("Paper, Fig. 6b (η = 2)", partial(parameters.fig6b, 2.0), {"mu": 0.2}),
 }
-"""Beams to start from: words, what makes them, and the friction that is shown first in place of the beam's own."""
+"""Beams to start from: words, what makes them, and the friction that is shown first in place of the beam's own.
+
+Those of the paper, which have one, are shown by its model.
+"""
 
 
 def preset(name: str, kept: tuple[State, ...] = ()) -> State:
     """Return a state to start from. Raises InputError: no such preset."""
     _, make, friction = PRESETS[arguments.one_of("preset", name, tuple(PRESETS))]
-    return of(make().replace(friction=friction))._replace(kept=kept)
+    beam = make().replace(friction=friction)
+    return (State(beam, 0.0).hinged.started() if friction else of(beam))._replace(kept=kept)
 
 
 def query(state: State) -> str:
@@ -147,7 +177,7 @@ def query(state: State) -> str:
 
     >>> link = query(preset("main"))
     >>> link[:57], read(link) == preset("main")
-    ('load=twisting&law=edge&sense=%2B&joint=hinge&margin=0.01&', True)
+    ('load=twisting&law=edge&sense=%2B&joint=hinge&ideal=yes&ma', True)
     """
     return urlencode([*_pairs(state), *(("keep", query(one)) for one in state.kept)])
 
@@ -195,7 +225,9 @@ def read(text: str, *, kept: bool = True) -> State:
     beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False)
     state = State(beam, 0.0)
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
-    for name, given in plain.items():
+    # the idealisation comes after the joint, which has one of its own
+    for name in sorted(plain, key=[*CHOICES, "margin", "twist"].index):
+        given = plain[name]
         other = state.change(name, given)
         # a load of a link has not the start of its own that a change on the page has
         state = state._replace(load=given) if name == "load" else other

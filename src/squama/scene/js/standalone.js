@@ -45,7 +45,7 @@ find("play").addEventListener("click", toggle);
 canvas.addEventListener("keydown", (event) => beam.key(event.key) && event.preventDefault());
 find("reset").addEventListener("click", () => beam.reset());
 find("name").textContent = data.angle;
-find("end").textContent = `${data.end}: ${data.sentence}`;
+find("end").textContent = `${data.model}; ${data.end}: ${data.sentence}`;
 dark.addEventListener("change", theme);
 new ResizeObserver(resize).observe(find("stage"));
 resize();

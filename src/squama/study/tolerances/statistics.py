@@ -22,7 +22,7 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import LOADS
+from squama.loads import LOADS, PAPER
 from squama.model.outcome import CODES, End, named
 from squama.study.parameters import PARAMETERS, canonical
 from squama.study.tolerances.distributions import Tolerance
@@ -322,6 +322,7 @@ def dataset(
     attrs = {
         "title": f"uncertainty of a scale-covered beam in {case.load}",
         **{key: getattr(case, key) for key in ("load", "law", "sense", "margin")},
+        **PAPER,
         "samples": code.size,
         "sets": REPLICATES,
         **{key: getattr(case, key) for key in ("sampler", "seed")},
