@@ -82,15 +82,15 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves.follow import chosen
+    from squama.curves.follow import meant
 
     family = list(mu) if len(mu) > 1 else None
     numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments()):
-        held = chosen(beam, load, law, joint, None)
-        if held.note:
-            print(f"squama: warning: {held.note}", file=sys.stderr)
-        if held.joint == "compliant":
+        held, _, note = meant(beam, load, law, joint)
+        if note:
+            print(f"squama: warning: {note}", file=sys.stderr)
+        if held == "compliant":
             laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:

@@ -177,10 +177,10 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    held = follow.chosen(beam, load, law, joint, ideal)
+    held, thin, note = follow.meant(beam, load, law, joint, ideal)
     points = arguments.whole("points", points, 3, 1e6)
-    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, held.ideal, held.note)
-    return follow.curves(asked, held.joint)
+    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note)
+    return follow.curves(asked, held)
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -304,9 +304,9 @@ def cycled(
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    held = follow.chosen(beam, load, law, joint, ideal)
-    asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=held.ideal, note=held.note)
-    return follow.cycles(asked, held.joint)
+    held, thin, note = follow.meant(beam, load, law, joint, ideal)
+    asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=thin, note=note)
+    return follow.cycles(asked, held)
 
 
 def read(given: float | str | Sequence[float | str], beam: Beam, load: str) -> list[float]:

@@ -85,17 +85,17 @@ def row(
     sign = arguments.sense(sense)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
-    held = follow.chosen(beam, "twisting", "edge", joint, ideal)
-    solve = _MODELS[arguments.one_of("joint", held.joint, tuple(_MODELS))]
+    held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
+    solve = _MODELS[arguments.one_of("joint", held, tuple(_MODELS))]
     way = LoadPath.of("twisting", [sign * stop])
-    asked = Asked(beam.replace(scales=n), way, m, "edge", 0.0, points, ideal=held.ideal, note=held.note)
+    asked = Asked(beam.replace(scales=n), way, m, "edge", 0.0, points, ideal=thin, note=note)
     states = solve(asked)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
     variables = labelled(way.load, states, m)
     variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
-    attrs = attributes(asked, "twisting of a row of scales", sense, held.joint, states.notes)
-    attrs |= {"load": "row", "mu": float(m), "sense": sense, "joint": held.joint, **states.attrs}
+    attrs = attributes(asked, "twisting of a row of scales", sense, held, states.notes)
+    attrs |= {"load": "row", "mu": float(m), "sense": sense, **states.attrs}
     return Answer(variables, attrs).dataset().set_coords("phi")
 
 

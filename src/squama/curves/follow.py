@@ -53,34 +53,28 @@ MODELS = {
 """A hinge with one spring (closed form), or six motions of a scale against the substrate."""
 
 
-class Chosen(NamedTuple):
-    """A kind of joint, whether the scales on it are thin and rigid, and a warning where it is not the one meant."""
-
-    joint: str
-    ideal: bool
-    note: str = ""
-
-
 def covers(load: str, law: str) -> bool:
     """Whether the compliant joint covers a load and a force law."""
     only = MODELS["compliant"].only
-    return only["load"] == load and only["law"] == law
+    return (load, law) == (only["load"], only["law"])
 
 
-def chosen(beam: Beam, load: str, law: str, joint: str | None, ideal: bool | None) -> Chosen:
-    """Return the joint and the idealisation that are meant where none is given.
+def meant(
+    beam: Beam, load: str, law: str, joint: str | None = None, ideal: bool | None = None
+) -> tuple[str, bool, str]:
+    """Return the joint, whether scales are ideal, and a warning where the compliant joint is not known.
 
-    The joint is the compliant one where that covers the load and the law and is known; only a hinge's scales are ideal.
+    What is not given: the joint is compliant where that covers the load and the law; the hinge's scales are ideal.
     """
     note = ""
-    if joint is None:
-        joint = "hinge"
+    if not joint:
         if covers(load, law):
             from squama.curves import real
 
             note = real.impossible(beam)
-            joint = "hinge" if note else "compliant"
-    return Chosen(joint, joint == "hinge" if ideal is None else ideal, note)
+            joint = "" if note else "compliant"
+        joint = joint or "hinge"
+    return joint, joint == "hinge" if ideal is None else ideal, note
 
 
 def model(joint: str, asked: Asked) -> Model:

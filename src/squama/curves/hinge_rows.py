@@ -44,8 +44,7 @@ def solve(asked: Asked) -> States:
         "decay": _decay(design, phi_e),
     }
     single = {name: np.asarray(value) for name, value in figures.items()}
-    scales = f"{'thick' if asked.thickness else 'thin'}, rigid scales"
-    return States({("point",): along, ("point", "scale"): each, (): single}, {"scales": scales})
+    return States({("point",): along, ("point", "scale"): each, (): single})
 
 
 def _path(design: chain.Row, endless: Answer, phi_e: float, stop: float, points: int) -> chain_track.Track:

@@ -85,7 +85,7 @@ class Motion:
         mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
         self.kind = arguments.load(setting.load)
         margin, sense, load = arguments.margin(setting.margin), setting.sense, self.kind.name
-        joint, ideal, note = follow.chosen(setting.beam, load, law, setting.joint, setting.ideal)
+        joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
         self.joint = joint
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
