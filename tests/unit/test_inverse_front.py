@@ -73,6 +73,8 @@ def test_no_point_dominates_another_and_each_is_what_it_says(front):
         better = (values <= row).all(axis=1) & (values < row).any(axis=1)
         assert not better.any(), i
     assert front.sizes["design"] == 60
+    # in the order of the first objective
+    assert (np.diff(front[next(iter(front.data_vars))]) >= 0).all()
     for i, beam in list(enumerate(beams(front)))[::7]:
         one = front.isel(design=i)
         r = squama.twist(beam, at="60 deg total", joint="hinge")
