@@ -18,8 +18,9 @@ from squama.real import follow, path
 from squama.types import Array
 
 TRIALS, SIZE = 100, 100
-BALANCE, SAME = 1e-4, 1e-3
-"""Work that is lost, over the largest energy; differences of torques over the largest."""
+BALANCE, SAME, FORCE = 2e-4, 1e-3, 1e-6
+"""Work that is lost, over the largest energy; differences of torques over the largest; contact force, E d^2, of scales
+so soft that rounding decides whether their contact is followed."""
 POINTS = 24
 
 
@@ -77,7 +78,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
     x, one = along(turns, POINTS), given.path()
     rows, end = one.states(x, step)
     if end.code == follow.STOPPED:
-        return end.code, [f"stops at {end.phi:.6g}"]
+        return end.code, [f"stops at {end.phi:.6g}"] if np.nanmax(rows[:, 2]) > FORCE else []
     found = []
     U = sum(path.energies(one, rows).values())
     most, T = np.nanmax(U), rows[:, 1]

@@ -222,19 +222,23 @@ def attempt(
         b0, b1, b2 = (1 + 2 * ratio) / (1 + ratio), -(1 + ratio), ratio * ratio / (1 + ratio)
     dphi = to - last[PHI]
     found, known, sticks = guess(d, size, room), tally[KNOWN] > 0.0, tally[MODE] == STICK
-    if sticks or (tally[FRESH] > 0.0 and last[NORMAL] > 0.0):
-        # what would be if the contact stuck says whether it does, and is near what is if it slips
-        found, known = solve(d, to, Step(True, b0, b1, b2, dphi), room, J, order, known)
-        if found and not sticks and d.mu * new[NORMAL] >= new[FRICTION]:
+    # what would be if the contact stuck says whether it does, and is near what is if it slips
+    stuck = sticks or (tally[FRESH] > 0.0 and last[NORMAL] > 0.0)
+    while found:
+        found, known = solve(d, to, Step(stuck, b0, b1, b2, dphi), room, J, order, known)
+        if sticks or not stuck:
+            break
+        if found and d.mu * new[NORMAL] >= new[FRICTION]:
             begin(tally, STICK, size)
             sticks = True
-        elif found and not sticks:
-            taken(last, False)
-            taken(new, False)
-            known = False
-    if found and not sticks:
-        found, known = solve(d, to, Step(False, b0, b1, b2, dphi), room, J, order, known)
-        found = found and (d.mu == 0.0 or new[SPEED] > 0.0)
+            break
+        # (rigid scales that stick may not let the bar twist at all)
+        if not found:
+            new[:] = last
+        taken(last, False)
+        taken(new, False)
+        found, known, stuck = True, False, False
+    found = found and (sticks or d.mu == 0.0 or new[SPEED] > 0.0)
     tally[KNOWN] = 1.0 if known else 0.0
     if not found:
         return STOPPED, -1, 0
@@ -284,7 +288,8 @@ def refused(code: int, size: float, room: Array) -> bool:
     tally[MISSES] += 1.0
     if code not in (STOPPED, TURNS):
         tally[NARROW] = size
-    elif code == STOPPED and tally[MODE] == SLIP:
+    # a second time from the state alone: it may stick
+    elif code == STOPPED and tally[MODE] == SLIP and tally[MISSES] % 2 == 0:
         tally[FRESH] = 1.0
     return bool(tally[H] < _LEAST or tally[MISSES] > _MISSES)
 
