@@ -115,6 +115,7 @@ class Outcome:
                 with ui.element("details").classes("warnings") as self.folded:
                     self.summary = text("summary")
                     self.list = ui.element("ul")
+                self.folded.set_visibility(False)
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             self.readings = ui.element("dl")
         self.shown: dict[str, ui.element] = {}
