@@ -18,7 +18,7 @@ from squama.real import follow, path
 from squama.types import Array
 
 TRIALS, SIZE = 100, 100
-BALANCE, SAME, FORCE = 2e-4, 1e-3, 1e-6
+BALANCE, SAME, FORCE = 2e-4, 1e-3, 1e-5
 """Work that is lost, over the largest energy; differences of torques over the largest; contact force, E d^2, of scales
 so soft that rounding decides whether their contact is followed."""
 POINTS = 24
