@@ -1,4 +1,4 @@
-"""Inverse design and a front of 20 000 evaluations: CPU seconds on one core, imports left out."""
+"""Inverse design and fronts of 20 000 evaluations: CPU seconds on one core, of real beams seconds; imports left out."""
 
 from __future__ import annotations
 
@@ -44,6 +44,34 @@ def test_design_for_five_goals_that_contradict_each_other(benchmark) -> None:
     start = time.process_time()
     benchmark.pedantic(lambda: find(target), rounds=2, iterations=1)
     benchmark.extra_info["CPU s per design"] = round((time.process_time() - start) / 2, 2)
+
+
+def test_design_of_a_real_limb_with_eight_variables(benchmark) -> None:
+    target = read_target("examples/limb.toml")
+    find(target)
+    start = time.perf_counter()
+    found = benchmark.pedantic(lambda: find(target), rounds=2, iterations=1)
+    benchmark.extra_info["s per design, two threads"] = round((time.perf_counter() - start) / 2, 2)
+    assert found.met
+
+
+def test_front_of_20_000_real_beams(benchmark) -> None:
+    data = {
+        "vary": {
+            "scale.length": ("40 mm", "100 mm"),
+            "scale.width": ("14 mm", "40 mm"),
+            "scale.thickness": ("0.8 mm", "3.2 mm"),
+            "scale.alpha": ("20 deg", "70 deg"),
+            "scale.theta0": ("8 deg", "25 deg"),
+            "substrate.width": ("14 mm", "60 mm"),
+        },
+        "front": {"maximise": ["stiffness_ratio", "engagement"], "minimise": ["stress"], "at": "150 deg total"},
+    }
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    start = time.perf_counter()
+    front = benchmark.pedantic(lambda: squama.pareto(data, beam=beam), rounds=1, iterations=1)
+    benchmark.extra_info["s per front, two threads"] = round(time.perf_counter() - start, 2)
+    assert front.population * front.generations == 20_000
 
 
 def test_front_of_20_000_evaluations(benchmark) -> None:

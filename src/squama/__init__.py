@@ -9,9 +9,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from squama._version import __version__
-from squama.errors import InputError, SquamaError, ValidityWarning
+from squama.errors import InputError, SquamaError, TableWarning, ValidityWarning
 
 if TYPE_CHECKING:
+    from squama.arrays.combined_states import Combined, combined
     from squama.arrays.derivatives import Gradient, gradient
     from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
     from squama.arrays.real_beams import Response, response
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from squama.inverse.designing import inverse_design
     from squama.inverse.front import pareto
     from squama.io.datasets import read, save
+    from squama.io.measured import read_measured
     from squama.model.outcome import End
     from squama.scene.picture import view
     from squama.study.store import open_sweep
@@ -39,6 +41,7 @@ _NAMES = {
     "beam.design": "Scale Substrate Joint Friction Beam",
     "arrays.edge_contacts": "contact Contact forces Forces ends Ends",
     "arrays.real_beams": "response Response",
+    "arrays.combined_states": "combined Combined",
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",
     "model.outcome": "End",
@@ -57,6 +60,7 @@ _NAMES = {
     "scene.picture": "view",
     "fabrication.exporting": "export Export",
     "io.datasets": "save read",
+    "io.measured": "read_measured",
     "symbols": "SYMBOLS",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
@@ -64,6 +68,7 @@ _HOME = {name: module for module, names in _NAMES.items() for name in names.spli
 __all__ = [
     "SYMBOLS",
     "Beam",
+    "Combined",
     "Contact",
     "End",
     "Ends",
@@ -79,10 +84,12 @@ __all__ = [
     "Solved",
     "SquamaError",
     "Substrate",
+    "TableWarning",
     "ValidityWarning",
     "__version__",
     "bend",
     "cell",
+    "combined",
     "contact",
     "cycle",
     "ends",
@@ -95,6 +102,7 @@ __all__ = [
     "open_sweep",
     "pareto",
     "read",
+    "read_measured",
     "response",
     "row",
     "save",

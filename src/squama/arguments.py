@@ -56,14 +56,16 @@ def not_negative(name: str, value: ArrayLike) -> Array:
     return array
 
 
-def between(name: str, value: ArrayLike, low: float, high: float) -> Array:
-    """Return angles in radians between the bounds, exclusive."""
+def between(name: str, value: ArrayLike, low: float, high: float, *, closed: bool = False) -> Array:
+    """Return angles in radians between the bounds, exclusive; ``closed``: the lower one belongs to them."""
     array = numbers(name, value)
     top = np.degrees(high)
     allowed = f"an angle in radians between {low:g} and {high:.6g} ({top:g} deg), exclusive"
+    if closed:
+        allowed = f"an angle in radians from {low:g} to below {high:.6g} ({top:g} deg)"
     first = np.max(np.abs(array), initial=0.0)
     hint = f"for degrees write np.radians({first:g})" if first >= high else ""
-    _refuse(name, array, (array <= low) | (array >= high), allowed, hint)
+    _refuse(name, array, ((array < low) if closed else (array <= low)) | (array >= high), allowed, hint)
     return array
 
 
@@ -81,7 +83,12 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
     given = []
     for name, value in columns.items():
         if name in ("alpha", "theta0"):
-            given.append(between(name, value, 0.0, np.pi / 2))
+            # scales across the beam bend, but do not twist
+            given.append(between(name, value, 0.0, np.pi / 2, closed=name == "alpha" and "psi" in columns))
+        elif name in ("psi", "phi"):
+            given.append(between(name, value, -np.pi, np.pi))
+        elif name in ("dpsi", "dphi", "neutral_height"):
+            given.append(numbers(name, value))
         elif name in ("mu", "stiffness_ratio", "thickness"):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
@@ -101,6 +108,14 @@ def one_of(name: str, value: str, allowed: Sequence[str]) -> str:
     if value not in allowed:
         refuse(name, shown(value), f"must be {' or '.join(map(shown, allowed))}")
     return value
+
+
+def several(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+    """Return some of the allowed words in their order, each once."""
+    words = [one_of(name, word, allowed) for word in ([value] if isinstance(value, str) else value)]
+    if not words:
+        refuse(name, "", "is empty", f"write e.g. {allowed[0]}")
+    return tuple(word for word in allowed if word in words)
 
 
 def law(value: str) -> str:

@@ -149,5 +149,9 @@ class Problems(list[Problem]):
             raise InputError(*dict.fromkeys(self)).at(source=source) from None
 
 
+class TableWarning(UserWarning):
+    """A table of measured points does not say how it is to be read; what was guessed."""
+
+
 class ValidityWarning(UserWarning):
     """A law or an idealisation is used outside the range it was made for."""

@@ -31,7 +31,7 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
     unit: (dimension, *scale)
     for dimension, scales in {
         Dimension.LENGTH: {"m": (1.0, 1.0), "km": (1e3, 1.0), "cm": (1.0, 1e2), "mm": (1.0, 1e3), "um": (1.0, 1e6)},
-        Dimension.ANGLE: {"rad": (1.0, 1.0), "deg": (DEGREE, 1.0)},
+        Dimension.ANGLE: {"rad": (1.0, 1.0), "deg": (DEGREE, 1.0), "rev": (2 * math.pi, 1.0)},
         Dimension.PRESSURE: {"Pa": (1.0, 1.0), "kPa": (1e3, 1.0), "MPa": (1e6, 1.0), "GPa": (1e9, 1.0)}
         | {"N/m^2": (1.0, 1.0), "N/mm^2": (1e6, 1.0)},
         Dimension.TWIST_RATE: {"1/m": (1.0, 1.0), "1/mm": (1e3, 1.0)},
@@ -39,14 +39,17 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
     }.items()
     for unit, scale in scales.items()
 }
-for _name, _newton, _metre in (("N m", 1.0, 1.0), ("N cm", 1.0, 1e2), ("N mm", 1.0, 1e3), ("kN m", 1e3, 1.0)):
+_MOMENTS = {"N m": (1.0, 1.0), "N cm": (1.0, 1e2), "N mm": (1.0, 1e3), "mN m": (1.0, 1e3), "kN m": (1e3, 1.0)}
+for _name, (_newton, _metre) in _MOMENTS.items():
     for _per, _divisor in (("", 1.0), ("/rad", 1.0), ("/deg", DEGREE)):
         UNITS[_name + _per] = (Dimension.TORQUE, _newton, _metre * _divisor)
 for _angle, _radian in (("rad", 1.0), ("deg", DEGREE)):
     for _length, _multiple in (("m", 1.0), ("cm", 1e2), ("mm", 1e3)):
         UNITS[f"{_angle}/{_length}"] = (Dimension.TWIST_RATE, _radian * _multiple, 1)
 
-_ALIASES = {"Nm": "N m", "Nmm": "N mm", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"}
+_ALIASES = {"Nm": "N m", "Ncm": "N cm", "Nmm": "N mm", "mNm": "mN m", "kNm": "kN m"}
+_ALIASES |= {"degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"}
+_ALIASES |= dict.fromkeys(("revs", "revolution", "revolutions", "turn", "turns"), "rev")
 _LONGEST_UNIT = 40
 LONGEST = 100
 """Characters of a quantity in text: patterns and messages of longer ones would take their time."""
@@ -62,12 +65,13 @@ _UNIT = re.compile(rf"(?:{_FACTOR}|\({_FACTORS}\))(?:{_BETWEEN}(?:{_FACTOR}|\({_
 def look_up(unit: str) -> tuple[Dimension, float, float] | None:
     """Return dimension, factor and divisor of a unit: SI value = number * factor / divisor.
 
-    Spelling is forgiven where it is clear: "N*m", "N·m", "Nm", "rad / m", "rad per m", "degrees", "°", "µm". None for
-    text that is no unit, or a unit of a dimension that squama does not use. A power is one digit.
+    Spelling is forgiven where it is clear: "N*m", "N·m", "N-m", "Nm", "rad / m", "rad per m", "degrees", "°", "µm".
+    None for text that is no unit, or a unit of a dimension that squama does not use. A power is one digit.
     """
     if len(unit) > _LONGEST_UNIT:
         return None
     key = re.sub(r"\s*(?:/|\bper\b)\s*", "/", unit).replace("°", "deg")
+    key = re.sub(r"(?<=N)[-.](?=[cm]?m\b)", " ", key)
     key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", key).replace("µ", "u").replace("μ", "u").replace("²", "^2")
     key = "/".join(_ALIASES.get(part, part) for part in key.split("/"))
     if key in UNITS:

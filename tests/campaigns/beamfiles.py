@@ -72,6 +72,7 @@ def files() -> list[tuple[str, bytes, Callable[[Path], str]]]:
         ("d.csv", rows, _designs),
         ("m.csv", (EXAMPLES / "measured_loop.csv").read_bytes()[:3000], points),
         ("t.toml", (EXAMPLES / "lock_at_120.toml").read_bytes(), _any(read_target)),
+        ("r.toml", (EXAMPLES / "limb.toml").read_bytes(), _any(read_target)),
         ("f.toml", (EXAMPLES / "front.toml").read_bytes(), _any(functools.partial(read_target, need="front"))),
         ("u.toml", TOLERANCES, _any(lambda path: tolerances(str(path)))),
     ]

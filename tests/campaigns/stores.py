@@ -45,7 +45,7 @@ def contents(store: Path) -> dict[str, bytes]:
 def plan(which: int) -> Plan:
     """Return what is swept."""
     ranges, how = SWEEPS[which]
-    return make_plan(squama.Beam.from_ratios(mu=0.3), ranges, **how)  # type: ignore[arg-type]
+    return make_plan(squama.Beam.from_ratios(mu=0.3), ranges, **how, joint="hinge")  # type: ignore[arg-type]
 
 
 @functools.cache

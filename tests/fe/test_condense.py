@@ -21,7 +21,7 @@ TWISTS = np.arange(1, 53) * 0.005
 
 def test_work_that_is_neither_stored_nor_rubbed_away():
     along = {name: np.array(v) for name, v in (("T", [0, 1, np.nan]), ("W", [0, 2, 0]), ("U_el", [0, 1.5, 0]))}
-    c = condense.Condensed(along | {"W_fr": np.array([0, 0.4, 0])}, 0.0, 0.0, "", ())
+    c = condense.Condensed(along | {"W_fr": np.array([0, 0.4, 0])}, 0.0, 0.0, "", (), np.empty(0))
     assert c.unbalanced == pytest.approx(0.05)
     assert c._replace(along={"T": np.full(2, np.nan)}).unbalanced == 0
 

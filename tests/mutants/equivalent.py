@@ -128,7 +128,10 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "0 -> 1": "scaling, which a definite matrix does not need",
         "0 -> 1 #2": "matching, which a definite matrix does not need",
     },
-    ("identify/estimate.py", "start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)"): {
+    (
+        "identify/posterior.py",
+        "start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)",
+    ): {
         "* -> /": "where inside a walker starts is forgotten",
     },
     ("model/evaluation.py", "places, square = (1.0, 1.0), 1.0"): {
@@ -148,7 +151,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("arrays/solution.py", "theta, phi = np.full(v.size, theta0), limit * (1 + v) ** 2"): {
         "2 -> 1": "how the twists at rest are drawn, not what touches at them",
     },
-    ("identify/estimate.py", "WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50"): {"*": _TUNING},
+    ("identify/posterior.py", "WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50"): {"*": _TUNING},
     ("identify/estimate.py", "p[mu] = max(min(p[mu], _NEAR_LOCK * lock), asked.low[mu])"): {
         "max -> min": "where a search starts",
     },
@@ -191,7 +194,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     (
         "inverse/figures.py",
-        "safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}",
+        "return c.changed({name: np.where(good, v, fill.get(name, 1.0)) for name, v in c.arrays.items()}, c.sizes)",
     ): {"1.0 -> 2.0": "any number does: the row is ruled out"},
     ("model/bracket.py", "straight = abs(f * moved + step * (f - value_before)) <= 1e-3 * abs(f * moved)"): {
         "*": _SHARP
@@ -254,8 +257,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {"0 -> 1": "of a face no points are read: places are those of two edges"},
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
     (
-        "identify/fitting.py",
-        'follow.model("compliant", path.Asked(beam, path.LoadPath.of(load, [1.0]), np.zeros(()), law, 0.01, 3))',
+        "identify/prepare.py",
+        "asked = path.Asked(wanted.beam, path.LoadPath.of(wanted.load, [1.0]), np.zeros(()), wanted.law, 0.01, 3)",
     ): {"*": "only whether the load and the law are covered is asked"},
     ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},

@@ -31,7 +31,7 @@ def share(case: str, sets: int) -> np.ndarray:
     hits = np.zeros(len(names))
     for _ in range(sets):
         data = {"phi": c.phi.values, "T": torque + rng.normal(0, sigma, torque.size)}
-        fit = squama.fit(data, start, names, noise=sigma if "given" in case else None, starts=2)
+        fit = squama.fit(data, start, names, noise=sigma if "given" in case else None, starts=2, joint="hinge")
         error = np.sqrt(np.diag(fit.covariance))
         hits += np.abs(fit.estimates - TRUE[: len(names)]) < 2 * error
     return hits / sets

@@ -172,9 +172,41 @@ def test_stress_of_a_cantilever_under_a_force_at_its_tip() -> None:
     row = np.zeros((1, len(follow.COLUMNS)))
     # a force at the middle of the tip, none on the side
     row[0, 6] = 1e-6
-    stress, where = path.stresses(one, row)
+    stress, where = path.stresses(scale, path.deflections(one, row))
     assert stress[0] == pytest.approx(6 * 1e-6 * 3.0 / (0.2 * 0.02**2), rel=0.05)
     assert where[0, 0] == 0.0
+
+
+@pytest.mark.parametrize("D", [math.inf, None])
+def test_friction_works_along_the_slip(D: float | None) -> None:
+    """dW_fr = mu N dslip there and back; the places on both edges and the angle between these say the slip alone."""
+    one = made(1, D=D, mu=0.3)
+    e = one.contact.phi
+    turned = 2 * e * (1 - np.geomspace(1e-6, 1e-3, 40))
+    phi = np.concatenate([np.linspace(0, 2 * e, 401), turned, np.linspace(turned[-1], 1.2 * e, 161)[1:]])
+    rows, end = one.states(phi)
+    column = dict(zip(follow.COLUMNS, rows.T, strict=True))
+    assert end.code == follow.RANGE
+    force = one.mu * column["N"]
+    work = np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(column["slip"]))
+    np.testing.assert_allclose(work, column["W_fr"][1:], rtol=0, atol=1e-3 * column["W_fr"][-1])
+    # while it sticks nothing slides, though the force changes
+    held = np.flatnonzero(column["mode"] == follow.STICK)
+    assert held.size
+    np.testing.assert_array_equal(np.diff(column["slip"][held]), 0.0)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_the_tip_of_a_scale_turns_as_its_corners_say(mu: float) -> None:
+    one = made(1, D=None, mu=mu)
+    row, _ = one.states(np.array([1.6 * one.contact.phi]))
+    bent = path.deflections(one, row).reshape(6, 4).sum(axis=0)
+    corners = [float(bent @ side ** np.arange(4)) for side in (1.0, -1.0)]
+    told = path.plate_figures(one.scale, path.deflections(one, row))
+    assert told["scale_twist"][0] == pytest.approx((corners[0] - corners[1]) / (2 * one.scale.beta))
+    # without friction a contact slides, too: over the same way as with little
+    assert follow.COLUMNS[18] == "slip"
+    assert row[0, 18] > 0
 
 
 @pytest.mark.parametrize(("D", "mu"), [(math.inf, 0.0), (math.inf, 0.3), (None, 0.3)])

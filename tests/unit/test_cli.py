@@ -234,14 +234,6 @@ def test_summary_of_bend(beam, capsys):
     assert [line[9:] for line in text.splitlines() if line.startswith("warning: ")] == beam.warnings("bending")
 
 
-def test_bending_says_first_that_alpha_is_not_in_it(beam, capsys):
-    title = _out(capsys, "bend", "beam.toml").splitlines()[0]
-    assert title.startswith("beam.toml bent, thin, rigid scales on hinges: ")
-    assert title.endswith("; alpha is not in it, see the warnings")
-    assert squama.bend(beam).warnings.startswith("alpha = 60 deg is not in bending: edges are taken as across the beam")
-    assert "is not in" not in _out(capsys, "twist", "beam.toml", "--joint", "hinge")
-
-
 def test_other_contact_is_named(beam, capsys):
     text = _out(capsys, "twist", "beam.toml", "--mu", "0")
     assert f"mu = 0): {squama.twist(beam, mu=0).other_contact.item()}" in text
@@ -420,7 +412,7 @@ def test_paper_hands_on_what_it_is_given(tmp_path, monkeypatch, capsys):
     seen = []
     monkeypatch.setattr(twisting2020, "write", lambda *a: seen.append(a) or [tmp_path / "fig4.png"])
     text = _out(capsys, "paper", "fig4", "fig6b", "-o", str(tmp_path), "--points", "fe.csv")
-    assert seen == [(("fig4", "fig6b"), tmp_path, Path("fe.csv"))]
+    assert seen == [(("fig4", "fig6b"), tmp_path, Path("fe.csv"), ("png",))]
     assert text == f"wrote {tmp_path / 'fig4.png'}\n"
 
 

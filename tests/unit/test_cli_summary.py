@@ -91,3 +91,13 @@ def test_without_engagement_the_end_is_named_and_nothing_is_said_of_the_cut_off(
     lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5").splitlines()
     row = ["0.5", "no", "engagement", "never", "-", "-", "-", "-", "1", "0"]
     assert [line.split() for line in lines].count(row) == 2
+
+
+def test_bending_says_first_that_alpha_is_not_in_it(beam, capsys):
+    title = _out(capsys, "bend", "beam.toml").splitlines()[0]
+    assert title.startswith("beam.toml bent, thin, rigid scales on hinges: ")
+    assert title.endswith("; alpha is not in it, see the warnings")
+    told = squama.bend(beam).warnings
+    assert told.startswith("alpha = 45 deg is not in bending: edges are taken as across the beam")
+    assert "is not in" not in squama.twist(beam, points=3).warnings
+    assert "is not in" not in _out(capsys, "twist", "beam.toml", "--joint", "hinge")

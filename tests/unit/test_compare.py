@@ -120,9 +120,8 @@ def test_the_figure_shows_every_model(table):
 def test_the_figure_of_a_run():
     zero = np.zeros(31)
     names = ("N", "f", "U_el", "W_fr", "W")
-    data = curve(
-        np.maximum(PHI, 3 * PHI - 0.2), mesh="a mesh", joint="elements", sense="+", reached=0, sentence="stopped"
-    )
+    about = {"mesh": "a mesh", "joint": "elements", "sense": "+", "reached": 0, "sentence": "stopped"}
+    data = curve(np.maximum(PHI, 3 * PHI - 0.2), plates="thin, rigid", **about)
     data = data.assign(dict.fromkeys(names, ("point", zero + (PHI > 0.1)))).assign(Phi=("point", PHI / 0.025))
     words = np.where(PHI > 0.1, "tip edge on side edge", "")
     data = data.assign(contact=("point", words)).assign_coords(mu=0.2)
@@ -130,4 +129,5 @@ def test_the_figure_of_a_run():
     assert len(figure.axes) == 4
     assert figure.axes[0].get_ylabel() == r"Torque $T$ (mN m)"
     assert "stopped" in figure.get_suptitle()
+    assert "Scales: thin, rigid" in figure.get_suptitle()
     assert "from 0.11 rad/pitch: tip edge on side edge" in [t.get_text() for t in figure.legends[0].get_texts()]

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama import needs
+from squama import arguments, needs
 from squama.errors import InputError, SquamaError
 from squama.fabrication import exporting, formats, measure
 from squama.fabrication.bodies import BENCH, block
@@ -321,4 +321,4 @@ def test_the_bench_is_a_rotation():
 
 
 def test_parts_and_formats_in_any_order():
-    assert exporting.several("parts", ["mould", "scale", "mould"], exporting.PARTS) == ("scale", "mould")
+    assert arguments.several("parts", ["mould", "scale", "mould"], exporting.PARTS) == ("scale", "mould")

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import squama
-from squama.curves import follow
-from squama.curves.path import States
-from squama.identify.forward import Physical, Walked
+from squama.curves import real
+from squama.identify.forward import Physical
 from squama.identify.parameters import with_error
+from squama.identify.readings import Readings
 from squama.identify.records import turning_points, ways
+from squama.identify.walked import Walked
 
 
 def test_a_noisy_twist_needs_to_be_told():
@@ -49,27 +50,38 @@ def test_ways(values, direction, stuck):
     assert np.flatnonzero(found.stuck).tolist() == stuck
 
 
-def test_what_is_walked_turns_where_the_twist_does(monkeypatch):
+def test_ways_of_readings_turn_where_the_twist_does():
     """Through zero it goes on; another specimen begins anew."""
-    monkeypatch.setattr(Walked, "_walked", lambda *_: None)
     load, grows = np.array([-2.0, -1, 1, 2, 1, 1, 2]), np.array([-1, -1, 1, 1, -1, 1, 1])
-    walked = Walked(squama.Beam.from_ratios(), load, grows, np.array([1, 1, 1, 1, 1, 2, 2]), 0.2)
-    assert [[way.tolist() for way in record] for record in walked.ways] == [[[-2, -1, 1, 2], [1]], [[1, 2]]]
+    readings = Readings.of(load, grows, np.array([1, 1, 1, 1, 1, 2, 2]), 10)
+    found = [[load[way].tolist() for way in ways] for ways in readings.records]
+    assert found == [[[-2, -1, 1, 2], [1]], [[1, 2]]]
+    assert readings.numbers.tolist() == [0, 0, 0, 0, 1, 2, 2]
 
 
-def test_what_is_walked_touches_where_there_is_a_force(monkeypatch):
-    """However small it is; between the points of the walk torque and inclination are interpolated."""
-    beam = squama.Beam.from_ratios()
-    load, theta = np.linspace(0, 0.2, 5), beam.scale.theta0 + np.array([0, 0, 0, 0.01, 0.05])
-    states = {"load": load, "leg": np.ones(5, int), "scales": 6 * load, "N": [0, 0, 1e-4, 2e-4, 3e-4], "theta": theta}
-    walk = States({("point",): {role: np.array(v) for role, v in states.items()}}, {"K_theta": 2.0})
-    monkeypatch.setattr(follow, "model", lambda *_: follow.Model(None, lambda _: walk, {}))
-    at = np.array([0.02, 0.12, 0.2])
-    walked = Walked(beam, at, np.ones(3), np.ones(3), 0.2)
-    assert (walked.theta > beam.scale.theta0).tolist() == [False, True, True]
-    assert walked.theta[2] == pytest.approx(theta[-1])
-    torque = walked.torque(Physical(mu=0.2, stiffness=5.0, rigidity=7.0, theta0=0.1, zero=0.5))
-    np.testing.assert_allclose(torque, 7 * at / beam.pitch + 0.5 + 5 * 3 * at)
+def test_what_is_walked_is_the_cycle():
+    """Torques at points of a cycle are the cycle's; rigidity without contact, zero and drift are added to it."""
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    loop = squama.cycle(beam, "0.1, 0.05, 0.12, 0 rad/pitch", points=40)
+    load, held = loop.phi.values, real.Held.of(beam)
+    readings = Readings.of(load, ways(load).direction, np.zeros(load.size, int), beam.scales)
+    v = Physical(0.25, held.K_theta, held.rigidity, beam.scale.theta0)
+    walked = Walked(beam, readings, v)
+    np.testing.assert_allclose(walked.torque(v), loop["T"].values, atol=1e-5 * float(loop["T"].max()))
+    touching = loop.branch.values != "straight"
+    assert (walked.touching(v) == touching)[np.abs(load - float(loop.phi_e[0])) > 1e-3].all()
+    more = v._replace(rigidity=2 * held.rigidity, torque_zero=0.5, drift=0.1)
+    added = held.rigidity * load / beam.pitch + 0.5 + 0.1 * readings.order
+    np.testing.assert_allclose(walked.torque(more) - walked.torque(v), added)
+    # the scales bend, so that a stiffer joint is not a factor on the torque
+    share = (walked.torque(v._replace(stiffness=2 * v.stiffness)) - walked.torque(v))[touching]
+    own = walked.torque(v)[touching] - (held.rigidity * load / beam.pitch)[touching]
+    assert share.max() < 0.5 * own.max()
+    # the joint takes a stiffness on as that of a beam's file
+    stiff = squama.cycle(beam.replace(joint={"stiffness": 2 * held.K_theta}), "0.1, 0.05, 0.12, 0 rad/pitch", points=40)
+    np.testing.assert_array_equal(stiff.phi, load)
+    torque = walked.torque(v._replace(stiffness=2 * v.stiffness))
+    np.testing.assert_allclose(torque, stiff["T"].values, atol=3e-5 * float(stiff["T"].max()))
 
 
 def test_words_of_an_estimate():

@@ -21,7 +21,7 @@ VARY = {
 
 
 def find(target, vary=VARY, *, beam=BEAM, limits=None, starts=256, **more):
-    extra = {name: more.pop(name) for name in ("law", "sense", "load", "margin", "tolerance") if name in more}
+    extra = {name: more.pop(name) for name in ("joint", "law", "sense", "load", "margin", "tolerance") if name in more}
     data = {"target": target, "vary": vary, "limits": limits or {}, **extra}
     return squama.inverse_design(data, beam=beam, starts=starts, **more)
 
@@ -120,7 +120,8 @@ def test_what_cannot_be_reached_names_what_holds_it(tmp_path):
 
 
 def test_a_limit_that_holds_the_nearest_beam():
-    found = find({"engagement": "2 deg total"}, {"scale.theta0": ("5 deg", "20 deg")}, limits={"gap": "0.9 mm"})
+    vary, limits = {"scale.theta0": ("5 deg", "20 deg")}, {"gap": "0.9 mm"}
+    found = find({"engagement": "2 deg total"}, vary, limits=limits, joint="hinge")
     assert found[0].active == ("limit gap 0.9 mm",)
     beam = found[0].beam
     gap = beam.pitch * math.sin(beam.scale.theta0) * math.cos(beam.scale.alpha) - beam.scale.thickness
@@ -220,13 +221,13 @@ def test_a_curve_and_a_tangent(tmp_path, monkeypatch):
     (tmp_path / "test.csv").write_text("\n".join(["total (deg), T (N mm)", *lines]))
     vary = {"scale.length": ("40 mm", "80 mm"), "substrate.youngs_modulus": ("0.5 MPa", "5 MPa")}
     start = truth.replace(scale={"length": "50 mm"}, substrate={"youngs_modulus": "1 MPa"})
-    found = find({"curve": "test.csv"}, vary, beam=start)
+    found = find({"curve": "test.csv"}, vary, beam=start, joint="hinge")
     assert found.met
     assert found[0].goals[0].reached < 1e-6
     assert found[0].values["scale.length"] == pytest.approx(0.06, rel=1e-6)
     assert found[0].values["substrate.youngs_modulus"] == pytest.approx(1.5e6, rel=1e-6)
     tangent = {"twist": "80 deg total", "stiffness": "2 N m^2"}
-    found = find({"tangent": [tangent]}, {"scale.length": ("40 mm", "80 mm")}, beam=truth)
+    found = find({"tangent": [tangent]}, {"scale.length": ("40 mm", "80 mm")}, beam=truth, joint="hinge")
     assert found.met
     _, r = again(found[0], tmp_path, at="80 deg total")
     assert float(r.K_t[0]) == pytest.approx(2, rel=1e-8)
@@ -263,7 +264,9 @@ def test_the_same_seed_gives_the_same_designs():
 def test_what_has_no_effect_stays_and_is_named():
     vary = {**VARY, "substrate.youngs_modulus": ("1 MPa", "3 MPa")}
     found = find({"lock": "120 deg total"}, vary)
-    assert found.notes == ("substrate.youngs_modulus has no effect on what is asked",)
+    no_effect, lock = found.notes
+    assert no_effect == "substrate.youngs_modulus has no effect on what is asked"
+    assert lock.startswith("a lock is of thin, rigid scales on hinges")
     assert {d.beam.substrate.youngs_modulus for d in found.designs} == {1.5e6}
 
 

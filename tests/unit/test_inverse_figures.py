@@ -151,6 +151,7 @@ def test_slopes_of_residuals_and_limits_against_central_differences(load):
 
 def test_a_twist_that_is_not_reached_counts_by_how_much_it_lacks():
     data = {
+        "joint": "hinge",
         "vary": {"scale.length": ("40 mm", "80 mm")},
         "target": {"points": [{"twist": "0.2 rad/pitch", "torque": 1}]},
     }

@@ -29,7 +29,7 @@ BEAM = with_matrix(3.0)
 
 def test_designs_take_the_matrix():
     asked = {"points": [{"twist": "60 deg total", "torque": "at least 1 N m"}], "stiffness": "at most 0.1 N m^2"}
-    found = squama.inverse_design({"target": asked, "vary": VARY}, beam=BEAM, starts=128, designs=2)
+    found = squama.inverse_design({"target": asked, "vary": VARY, "joint": "hinge"}, beam=BEAM, starts=128, designs=2)
     assert found.met
     for d in found.designs:
         assert d.beam.joint.matrix is not None
@@ -45,6 +45,7 @@ def test_designs_take_the_matrix():
 def test_fronts_take_the_matrix():
     pytest.importorskip("pymoo")
     data = {
+        "joint": "hinge",
         "vary": VARY,
         "front": {"maximise": ["torque", "W_fr"], "at": "60 deg total", "population": 16, "generations": 4},
     }
@@ -73,7 +74,7 @@ def test_tolerances_of_the_joint_against_changed_beams(load, start):
     torque, at = ("T", functools.partial(squama.twist, joint="hinge")) if load == "twisting" else ("M", squama.bend)
     tolerance = {"joint.stiffness": "10 %", "joint.inclusion_factor": "5 %"}
     asked = {"points": [{"twist": "80 deg total", "torque": "at least 1 N mm"}], "stiffness": "at least 0.001 N m^2"}
-    data = {"target": asked, "vary": VARY, "load": load, "tolerance": tolerance}
+    data = {"target": asked, "vary": VARY, "joint": "hinge", "load": load, "tolerance": tolerance}
     d = squama.inverse_design(data, beam=start, starts=64, designs=1)[0]
     own = d.beam
     K, C = (own.joint_stiffness, own.C_f) if load == "twisting" else (own.bending_joint_stiffness, own.bending_C_f)

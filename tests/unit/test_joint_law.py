@@ -41,12 +41,12 @@ def torque():
 
 
 def test_a_sweep_takes_the_matrix(torque, tmp_path):
-    r = squama.sweep(BEAM, {"mu": [0.4, 0.5]}, out=tmp_path / "map.zarr")
+    r = squama.sweep(BEAM, {"mu": [0.4, 0.5]}, out=tmp_path / "map.zarr", joint="hinge")
     assert float(r.torque.sel(mu=0.5)) == pytest.approx(torque, rel=1e-9)
 
 
 def test_uncertainty_takes_the_matrix(torque):
-    u = squama.uncertainty(BEAM, {"mu": "+- 0.001"}, samples=4096)
+    u = squama.uncertainty(BEAM, {"mu": "+- 0.001"}, samples=4096, joint="hinge")
     assert float(u.nominal.sel(figure="T_c")) == pytest.approx(torque, rel=1e-9)
     assert float(u["mean"].sel(figure="T_c")) == pytest.approx(torque, rel=1e-2)
 
@@ -138,14 +138,14 @@ def test_arrays_and_numbers_agree(load):
 def test_what_varies_the_shape_is_told_as_by_a_beam(tmp_path):
     made = f"was made for another shape, scale.embedded = {BEAM.scale.embedded * 1e3:.4g} mm"
     ranges = {"scale.embedded": (BEAM.scale.embedded, 1.1 * BEAM.scale.embedded, 2)}
-    swept = squama.sweep(BEAM, ranges, out=tmp_path / "map.zarr")
+    swept = squama.sweep(BEAM, ranges, out=tmp_path / "map.zarr", joint="hinge")
     assert [f"at scale.embedded = {size:g} m:" in swept.attrs["warnings"] for size in (0.006, 0.0066)] == [False, True]
     assert made in swept.attrs["warnings"]
     here = BEAM.replace(scale={"embedded": 1.1 * BEAM.scale.embedded}).warnings()
     assert any(swept.attrs["warnings"].endswith(line) for line in here if line.startswith("joint.matrix"))
-    scattered = squama.uncertainty(BEAM, {"scale.embedded": "+- 10 %"}, samples=3200)
+    scattered = squama.uncertainty(BEAM, {"scale.embedded": "+- 10 %"}, samples=3200, joint="hinge")
     assert made in scattered.attrs["notes"]
-    softer = squama.uncertainty(BEAM, {"substrate.youngs_modulus": "+- 10 %"}, samples=3200)
+    softer = squama.uncertainty(BEAM, {"substrate.youngs_modulus": "+- 10 %"}, samples=3200, joint="hinge")
     assert "joint.matrix" not in softer.attrs["notes"]
-    bent = squama.uncertainty(BEAM, {"scale.embedded": "+- 10 %"}, samples=3200, load="bending")
+    bent = squama.uncertainty(BEAM, {"scale.embedded": "+- 10 %"}, samples=3200, load="bending", joint="hinge")
     assert "joint.matrix" not in bent.attrs["notes"]

@@ -20,11 +20,13 @@ def stores(tmp_path_factory):
     """A finished store, one of four dimensions and both laws, a line, and one half done."""
     folder = tmp_path_factory.mktemp("stores")
     beam = squama.Beam.from_toml_text(EXAMPLE.read_text())
-    squama.sweep(beam, {"mu": (0, 2, 9), "alpha": ("15 deg", "75 deg", 7)}, out=folder / "map.zarr", tile=20)
+    squama.sweep(
+        beam, {"mu": (0, 2, 9), "alpha": ("15 deg", "75 deg", 7)}, out=folder / "map.zarr", tile=20, joint="hinge"
+    )
     many = {"mu": (0, 2, 5), "alpha": ("15 deg", "75 deg", 4), "eta": (2, 4, 3), "margin": [0.001, 0.01, 0.1]}
-    squama.sweep(beam, many, law=["edge", "plate"], out=folder / "four.zarr")
-    squama.sweep(beam, {"mu": (0, 4, 20)}, out=folder / "line.zarr")
-    plan = sweeping.make_plan(beam, {"mu": (0, 2, 9), "alpha": ("15 deg", "75 deg", 7)}, tile=20)
+    squama.sweep(beam, many, law=["edge", "plate"], out=folder / "four.zarr", joint="hinge")
+    squama.sweep(beam, {"mu": (0, 4, 20)}, out=folder / "line.zarr", joint="hinge")
+    plan = sweeping.make_plan(beam, {"mu": (0, 2, 9), "alpha": ("15 deg", "75 deg", 7)}, tile=20, joint="hinge")
     sweeping.run(plan, folder / "half.zarr", shard="1/2")
     return folder
 
@@ -129,7 +131,8 @@ RANGES = [
 @pytest.mark.parametrize(("over", "words"), RANGES, ids=lambda v: str(v)[:30])
 def test_ranges(over, words, bench, capsys):
     thick = ["--set", "scale.embedded=16.5 mm"] if over.startswith("theta0") else []
-    refused(["sweep", "beam.toml", "--over", over, "-o", "new.zarr", *thick], [words], capsys)
+    hinged = ["--joint", "hinge"] if over.startswith("margin") else []
+    refused(["sweep", "beam.toml", "--over", over, "-o", "new.zarr", *thick, *hinged], [words], capsys)
 
 
 FLAGS = [
@@ -180,7 +183,7 @@ PLACES = [
     ("", ["--out: is empty"]),
     ("new.nc", ["extension .zarr"]),
 ]
-SAME = ["sweep", "beam.toml", "--over", "mu=0:2:9", "--over", "alpha=15deg:75deg:7", "--tile", "20"]
+SAME = ["sweep", "beam.toml", "--joint", "hinge", "--over", "mu=0:2:9", "--over", "alpha=15deg:75deg:7", "--tile", "20"]
 
 
 @pytest.mark.parametrize(("out", "words"), PLACES, ids=lambda v: str(v)[:20])

@@ -127,7 +127,7 @@ def test_a_beam_kept_in_a_result_opens_no_file(door, place):
     named = BEAM.to_toml() + f"[joint]\nmatrix = '{place / 'in' / 'joint.csv'}'\n"
     front = xr.Dataset({"joint.matrix": ("design", [str(place / "in" / "joint.csv")])}, attrs={"start": BEAM.to_toml()})
     curve = squama.twist(BEAM, points=4, joint="hinge").assign_attrs(beam=named)
-    plan = make_plan(BEAM, {"mu": [0.1, 0.2]})._replace(beam_toml=named)
+    plan = make_plan(BEAM, {"mu": [0.1, 0.2]}, joint="hinge")._replace(beam_toml=named)
     doors = {
         "text": lambda: squama.Beam.from_toml_text(named),
         "plot": lambda: response_figure(curve),

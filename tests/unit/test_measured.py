@@ -1,10 +1,12 @@
 """Measured points: names, units and abscissas that are understood, and what is said about the rest."""
 
+import json
 import math
+from pathlib import Path
 
 import pytest
 
-from squama.errors import InputError
+from squama.errors import InputError, TableWarning
 from squama.io import measured, tabular
 
 DEG = math.pi / 180
@@ -96,15 +98,23 @@ def test_a_saved_response_is_a_measurement_too(tmp_path):
         ("Phi (rad/m),T (N m),T (N mm)\n1,2,3\n", [["line 1", '"T" is given twice']]),
         ("Phi (rad/m),T (N m)\n1,a\n,2\n", [["line 2", 'T (N m) = "a"', "not a number"], ["line 3", "is empty"]]),
         ("# x\nPhi (rad/m),T (N m)\n1,nan\ninf,2\n", [["line 3", "nan", "finite"], ["line 4", "inf", "finite"]]),
-        ('Phi (rad/m);T (N m)\n"1,5";2\n', [["line 2", "decimal comma", "write 1.5"]]),
+        ('Phi (rad/m);T (N m)\n"1,5";2.5\n', [["line 2", "decimal comma", "write 1.5"]]),
+        (
+            "Winkel (deg);Winkel 2 (deg);T (N m)\n1;2;3\n",
+            [["line 1", "several columns may be a twist rate", '"2=total']],
+        ),
         ("Phi (rad/m),T (N m)\n1\n1,2,3\n", [["line 2", "has 1 cell,", "2"], ["line 3", "has 3 cells"]]),
+        ("kappa (deg/m),T (N m)\n1,2\n", [["line 1", "no column of a twist rate"]]),
+        ("Winkel (deg),bending moment (N m)\n1,2\n", [["line 1", "no column of a torque"]]),
         ("Phi (rad/m),T (N m)\n1,1_0\n", [["line 2", "1_0"]]),
         ("Phi (rad/m),T (N m)\n", [["no rows"]]),
         ("# only\n", [["comments only"]]),
         ("", [["is empty"]]),
         (" \n\n", [["is empty"]]),
         (b"\x89PNG\x00", [["binary"]]),
-        (b"Phi (\xb0/m),T (N m)\n1,2\n", [["not UTF-8", "line 1"]]),
+        ("a,b\n1,2\n".encode("utf-16"), [["line 1", "none of the columns"]]),
+        (b"\xff\xfeP\x00h", [["begins as UTF-16 text but is none"]]),
+        (b"Phi (\xb0/m)\x01,T (N m)\n1,2\n", [["binary"]]),
         ('Phi (rad/m),T (N m)\n1,2\n1,"2\n', [["line 3", "quotes"]]),
     ],
 )
@@ -132,3 +142,129 @@ def test_a_gap_is_not_filled_by_an_example(cell, remedy):
     with pytest.raises(InputError) as caught:
         tabular.number(cell, "3", gap="leave the row out")
     assert caught.value.problems[0].remedy == remedy
+
+
+# ---- tables as laboratories write them --------------------------------------------------------------------
+
+LAB = "Winkel;Drehmoment\n\u00b0;Nmm\n0,0;0\n90;1,5\n-180,0;-2,5e3\n"
+RATES, LOADS = [0.0, math.pi, -2 * math.pi], [0.0, 1.5e-3, -2.5]
+TOTAL = '"Winkel (\u00b0)" as the twist of the whole beam'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (LAB, ["with the units of line 2", "with decimal commas", TOTAL, "as the torque"]),
+        (LAB.replace(";", "\t"), ["decimal commas"]),
+        (LAB.replace(",", "."), ["units of line 2"]),
+        (LAB.encode("utf-8-sig"), ["decimal commas"]),
+        (LAB.encode("utf-16"), ["decimal commas"]),
+        (b"\xfe\xff" + LAB.encode("utf-16-be"), ["decimal commas"]),
+        (LAB.encode("latin-1"), ["in latin-1"]),
+        ("Pr\u00fcfung 12;A\nDatum;1.2.2024\n\n" + LAB, ["without 2 lines above the header", "units of line 5"]),
+        ("% Probe 3\n# 1,2;3\n" + LAB.replace("90", "// Pause\n90"), ["units of line 4"]),
+        (LAB.replace("\n\u00b0;Nmm", "\n[\u00b0];(N-mm)"), ["units of line 2"]),
+        (
+            LAB.replace("\n\u00b0;Nmm", "").replace("Winkel;Drehmoment", "Winkel [Grad];Moment (Nmm)"),
+            ["decimal commas"],
+        ),
+        ("turns (rev);moment, measured (mNm)\n0;0\n,25;1,5\n-0,5;-2,5e3\n", ["twist of the whole beam"]),
+        ("Zeit;Winkel;M1\ns;U;Nmm\n0;0;0\n1;,25;1,5\n2;-0,5;-2500\n", ["units of line 2"]),
+        ("a;b\n(deg);(N mm)\n0;0\n90;1.5\n-180;-2500\n", ['"a (deg)" as the twist', '"b (N mm)" as the torque']),
+    ],
+)
+def test_tables_of_laboratories(text, said, tmp_path):
+    with pytest.warns(TableWarning) as caught:
+        found = _read(tmp_path, text)
+    assert found.rate == pytest.approx(RATES, rel=1e-14)
+    assert found.load == pytest.approx(LOADS, rel=1e-14)
+    (line,) = [str(w.message) for w in caught]
+    assert "\n" not in line
+    assert line.startswith(f"{tmp_path / 'test 1.csv'} is read ")
+    assert all(words in line for words in said), line
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("Weg;x;y\n1;0;0\n2;90;1.5\n3;-180;-2500\n", {"columns": "x=total (deg), y=T (N mm)"}),
+        ("1;0;0\n2;90;1.5\n3;-180;-2500\n", {"columns": {"2": "total (deg)", "3": "T (N mm)"}}),
+        ("x (deg);T (N mm);Mz (N mm)\n0;9;0\n90;9;1.5\n-180;9;-2500\n", {"columns": "1=total,Mz=T"}),
+        ("x;y\n0;0\n90;1,5\n-180;-2500\n", {"columns": "x=total (deg), y=T (N mm)", "decimal": ","}),
+        ('total (deg),T (N mm)\n0,0\n90,"1,5"\n-180,-2500\n', {"decimal": ","}),
+    ],
+)
+def test_what_is_said_is_not_guessed(text, given, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    found = measured.read(path, **BEAM, **given)
+    assert found.rate == pytest.approx(RATES, rel=1e-14)
+    assert found.load == pytest.approx(LOADS, rel=1e-14)
+    assert found.lines.tolist() == [i + text[0].isalpha() for i in (1, 2, 3)]
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "words"),
+    [
+        (LAB, {"decimal": "."}, 'line 3: Winkel (\u00b0) = "0,0": has a decimal comma; write 0.0'),
+        ("total (deg);T (N m)\n1.234,5;2\n", {"decimal": ","}, "has a point, but decimals are set off by commas here"),
+        (LAB, {"decimal": ";"}, 'decimal = ";": must be "." or ","'),
+        (LAB, {"columns": "Weg=total"}, 'columns: no column is called "Weg" among "Winkel, Drehmoment"; give names or'),
+        ("a;a\n1;2\n", {"columns": "a=T (N m)"}, 'several columns are called "a"'),
+        (LAB, {"columns": "3=T (N m)"}, "numbers from 1 to 2"),
+        (LAB, {"columns": "total (deg)"}, "does not name columns"),
+        (LAB, {"columns": "1=total (m), 2=T"}, "m is no unit of a twist or curvature"),
+        ("a;b\n1;2\n", {"columns": "1=total, 2=T (N m)"}, 'column "total": has no unit'),
+    ],
+)
+def test_mistakes_in_what_is_said(text, given, words, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        measured.read(path, **BEAM, **given)
+    assert words in str(caught.value).splitlines()[0]
+
+
+def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, capsys, monkeypatch):
+    import squama
+    from squama.cli import main
+    from squama.inverse.target import read_target
+
+    monkeypatch.chdir(tmp_path)
+    beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
+    Path("beam.toml").write_text(beam.to_toml())
+    r = squama.twist(beam, points=60, to="0.2 rad/pitch", joint="hinge")
+    rows = [
+        f"{math.degrees(p) * beam.scales:.9g};{1e3 * t:.9g}" for p, t in zip(r.phi.values, r["T"].values, strict=True)
+    ]
+    plain = "total (deg);T (N mm)\n" + "\n".join(rows) + "\n"
+    lab = "Winkel;Moment\n\u00b0;Nmm\n" + "\n".join(rows).replace(".", ",") + "\n"
+    Path("plain.csv").write_text(plain)
+    Path("lab.csv").write_bytes(lab.encode("latin-1"))
+    said = {}
+    for name, more in (("plain", []), ("lab", []), ("lab", ["--decimal", ",", "--columns", "1=total, 2=T"])):
+        assert main(["fit", f"{name}.csv", "beam.toml", "--json", *more]) == 0
+        out = capsys.readouterr()
+        said[name, len(more)] = json.loads(out.out)["parameters"]["mu"]["estimate"], out.err
+    assert len({estimate for estimate, _ in said.values()}) == 1
+    assert said["plain", 0][1] == ""
+    assert said["lab", 0][1].startswith(
+        "squama: warning: lab.csv is read in latin-1, with the units of line 2, with decimal"
+    )
+    assert said["lab", 0][1].count("\n") == 1
+    assert (
+        said["lab", 4][1] == "squama: warning: lab.csv is read in latin-1, with the units of line 2; if that is "
+        "wrong, tell decimal and columns\n"
+    )
+    assert main(["twist", "beam.toml", "--joint", "hinge", "--data", "lab.csv", "--plot", "a.svg"]) == 0
+    assert "is read in latin-1" in capsys.readouterr().err
+    assert main(["twist", "beam.toml", "--data", "lab.csv", "--columns", "9=T", "--plot", "b.svg"]) == 2
+    assert '--columns: no column is called "9"' in capsys.readouterr().err
+    target = {"target": {"curve": "lab.csv"}, "vary": {"scale": {"theta0": ("5 deg", "20 deg")}}}
+    with pytest.warns(TableWarning):
+        goals = read_target(target, beam=beam).goals
+    assert goals[-1].asked == pytest.approx(float(r["T"].max()), rel=1e-8)
+    assert goals[-1].want.at.per_pitch(beam.pitch) == pytest.approx(float(r.phi.max()), rel=1e-8)
+    with pytest.warns(TableWarning):
+        fit = squama.fit(squama.read_measured("lab.csv", beam), beam)
+    assert fit.values["mu"] == pytest.approx(said["plain", 0][0], rel=1e-6)

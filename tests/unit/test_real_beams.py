@@ -39,7 +39,7 @@ def test_a_beam_of_a_file_has_the_curve_of_twist() -> None:
     unit = substrate.youngs_modulus * d**3
     assert many.phi_e == pytest.approx(float(one.phi_e), rel=1e-12)
     assert many.end == str(one.end.values)
-    np.testing.assert_allclose(many.T * unit, one["T"].values, rtol=1e-5)
+    np.testing.assert_allclose(many.torque * unit, one["T"].values, rtol=1e-5)
     np.testing.assert_allclose(many.N * unit / d, one.N.values, rtol=1e-4)
     np.testing.assert_allclose(many.W_fr * unit / d, one.W_fr.values, rtol=1e-3, atol=1e-9)
     assert float(many.K_theta) * unit == pytest.approx(one.attrs["K_theta"])
@@ -67,17 +67,17 @@ def test_designs_outside_the_law_have_no_figures_and_all_others_an_end() -> None
     assert 100 < r.in_range.sum() < 400
     joint = law.Shape(*(designs[name] for name in law.Shape._fields))
     np.testing.assert_array_equal(r.in_range, law.within(joint))
-    for values in (r.phi_e, r.phi_end, r.K_theta, r.T[:, 0]):
+    for values in (r.phi_e, r.phi_end, r.K_theta, r.torque[:, 0]):
         np.testing.assert_array_equal(np.isnan(values), ~r.in_range)
     words = {str(word) for word in path.WORDS}
     assert set(r.end[r.in_range]) <= words
     assert set(r.end[~r.in_range]) == {""}
     # a curve goes to its end, and no further
-    reached = np.isfinite(r.T[r.in_range])
+    reached = np.isfinite(r.torque[r.in_range])
     np.testing.assert_array_equal(reached, r.phi_end[r.in_range, None] * (1 + 1e-9) >= PHI)
     free = r.in_range & (r.end == "no engagement")
     assert free.any()
-    np.testing.assert_allclose(r.T[free], r.rigidity[free, None] * PHI, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(r.torque[free], r.rigidity[free, None] * PHI, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(r.stiffness_ratio[free], 1, rtol=1e-9)
 
 
@@ -94,13 +94,13 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
     assert 0 < many.phi_e < 0.1
     assert many.phi_e == pytest.approx(one.contact.phi, rel=1e-9)
     assert many.phi_end == pytest.approx(end.phi, rel=1e-6)
-    np.testing.assert_allclose(many.T, rows[:, 1], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(many.torque, rows[:, 1], rtol=1e-6, atol=1e-12)
 
 
 def test_modulus_to_infinity_is_rigid() -> None:
     rigid, stiff = (squama.response(PHI, **DESIGN, modulus_ratio=ratio) for ratio in (np.inf, 1e13))
     assert rigid.stiffness_ratio.max() > 5
-    np.testing.assert_allclose(stiff.T, rigid.T, rtol=1e-4)
+    np.testing.assert_allclose(stiff.torque, rigid.torque, rtol=1e-4)
 
 
 @pytest.mark.parametrize(

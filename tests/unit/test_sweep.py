@@ -28,15 +28,17 @@ def contents(store):
 @pytest.fixture(scope="module")
 def both(tmp_path_factory):
     place = tmp_path_factory.mktemp("sweep") / "map.zarr"
-    return squama.sweep(BEAM, RANGES, law=["edge", "plate"], out=place, tile=20), place
+    return squama.sweep(BEAM, RANGES, law=["edge", "plate"], out=place, tile=20, joint="hinge"), place
 
 
 @pytest.mark.parametrize("n", [11, 15])
 def test_no_bit_depends_on_the_tiles(n, tmp_path):
     # 121 and 225 cells: few are solved by Python, more by compiled code
     ranges = {"mu": (0, 1, n), "alpha": (0.2, 1.3, n)}
-    first, other = (squama.sweep(BEAM, ranges, out=tmp_path / f"{tile}.zarr", tile=tile).load() for tile in (225, 20))
-    for name in VARIABLES["twisting"]:
+    first, other = (
+        squama.sweep(BEAM, ranges, out=tmp_path / f"{tile}.zarr", tile=tile, joint="hinge").load() for tile in (225, 20)
+    )
+    for name in VARIABLES["hinge", "twisting"]:
         assert first[name].values.tobytes() == other[name].values.tobytes(), name
 
 
@@ -84,7 +86,7 @@ SWEPT = [
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 @pytest.mark.parametrize("ranges", SWEPT, ids=" ".join)
 def test_columns_of_the_cells_are_those_of_their_beams(ranges, load):
-    plan = make_plan(BEAM.replace(friction={"mu": 0.3}), ranges, load=load)
+    plan = make_plan(BEAM.replace(friction={"mu": 0.3}), ranges, load=load, joint="hinge")
     mesh = dict(zip(plan.dims, np.ix_(*(axis.values for axis in plan.axes)), strict=True))
     found = columns.columns(BEAM, mesh, load=load, each=joint_law.one_by_one)
     for index in np.ndindex(plan.shape):
@@ -106,7 +108,11 @@ def test_columns_of_the_cells_are_those_of_their_beams(ranges, load):
 
 def test_a_joint_without_stiffness_leaves_the_bare_beam(tmp_path):
     data = squama.sweep(
-        BEAM, {"scale.embedded": (0.0, "6 mm", 3), "mu": (0.2, 0.4, 2)}, out=tmp_path / "m.zarr", margin=0.1
+        BEAM,
+        {"scale.embedded": (0.0, "6 mm", 3), "mu": (0.2, 0.4, 2)},
+        out=tmp_path / "m.zarr",
+        margin=0.1,
+        joint="hinge",
     )
     cell = data.isel(mu=0).sel({"scale.embedded": 0.0})
     r = squama.twist(BEAM.replace(scale={"embedded": 0.0}), mu=0.2, margin=0.1, points=3, joint="hinge")
@@ -117,9 +123,9 @@ def test_a_joint_without_stiffness_leaves_the_bare_beam(tmp_path):
 
 def test_labels(both):
     data, place = both
-    assert list(data.data_vars) == [*VARIABLES["twisting"], "status"]
+    assert list(data.data_vars) == [*VARIABLES["hinge", "twisting"], "status"]
     assert data["RED"].dims == ("law", "mu", "alpha")
-    for name in (*VARIABLES["twisting"], "mu", "alpha"):
+    for name in (*VARIABLES["hinge", "twisting"], "mu", "alpha"):
         assert data[name].attrs["long_name"]
     assert (data.torque.attrs["units"], data.U_el.attrs["units"], data.alpha.attrs["units"]) == ("N m", "J/m", "rad")
     assert data.end.dtype == "int8"
@@ -140,7 +146,7 @@ def test_labels(both):
 
 def test_a_margin_that_is_swept(tmp_path):
     margins = [0.001, 0.01, 0.1]
-    data = squama.sweep(BEAM, {"margin": margins, "mu": (0.1, 0.5, 3)}, out=tmp_path / "m.zarr")
+    data = squama.sweep(BEAM, {"margin": margins, "mu": (0.1, 0.5, 3)}, out=tmp_path / "m.zarr", joint="hinge")
     assert "margin" not in data.attrs
     for margin in margins:
         r = squama.twist(BEAM, mu=0.3, margin=margin, points=3, joint="hinge")
@@ -150,7 +156,7 @@ def test_a_margin_that_is_swept(tmp_path):
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_a_path_runs_from_engagement_to_the_lock_without_friction(load, tmp_path):
     ranges = {"mu": (0.0, 2.0, 3), "theta0": ("5 deg", "20 deg", 4)}
-    data = squama.sweep(BEAM, ranges, load=load, out=tmp_path / "m.zarr")
+    data = squama.sweep(BEAM, ranges, load=load, out=tmp_path / "m.zarr", joint="hinge")
     part = slices.take(data, x="theta0", y="mu")
     found = slices.paths(part, ["10 deg", "0.3 rad"], bare=False)
     assert list(found) == pytest.approx([np.radians(10), 0.3])
@@ -161,7 +167,9 @@ def test_a_path_runs_from_engagement_to_the_lock_without_friction(load, tmp_path
 
 
 def test_bending(tmp_path):
-    data = squama.sweep(BEAM, {"eta": (2.0, 6.0, 3), "mu": [0.1, 0.3]}, load="bending", out=tmp_path / "m.zarr")
+    data = squama.sweep(
+        BEAM, {"eta": (2.0, 6.0, 3), "mu": [0.1, 0.3]}, load="bending", out=tmp_path / "m.zarr", joint="hinge"
+    )
     assert {"psi_e", "psi_end"} <= set(data.data_vars)
     r = squama.bend(squama.Beam.from_ratios(eta=4), mu=0.3, points=3)
     cell = data.sel(eta=4.0, mu=0.3)
@@ -183,7 +191,7 @@ def test_red_is_that_of_the_papers_maps_at_400_by_400(tmp_path):
 def _compare_with_paper(folder, n):
     for over, values in (("eta", (1.5, 8.0, n)), ("alpha", ("1 deg", "75 deg", n))):
         ranges = {over: values, "mu": (0.0, 6.0, n)}
-        data = squama.sweep(paper.main(), ranges, law=["plate", "edge"], out=folder / f"{over}.zarr")
+        data = squama.sweep(paper.main(), ranges, law=["plate", "edge"], out=folder / f"{over}.zarr", joint="hinge")
         grid = np.meshgrid(data[over].values, data["mu"].values, indexing="ij")
         r = paper_maps.sweep(paper.main(), over, grid[0].ravel())
         for law in ("plate", "edge"):
@@ -218,14 +226,14 @@ def test_shards_together_are_the_sweep(both, tmp_path):
 
 def test_progress_tells_tiles_and_time_left(tmp_path):
     states = []
-    squama.sweep(BEAM, RANGES, out=tmp_path / "m.zarr", tile=20, progress=states.append)
+    squama.sweep(BEAM, RANGES, out=tmp_path / "m.zarr", tile=20, progress=states.append, joint="hinge")
     assert [s.tiles_done for s in states] == list(range(states[0].tiles + 1))
     assert states[0].left_s is None
     assert states[-1].left_s == 0.0
     assert all(s.left_s > 0 for s in states[1:-1])
     assert states[-1].cells_done == states[-1].cells == 63
     states.clear()
-    squama.sweep(BEAM, RANGES, out=tmp_path / "m.zarr", tile=20, progress=states.append)
+    squama.sweep(BEAM, RANGES, out=tmp_path / "m.zarr", tile=20, progress=states.append, joint="hinge")
     assert [s.tiles_done for s in states] == [states[0].tiles]
 
 
@@ -233,11 +241,12 @@ _PEAK = """
 import resource, sys, squama
 n, out = int(sys.argv[1]), sys.argv[2]
 beam = squama.Beam.from_ratios(mu=0.3, stiffness=0.02, inclusion_factor=1.4)
-squama.sweep(beam, {"eta": (2, 6, 8), "mu": (0.1, 0.5, 4)}, out=f"{out}/small.zarr")
+squama.sweep(beam, {"eta": (2, 6, 8), "mu": (0.1, 0.5, 4)}, out=f"{out}/small.zarr", joint="hinge")
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-squama.sweep(beam, {"eta": (2, 6, 256), "mu": (0.1, 0.5, 256)}, out=f"{out}/tile.zarr", tile=65536)
+squama.sweep(beam, {"eta": (2, 6, 256), "mu": (0.1, 0.5, 256)}, out=f"{out}/tile.zarr", tile=65536, joint="hinge")
 # with a joint that is given the thickness changes nothing, so a row of cells is solved once
-data = squama.sweep(beam, {"scale.thickness": (1e-4, 2e-4, n), "eta": (2, 6, n)}, out=f"{out}/m.zarr", tile=65536)
+over = {"scale.thickness": (1e-4, 2e-4, n), "eta": (2, 6, n)}
+data = squama.sweep(beam, over, joint="hinge", out=f"{out}/m.zarr", tile=65536)
 assert data.RED.size == n * n and bool((data.status == 1).all())
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 """

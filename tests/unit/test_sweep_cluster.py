@@ -21,7 +21,18 @@ from squama.study import cluster, store, sweeping
 
 pytest.importorskip("distributed")
 
-ARGUMENTS = ["sweep", "beam.toml", "--over", "mu=0:2:12", "--over", "alpha=15deg:75deg:12", "--tile", "36"]
+ARGUMENTS = [
+    "sweep",
+    "beam.toml",
+    "--joint",
+    "hinge",
+    "--over",
+    "mu=0:2:12",
+    "--over",
+    "alpha=15deg:75deg:12",
+    "--tile",
+    "36",
+]
 LONG = 120
 """Seconds after which a test gives up; nothing is measured against it."""
 
@@ -163,7 +174,7 @@ def test_an_address_where_no_scheduler_answers_is_one_line_and_leaves_no_store(l
 
 
 def test_a_worker_with_other_versions_writes_nothing(place, monkeypatch):
-    plan = sweeping.make_plan(squama.Beam.from_ratios(), {"mu": (0, 1, 4)}, tile=2)
+    plan = sweeping.make_plan(squama.Beam.from_ratios(), {"mu": (0, 1, 4)}, tile=2, joint="hinge")
     store.prepare(Path("map.zarr"), plan)
     before = contents("map.zarr")
     monkeypatch.setattr(sweeping, "versions", lambda: {**plan.versions, "numpy": "1.0"})

@@ -20,7 +20,7 @@ from squama.study.sweeping import make_plan, run
 
 BEAM = squama.Beam.from_ratios()
 RANGES = {"mu": (0.0, 2.0, 9), "alpha": ("15 deg", "75 deg", 7)}
-PLAN = make_plan(BEAM, RANGES, tile=20)
+PLAN = make_plan(BEAM, RANGES, tile=20, joint="hinge")
 ANEW = "; run the same sweep again: it does this tile anew"
 
 
@@ -65,7 +65,7 @@ def swap(one, other):
 
 def swap_tiles(path):
     """Swap every file of two tiles, the checksums too."""
-    for part in (*VARIABLES["twisting"], "status"):
+    for part in (*VARIABLES["hinge", "twisting"], "status"):
         swap(path / part / "c.0.0", path / part / "c.1.0")
     swap(path / "checksums/c.0.0.0", path / "checksums/c.1.0.0")
 
@@ -133,7 +133,7 @@ def test_only_what_is_read_is_held_against_its_checksum(path, finished, monkeypa
     reading, read = Path.read_bytes, []
     monkeypatch.setattr(Path, "read_bytes", lambda self: (read.append(self), reading(self))[1])
     data = squama.open_sweep(path)
-    assert not [p for p in read if p.parent.name in VARIABLES["twisting"] and p.name.startswith("c.")]
+    assert not [p for p in read if p.parent.name in VARIABLES["hinge", "twisting"] and p.name.startswith("c.")]
     whole = squama.open_sweep(finished)
     assert np.array_equal(data.torque.values, whole.torque.values)
     assert np.array_equal(data.RED[5:].values, whole.RED[5:].values)
@@ -236,6 +236,6 @@ def test_the_command_mends(path, finished, capsys):
         "squama: error: map.zarr: is damaged (tile 0.1: RED/c.0.1 does not fit the checksum of its place)" + ANEW + "\n"
     )
     assert not Path("map.csv").exists()
-    assert main(["sweep", "beam.toml", *over, "--tile", "20", "-o", "map.zarr"]) == 0
+    assert main(["sweep", "beam.toml", "--joint", "hinge", *over, "--tile", "20", "-o", "map.zarr"]) == 0
     assert main(["map", "map.zarr", "--csv", "map.csv"]) == 0
     assert contents(path) == contents(finished)

@@ -22,7 +22,18 @@ from squama.study import store, sweeping
 from squama.study.sweeping import make_plan, run
 
 BEAM = squama.Beam.from_ratios()
-ARGUMENTS = ["sweep", "beam.toml", "--over", "mu=0:2:24", "--over", "alpha=15deg:75deg:24", "--tile", "36"]
+ARGUMENTS = [
+    "sweep",
+    "beam.toml",
+    "--joint",
+    "hinge",
+    "--over",
+    "mu=0:2:24",
+    "--over",
+    "alpha=15deg:75deg:24",
+    "--tile",
+    "36",
+]
 
 
 def contents(store):
@@ -127,7 +138,7 @@ def _dying(n):
 
 def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch):
     """The process ends without a word before the n-th change of the disk, all through the writing of a tile."""
-    plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36, joint="hinge")
     path = Path("map.zarr")
     store.prepare(path, plan)
     todo = plan.tiles()
@@ -181,7 +192,7 @@ def test_two_runs_at_once_share_the_tiles(place, undisturbed):
 
 
 def test_a_tile_that_another_process_has_is_left_to_it(place):
-    plan = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2)
+    plan = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2, joint="hinge")
     store.prepare(Path("map.zarr"), plan)
     writer = store.Writer(Path("map.zarr"), plan)
     with writer.claim((0,)) as mine, writer.claim((0,)) as second:
@@ -196,7 +207,7 @@ def test_a_tile_that_another_process_has_is_left_to_it(place):
 
 
 def test_a_store_of_another_engine_is_read_and_not_gone_on_with(place):
-    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2), Path("map.zarr")
+    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2, joint="hinge"), Path("map.zarr")
     run(plan, path)
     before = contents(path)
     attributes = json.loads((path / "zarr.json").read_text())
@@ -212,7 +223,7 @@ def test_a_store_of_another_engine_is_read_and_not_gone_on_with(place):
 
 
 def test_what_the_dead_have_left_is_swept_when_no_writer_lives(place):
-    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2), Path("map.zarr")
+    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2, joint="hinge"), Path("map.zarr")
     store.prepare(path, plan)
     sweeping.one_tile(str(path), (0,))
     whole = contents(path)
@@ -229,7 +240,7 @@ def test_what_the_dead_have_left_is_swept_when_no_writer_lives(place):
 
 @pytest.mark.parametrize("step", [0, 12, 25, 62, 65])
 def test_a_full_disk_leaves_the_store_as_it_was(step, place, undisturbed, monkeypatch, capsys):
-    plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36, joint="hinge")
     store.prepare(Path("map.zarr"), plan)
     assert sweeping.one_tile("map.zarr", next(plan.tiles()))
     before = contents("map.zarr")
@@ -262,7 +273,7 @@ def test_a_full_disk_when_the_store_is_made_leaves_nothing(place, monkeypatch):
 
     monkeypatch.setattr(store, "flush", full)
     with pytest.raises(InputError, match="the disk is full"):
-        squama.sweep(BEAM, {"mu": (0, 1, 3)}, out="map.zarr")
+        squama.sweep(BEAM, {"mu": (0, 1, 3)}, out="map.zarr", joint="hinge")
     assert sorted(p.name for p in Path().iterdir()) == ["beam.toml"]
 
 
@@ -296,7 +307,7 @@ main(sys.argv[2:])
 
 
 def test_a_store_that_lacks_an_axis_is_not_gone_on_with(tmp_path):
-    plan, path = make_plan(BEAM, {"mu": (0, 1, 3)}), tmp_path / "map.zarr"
+    plan, path = make_plan(BEAM, {"mu": (0, 1, 3)}, joint="hinge"), tmp_path / "map.zarr"
     store.prepare(path, plan)
     shutil.rmtree(path / "mu")
     with pytest.raises(InputError, match=r"is damaged \(mu\)"):
@@ -362,7 +373,7 @@ def kill_one(client):
 
 if __name__ == "__main__":
     beam = squama.Beam.from_toml("beam.toml")
-    plan = sweeping.make_plan(beam, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36)
+    plan = sweeping.make_plan(beam, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36, joint="hinge")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         with distributed.Client(cluster) as client:
             killer = threading.Thread(target=kill_one, args=(client,))

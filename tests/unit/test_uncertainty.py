@@ -30,7 +30,7 @@ def test_small_tolerances_propagate_linearly():
         name: ("normal", own, sds[name])
         for name, own in zip(sds, (np.pi / 4, BEAM.scale.theta0, 0.3, 3 * d), strict=True)
     }
-    u = squama.uncertainty(BEAM, vary, samples=2**14)
+    u = squama.uncertainty(BEAM, vary, samples=2**14, joint="hinge")
     ratio = BEAM.torsional_rigidity / BEAM.joint_stiffness / d
     g = squama.gradient(**BEAM.ratios, mu=0.3, stiffness_ratio=ratio)
     by = {"alpha": 2e-4, "theta0": 1e-4, "mu": 2e-4, "eta": 1e-4}
@@ -49,7 +49,7 @@ def test_small_tolerances_propagate_linearly():
 @pytest.mark.parametrize("sampler", ["sobol", "random"])
 def test_quantiles_map_through_a_monotone_function(sampler):
     low, high = np.radians([8, 12])
-    u = squama.uncertainty(BEAM, {"theta0": "uniform(8 deg, 12 deg)"}, samples=2**15, sampler=sampler)
+    u = squama.uncertainty(BEAM, {"theta0": "uniform(8 deg, 12 deg)"}, samples=2**15, sampler=sampler, joint="hinge")
     p = u.level.values
     one = u.sel(figure="phi_e")
     ratios = {name: v for name, v in BEAM.ratios.items() if name != "theta0"}
@@ -75,7 +75,7 @@ def test_quantiles_map_through_a_monotone_function(sampler):
 )
 def test_distributions(text, law):
     # the stiffness without contact is proportional to the modulus
-    u = squama.uncertainty(BEAM, {"substrate.youngs_modulus": text}, samples=2**14).sel(figure="K_0")
+    u = squama.uncertainty(BEAM, {"substrate.youngs_modulus": text}, samples=2**14, joint="hinge").sel(figure="K_0")
     unit = BEAM.torsional_rigidity / 2e6
     assert float(u["mean"]) == pytest.approx(law.mean() * unit, rel=3e-5)
     assert float(u["sd"]) == pytest.approx(law.std() * unit, rel=2e-3)
@@ -83,7 +83,7 @@ def test_distributions(text, law):
 
 
 def test_a_normal_distribution_is_truncated_to_what_is_possible():
-    found = squama.uncertainty(BEAM, {"mu": "normal(0.05, 0.035)"}, samples=2**14, keep=True)
+    found = squama.uncertainty(BEAM, {"mu": "normal(0.05, 0.035)"}, samples=2**14, keep=True, joint="hinge")
     mu = found["friction.mu"].values
     law = stats.truncnorm(-0.05 / 0.035, 9.95 / 0.035, 0.05, 0.035)
     assert mu.min() > 0
@@ -98,7 +98,7 @@ def test_a_normal_distribution_is_truncated_to_what_is_possible():
 def test_samples_are_beams():
     d = BEAM.pitch
     vary = {"beam.pitch": "+- 3 %", "scale.thickness": "+- 10 %", "substrate.thickness": "+- 5 %", "mu": "+- 0.05"}
-    u = squama.uncertainty(BEAM, {**vary, "scale.alpha": "+- 3 deg"}, samples=3200, keep=True)
+    u = squama.uncertainty(BEAM, {**vary, "scale.alpha": "+- 3 deg"}, samples=3200, keep=True, joint="hinge")
     for i in (0, 77, 3000):
         s = u.isel(sample=i)
         beam = BEAM.replace(
@@ -120,7 +120,9 @@ def test_samples_are_beams():
 
 
 def test_bending_samples_are_beams():
-    u = squama.uncertainty(BEAM, {"scale.length": "+- 5 %", "mu": "+- 0.2"}, load="bending", samples=3200, keep=True)
+    u = squama.uncertainty(
+        BEAM, {"scale.length": "+- 5 %", "mu": "+- 0.2"}, load="bending", samples=3200, keep=True, joint="hinge"
+    )
     s = u.isel(sample=5)
     beam = BEAM.replace(scale={"length": float(s["scale.length"])}, friction={"mu": float(s["friction.mu"])})
     r = squama.bend(beam, at=float(s.kappa_e) * (1 + np.array([1e-4, 2e-4])))
@@ -130,7 +132,7 @@ def test_bending_samples_are_beams():
 
 
 def test_every_end_counts_and_nothing_is_missing():
-    u = squama.uncertainty(BEAM, mixed(BEAM.pitch), samples=2**13, keep=True, before="20 deg/pitch")
+    u = squama.uncertainty(BEAM, mixed(BEAM.pitch), samples=2**13, keep=True, before="20 deg/pitch", joint="hinge")
     assert u.sizes["end"] >= 4
     assert {"no engagement", "frictional lock"} <= set(u.end.values)
     assert float(u.probability.sum()) == pytest.approx(1)
@@ -157,7 +159,7 @@ def test_before_is_an_angle_per_pitch_in_total_or_a_rate():
     vary = {"beam.pitch": "+- 5 %", "scale.alpha": "+- 2 deg"}
     got = {}
     for text in ("0.275 rad/pitch", f"{0.275 * 25} rad total", f"{0.275 / BEAM.pitch} rad/m"):
-        u = squama.uncertainty(BEAM, vary, samples=2**13, before=text, keep=True)
+        u = squama.uncertainty(BEAM, vary, samples=2**13, before=text, keep=True, joint="hinge")
         got[text] = float(u.P_locked_before)
         name, limit = ("Phi_end", 0.275 / BEAM.pitch) if "m" in text.split("/")[-1] else ("phi_end", 0.275)
         assert got[text] == float((u[name] < limit).mean())
@@ -171,7 +173,7 @@ def test_indices_are_those_of_what_is_said_in_words(monkeypatch):
     seen, none = [], np.zeros((0, 2))
     monkeypatch.setattr(statistics, "indices", lambda *asked: seen.append(asked) or Indices((), *[none] * 4, {}))
     vary = {"scale.alpha": "+- 2 deg", "mu": "+- 0.2"}
-    squama.uncertainty(BEAM, vary, samples=3200, before="0.27 rad/pitch", indices=1024)
+    squama.uncertainty(BEAM, vary, samples=3200, before="0.27 rad/pitch", indices=1024, joint="hinge")
     ((names, base, _, evaluate),) = seen
     assert (len(names), base) == (2, 1024)
     found = evaluate(np.random.default_rng(1).random((200, 2)))
@@ -190,6 +192,7 @@ def test_standard_errors_are_those_of_repeated_runs(sampler):
             seed=seed,
             sampler=sampler,
             before="0.275 rad/pitch",
+            joint="hinge",
         )
         for seed in range(30)
     ]
@@ -207,18 +210,20 @@ def test_standard_errors_are_those_of_repeated_runs(sampler):
 def test_the_same_seed_gives_the_same_samples_whatever_the_chunks_and_threads(monkeypatch):
     vary = {"mu": "+- 0.2", "alpha": "+- 2 deg"}
     for sampler in ("sobol", "random"):
-        first = squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True)
+        first = squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True, joint="hinge")
         monkeypatch.setattr(monte_carlo, "CHUNK", 128)
-        assert squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True).identical(first)
+        assert squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True, joint="hinge").identical(first)
         monkeypatch.undo()
         numba = pytest.importorskip("numba")
         before = numba.get_num_threads()
         try:
             numba.set_num_threads(1)
-            assert squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True).identical(first)
+            assert squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True, joint="hinge").identical(
+                first
+            )
         finally:
             numba.set_num_threads(before)
-        other = squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True, seed=1)
+        other = squama.uncertainty(BEAM, vary, samples=2**15, sampler=sampler, keep=True, seed=1, joint="hinge")
         assert not np.any(other.phi_e.values == first.phi_e.values)
 
 
@@ -258,7 +263,7 @@ def test_indices_of_ishigami():
 
 def test_indices_against_quadrature():
     u = squama.uncertainty(
-        BEAM, {"alpha": "uniform(35 deg, 55 deg)", "mu": "uniform(0.1, 0.6)"}, samples=3200, indices=4096
+        BEAM, {"alpha": "uniform(35 deg, 55 deg)", "mu": "uniform(0.1, 0.6)"}, samples=3200, indices=4096, joint="hinge"
     )
     x, w = np.polynomial.legendre.leggauss(24)
     w = w / 2
@@ -311,11 +316,11 @@ def test_statistics_of_known_values():
 
 def test_what_a_sample_cannot_be_is_refused():
     with pytest.raises(InputError, match=r"some samples are no valid beam; at .*the tab goes through the substrate"):
-        squama.uncertainty(BEAM, {"scale.embedded": "uniform(5 mm, 200 mm)"}, samples=3200)
+        squama.uncertainty(BEAM, {"scale.embedded": "uniform(5 mm, 200 mm)"}, samples=3200, joint="hinge")
     with pytest.raises(InputError, match="mu: is not given"):
-        squama.uncertainty(squama.Beam.from_ratios(), {"alpha": "+- 1 deg"})
+        squama.uncertainty(squama.Beam.from_ratios(), {"alpha": "+- 1 deg"}, joint="hinge")
     # a tolerance of mu is enough, and nominal is its median
-    u = squama.uncertainty(squama.Beam.from_ratios(), {"mu": "uniform(0.2, 0.4)"}, samples=3200)
+    u = squama.uncertainty(squama.Beam.from_ratios(), {"mu": "uniform(0.2, 0.4)"}, samples=3200, joint="hinge")
     assert float(u.nominal.sel(figure="phi_end")) == pytest.approx(float(squama.ends(**BEAM.ratios, mu=0.3).phi_end))
 
 
@@ -338,6 +343,6 @@ def test_what_a_sample_cannot_be_is_refused():
 )
 def test_bad_arguments(arguments, words):
     with pytest.raises(InputError) as caught:
-        squama.uncertainty(BEAM, {"mu": "+- 0.1"}, **arguments)
+        squama.uncertainty(BEAM, {"mu": "+- 0.1"}, **arguments, joint="hinge")
     assert words in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1

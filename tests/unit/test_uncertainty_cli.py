@@ -100,14 +100,17 @@ def test_all_mistakes_are_told():
 
 def test_summary(beam, capsys):
     vary = ("--vary", "scale.alpha=60 deg +- 1 deg", "--vary", 'mu="normal(0.25, 0.03)"')
-    assert main(["uncertainty", beam, *vary, *FEW, "--before", "200 deg total", "--indices", "64"]) == 0
+    assert (
+        main(["uncertainty", beam, "--joint", "hinge", *vary, *FEW, "--before", "200 deg total", "--indices", "64"])
+        == 0
+    )
     out = capsys.readouterr().out
     assert "4096 beams, scrambled Sobol points, seed 0" in out
     assert "  scale.alpha = uniform(59 deg, 61 deg)\n  friction.mu = normal(0.25, 0.03)\n" in out
     assert "locked before 200 deg total: none of 4096 beams (below 0.00073 with 95 % confidence)" in out
     assert "the nominal beam: frictional lock" in out
     assert "  locked before: none, it does not vary" in out
-    u = squama.uncertainty(BEAM, {"alpha": "+- 1 deg", "mu": "normal(0.25, 0.03)"}, samples=3200)
+    u = squama.uncertainty(BEAM, {"alpha": "+- 1 deg", "mu": "normal(0.25, 0.03)"}, samples=3200, joint="hinge")
     row = next(line for line in out.splitlines() if line.startswith("phi_end "))
     one = u.sel(figure="phi_end")
     figures = [one.nominal, one["mean"], one.sd, *one["quantile"].sel(level=[0.05, 0.5, 0.95])]
@@ -120,7 +123,23 @@ def test_files_of_tolerances_and_flags(beam, capsys):
     Path("tol.toml").write_text('[tolerance]\nscale.alpha = "+- 3 deg"\n"mu" = "+- 0.1"\nbeam.pitch = "+- 1 %"\n')
     flags = ("--tolerances", "tol.toml", "--vary", "mu=0.2 +- 0.02 triangular")
     assert (
-        main(["uncertainty", beam, *flags, *FEW, "--json", "--sampler", "random", "--seed", "4", "--indices", "64"])
+        main(
+            [
+                "uncertainty",
+                beam,
+                "--joint",
+                "hinge",
+                *flags,
+                *FEW,
+                "--json",
+                "--sampler",
+                "random",
+                "--seed",
+                "4",
+                "--indices",
+                "64",
+            ]
+        )
         == 0
     )
     got = json.loads(capsys.readouterr().out)
@@ -139,9 +158,14 @@ def test_files_of_tolerances_and_flags(beam, capsys):
 
 
 def test_samples_in_files(beam):
-    assert main(["uncertainty", beam, "--vary", "mu=+- 0.1", *FEW, "--csv", "u.csv", "--netcdf", "u.nc"]) == 0
+    assert (
+        main(
+            ["uncertainty", beam, "--joint", "hinge", "--vary", "mu=+- 0.1", *FEW, "--csv", "u.csv", "--netcdf", "u.nc"]
+        )
+        == 0
+    )
     rows, whole = squama.read("u.csv"), squama.read("u.nc")
-    again = squama.uncertainty(BEAM, {"mu": "+- 0.1"}, samples=3200, keep=True)
+    again = squama.uncertainty(BEAM, {"mu": "+- 0.1"}, samples=3200, keep=True, joint="hinge")
     assert whole.identical(again)
     assert rows.sizes == {"sample": 4096}
     for name in rows.data_vars:
@@ -161,12 +185,12 @@ def test_picture(beam):
         "--before",
         "0.4 rad/pitch",
     )
-    assert main(["uncertainty", beam, *flags, *FEW, "--plot", "u.png", "--plot", "u.svg"]) == 0
+    assert main(["uncertainty", beam, "--joint", "hinge", *flags, *FEW, "--plot", "u.png", "--plot", "u.svg"]) == 0
     text = Path("u.svg").read_text(encoding="utf-8")
     for words in ("off tip edge", "frictional lock", "scale.alpha", "nominal beam", "has locked"):
         assert words in text
     u = squama.uncertainty(
-        BEAM, {"mu": "+- 0.1", "alpha": "uniform(15 deg, 40 deg)"}, samples=3200, before="0.4 rad/pitch"
+        BEAM, {"mu": "+- 0.1", "alpha": "uniform(15 deg, 40 deg)"}, samples=3200, before="0.4 rad/pitch", joint="hinge"
     )
     left, right = uncertainty_figure(u).axes
     labels = [t.get_text() for t in left.get_legend().get_texts()]
@@ -182,7 +206,7 @@ def test_picture(beam):
     assert (x, y) == pytest.approx((0.4, float(u.P_locked_before)))
     assert np.interp(x, right.lines[0].get_xdata(), locked) == pytest.approx(y, abs=0.02)
     # a rate has no place where the pitch varies too
-    v = squama.uncertainty(BEAM, {"beam.pitch": "+- 1 %"}, samples=3200, before="15 rad/m")
+    v = squama.uncertainty(BEAM, {"beam.pitch": "+- 1 %"}, samples=3200, before="15 rad/m", joint="hinge")
     assert not [line for line in uncertainty_figure(v).axes[1].lines if line.get_marker() == "o"]
 
 
@@ -222,7 +246,7 @@ def test_picture(beam):
 def test_mistakes(flags, lines, beam, capsys):
     Path("bad.toml").write_text("[tolerance]\nmu = +- 0.1\n")
     Path("wrong.toml").write_text('[tolerance]\nscale.alpha = "+- 1 mm"\nnu = "+- 1"\n')
-    assert main(["uncertainty", beam, *flags]) == 2
+    assert main(["uncertainty", beam, "--joint", "hinge", *flags]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     got = err.splitlines()
@@ -236,5 +260,5 @@ def test_friction_is_needed(tmp_path, monkeypatch, capsys):
     squama.Beam.from_ratios().to_toml("beam.toml")
     assert main(["uncertainty", "beam.toml", "--vary", "alpha=+- 1 deg"]) == 2
     assert "beam.toml: friction.mu: is missing" in capsys.readouterr().err
-    assert main(["uncertainty", "beam.toml", "--vary", "alpha=+- 1 deg", "--mu", "0.2", *FEW]) == 0
-    assert main(["uncertainty", "beam.toml", "--vary", "mu=0.2 +- 0.1", *FEW]) == 0
+    assert main(["uncertainty", "beam.toml", "--joint", "hinge", "--vary", "alpha=+- 1 deg", "--mu", "0.2", *FEW]) == 0
+    assert main(["uncertainty", "beam.toml", "--joint", "hinge", "--vary", "mu=0.2 +- 0.1", *FEW]) == 0

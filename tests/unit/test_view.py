@@ -206,6 +206,23 @@ def test_nearer_triangles_hide_farther_ones_however_they_come() -> None:
     assert canvas.colour.shape[0] == 40 * SAMPLES
 
 
+@pytest.mark.parametrize("joint", ["hinge", None])
+def test_every_arrow_of_an_animation_is_whole_and_long_enough_to_be_seen(joint, monkeypatch) -> None:
+    beam = squama.Beam.from_toml(Path(__file__).parents[2] / "examples/pla_on_vps.toml")
+    motion = Motion(CASES[0]._replace(beam=beam, mu=0.25, joint=joint))
+    d, cameras = shape(motion.setting, motion.neighbour), []
+    monkeypatch.setattr(picture, "fitted", lambda *given: cameras.append(look.fitted(*given)) or cameras[-1])
+    states = [motion.state(motion.last * i / 4) for i in range(5)]
+    picture._drawn(motion, states, (200, 100))
+    points, arrows = picture._arrows(d, states[-1], 0.25)
+    assert [name for name, _ in arrows] == ["normal", "friction"]
+    assert 0.5 < np.linalg.norm(arrows[0][1] - points, axis=1).min() < 1.6
+    for state in states:
+        for _, tips in picture._arrows(d, state, 0.25)[1]:
+            assert np.abs(cameras[0].seen(tips)[:, :2]).max() < 1
+    assert picture._arrows(d, motion.state(0.0), 0.25)[1] == []
+
+
 def test_a_picture_shows_the_whole_beam_in_the_colour_of_its_state() -> None:
     motion = Motion(CASES[0])
     d = shape(CASES[0])

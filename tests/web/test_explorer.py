@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 
 import pytest
@@ -11,6 +12,15 @@ from squama.scene.motion import Setting
 from squama.web import live, state
 
 HINGED = "?" + state.query(state.preset("pla").hinged.started())
+CUT = """() => [...document.querySelectorAll('.compared tr')].filter((row) => {
+  const r = row.getBoundingClientRect(), at = document.elementFromPoint(r.left + 5, r.bottom - 2);
+  return r.height < 20 || r.bottom > innerHeight || r.right > innerWidth || !row.contains(at); })
+  .map((row) => [row.getBoundingClientRect().toJSON(), row.outerHTML.slice(0, 99)])"""
+SHORT = """() => [...document.querySelectorAll('select')].filter((s) => {
+  const probe = document.createElement('canvas').getContext('2d'), style = getComputedStyle(s);
+  probe.font = style.font;
+  const wanted = probe.measureText(s.selectedOptions[0]?.textContent || '').width + parseFloat(style.paddingLeft);
+  return s.getClientRects().length && wanted + 14 > s.clientWidth; }).map((s) => s.outerHTML.slice(0, 100))"""
 MESH = "[...squamaView.scales.instanceMatrix.array]"
 
 
@@ -20,7 +30,7 @@ def curve(page, i: int) -> list:
 
 def test_the_page_opens_with_the_example_and_draws_it(visit) -> None:
     page = visit()
-    page.until_chart(3, "options.series.length > 0")
+    page.until_chart(4, "options.series.length > 0")
     page.shot("light")
     assert page.page.title() == "squama explorer"
     assert page.state()["name"] == "sliding"
@@ -105,10 +115,10 @@ def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None
 
 def test_a_click_on_the_map_takes_its_design(visit) -> None:
     page = visit()
-    page.until_chart(3, "options.series.length > 0")
-    at = page.page.evaluate("squamaTest.chart(3).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [27, 10])")
-    page.page.locator(".nicegui-echart").nth(3).scroll_into_view_if_needed()
-    box = page.page.locator(".nicegui-echart").nth(3).bounding_box()
+    page.until_chart(4, "options.series.length > 0")
+    at = page.page.evaluate("squamaTest.chart(4).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [27, 10])")
+    page.page.locator(".nicegui-echart").nth(4).scroll_into_view_if_needed()
+    box = page.page.locator(".nicegui-echart").nth(4).bounding_box()
     page.page.mouse.click(box["x"] + at[0], box["y"] + at[1])
     page.until("squamaView.state.mu === 1.5")
     page.eventually(lambda: float(page.number("mu").input_value()), pytest.approx(1.5))
@@ -120,13 +130,13 @@ def test_a_click_on_the_map_takes_its_design(visit) -> None:
 
     # the mark lies on the cell that was clicked, wherever the words above have moved the map to
     def moved() -> tuple[float, float]:
-        now, (x, y) = page.page.locator(".nicegui-echart").nth(3).bounding_box(), place()
+        now, (x, y) = page.page.locator(".nicegui-echart").nth(4).bounding_box(), place()
         return x - now["x"], y - now["y"]
 
     page.eventually(moved, pytest.approx(tuple(at), abs=1.5))
     # other axes
     page.page.locator(".axes select").first.select_option("eta")
-    page.until_chart(3, "options.xAxis[1].max > 7")
+    page.until_chart(4, "options.xAxis[1].max > 7")
     page.eventually(lambda: page.page.locator(".ends li").count() > 1, True)
 
 
@@ -137,7 +147,7 @@ def test_a_link_restores_everything(visit) -> None:
     page.page.locator("[data-do=keep]").click()
     page.enter("alpha", "50")
     page.enter("twist", "0.1")
-    page.page.locator(".controls .choice select").nth(1).select_option("plate")
+    page.page.get_by_label("Force law", exact=True).select_option("plate")
     page.page.wait_for_function("location.search.includes('law=plate') && location.search.includes('keep=')")
     page.until("squamaView.design.law === 'plate' && Math.abs(squamaView.state.load - 0.1) < 1e-9")
     page.page.wait_for_function("location.search.includes('twist=0.1') && location.search.includes('alpha=50')")
@@ -167,9 +177,15 @@ def test_up_to_three_designs_are_compared(visit) -> None:
     assert "3 designs are kept" in page.page.locator(".notice").inner_text()
     names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
     page.until_chart(0, names)
-    page.page.set_viewport_size({"width": 1280, "height": 1100})
-    page.page.wait_for_timeout(400)
-    page.shot("three")
+    for width, height in ((1280, 800), (1920, 1080)):
+        page.page.set_viewport_size({"width": width, "height": height})
+        page.page.wait_for_timeout(400)
+        page.shot(f"three_{width}")
+        assert page.page.evaluate(CUT) == [], "every row is whole and in sight"
+    # each has its letter on the map, and its line among those that are named
+    marks = [mark.bounding_box() for mark in page.page.locator(".marks b", has_text=re.compile("[ABC]")).all()]
+    assert len(marks) == 3
+    assert page.page.locator(".lines").inner_text().split("\n")[:4] == ["this design", "A", "B", "C"]
     page.page.locator(".compared button", has_text="Remove").first.click()
     page.until("document.querySelectorAll('.compared tbody tr').length === 3")
     page.page.locator(".compared button", has_text="Show").last.click()
@@ -192,9 +208,11 @@ def test_bending_is_shown_too(visit) -> None:
 def test_files_are_handed_out(visit, tmp_path) -> None:
     page = visit()
     got = {}
-    for kind in ("toml", "csv", "png", "html"):
+    for kind in ("toml", "csv", "png", "html", "plots-svg", "plots-png"):
+        page.page.locator(".menu summary").click()
         with page.page.expect_download() as waiting:
             page.page.locator(f"[data-do={kind}]").click()
+        page.page.locator(".menu div").wait_for(state="hidden")
         got[kind] = tmp_path / waiting.value.suggested_filename
         waiting.value.save_as(got[kind])
     assert squama.Beam.from_toml(got["toml"]) == squama.Beam.from_toml("examples/pla_on_vps.toml")
@@ -202,6 +220,8 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     assert "T (N m)" in got["csv"].read_text()
     assert got["png"].read_bytes().startswith(b"\x89PNG")
     assert len(got["png"].read_bytes()) > 10_000
+    assert got["plots-png"].read_bytes().startswith(b"\x89PNG")
+    assert "thick, elastic scales on compliant joints" in got["plots-svg"].read_text()
     # the view opens from the file alone, with nothing to reach
     alone = page.context.browser.new_context(offline=True, viewport={"width": 900, "height": 600})
     own = alone.new_page()
@@ -257,3 +277,62 @@ def test_a_joint_that_needs_elements_is_solved_beside_the_page(visit) -> None:
     page.page.locator(".notice").wait_for(state="hidden")
     page.until_chart(0, "options.series.length > 0")
     page.shot("compliant")
+
+
+def test_both_models_and_a_loop_are_drawn(visit) -> None:
+    page = visit()
+    names = "options.series.map((s) => s.name).join()"
+    page.until_chart(0, f"{names} === 'without contact,on hinges,this design'")
+    page.page.get_by_label("Load path", exact=True).select_option("cycle")
+    page.until_chart(2, f"{names}.includes('unloading') && options.yAxis[0].min < 0")
+    page.page.locator(".outcome dl", has_text="dissipated").wait_for()
+    page.page.wait_for_function("location.search.includes('path=cycle')")
+    page.page.get_by_label("Material", exact=True).select_option("steel")
+    page.until("squamaView.state.torque > 0.3")
+    page.eventually(lambda: float(page.number("scale_modulus").input_value()), 200)
+    page.shot("loop")
+    # what is beyond the axis is marked at its border
+    page.page.get_by_label("Joint", exact=True).select_option("hinge")
+    page.enter("twist", "1")
+    page.page.locator(".plot").first.locator(".marks b", has_text="\N{UPWARDS ARROW}").wait_for()
+
+
+def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
+    page = visit(HINGED)
+    file = page.page.locator("input[type=file]")
+    file.set_input_files("examples/measured_loop.csv")
+    page.page.locator(".measured", has_text="residual rms").wait_for()
+    page.until_chart(3, "options.series[0].data.length > 200")
+    page.page.locator("[data-do=fit]").click()
+    # the page is alive meanwhile
+    page.enter("twist", "0.1")
+    page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
+    page.page.locator(".measured pre", has_text="correlation").wait_for()
+    page.eventually(lambda: float(page.number("mu").input_value()), pytest.approx(0.31, abs=0.005))
+    page.shot("fitted")
+    page.page.locator("[data-do=unmeasured]").click()
+    page.page.locator(".measured").wait_for(state="hidden")
+    beam = tmp_path / "other.toml"
+    beam.write_text(squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": "50 mm"}).to_toml())
+    file.set_input_files(str(beam))
+    page.until("Math.abs(squamaView.design.eta - 2.5) < 1e-9")
+    notice = page.page.locator(".notice.shown")
+    for content, words in ((b"x" * 600_000, "larger than 512 KiB"), (b"[scale]\nlength = 1\n", "bad.toml")):
+        bad = tmp_path / "bad.toml"
+        bad.write_bytes(content)
+        file.set_input_files(str(bad))
+        notice.filter(has_text=words).wait_for()
+        assert page.state()["eta"] == pytest.approx(2.5)
+
+
+def test_warnings_are_seen_and_push_nothing_away(visit) -> None:
+    page = visit()
+    top = "document.querySelector('.stage').getBoundingClientRect().bottom"
+    before = page.page.evaluate(top)
+    page.page.locator("header select").select_option("main")
+    page.page.locator(".warnings li", has_text="not thin").wait_for()
+    assert page.page.evaluate(top) == before
+    box = page.page.locator(".nicegui-echart").nth(1).bounding_box()
+    assert box["y"] + box["height"] < 800
+    # no list shows less than what is chosen in it
+    assert page.page.evaluate(SHORT) == []

@@ -10,7 +10,7 @@ NAMELESS = """() => [...document.querySelectorAll('input, select, button, canvas
 }).map((e) => e.outerHTML.slice(0, 200))"""
 CLIPPED = """() => [...document.querySelectorAll('.explorer *, header *')].filter((e) => {
   const r = e.getBoundingClientRect();
-  return r.width && (r.right > screen.width + 1 || r.left < -1) && !e.closest('table, .nicegui-echart'); })
+  return r.width && (r.right > screen.width + 1 || r.left < -1) && !e.closest('table, .strip, .legend'); })
   .map((e) => e.outerHTML.slice(0, 160))"""
 SMALL = """() => [...document.querySelectorAll('button, select, input')].filter((e) => {
   const r = e.getBoundingClientRect(); return r.width && r.height < 24; }).map((e) => e.outerHTML.slice(0, 120))"""
@@ -27,14 +27,14 @@ def test_everything_has_a_name_and_takes_the_keyboard(visit) -> None:
         described = page.number(name).get_attribute("aria-describedby")
         assert field.allowed.partition("(")[0] in page.page.locator(f"#{described}").inner_text()
     # by Tab alone from the top to the sliders
-    page.page.locator("header select").focus()
-    seen = []
-    for _ in range(20):
+    page.page.locator("[data-do=open]").focus()
+    seen = ["open"]
+    for _ in range(30):
         page.page.keyboard.press("Tab")
         seen.append(
             page.page.evaluate("(({dataset: d, tagName}) => d.field || d.do || tagName)(document.activeElement)")
         )
-    assert {"toml", "link", "CANVAS", "reset", "SELECT", "twist"} <= set(seen)
+    assert {"open", "SUMMARY", "link", "CANVAS", "reset", "SELECT", "keep", "twist"} <= set(seen)
 
 
 def test_the_view_turns_and_zooms_by_keys(visit) -> None:
@@ -72,19 +72,26 @@ def test_a_phone_shows_it_all(visit) -> None:
     assert page.page.evaluate(CLIPPED) == []
     assert page.page.evaluate("document.documentElement.scrollWidth") <= 390
     assert page.page.evaluate(SMALL) == []
-    page.slider("mu").scroll_into_view_if_needed()
+    page.slider("mu").evaluate("(e) => e.scrollIntoView({block: 'end'})")
     page.slider("mu").tap()
     page.until("squamaView.state.mu !== 0.25")
+    # view and plots stay in sight beside the sliders
+    page.shot("phone_sliders")
+    for place in ("canvas[tabindex='0']", ".nicegui-echart >> nth=0"):
+        box = page.page.locator(place).bounding_box()
+        assert box["y"] >= 0
+        assert box["height"] > 120
+        assert box["y"] + box["height"] <= page.slider("mu").bounding_box()["y"]
 
 
 def test_a_small_window_shows_the_view_and_the_plots(visit) -> None:
     page = visit()
     assert page.page.evaluate(CLIPPED) == []
     assert page.page.evaluate("document.documentElement.scrollWidth") <= 1280
-    for i in range(3):
+    for i in (0, 1, 2, 4):
         box = page.page.locator(".nicegui-echart").nth(i).bounding_box()
-        assert box["y"] + box["height"] <= 830, "to be seen without scrolling"
-        assert box["height"] > 150
+        assert box["y"] + box["height"] <= 800, "to be seen without scrolling"
+        assert box["height"] > 115
 
 
 def test_dark_pages_are_dark(visit) -> None:
@@ -93,7 +100,7 @@ def test_dark_pages_are_dark(visit) -> None:
     page.until_chart(0, "options.title[0].textStyle.color === '#e8eaed'")
     page.until("squamaView.scene.background.getHexString() === '16191d'")
     page.until("getComputedStyle(document.body).backgroundColor === 'rgb(22, 25, 29)'")
-    page.until_chart(3, "JSON.stringify(options.xAxis[1]).includes('#e8eaed')")
+    page.until_chart(4, "JSON.stringify(options.xAxis[1]).includes('#e8eaed')")
     page.shot("dark")
     page.page.locator("[data-do=dark]").click()
     page.until("!document.body.classList.contains('body--dark')")

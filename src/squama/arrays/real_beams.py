@@ -18,10 +18,39 @@ from squama.model import section
 from squama.real import path
 from squama.types import Array
 
-PART, LEAST = 512, 64
-"""Designs a thread takes at a time, at most and at least."""
-COLUMNS = {"T": 1, "N": 2, "f": 3, "W_fr": 8}
+PART = 256
+"""Designs a thread takes at a time: always as many, for products of matrices of other sizes end in other digits."""
+COLUMNS = {"torque": 1, "N": 2, "f": 3, "W_fr": 8, "W": 9}
 """Fields that are columns of the model's states."""
+
+
+class Designs(NamedTuple):
+    """Many real beams, E = d = 1: arrays (n,), arguments of :func:`response` by name."""
+
+    eta: Array
+    beta: Array
+    lam: Array
+    zeta: Array
+    alpha: Array
+    theta0: Array
+    thickness: Array
+    width: Array
+    nu: Array
+    mu: Array
+    modulus_ratio: Array
+    scale_nu: Array
+
+    @property
+    def shape(self) -> law.Shape:
+        """What their joints depend on."""
+        return law.Shape(*(getattr(self, name) for name in law.Shape._fields))
+
+    def scales(self, *, ideal: bool) -> path.Scale:
+        """Return their scales, thin and rigid or as they are."""
+        one = path.Scale(self.eta, self.beta, self.lam, self.alpha, self.theta0, self.thickness, nu=self.scale_nu)
+        if ideal:
+            return one._replace(h=0.0 * self.thickness, D=np.full(self.eta.size, np.inf))
+        return one._replace(D=section.plate_rigidity(self.modulus_ratio, self.thickness, self.scale_nu))
 
 
 class Response(NamedTuple):
@@ -32,9 +61,9 @@ class Response(NamedTuple):
     contact would go on (``squama.twist``). ``in_range``: whether the law of the joint knows the design; figures of the
     others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without contact) over E d^3.
 
-    At the twists (...): ``T`` torque over E d^3, the bar's included; ``stiffness_ratio`` its slope between the twists
-    over the rigidity; ``N``, ``f`` forces of a contact over E d^2, ``W_fr`` frictional work per pitch over E d^3; NaN
-    beyond the end.
+    At the twists (...): ``torque`` over E d^3, the bar's included; ``stiffness_ratio`` its slope between the twists
+    over the rigidity; ``N``, ``f`` forces of a contact over E d^2; ``W_fr``, ``W`` frictional work and the torque's per
+    pitch over E d^3; ``stress`` the largest (von Mises) in an elastic scale over E; NaN beyond the end.
     """
 
     phi_e: Array
@@ -43,11 +72,13 @@ class Response(NamedTuple):
     in_range: Array
     K_theta: Array
     rigidity: Array
-    T: Array
+    torque: Array
     stiffness_ratio: Array
     N: Array
     f: Array
     W_fr: Array
+    W: Array
+    stress: Array
 
 
 def response(
@@ -111,48 +142,74 @@ def response(
     sign = arguments.sense(sense)
     columns, shape = arguments.designs(
         eta=eta, beta=beta, lam=lam, zeta=zeta, alpha=alpha, theta0=theta0, thickness=thickness, width=width, nu=nu,
-        mu=mu, scale_nu=scale_nu, modulus_ratio=modulus_ratio,
+        mu=mu, modulus_ratio=modulus_ratio, scale_nu=scale_nu,
     )  # fmt: skip
-    eta, beta, lam, zeta, alpha, theta0, thickness, width, nu, friction, scale_nu, ratio = columns
-    joint = law.Shape(width, lam, zeta, beta, thickness, alpha, theta0, nu)
-    D = section.plate_rigidity(ratio, thickness, scale_nu)
-    scales = path.Scale(eta, beta, lam, alpha, theta0, thickness, D, scale_nu)
-    known = law.within(joint)
-    which, n = np.flatnonzero(known), known.size
-    alone, along = np.full((4, n), np.nan), np.full((len(COLUMNS), n, twists.size), np.nan)
+    found = follow(Designs(*columns), twists, sense=sign, threads=threads)
+    return Response._make(v.reshape((*shape, *v.shape[1:])) for v in found)
+
+
+def follow(
+    designs: Designs,
+    twists: Array,
+    *,
+    K: Callable[[Array], Array] | None = None,
+    known: Array | None = None,
+    most: Array | float | None = None,
+    ideal: bool = False,
+    sense: int = 1,
+    threads: int | None = None,
+) -> Response:
+    """Follow beams along twists, rising, (m,) for all or (n, m); what :func:`response` returns, nothing checked.
+
+    ``K`` returns the joints (i, 9, 9) or (i, 7, 7) of the designs with the numbers (i,), ``known`` (n,) tells which of
+    them have one; by default it is the law's, of designs in its range. First contacts are looked for below the twists
+    ``most``, by default the last ones. ``ideal``: scales are thin and rigid, whatever holds them.
+    """
+    n, known = designs.eta.size, law.within(designs.shape) if known is None else known
+    upto = np.broadcast_to(twists[..., -1] if most is None else most, n)
+    at_all, which, scales = (
+        np.broadcast_to(twists, (n, twists.shape[-1])),
+        np.flatnonzero(known),
+        designs.scales(ideal=ideal),
+    )
+    m, columns = at_all.shape[1], list(COLUMNS.values())
+    alone, along = np.full((4, n), np.nan), np.full((len(COLUMNS) + 1, n, m), np.nan)
     ends = np.full(n, "", dtype=path.WORDS.dtype)
 
     def begin() -> Callable[[int, int], None]:
         def work(low: int, high: int) -> None:
             at = which[low:high]
-            K = law.stiffness(joint.at(at))
-            beams = path.beams(path.Scale(*(v[at] for v in scales)), K, friction[at], sense=sign)
-            found = path.follow_all(beams, np.broadcast_to(twists, (at.size, twists.size)), most=float(twists[-1]))
+            joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
+            scale = path.Scale(*(v[at] for v in scales))
+            beams = path.beams(scale, joints, designs.mu[at], sense=sense)
+            found = path.follow_all(beams, at_all[at], most=upto[at])
             alone[:2, at] = found.contacts[:, 3], found.ends[:, 1]
-            alone[2:, at] = pivots(K)[:, [K_THETA, TWIST]].T
+            alone[2:, at] = pivots(joints)[:, [K_THETA, TWIST]].T
             ends[at] = path.endings(found.contacts, found.ends)
-            along[:, at] = np.moveaxis(found.rows[..., list(COLUMNS.values())], -1, 0)
+            along[:-1, at] = np.moveaxis(found.rows[..., columns], -1, 0)
+            along[-1, at] = path.stresses_of(scale, found)
 
         return work
 
-    in_parts(begin, which.size, most=PART, least=LEAST, threads=threads)
-    T, N, f, W_fr = along
+    from threadpoolctl import threadpool_limits
+
+    # threads of BLAS beside the others only wait for each other
+    with threadpool_limits(1, user_api="blas"):
+        in_parts(begin, which.size, most=PART, least=PART, threads=threads)
     phi_e, phi_end, K_theta, rigidity = alone
-    slope = _slopes(twists, T, phi_e) / rigidity[:, None]
-    fields = (phi_e, phi_end, ends, known, K_theta, rigidity, T, slope, N, f, W_fr)
-    return Response._make(v.reshape((*shape, *v.shape[1:])) for v in fields)
+    slope = _slopes(at_all, along[0], phi_e) / rigidity[:, None]
+    return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:
-    """Return the slopes of y (n, m) over x (m,), those before ``start`` (n,) and after it taken apart."""
-    each = np.diff(y) / np.diff(x)
+    """Return the slopes of y (n, m) over x (n, m), those before ``start`` (n,) and after it taken apart."""
+    steps = np.diff(x)
+    each, weights = np.diff(y) / steps, 1 / steps
     touching = x >= start[:, None]
     each[touching[:, 1:] != touching[:, :-1]] = np.nan
-    sides = np.full((2, *y.shape), np.nan)
-    sides[0, :, 1:], sides[1, :, :-1] = each, each
-    weights = np.zeros((2, x.size))
-    weights[0, 1:], weights[1, :-1] = 1 / np.diff(x), 1 / np.diff(x)
-    there = np.isfinite(sides)
-    total = (weights[:, None] * there).sum(axis=0)
-    summed = (weights[:, None] * np.where(there, sides, 0.0)).sum(axis=0)
+    total, summed = np.zeros((2, *y.shape))
+    there, each = np.isfinite(each), np.nan_to_num(each)
+    for side in (np.s_[:, 1:], np.s_[:, :-1]):
+        total[side] += weights * there
+        summed[side] += weights * each
     return np.asarray(np.divide(summed, total, out=np.full(y.shape, np.nan), where=total > 0))

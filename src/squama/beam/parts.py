@@ -314,6 +314,11 @@ class Assembly(Part):
         return (self.scale.youngs_modulus or math.inf) / self.substrate.youngs_modulus
 
     @property
+    def unit_moment(self) -> float:
+        """E d^3, N m: what moments of the real model, where E = 1 and d = 1, are over."""
+        return self.substrate.youngs_modulus * self.pitch**3
+
+    @property
     def plate_rigidity(self) -> float:
         """Bending rigidity of a scale per width, D = E_s t_s^3/(12 (1 - nu_s^2)), N m; inf for a rigid one."""
         s = self.scale

@@ -6,11 +6,12 @@ import io
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
 
-from squama.errors import InputError, Problem, SquamaError
+from squama.errors import InputError, Problem, SquamaError, TableWarning, ValidityWarning
 
 __all__ = ["main"]
 
@@ -98,6 +99,17 @@ def _about(error: OSError) -> Problem:
     return Problem(label(error.filename) if error.filename else "", "", why, "look at the name, the place and the disk")
 
 
+def _warned(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int,
+    file: TextIO | None = None, line: str | None = None,
+) -> None:  # fmt: skip
+    """Show a warning: one of the package's own in one line, without its place in the code."""
+    if issubclass(category, TableWarning | ValidityWarning):
+        _say(0, f"warning: {message}")
+    else:
+        print(warnings.formatwarning(message, category, filename, lineno, line), file=file or sys.stderr)
+
+
 def _run(arguments: list[str]) -> int:
     """Run a command; a command line that cannot be understood is an InputError too."""
     from cyclopts import CycloptsError
@@ -109,8 +121,11 @@ def _run(arguments: list[str]) -> int:
     if wrong := [text for text in arguments if "\0" in text]:
         # no shell hands one on, and no file has it in its name
         raise InputError(Problem(reason=f"{shown(wrong[0])} holds a null character", remedy="leave it out"))
+
     try:
-        with collecting():
+        with collecting(), warnings.catch_warnings():
+            warnings.simplefilter("default", TableWarning)
+            warnings.showwarning = _warned
             status = make()(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         raise InputError(usage_problem(error)) from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
@@ -13,7 +13,6 @@ from squama.loads import LOADS, model
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
-    import xarray as xr
     from rich.table import Table
 
     from squama.beam.design import Beam
@@ -50,12 +49,13 @@ def cycle(
     name, text = ("--history", history) if to is None else ("--to", to)
 
     from squama.curves.doors import cycled
+    from squama.curves.labelled import flat_cycle
 
     how: dict[str, Any] = {"law": law, "load": load, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments(twist=name)):
         twists = _twists(name, text or "")
         data = cycled(described, twists, margin=margin, points=points, loops=loops, **how)
-    written = output.write(common, data.dataset, "cycle_figure", flat)
+    written = output.write(common, data.dataset, "cycle_figure", flat_cycle)
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
 
 
@@ -66,20 +66,6 @@ def _twists(name: str, text: str) -> str:
     if is_number(text.rpartition(",")[2]):
         refuse(name, shown(text), "has no unit", f'write "{text} rad/m", "{text} rad/pitch" or "{text} rad total"')
     return text
-
-
-def flat(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a cycle with the dimension ``point`` only, as a table of one shape; figures of loops as an attribute."""
-
-    def rows(dim: str, variables: Iterable[Hashable]) -> list[dict[str, object]]:
-        columns = {str(name): dataset[name].values.tolist() for name in variables if dataset[name].dims == (dim,)}
-        # JSON has no numbers for infinity and NaN
-        plain = [[repr(v) if isinstance(v, float) and not math.isfinite(v) else v for v in c] for c in columns.values()]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
-
-    return dataset.drop_dims(["loop", "sense"]).assign_attrs(
-        loops=rows("loop", dataset.data_vars), senses=rows("sense", dataset.variables)
-    )
 
 
 def _record(beam: Beam, data: Answer) -> dict[str, object]:

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.io.files import label
-from squama.loads import PAPER, model
+from squama.loads import model
 from squama.units import for_people
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ MOST = 8
 Out = Annotated[str | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
 _MANY, _STARTS = "How many different designs at most (the file's, or 5).", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
+_ELEMENTS = "Hold the first design against finite elements (extra fe, minutes)."
 _FRONT = "Target file (TOML) with a table [front]; see docs, how-to: design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
 _POPULATION = "Designs of a generation, and of the front at most (the file's, or 200)."
@@ -46,9 +47,10 @@ def design(
     starts: Annotated[int, flag("How many points of the bounds are screened (4096).", read=_STARTS)] = 4096,
     seed: Annotated[int, flag("Seed of the screened points (1).", read=whole(0, 2**31 - 1, "1"))] = 1,
     plot: flags.Plot = (),
+    elements: Annotated[bool, Parameter(help=_ELEMENTS)] = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Find beams that do what is asked: lock at a twist, follow a curve, within bounds and limits.
+    """Find beams that do what is asked: stiffen at a twist within a torque and a stress, follow a curve, lock.
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
     """
@@ -57,7 +59,7 @@ def design(
 
     from squama.inverse import designing as inverse
 
-    found = inverse.find(read, designs=designs, starts=starts, seed=seed)
+    found = inverse.find(read, designs=designs, starts=starts, seed=seed, elements=elements)
     written = []
     if out is not None:
         title = f"design {{}} of {len(found)} for {label(target)}"
@@ -79,14 +81,14 @@ def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, ne
 
 
 def _record(found: InverseDesign) -> dict[str, object]:
-    names = ("met", "values", "active", "end", "rate_end", "other_contact", "warnings")
+    names = ("met", "values", "chosen", "active", "end", "rate_end", "other_contact", "refused", "warnings")
     designs = [
         {name: getattr(d, name) for name in names}
         | {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump()}
         for d in found.designs
     ]
     about = {name: getattr(found, name) for name in ("met", "bounds", "tolerance", "settings", "notes")}
-    return {**about, **PAPER, "designs": designs}
+    return {**about, **{name: found.settings[name] for name in ("joint", "scales")}, "designs": designs}
 
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
@@ -106,6 +108,7 @@ def _shown(found: InverseDesign) -> Iterable[str | Table]:
         factor, unit = shown_in(name)
         values = (f"{factor * d.values[name]:.5g}" for d in shown)
         rows.append((f"{name} ({unit})" if unit else name, f"{factor * low:.4g} to {factor * high:.4g}", *values))
+    rows += [(name, "chosen", *(d.chosen[name] for d in shown)) for name in shown[0].chosen]
     rows.append(("end", "", *(d.end for d in shown)))
     yield output.table(("", "asked", *(str(k + 1) for k in range(len(shown)))), rows, left=2)
     yield from _notes(found)
@@ -140,6 +143,9 @@ def _notes(found: InverseDesign) -> Iterable[str]:
                 words.append(f"{name} ({f'+- {factor * found.tolerance[name]:.3g} {unit}'.strip()}) {value:+.2g}")
         if words:
             yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
+    yield from (f"design 1 cannot be made as it is: {line}" for line in best.refused)
+    if others := [str(i) for i, d in enumerate(found.designs[1:], 2) if d.refused]:
+        yield f"designs that cannot be made as they are, beside: {', '.join(others)}"
     yield from (f"warning, design 1: {line}" for line in best.warnings)
 
 
@@ -209,11 +215,15 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     n, names = front.sizes["design"], _objectives(front)
     yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
-    columns |= {str(name): shown_in(str(name)) for name in front.data_vars if "." in str(name)}
+    own = [str(name) for name in front.data_vars if "." in str(name)]
+    words = [name for name in own if name.startswith("chosen.")]
+    columns |= {name: shown_in(name) for name in own if "low" in front[name].attrs}
     few = front.isel(design=np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int)))
     values = [[f"{factor * x:.4g}" for x in few[name].values] for name, (factor, _) in columns.items()]
+    values += [few[name].values.tolist() for name in words]
     rows = zip(few.design.values.astype(str).tolist(), *values, strict=True)
-    heads = (f"{name.replace('.', '.' + chr(10))} {unit}".strip() for name, (_, unit) in columns.items())
+    heads = [f"{name.replace('.', '.' + chr(10))} {unit}".strip() for name, (_, unit) in columns.items()]
+    heads += [name.removeprefix("chosen.").replace(".", ".\n") for name in words]
     yield output.table(("design", *heads), rows, left=0)
     for name in names:
         at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""

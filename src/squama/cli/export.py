@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from squama.cli import flags, output
-from squama.cli.flags import flag, number, settled
+from squama.cli.flags import flag, number, settled, words_of
 from squama.io.files import exists, label
 
 if TYPE_CHECKING:
@@ -34,17 +34,6 @@ def _read_size(name: str, text: str) -> float:
 _size = flags.Reader(_read_size, 0.0)
 
 
-def _several(allowed: tuple[str, ...]) -> flags.Reader[tuple[str, ...]]:
-    """Return a reader of some of the words, with commas between them."""
-
-    def read(name: str, text: str) -> tuple[str, ...]:
-        from squama.fabrication import exporting
-
-        return exporting.several(name, [word.strip() for word in text.split(",")], allowed)
-
-    return flags.Reader(read, allowed)
-
-
 _density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
 PARTS, FORMATS = ("scale", "substrate", "mould", "assembly"), ("stl", "3mf", "step")
 _KINDS = "stl, 3mf (both in mm), step (extra step), or several (stl,3mf)."
@@ -58,8 +47,8 @@ class Made:
     """What is made, and its sizes: arguments of :func:`squama.export`."""
 
     scales: Annotated[int | None, flags.scales(500, "Number of scales (that of the file)", least=1)] = None
-    parts: Annotated[tuple[str, ...], flag(f"What to write ({','.join(PARTS)}).", read=_several(PARTS))] = PARTS
-    formats: Annotated[tuple[str, ...], flag(_KINDS, read=_several(FORMATS))] = ("stl", "3mf")
+    parts: Annotated[tuple[str, ...], flag(f"What to write ({','.join(PARTS)}).", read=words_of(PARTS))] = PARTS
+    formats: Annotated[tuple[str, ...], flag(_KINDS, read=words_of(FORMATS))] = ("stl", "3mf")
     clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
     feature: Annotated[float, flag("Least size that can be printed or cast (0.4 mm).", read=_size)] = 0.4e-3
     wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid (3 mm).", read=_size)] = 3e-3

@@ -44,11 +44,15 @@ def _with_unit(unit: str) -> flags.Reader[str]:
 _twist, _torque = _with_unit("rad/pitch"), _with_unit("N m")
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
 _FILES = 'Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", and the beam file.'
-_FIND = 'What to find: "mu,K_theta" (default), any of mu, K_theta, C_f, E_B, theta0, zero.'
+_FIND = (
+    'What to find: "mu,K_theta" (default), any of mu, K_theta, C_f, E_B, theta0, torque_zero, twist_zero, backlash, '
+    "drift."
+)
 _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may be repeated.'
 _NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm"; from the residuals if not given.'
 _TO = 'Twist beyond which points are not used, e.g. "0.1 rad/pitch".'
-_REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg total".'
+_REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg total"; by default from the points.'
+_NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none."
 _POSTERIOR = "Number of posterior samples to draw (0; extra fit)."
 _STICK = 'Way after a reversal on which points are not used, e.g. "0.002 rad/pitch".'
 
@@ -66,7 +70,8 @@ class Search:
     starts: Annotated[int, flag("Number of starts of the search (6).", read=whole(1, 1000, "6"))] = 6
     posterior: Annotated[int, flag(_POSTERIOR, read=whole(0, 1_000_000, "4000"))] = 0
     seed: Annotated[int, flag("Seed of the samples (1).", read=whole(0, 2**32 - 1, "1"))] = 1
-    joint: flags.Joint = "hinge"
+    joint: flags.Joint = None
+    nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
 
 
 SEARCH = Search()
@@ -77,6 +82,7 @@ def fit(
     find: Annotated[str, flag(_FIND)] = "mu,K_theta",
     bounds: Annotated[tuple[flags.Pair, ...], flag(_BOUNDS, read=_limits, many=True)] = (),
     search: Search = SEARCH,
+    tables: flags.Tables = flags.TABLES,
     out: Annotated[str | None, flag("Beam file to write, estimates put in (.toml).", "--out", "-o")] = None,
     corner: Annotated[str | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
@@ -100,7 +106,7 @@ def fit(
     given = {name: value for name, value in vars(search).items() if value is not None}
     with flags.laid(names):
         low_high = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted.items()}
-        found = fitting.fit(data, beam, find, bounds=low_high, **given)
+        found = fitting.fit(tables.read(data, beam, search.load), beam, find, bounds=low_high, **given)
     written = output.write(common, found.dataset, "fit_figure", flat)
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from cyclopts import Token
 
     from squama.beam.design import Beam
+    from squama.io.measured import Measured
 
 PLOTS = (".png", ".svg", ".pdf")
 T = TypeVar("T")
@@ -155,6 +156,17 @@ def one_of(*allowed: str) -> Reader[str]:
     return Reader(read, allowed[0])
 
 
+def words_of(allowed: tuple[str, ...]) -> Reader[tuple[str, ...]]:
+    """Return a reader of some of the words, with commas between them."""
+
+    def read(name: str, text: str) -> tuple[str, ...]:
+        from squama import arguments
+
+        return arguments.several(name, [word.strip() for word in text.split(",")], allowed)
+
+    return Reader(read, allowed)
+
+
 class Pair(NamedTuple):
     """What stands before and after the sign of equality."""
 
@@ -247,6 +259,7 @@ def group(flags: type[T]) -> type[T]:
 
 TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
 """How a twist is written."""
+AT = f"Twist at which figures of compliant joints are taken, {TWISTS} (twice the beam's own at engagement)"
 BeamFile = Annotated[str, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
 Mu = Annotated[float | None, flag("Coefficient of friction in place of the file's, e.g. 0.25.", read=_mu)]
 Family = Annotated[
@@ -343,6 +356,9 @@ class Base:
         return found, twist
 
 
+_COLUMNS = 'What columns of a table of measured points are, e.g. "Winkel=total (deg), 3=T (N mm)" (by name, then unit).'
+
+
 @group
 class Common(Base):
     """Flags of every command that computes a dataset of a beam."""
@@ -357,8 +373,28 @@ class Common(Base):
         check_places([*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
+@group
+class Tables:
+    """How tables of measured points are read."""
+
+    decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
+    columns: Annotated[str | None, flag(_COLUMNS)] = None
+
+    def read(self, paths: Iterable[str], beam: Beam, load: str) -> list[Measured]:
+        """Read tables of tests of a beam."""
+        from squama.io import measured
+
+        found, wrong = [], Problems()
+        for path in paths:
+            with wrong.caught(), laid({"decimal": "--decimal", "columns": "--columns"}):
+                found.append(measured.read_measured(path, beam, load=load, decimal=self.decimal, columns=self.columns))
+        wrong.settle()
+        return found
+
+
 BASE = Base()
 COMMON = Common()
+TABLES = Tables()
 
 
 def check_friction(path: str, beam: Beam) -> None:

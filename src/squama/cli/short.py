@@ -10,7 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from squama.cli import flags, output
-from squama.cli.flags import flag, one_of, whole
+from squama.cli.flags import flag, one_of, whole, words_of
 from squama.errors import refuse
 from squama.io.files import exists, label
 
@@ -23,6 +23,8 @@ _FIGURES = (
     "Any of fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines of twisting beside bending); "
     "all if none is given."
 )
+PICTURES = tuple(ending[1:] for ending in flags.PLOTS)
+_FORMATS = f"What to write figures as ({','.join(PICTURES)}), or several (png)."
 _START = "Beam file (TOML) to start from; without one, PLA scales on silicone."
 _CONTACTS = "Which contacts may end a curve: tip (of all neighbours) or all (every pair of plates) (tip)."
 
@@ -79,12 +81,15 @@ def paper(
     *figures: Annotated[str, Parameter(help=_FIGURES)],
     out: Annotated[str, flag("Folder to write to; made if need be.", "--out", "-o")],
     points: Annotated[str | None, flag("CSV file of finite element points to draw in Fig. 6b.")] = None,
+    format_: Annotated[tuple[str, ...], flag(_FORMATS, "--format", read=words_of(PICTURES))] = ("png",),
     json: flags.Json = False,
 ) -> int:
     """Compute the figures of the paper on twisting (2020) and check its claims."""
+    flags.problems().settle()
+
     from squama.paper import twisting2020
 
-    written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None)
+    written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None, format_)
     record = {"written": [str(path) for path in written]}
     return output.say(json, record, (f"wrote {label(path)}" for path in written))
 

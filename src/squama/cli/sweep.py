@@ -13,7 +13,7 @@ from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
-from squama.loads import LOADS, PAPER
+from squama.loads import model
 
 if TYPE_CHECKING:
     from squama.study.slices import Slice
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _OVER = "Parameter and its values: mu=0:2:401, alpha=15deg:75deg:601, margin=0.001,0.01,0.1; may be repeated."
 _RANGE, _AT = pair("name=low:high:count", "mu=0:2:401"), pair("name=value", "eta=3")
 _TILE = "Largest number of cells solved and written at once."
-_DRAWN = "What is drawn: RED, torque, f0, U_el, W_fr, phi_e, phi_end, theta_end, end or lock (RED)."
+_DRAWN = "A variable of the store, e.g. stiffness_ratio (its default), phi_e, end; of hinges RED (the default) or lock."
 _HELD = "Value of another dimension, e.g. eta=3; may be repeated."
 _PATHS = "With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg."
 
@@ -32,6 +32,9 @@ def sweep(
     *,
     over: Annotated[tuple[flags.Pair, ...], flag(_OVER, read=_RANGE, many=True)] = (),
     out: Annotated[str, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
+    at: Annotated[str | None, flag(f"{flags.AT}.")] = None,
     load: flags.Load = "twisting",
     law: Annotated[str, flag("Force law: edge, plate, or edge,plate for both (edge).")] = "edge",
     sense: flags.Sense = "+",
@@ -43,10 +46,12 @@ def sweep(
     progress: Annotated[str | None, flag("bar, json or none; on standard error (bar on a terminal).")] = None,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Solve a beam of hinged scales over ranges of parameters, into a store that can be resumed."""
+    """Solve a beam over ranges of parameters, into a store that can be resumed."""
     from squama.study import cluster
     from squama.study import sweeping as study
+    from squama.study.models import note
     from squama.study.parameters import ALIASES
+    from squama.study.store import open_sweep
 
     ranges = flags.once("--over", over, ALIASES)
     if not over and "--over" not in flags.problems().flags:
@@ -56,27 +61,35 @@ def sweep(
     if not out.strip():
         flags.problems().add("--out", "", "is empty", "write e.g. map.zarr")
     chosen = progress or ("bar" if sys.stderr.isatty() else "none")
-    names = flags.arguments("tile", "shard", "dask", "progress")
+    names = flags.arguments("at", "tile", "shard", "dask", "progress")
     for check, text in ((study.known, chosen), (study.read_shard, shard or "1/1"), (cluster.check, dask or "local:1")):
         with flags.problems().caught(), flags.laid(names):
             check(text)
-    described = settled(base.beam(beam, mu, friction=False))
+    described = base.beam(beam, mu, friction=False)
+    if described is not None and at is not None:
+        with flags.problems().caught():
+            flags.rate("--at", at, described, load)
+    described = settled(described)
 
     laws = tuple(part.strip() for part in law.split(",")) if "," in law else law
     with flags.laid(names | {name: f"--over {name}" for name in ranges}):
         plan = study.make_plan(
-            described, ranges, load=load, law=laws, sense=sense, margin=margin, tile=tile, bare=False
-        )
+            described, ranges, joint=joint, ideal=ideal or None, at=at, load=load, law=laws, sense=sense, margin=margin,
+            tile=tile, bare=False,
+        )  # fmt: skip
     name = label(out)
     with kept(name):
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
     sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
-    how = LOADS[plan.load].model(" ".join(plan.laws))
+    dataset = open_sweep(out)
+    how = model(dataset.attrs) + (f", figures at {plan.model.at.shown}" if plan.model.at else "")
     line = f"{name}: {plan.cells} cells ({sides}), {how}; look at it with: squama map {name} --plot map.png"
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
-    facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest, **PAPER}
-    return output.say(base.json, facts, [line])
+    facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
+    notes = [*filter(None, [note(described, load, plan.laws, joint)]), *study.shares(dataset)]
+    facts |= {**plan.model.attrs(described), "notes": notes}
+    return output.say(base.json, facts, [line, *output.warnings(notes)])
 
 
 MOST_ROWS = 5_000_000
@@ -89,7 +102,7 @@ def map(  # noqa: A001 - the command's name
     *,
     plot: flags.Plot = (),
     csv: Annotated[str | None, flag("CSV file to write: a row per cell of the slice, units in the header.")] = None,
-    variable: Annotated[str, flag(_DRAWN)] = "RED",
+    variable: Annotated[str | None, flag(_DRAWN)] = None,
     x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
     y: Annotated[str | None, flag("Dimension of the vertical axis; with --variable lock that of the lines.")] = None,
     panels: Annotated[str | None, flag("Dimension with a panel for each value, e.g. margin.")] = None,
@@ -113,7 +126,9 @@ def map(  # noqa: A001 - the command's name
     flags.problems().settle()
 
     dataset = open_sweep(store)
-    known = (*(str(name) for name in dataset.data_vars if name != "status"), "lock")
+    hinged = dataset.attrs["joint"] == "hinge"
+    variable = variable or ("RED" if hinged else "stiffness_ratio")
+    known = [*(str(name) for name in dataset.data_vars if name != "status"), *(["lock"] if hinged else [])]
     if variable not in known:
         refuse("--variable", label(variable), f"must be one of {', '.join(known)}")
     names = {name: f"--{name}" for name in _NAMES}
@@ -137,7 +152,8 @@ def map(  # noqa: A001 - the command's name
         written += output.draw(plot, "map_figure", thin.data, variable, **axes, lines=chosen, paths=drawn_paths)
     if csv is not None:
         written.append(save(slices.worded(part.data.load()), csv))
-    facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing, **PAPER}
+    facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
+    facts |= {key: dataset.attrs[key] for key in ("joint", "scales", "at") if key in dataset.attrs}
     told = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
     told += [f"wrote {label(path)}" for path in written]
     return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, told)

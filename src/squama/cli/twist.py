@@ -45,21 +45,30 @@ def twist(
     sense: flags.Sense = "+",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
+    tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
-    return respond("twisting", beam, curve, common, law, sense, joint, ideal=ideal)
+    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal)
 
 
-def bend(beam: flags.BeamFile, /, *, curve: Curve = CURVE, common: flags.Common = flags.COMMON) -> int:
+def bend(
+    beam: flags.BeamFile,
+    /,
+    *,
+    curve: Curve = CURVE,
+    tables: flags.Tables = flags.TABLES,
+    common: flags.Common = flags.COMMON,
+) -> int:
     """Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file."""
-    return respond("bending", beam, curve, common)
+    return respond("bending", beam, curve, tables, common)
 
 
 def respond(
     load: str,
     path: str,
     curve: Curve,
+    tables: flags.Tables,
     common: flags.Common,
     law: str = "edge",
     sense: str = "+",
@@ -74,10 +83,8 @@ def respond(
     beam, stop = common.turned(path, mu[0] if len(mu) == 1 else None, "--to", curve.to, load=load, friction=not mu)
     measured = None
     if beam is not None and data is not None:
-        from squama.io import measured as table
-
         with flags.problems().caught():
-            measured = table.read(data, pitch=beam.pitch, scales=beam.scales, load=load)
+            (measured,) = tables.read([data], beam, load)
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)

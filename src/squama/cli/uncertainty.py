@@ -25,10 +25,13 @@ if TYPE_CHECKING:
 INFLUENCES = 4
 """Tolerances that are named for a figure at most."""
 _VARY = pair("name=tolerance", '--vary scale.alpha="60 deg +- 1 deg"')
+_SHARES = {"engaged": "engagement", "locked": "locked", "strength": "strength reached"}
+"""Single probabilities, and their words."""
 _FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
 _TOLERANCE = 'A tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
 _FILE = "TOML file with tolerances under [tolerance]; --vary goes before it."
 _SAMPLER = "sobol (scrambled Sobol points) or random (PCG64) (sobol)."
+_SAMPLES = "Number of beams at least (32768; 131072 on hinges)."
 _INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for none (0); extra fit."
 
 
@@ -36,8 +39,10 @@ _INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for non
 class Study:
     """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
 
-    before: Annotated[str | None, flag('Probability of locking before this twist, e.g. "120 deg total".')] = None
-    samples: Annotated[int, flag("Number of beams at least (131072).", read=whole(3200, 1 << 24, "131072"))] = 131072
+    joint: flags.Joint = None
+    at: Annotated[str | None, flag(f"{flags.AT}.")] = None
+    before: Annotated[str | None, flag('Probability of hinges locking before this twist, e.g. "120 deg total".')] = None
+    samples: Annotated[int | None, flag(_SAMPLES, read=whole(3200, 1 << 24, "131072"))] = None
     sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
     seed: Annotated[int, flag("Seed of the samples (0).", read=whole(0, 2**31, "7"))] = 0
     indices: Annotated[int, flag(_INDICES, read=whole(0, 2**20, "4096"))] = 0
@@ -56,11 +61,12 @@ def uncertainty(
     vary: Annotated[tuple[flags.Pair, ...], flag(_TOLERANCE, read=_VARY, many=True)] = (),
     tolerances: Annotated[str | None, flag(_FILE)] = None,
     study: Study = STUDY,
+    ideal: flags.Ideal = False,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Say what tolerances and friction do to engagement, end, torque and dissipation: Monte Carlo, Sobol indices."""
+    """Say what tolerances and friction do to engagement, torque, stiffness, dissipation: Monte Carlo, Sobol indices."""
     if study.indices:
         from squama.study.tolerances import statistics
 
@@ -72,32 +78,41 @@ def uncertainty(
     described = common.beam(beam, mu, friction=False)
     given: Mapping[str, object] = {}
     if described is not None:
-        given = _tolerances(vary, tolerances, described)
+        given = _tolerances(vary, tolerances, described, study, ideal=ideal)
         if "friction.mu" not in given and not flags.problems():
             flags.check_friction(beam, described)
         with flags.problems().caught():
-            if study.before is not None:
-                flags.rate("--before", study.before, described, study.load)
+            for name, text in (("--before", study.before), ("--at", study.at)):
+                if text is not None:
+                    flags.rate(name, text, described, study.load)
     described = settled(described)
 
     from squama.study.tolerances.monte_carlo import uncertainty as solve
 
     keep = bool(common.csv or common.netcdf)
-    found = solve(described, given, margin=margin, keep=keep, bare=False, **vars(study))
+    with flags.laid(flags.arguments("at", "before")):
+        found = solve(described, given, margin=margin, keep=keep, bare=False, ideal=ideal or None, **vars(study))
     written = output.write(common, lambda: found, "uncertainty_figure", flat)
     return output.report(common.json, beam, written, lambda: _record(found), lambda: _shown(found, described.scales))
 
 
-def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object]:
+def _tolerances(
+    vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study, *, ideal: bool
+) -> dict[str, object]:
     """Return the tolerances of the flags and of the file, by the names of the beam file; every mistake is kept."""
+    from squama.curves import follow
     from squama.study.tolerances.distributions import tolerances
 
     before = len(flags.problems())
     found: dict[str, object] = {}
+    joint, ideal, _ = follow.meant(beam, study.load, study.law, study.joint, ideal or None, elements=False)
 
     def read(group: Mapping[str, object]) -> None:
         # a distribution in SI units reads back as itself
-        found.update({t.name: (t.kind, *t.numbers) for t in tolerances(group, beam, bare=False)} if group else {})
+        if group:
+            found.update(
+                {t.name: (t.kind, *t.numbers) for t in tolerances(group, beam, bare=False, joint=joint, ideal=ideal)}
+            )
 
     if path is not None:
         with flags.problems().caught():
@@ -167,13 +182,12 @@ def _record(u: xr.Dataset) -> dict[str, object]:
         table = u[["S1", "S1_conf", "ST", "ST_conf"]].reset_coords(drop=True).to_dataframe()
         indices = {str(figure): table.loc[figure].to_dict("index") for figure in u["indexed"].values}
         indices["without"] = json.loads(u.attrs["without_indices"])
-    same = ("load", "law", "joint", "scales", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
+    same = ("load", "law", "joint", "scales", "at", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
     return {
-        **{key: u.attrs[key] for key in same},
+        **{key: u.attrs[key] for key in same if key in u.attrs},
         "tolerances": dict(zip(names, u["distribution"].values.tolist(), strict=True)),
         "ends": {name: p._asdict() for name, p in _ends(u).items()},
-        "engaged": _share(u, "P_engaged")._asdict(),
-        "locked": _share(u, "P_locked")._asdict(),
+        **{name: _share(u, f"P_{name}")._asdict() for name in _SHARES if f"P_{name}" in u},
         "before": before or None,
         "figures": figures,
         "indices": indices,
@@ -185,9 +199,12 @@ def _record(u: xr.Dataset) -> dict[str, object]:
 
 def _shown(u: xr.Dataset, scales: int) -> Iterable[str | Table]:
     """Return the summary."""
+    from squama.study.models import Twist
+
     load, n = u.attrs["load"], u.attrs["samples"]
     drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
-    yield f" in {load}, {model(u.attrs)}: {n} beams, {drawn}, seed {u.attrs['seed']}"
+    at = f", figures at {Twist.from_text(u.attrs['at']).shown}" if "at" in u.attrs else ""
+    yield f" in {load}, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"
     yield from (f"  {t.parameter.item()} = {t.item()}" for t in u["distribution"])
     yield ""
     # the levels nearest to 5, 50 and 95 %
@@ -203,7 +220,9 @@ def _shown(u: xr.Dataset, scales: int) -> Iterable[str | Table]:
         "in: share of the beams that have the figure"
     )
     yield ""
-    yield f"engagement: {_said(_share(u, 'P_engaged'), n)}; locked: {_said(_share(u, 'P_locked'), n)}"
+    yield "; ".join(
+        f"{words}: {_said(_share(u, f'P_{name}'), n)}" for name, words in _SHARES.items() if f"P_{name}" in u
+    )
     yield from (f"  {name}: {_said(p, n)}" for name, p in _ends(u).items())
     yield f"the nominal beam: {u.attrs['nominal_end']}"
     if text := u.attrs["before"]:

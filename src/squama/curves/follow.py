@@ -18,6 +18,7 @@ from squama.curves import hinge, hinge_cycles
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, Solved, States
 from squama.errors import refuse
+from squama.joints import choice
 from squama.loads import LOADS
 from squama.types import Array
 
@@ -60,27 +61,33 @@ def covers(load: str, law: str) -> bool:
 
 
 def meant(
-    beam: Beam, load: str, law: str, joint: str | None = None, ideal: bool | None = None
+    beam: Beam, load: str, law: str, joint: str | None = None, ideal: bool | None = None, *, elements: bool = True
 ) -> tuple[str, bool, str]:
     """Return the joint, whether scales are ideal, and a warning where the compliant joint is not known.
 
     What is not given: the joint is compliant where that covers the load and the law; the hinge's scales are ideal.
+    Without ``elements`` a joint is known by its matrix or by the law.
     """
     note = ""
     if not joint:
         if covers(load, law):
             from squama.curves import real
 
-            note = real.impossible(beam)
+            note = real.impossible(beam) if elements else choice.unknown(beam)
             joint = "" if note else "compliant"
         joint = joint or "hinge"
     return joint, joint == "hinge" if ideal is None else ideal, note
 
 
 def model(joint: str, asked: Asked) -> Model:
+    """Return the model of a kind of joint, see :func:`covering`."""
+    return covering(joint, asked.path.load.name, asked.law)
+
+
+def covering(joint: str, load: str, law: str) -> Model:
     """Return the model of a kind of joint; refuse a kind that does not cover the law or the load that is asked."""
     found = MODELS[arguments.one_of("joint", joint, tuple(MODELS))]
-    for name, given in (("law", asked.law), ("load", asked.path.load.name)):
+    for name, given in (("law", law), ("load", load)):
         if found.only.get(name, given) != given:
             refuse(name, f'"{given}"', f'is not covered by joint="{joint}"', f'write {name}="{found.only[name]}"')
     return found

@@ -13,17 +13,21 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves.path import Case, Curve, figures, in_si
-from squama.fe import condense
-from squama.fe.exposed import Exposed
+from squama.fe import bending, condense
+from squama.fe.exposed import Exposed, box, sheet
 from squama.fe.geometry import geometry
 from squama.fe.walk import Contacts
+from squama.model.elastic_plate import monomials
 from squama.model.outcome import End
+from squama.real.path import Scale, plate_figures
 from squama.types import Array
 
 _ALONG = (
     *("rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED"),
-    *(*MOTIONS, "gap"),
+    *(*MOTIONS, "gap", "deflection", "scale_twist", "stress", "stress_x", "stress_y"),
 )
+_GRID = (6, 3)
+"""Parts of a bent plate along and across, where it may touch anywhere."""
 
 
 def curve(
@@ -31,20 +35,25 @@ def curve(
     K: Array,
     mu: float,
     loads: Array,
+    scale: Scale,
     *,
     sign: int,
     increment: float = condense.INCREMENT,
-    exposed: Exposed | None = None,
 ) -> Curve:
     """Return a curve at twists per pitch (magnitudes, rad, any order), by the roles of :mod:`squama.loads`.
 
-    ``K`` (7, 7) holds a scale, E = 1 and d = 1; ``sign`` is that of the twist, ``increment`` the largest one, rad per
-    pitch; ``exposed`` the scales, thin and rigid if not given.
+    ``K`` (7, 7) holds a ``scale``, E = 1 and d = 1; ``sign`` is that of the twist, ``increment`` the largest one, rad
+    per pitch.
     """
     case = Case.held(beam, K, sign)
     order, back = np.unique(loads, return_inverse=True)
+    exposed = box(scale.eta, scale.beta, scale.h) if scale.h else None
+    if scale.elastic:
+        grid = bending.lines(scale.eta, scale.beta, _GRID)
+        exposed = bending.plate(sheet(*grid, scale.h), scale.eta, scale.beta, scale.D, scale.nu)
     c = condense.curve(geometry(beam).rest, K, mu, sign * order, increment=increment, exposed=exposed)
     own = {role: values for role, values in c.along.items() if role not in ("phi", "T", "W")}
+    own |= plate_figures(scale, _bent(scale, exposed, c.moved))
     v = in_si(case, beam.substrate.youngs_modulus, order, own | {"torque": sign * c.along["T"]})
     reached, v["tangent"] = np.isfinite(v["torque"]), np.full(order.size, np.nan)
     if reached.sum() > 1:
@@ -57,6 +66,14 @@ def curve(
         "energy_error": c.unbalanced,
     }
     return Curve({role: v[role][back] for role in _ALONG}, found)
+
+
+def _bent(scale: Scale, exposed: Exposed | None, moved: Array) -> Array:
+    """Return deflections (n, 24), as powers, of a plate whose points have moved by (n, points, 3)."""
+    if exposed is None or not scale.elastic:
+        return np.zeros((len(moved), 24))
+    X, Y, _ = (exposed.points / (scale.eta, scale.beta, 1.0)).T
+    return np.asarray(moved[:, :, 2] @ np.linalg.pinv(monomials(X, Y)).T)
 
 
 def contacts(met: Sequence[Contacts]) -> dict[str, int | str]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+import math
+from collections.abc import Hashable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -100,3 +101,17 @@ def attributes(asked: Asked, title: str, sense: str, joint: str = "hinge", notes
 def text(beam: Beam) -> str:
     """Return a beam as the text of its file."""
     return beam.to_toml()
+
+
+def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a cycle with the dimension ``point`` only, as a table of one shape; figures of loops as an attribute."""
+
+    def rows(dim: str, variables: Iterable[Hashable]) -> list[dict[str, object]]:
+        columns = {str(name): dataset[name].values.tolist() for name in variables if dataset[name].dims == (dim,)}
+        # JSON has no numbers for infinity and NaN
+        plain = [[repr(v) if isinstance(v, float) and not math.isfinite(v) else v for v in c] for c in columns.values()]
+        return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
+
+    return dataset.drop_dims(["loop", "sense"]).assign_attrs(
+        loops=rows("loop", dataset.data_vars), senses=rows("sense", dataset.variables)
+    )

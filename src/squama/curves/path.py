@@ -102,7 +102,7 @@ class Case(NamedTuple):
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
         """Return that of scales which a matrix K (7, 7) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit = beam.substrate.youngs_modulus * beam.pitch**3
+        unit = beam.unit_moment
         rigidity, K_theta = twisting_stiffness(K) * unit * beam.pitch, inclination_stiffness(K) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
 
@@ -133,7 +133,7 @@ def figures(
     }
 
 
-_LENGTHS = (*MOTIONS[:3], "p", "s", "gap", "deflection", "stress_x", "stress_y")
+_LENGTHS = (*MOTIONS[:3], "p", "s", "gap", "slip", "deflection", "stress_x", "stress_y")
 _PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "work")
 
 

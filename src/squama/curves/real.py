@@ -24,18 +24,14 @@ from squama.model.elastic_plate import SIDE_D, TIP
 from squama.real import follow, path
 from squama.types import Array
 
-RANGE = 0.3
-"""Twist per pitch, rad, to which a curve goes unless asked otherwise."""
 TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
 _FINE = 2e-3
 _NEAR, _SAME = 1e-5, 1e-6
-_GRID = (6, 3)
-"""Parts of a bent plate along and across, where it may touch anywhere."""
 OWN = (
-    *(*MOTIONS, "stiffness_ratio", "deflection", "stress", "stress_x", "stress_y", "strain"),
+    *(*MOTIONS, "stiffness_ratio", "slip", "deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
     *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar"),
 )
 """Roles of variables that simpler models have not."""
@@ -73,14 +69,14 @@ class Held(NamedTuple):
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
     """Return a beam's scale; ``ideal``: thin and rigid, elastic else where its modulus is known."""
-    s, d, E = beam.scale, beam.pitch, beam.substrate.youngs_modulus
+    s, d = beam.scale, beam.pitch
     thin = path.Scale(beam.eta, beam.beta, beam.lam, s.alpha, s.theta0, 0.0)
     if ideal:
         return thin
     thick = thin._replace(h=s.thickness / d)
     if s.youngs_modulus is None:
         return thick
-    return thick._replace(D=beam.plate_rigidity / (E * d**3), nu=s.nu)
+    return thick._replace(D=beam.plate_rigidity / beam.unit_moment, nu=s.nu)
 
 
 class Path(NamedTuple):
@@ -165,16 +161,10 @@ class Path(NamedTuple):
     def onward(self, twists: Array, start: float, own: dict[str, Array]) -> dict[str, float | int | str]:
         """Go on beyond a twist by general contact: fill the values there; return how that ends."""
         from squama.curves import general_contact
-        from squama.fe import bending
-        from squama.fe.exposed import box, sheet
 
-        s, held = self.way.scale, self.held
-        beyond = np.flatnonzero(twists > start)
-        exposed = box(s.eta, s.beta, s.h)
-        if s.elastic:
-            exposed = bending.plate(sheet(*bending.lines(s.eta, s.beta, _GRID), s.h), s.eta, s.beta, s.D, s.nu)
+        held, beyond = self.held, np.flatnonzero(twists > start)
         K, mu, loads = held.K[:7, :7], self.way.mu, twists[beyond]
-        c = general_contact.curve(self.beam, K, mu, loads, sign=self.sign, increment=path.STEP, exposed=exposed)
+        c = general_contact.curve(self.beam, K, mu, loads, self.way.scale, sign=self.sign, increment=path.STEP)
         if not float(c.figures["load_end"]) > start:
             return {}
         for role, values_there in c.along.items():
@@ -197,7 +187,7 @@ class Path(NamedTuple):
 def solve(asked: Asked) -> tuple[list[Path], States]:
     """Return the paths of a beam for each coefficient of friction."""
     beam, to, ideal = asked.beam, abs(asked.path.values[-1]), asked.ideal
-    far = RANGE if to == math.inf else to
+    far = path.RANGE if to == math.inf else to
     if far >= math.pi:
         refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
     held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
@@ -251,16 +241,14 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     way = one.way
     column = dict(zip(follow.COLUMNS, rows.T, strict=True))
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
-    own |= {"p": column["x"], "s": column["y"], "N": column["N"], "f": column["f"], "W_fr": column["W_fr"]}
+    own |= {name: column[name] for name in ("slip", "N", "f", "W_fr")} | {"p": column["x"], "s": column["y"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"], own["onset"], own["work"] = column["T"], column["T_slip"], column["W"]
     own["theta"] = path.inclinations(way, rows)
-    own["deflection"] = path.tip(way, rows)
-    own |= dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(rows), np.nan))
-    if way.scale.elastic:
-        stress, places = path.stresses(way, rows)
-        own |= {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1] * one.mirror[1]}
+    own |= path.plate_figures(way.scale, path.deflections(way, rows))
+    for role in ("scale_twist", "stress_y"):
+        own[role] = own[role] * one.mirror[1]
     v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
     return v | embedded(one, path.motions(rows))
 
@@ -268,7 +256,8 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by :func:`squama.real.path.motions`; by role."""
     force, moment = path.on_tab(one.way, q)
-    unit = one.beam.substrate.youngs_modulus * one.beam.pitch**2
+    moment_unit = one.beam.unit_moment
+    unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
     if one.held.joint.strain is not None:
         form, own = one.held.joint.strain[:, :7, :7], q * one.mirror[:7]
@@ -276,8 +265,8 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
     return {
         "pull_out": force[:, 0] * unit,
         "tab_force": np.linalg.norm(force, axis=1) * unit,
-        "tab_bending": moment[:, 1] * unit * one.beam.pitch,
-        "tab_torsion": moment[:, 0] * unit * one.beam.pitch * one.mirror[3],
+        "tab_bending": moment[:, 1] * moment_unit,
+        "tab_torsion": moment[:, 0] * moment_unit * one.mirror[3],
         "strain": strain,
     }
 

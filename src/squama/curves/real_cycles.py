@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.beam.design import Beam
 from squama.curves import real
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
 from squama.errors import refuse
@@ -49,33 +50,28 @@ def walk(asked: Asked) -> States:
     refused: the twist, and what happens there.
     """
     values, beam = asked.path.values, asked.beam
-    _check(values)
+    check(values)
     held = real.Held.of(beam)
-    plate, mu, far = real.scale(beam, ideal=asked.ideal), float(asked.mus), max(map(abs, values))
-    paths = {
-        sense: real.Path(
-            beam, held, path.Path.of(plate, held.K, mu, sense=-1 if sense == "-" else 1, most=far),
-            -1 if sense == "-" else 1, far,
-        )
-        for sense in used_senses(values)
-    }  # fmt: skip
-    way = _walked(paths, values, asked.points)
-    along = _along(paths, way)
+    far = max(map(abs, values))
+    both = paths(beam, held, real.scale(beam, ideal=asked.ideal), float(asked.mus), np.array(values))
+    way = _walked(both, values, asked.points)
+    along = _along(both, way)
     d = beam.pitch
-    residual = [_residual(paths, values, loop) for loop in history.loops(values)]
+    residual = [_residual(both, values, loop) for loop in history.loops(values)]
     total = float(along["U_el"][-1] + along["W_fr"][-1])
     error = (float(along["work"][-1]) - total) / max(float(along["W_fr"][-1]), float(along["U_el"].max()), 1e-300)
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {"branch": along["branch"], "leg": way.legs, **{role: along[role] for role in _ALONG}},
         ("loop",): _loops(way, along, values, d, residual),
-        ("sense",): _senses(paths, values),
+        ("sense",): _senses(both, values),
         (): {"energy_error": np.asarray(error)},
     }
     attrs = {**real.attributes(held), "increment": INCREMENT}
     return States(by_dim, attrs, real.notes(held, beam, far, ideal=asked.ideal))
 
 
-def _check(values: list[float]) -> None:
+def check(values: list[float]) -> None:
+    """Refuse a history that is too far or too long to be walked."""
     far = max(values, key=abs)
     if abs(far) >= math.pi:
         refuse("twist", f"{far:.6g} rad/pitch", "must be below half a turn per pitch")
@@ -95,9 +91,28 @@ def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _W
         legs += [i + 1] * len(goals)
         turns.append(len(twists) - 1)
     x = np.array(twists)
-    rows = np.zeros((x.size, len(follow.COLUMNS)))
-    rows[:, 4:6] = np.nan
-    rubbed = work = 0.0
+    return _Way(x, np.array(legs), rows(paths, x, INCREMENT), turns)
+
+
+def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Array) -> dict[str, real.Path]:
+    """Return what is followed in each sense that a history of twists goes to."""
+    far, found = float(np.abs(values).max()), {}
+    for sense in used_senses(values.tolist()):
+        sign = -1 if sense == "-" else 1
+        way = path.Path.of(plate, held.K, mu, sense=sign, most=far)
+        found[sense] = real.Path(beam, held, way, sign, far)
+    return found
+
+
+def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
+    """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
+
+    Rows as :data:`squama.real.follow.COLUMNS`. A history on which the contact ends is refused.
+    """
+    found = np.zeros((x.size, len(follow.COLUMNS)))
+    found[:, 4:6] = np.nan
+    # frictional work, work, slip
+    sums, before = [follow.COLUMNS.index(name) for name in ("W_fr", "W", "slip")], np.zeros(3)
     # a part is what lies between two states without twist
     ends = [*np.flatnonzero(x == 0), x.size]
     for a, b in itertools.pairwise(ends):
@@ -105,14 +120,13 @@ def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _W
         if part.stop - part.start < 2:
             continue
         one = paths["-" if x[a + 1] < 0 else "+"]
-        found, end = one.way.states(np.abs(x[part]), INCREMENT)
+        own, end = one.way.states(np.abs(x[part]), increment)
         if end.code != follow.RANGE:
             _refuse(one, end, float(x[part][end.solved]))
-        found[:, 8] += rubbed
-        found[:, 9] += work
-        rubbed, work = float(found[-1, 8]), float(found[-1, 9])
-        rows[part] = found
-    return _Way(x, np.array(legs), rows, turns)
+        own[:, sums] += before
+        before = own[-1, sums]
+        found[part] = own
+    return found
 
 
 def _goals(start: float, stop: float, earlier: list[float], points: int, *, turned: bool) -> list[float]:

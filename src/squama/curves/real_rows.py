@@ -76,7 +76,7 @@ def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
     beam = one.beam
     # a state's places are those of its plate; those of a contact are on its tip and on the next one's side
     each["s"] = track.sides * beam.pitch
-    each["Q"] = track.held * beam.substrate.youngs_modulus * beam.pitch**3
+    each["Q"] = track.held * beam.unit_moment
     each["N"][:, -1] = each["f"][:, -1] = math.nan
     return each
 

@@ -151,7 +151,7 @@ def export(
     sizes = {"clearance": clearance, "feature": feature, "wall": wall, "ends": ends, "draft": draft}
     if bed is not None:
         sizes["bed"] = bed
-    wanted, kinds = several("parts", parts, PARTS), several("formats", formats, FORMATS)
+    wanted, kinds = arguments.several("parts", parts, PARTS), arguments.several("formats", formats, FORMATS)
     densities = tuple(
         arguments.scalar(name, value, 0.01, 25, "a density in g/cm^3, 0.01 to 25; write e.g. 1.2")
         for name, value in (("scale_density", scale_density), ("substrate_density", substrate_density))
@@ -186,15 +186,6 @@ def export(
     paths = _write(folder, contents, record, look)
     meshes = {stem: [p.seated for item in items for p in item.placed] for stem, items in solids.files.items()}
     return Export(tuple(paths), tuple(bill), tuple(found), plan, meshes)
-
-
-def several(name: str, value: Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
-    """Return some of the allowed words in their order, each once."""
-    given: Iterable[str] = [value] if isinstance(value, str) else value
-    words = [arguments.one_of(name, word, allowed) for word in given]
-    if not words:
-        errors.refuse(name, "", "is empty", f"write e.g. {allowed[0]}")
-    return tuple(word for word in allowed if word in words)
 
 
 def _settle(checks: Iterable[Check]) -> None:

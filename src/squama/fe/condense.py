@@ -41,7 +41,8 @@ class Condensed(NamedTuple):
 
     ``along``: arrays over its points by the names of :meth:`squama.fe.walk.Walk.endless`, signed, NaN where it did not
     come to; energy and works are per pitch, N and f those of the neighbour that presses most. ``phi_e`` is the twist at
-    engagement (inf if none), ``contacts`` what touches from where on, ``end`` a word for the end at ``phi_end``.
+    engagement (inf if none), ``contacts`` what touches from where on, ``end`` a word for the end at ``phi_end``;
+    ``moved`` (n, points, 3) how far the points of a scale's surface have moved in its frame.
     """
 
     along: dict[str, Array]
@@ -49,6 +50,7 @@ class Condensed(NamedTuple):
     phi_end: float
     end: str
     contacts: tuple[Contacts, ...]
+    moved: Array
 
     @property
     def unbalanced(self) -> float:
@@ -99,6 +101,7 @@ def curve(
     way = Walk(rest, np.asarray(K, float), mu, HINGE if hinge else FREE, dhat, slip, exposed)
     wanted = np.asarray(phi, float)
     columns = {name: np.full(wanted.size, np.nan) for name in way.endless()}
+    moved = np.full((wanted.size, *way.moved.shape[:2]), np.nan)
     end = RANGE_END
     for i, goal in enumerate(wanted):
         if not way.run(float(goal), increment).reached:
@@ -106,9 +109,10 @@ def curve(
             break
         for name, value in way.endless().items():
             columns[name][i] = value
+        moved[i] = way.moved[:, :, 0]
     thick = None if exposed is None else box(rest.eta, rest.beta, exposed.thickness)
     engaged = engagement(rest, K, way.contacts[0].phi, exposed=thick, hinge=hinge) if way.contacts else np.inf
-    return Condensed({**columns, "phi": wanted}, engaged, float(way.phi), end, tuple(way.contacts))
+    return Condensed({**columns, "phi": wanted}, engaged, float(way.phi), end, tuple(way.contacts), moved)
 
 
 def engagement(rest: Rest, K: Array, near: float, *, exposed: Exposed | None, hinge: bool) -> float:

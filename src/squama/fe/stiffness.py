@@ -196,7 +196,7 @@ def joint(
         if progress is not None:
             progress(done[-1])
     bar = kept(("bar", *shape, size), fresh, lambda: (response(bar_mesh(shape, size), shape).K[6:, 6], 0))[0]
-    unit = beam.substrate.youngs_modulus * beam.pitch**3
+    unit = beam.unit_moment
     exact = beam.G_B * beam.J / (unit * beam.pitch)
     return JointMatrix(extrapolated(done), tuple(done), size, float(bar[0]), exact, unit)
 

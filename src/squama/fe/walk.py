@@ -137,12 +137,16 @@ class Walk:
         return self.touches[0] if self.touches else None
 
     @property
-    def deflection(self) -> float:
-        """Farthest that a point of a scale's surface has moved in the scale's frame."""
+    def moved(self) -> Array:
+        """How far the points of the scales' surfaces have moved in a scale's frame, (points, 3, scales)."""
         row = self.contact.row
         count = row.exposed.amplitudes, row.moving
-        moved = row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T
-        return float(np.sqrt((moved**2).sum(axis=1).max()))
+        return np.asarray(row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T)
+
+    @property
+    def deflection(self) -> float:
+        """Farthest that a point of a scale's surface has moved in the scale's frame."""
+        return float(np.sqrt((self.moved**2).sum(axis=1).max()))
 
     def places(self) -> Array:
         """Return the places (n, 3) of the masters."""

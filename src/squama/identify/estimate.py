@@ -4,16 +4,12 @@ Residuals are measured over the largest torque, parameters over their start valu
 stiffness, the rigidity and the zero of the load cell: at every start these are solved for first. What the data tell
 apart the linearised model at the estimates says: the covariance of the parameters, and what it becomes with points
 added that have not been measured.
-
-Samples of the parameters come from their posterior distribution, by the affine-invariant ensemble of emcee. The prior
-is uniform within the bounds. Where the noise of a point is not known it has the prior 1/noise and is integrated out,
-which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
 """
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +17,18 @@ from numpy.typing import NDArray
 from squama.curves import hinge_cycles
 from squama.curves.hinge_cycles import Senses
 from squama.errors import refuse
-from squama.identify.forward import Forward, Walked, build
-from squama.identify.parameters import Asked, ask
-from squama.interrupt import Interrupted, until_interrupted
+from squama.identify.forward import Forward, Hinged, build
+from squama.identify.parameters import OF_TWIST, Asked, ask
+from squama.identify.walked import Walked
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
-from squama.needs import need
 from squama.types import Array
 
 _NEAR_LOCK = 0.98
 _SPREAD = (0.3, 0.6, 0.1, 0.8, 0.45, 0.93, 0.02)
-_AGREE = 1e-6
+_AGREE = 1e-4
+_ROUGH = 1e-6
 _AT_BOUND = 1e-6
 SINGULAR = 1e-9
 """Smallest singular value of the scaled derivatives, over the largest, below which parameters are one."""
@@ -44,7 +40,10 @@ FEW = 0.2
 """Part of the points below which more of a kind are proposed."""
 FAR = 0.5
 """How far towards the end of the path further points are proposed."""
-WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50
+
+
+Points = Hinged | Walked
+"""Points of a test: what the torque of a trial is at them, by a model."""
 
 
 class Estimate(NamedTuple):
@@ -59,56 +58,64 @@ class Estimate(NamedTuple):
     at_bound: NDArray[np.bool_]
 
 
-def solve(forward: Forward | Walked, torque: Array, asked: Asked, starts: int) -> Estimate:
-    """Find the parameters with the least sum of squares within their bounds, from the beam's values and more starts.
+def solve(
+    points: Points, torque: Array, asked: Asked, starts: Sequence[Array], robust: float | None = None
+) -> Estimate:
+    """Find the parameters with the least sum of squares within their bounds, from several starts.
 
-    ``torque`` (N m) is what was measured at the points.
+    ``torque`` (N m) is what was measured at the points. With ``robust`` (N m) residuals beyond it count linearly.
     """
     from scipy.optimize import least_squares
 
     size = float(np.abs(torque).max())
-    unit = np.array([size if row.name == "zero" else 1.0 for row in asked.rows])
+    unit = [size if row.unit == "N m" else 0.01 if row.name in OF_TWIST else 1.0 for row in asked.rows]
     scale = np.where(asked.start == 0, unit, np.abs(asked.start))
     low, high = asked.low / scale, asked.high / scale
 
     def residual(u: Array) -> Array:
-        return np.asarray((forward.torque(asked.physical(u * scale)) - torque) / size)
+        return np.asarray((points.torque(asked.physical(u * scale)) - torque) / size)
 
     def slope(u: Array) -> Array:
-        return derivatives(forward, asked, u * scale) * scale / size
+        return derivatives(points, asked, u * scale) * scale / size
 
-    still = 1e-13 if isinstance(forward, Forward) else 1e-6
+    still = 1e-13 if isinstance(points, Hinged) else 1e-8
+    loss: dict[str, Any] = {} if robust is None else {"loss": "soft_l1", "f_scale": robust / size}
+    if robust is not None:
+        still = max(still, _ROUGH)
     found = []
-    for start in _starts(forward, torque, asked, starts):
+    for start in starts:
         inside = np.clip(start / scale, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         inside = np.where((start / scale > low) & (start / scale < high), start / scale, inside)
         fit = least_squares(
-            residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=still, xtol=still, gtol=still, max_nfev=300
-        )
+            residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=still, xtol=still, gtol=still,
+            max_nfev=300 if robust is None else 60, **loss,
+        )  # fmt: skip
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
     best, u = min(found, key=lambda pair: pair[0])
     agreed = sum(cost <= best * (1 + _AGREE) + 1e-28 for cost, _ in found)
     p = u * scale
-    r = torque - forward.torque(asked.physical(p))
+    r = torque - points.torque(asked.physical(p))
     near = (u - low < _AT_BOUND * np.maximum(np.abs(u), 1)) | (high - u < _AT_BOUND * np.maximum(np.abs(u), 1))
-    return Estimate(p, r, float(r @ r), derivatives(forward, asked, p), len(found), agreed, near)
+    return Estimate(p, r, float(r @ r), derivatives(points, asked, p), len(found), agreed, near)
 
 
-def derivatives(forward: Forward | Walked, asked: Asked, p: Array) -> Array:
+def derivatives(points: Points, asked: Asked, p: Array) -> Array:
     """Return the derivatives of the torque to the parameters, shape (points, parameters)."""
-    return np.asarray(forward.jacobian(asked.physical(p)) @ asked.chain(p))
+    chain = asked.chain(p)
+    return np.asarray(points.jacobian(asked.physical(p), np.asarray(chain.any(axis=1))) @ chain)
 
 
-def standard_error(forward: Forward | Walked, asked: Asked, p: Array, covariance: Array) -> Array:
+def standard_error(points: Points, asked: Asked, p: Array, covariance: Array) -> Array:
     """Return the standard error of the torque that follows from a covariance of the estimates p."""
-    J = derivatives(forward, asked, p)
+    J = derivatives(points, asked, p)
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", J, covariance, J), 0.0)))
 
 
-def _starts(forward: Forward | Walked, torque: Array, asked: Asked, number: int) -> list[Array]:
+def starts(points: Points, torque: Array, asked: Asked, number: int) -> list[Array]:
     """Return the starts of a search: the beam's own values, then others within the bounds and before every lock."""
     mu, theta0 = asked.place("mu"), asked.place("theta0")
-    lock = forward.locks_at(asked.bound("theta0", 0))
+    least = asked.physical(asked.start)._replace(theta0=asked.bound("theta0", 0))
+    lock = points.locks_at(least)
     free = mu is not None or theta0 is not None
     found = []
     for n in range(number if free else 1):
@@ -121,19 +128,19 @@ def _starts(forward: Forward | Walked, torque: Array, asked: Asked, number: int)
             p[theta0] = asked.low[theta0] + share * (asked.high[theta0] - asked.low[theta0])
         if mu is not None:
             p[mu] = max(min(p[mu], _NEAR_LOCK * lock), asked.low[mu])
-        found.append(_solved_for_linear(forward, torque, asked, p))
+        found.append(_solved_for_linear(points, torque, asked, p))
     return found
 
 
-def _solved_for_linear(forward: Forward | Walked, torque: Array, asked: Asked, start: Array) -> Array:
+def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array) -> Array:
     """Return a start with those parameters solved for to which the torque is proportional, within their bounds."""
     linear = np.flatnonzero([row.linear for row in asked.rows])
     if {"C_f", "E_B"} <= set(asked.names):
         linear = np.array([i for i in linear if asked.names[i] != "C_f"])
     if not linear.size:
         return start
-    J = derivatives(forward, asked, start)[:, linear]
-    rest = forward.torque(asked.physical(start)) - J @ start[linear]
+    J = derivatives(points, asked, start)[:, linear]
+    rest = points.torque(asked.physical(start)) - J @ start[linear]
     norm = np.linalg.norm(J, axis=0)
     norm[norm == 0] = 1.0
     p = start.copy()
@@ -173,7 +180,8 @@ def remedies(
 ) -> list[Remedy]:
     """Further measurements with as much noise, and the standard errors that they would bring.
 
-    ``senses`` are both senses at the estimates; ``forward`` the points that are used, with the derivatives there.
+    ``senses`` are both senses at the estimates; ``forward`` the points that are used, with the derivatives there. The
+    nuisances of this test are not those of the further ones.
     """
     theta0 = asked.physical(values).theta0
     touching = forward.theta > theta0
@@ -196,7 +204,8 @@ def remedies(
     if path.end is not End.NONE and np.isfinite(path.load_e) and end > 1.02 * far:
         load = s * np.linspace(max(far, path.load_e), end, n + 1)[1:]
         added.append((f"{n} points more of loading, up to {end:.3g} rad/pitch", build(senses, load, np.ones(n))))
-    further = [(what, derivatives(more, asked, values)) for what, more in added]
+    at, chain = asked.physical(values), asked.chain(values)[:4]
+    further = [(what, np.asarray(more.jacobian(at) @ chain)) for what, more in added]
     if LOADS[asked.load].sided and touching.any():
         further += _bending(asked, values, float(forward.theta.max()), forward, n)
     found = []
@@ -226,95 +235,10 @@ def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int
     if last <= path.load_e:
         return []
     points = build(senses, np.linspace(path.load_e, last, n), np.ones(n))
-    J = derivatives(points, bent, values)
-    for name in ("C_f", "E_B", "zero"):
+    J = np.asarray(points.jacobian(bent.physical(values)) @ bent.chain(values)[:4])
+    for name in ("C_f", "E_B"):
         i = asked.place(name)
         if i is not None:
             J[:, i] = 0.0
     largest = np.abs(forward.torque(at)).max() / np.abs(points.torque(bent.physical(values))).max()
     return [(f"a bending test too, {n} points of loading up to {last:.3g} rad/pitch", J * largest)]
-
-
-class Posterior(NamedTuple):
-    """Samples, shape (samples, parameters), and how independent they are.
-
-    ``acceptance`` is the part of the proposals that was taken; ``steps`` steps of the chains; ``autocorrelation`` the
-    largest of the integrated autocorrelation times, in steps.
-    """
-
-    samples: Array
-    acceptance: float
-    steps: int
-    autocorrelation: float
-
-    @property
-    def effective(self) -> float:
-        """Number of independent samples that those are worth."""
-        return min(self.steps * WALKERS / max(self.autocorrelation, 1.0), float(len(self.samples)))
-
-    def note(self) -> str | None:
-        """Say that the chains are short, if they are."""
-        if self.steps >= _LEAST * self.autocorrelation:
-            return None
-        return (
-            f"the chains of the samples are short ({self.steps} steps, {self.steps / self.autocorrelation:.0f} times "
-            f"their autocorrelation time; {_LEAST} are wanted): ask for more samples"
-        )
-
-
-def sample(
-    forward: Forward,
-    torque: Array,
-    asked: Asked,
-    estimates: Array,
-    covariance: Array,
-    number: int,
-    *,
-    noise: float | None,
-    seed: int,
-) -> Posterior:
-    """Draw samples from the measured torque at the points that are used; the chains start from the estimates.
-
-    ``noise`` is the standard deviation of a measured torque, N m, None where it is not known. The same seed gives the
-    same samples.
-    """
-    emcee = need("emcee")
-    low, high = asked.low, asked.high
-    size = float(np.abs(torque).max())
-
-    def log_probability(p: Array) -> Array:
-        inside = np.asarray(np.all((p >= low) & (p <= high), axis=1))
-        trial = np.where(inside[:, None], p, estimates)
-        r = (forward.torque(asked.physical(trial[:, None, :])) - torque) / size
-        square = np.einsum("ij,ij->i", r, r)
-        if noise is None:
-            value = -0.5 * torque.size * np.log(np.maximum(square, 1e-300))
-        else:
-            value = -0.5 * square * (size / noise) ** 2
-        return np.where(inside, value, -np.inf)
-
-    random = np.random.RandomState(seed)
-    p = len(asked.rows)
-    walkers = max(WALKERS, 4 * p)
-    error = np.sqrt(np.diag(covariance))
-    start = random.multivariate_normal(np.zeros(p), covariance / np.outer(error, error), walkers)
-    start = estimates + start * error
-    # walkers that start outside are put as far inside
-    start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
-    start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)
-    steps = THIN * math.ceil(number / walkers)
-    sampler = emcee.EnsembleSampler(walkers, p, log_probability, vectorize=True)
-    state = emcee.State(start, random_state=random.get_state())
-    # emcee prints what it was doing when it is interrupted inside a step
-    with until_interrupted() as stopped:
-        for length in (BURN, steps):
-            sampler.reset()
-            for step in sampler.sample(state, iterations=length, skip_initial_state_check=True):
-                state = step
-                if stopped():
-                    message = "interrupted while samples were drawn; nothing is written"
-                    raise Interrupted(message)
-    time = float(np.max(sampler.get_autocorr_time(tol=0))) if steps >= 100 else math.nan
-    time = time if math.isfinite(time) else float(steps)
-    chain = sampler.get_chain(thin=THIN, flat=True)[:number]
-    return Posterior(np.asarray(chain), float(np.mean(sampler.acceptance_fraction)), steps, time)

@@ -14,42 +14,42 @@ with m = mu while the scales are loaded, -mu while they are unloaded, and < > ze
 Towards a lock D vanishes and the torque grows without bound. So that a trial beyond a lock has a value and a slope too,
 1/D is continued by its tangent where D is below a thousandth of what it is without friction: the torque of such a
 trial is finite, a thousand times too large, and falls towards the lock.
-
-On the compliant joint (:class:`Walked`) the way decides, so the record is walked for each friction that is tried. The
-plates' contact is geometry and friction grows with the pressure, so that the motions do not change where the matrix of
-the joint is multiplied by a factor, the rigidity R without contact being kept: T = R Phi + T_0 + K_theta g(mu) again.
 """
 
 from __future__ import annotations
 
 import copy
-import itertools
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from squama.beam.design import Beam
-from squama.curves import follow
 from squama.curves.hinge import invert
 from squama.curves.hinge_cycles import Senses
-from squama.curves.path import Asked, LoadPath
-from squama.errors import InputError
+from squama.identify.readings import Readings
 from squama.model.paths import ARRAY
 from squama.types import Array
 
 FLOOR = 1e-3
 """Part of the D without friction below which 1/D is continued by its tangent."""
+_STEP = 1e-5
+"""Steps of the differences by the twist, rad over the whole beam."""
 
 
 class Physical(NamedTuple):
-    """What the torque depends on: friction, joint stiffness (N m), rigidity (N m2), theta0 (rad), zero (N m)."""
+    """What the torque depends on.
+
+    Friction, joint stiffness (N m), rigidity (N m2), theta0 (rad); zero of the torque (N m), zero and play of the twist
+    (rad over the whole beam), drift of the torque in a record (N m).
+    """
 
     mu: float
     stiffness: float
     rigidity: float
     theta0: float
-    zero: float = 0.0
+    torque_zero: float = 0.0
+    twist_zero: float = 0.0
+    backlash: float = 0.0
+    drift: float = 0.0
 
 
 class Forward(NamedTuple):
@@ -85,10 +85,10 @@ class Forward(NamedTuple):
         inverse = self.inverse(v.mu)[0]
         lift = np.maximum(self.theta - v.theta0, 0.0)
         scales = lift * (self.lift_rate + self.way * v.mu * self.slip_rate * inverse)
-        return np.asarray(v.rigidity * self.rate + v.zero + v.stiffness * self.sign * scales)
+        return np.asarray(v.rigidity * self.rate + v.stiffness * self.sign * scales)
 
     def jacobian(self, v: Physical) -> Array:
-        """Return the derivatives of the torque, shape (n, 5), in the order of :class:`Physical`."""
+        """Return the derivatives of the torque, shape (n, 4), in the order of :class:`Physical`."""
         inverse, slope = self.inverse(v.mu)
         touching = self.theta > v.theta0
         lift = np.where(touching, self.theta - v.theta0, 0.0)
@@ -100,7 +100,6 @@ class Forward(NamedTuple):
                 self.sign * lift * share,
                 self.rate,
                 -v.stiffness * self.sign * touching * share,
-                np.ones(self.rate.size),
             ],
             axis=1,
         )
@@ -134,108 +133,68 @@ def build(senses: Senses, load: Array, way: Array) -> Forward:
     return out
 
 
-class Walked:
-    """Points of records, one behind the other, on the joint whose matrix the beam has; asked as :class:`Forward` is.
+class Hinged:
+    """Points of a test on hinged scales: their readings, with the contacts of the twists that these stand for."""
 
-    ``way`` and ``specimen`` are those of a record; ``ways`` has the load angles of each specimen, one array for each
-    way between two turning points. The points are placed with the friction ``mu``; where the scales jump or lock on the
-    way then, they are refused.
-    """
+    def __init__(self, senses: Senses, readings: Readings) -> None:
+        self.senses, self.readings = senses, readings
+        self.index = np.arange(readings.load.size)
+        self._kept: tuple[tuple[float, float], Forward] | None = None
 
-    points = 100
-    """Points of each way that are walked to; between them the torque is interpolated."""
-    step = 2e-3
-    """Step of the differences by friction."""
-
-    def __init__(self, beam: Beam, load: Array, way: Array, specimen: Array, mu: float) -> None:
-        ends = np.flatnonzero((np.diff(way * np.where(load < 0, -1, 1)) != 0) | (np.diff(specimen) != 0)) + 1
-        pieces = np.split(np.arange(load.size), ends)
-        self.ways = [[load[i] for i in pieces if specimen[i[0]] == n] for n in dict.fromkeys(specimen.tolist())]
-        self.beam, self.load, self.rate, self.mu = beam, load, load / beam.pitch, mu
-        self.index = np.arange(self.load.size)
-        self.walks: dict[tuple[float, ...], dict[str, Array]] = {}
-        self._walked("scales", mu)
-
-    def take(self, index: Array) -> Walked:
-        """Return some of the points; what is walked is shared."""
+    def take(self, index: Array) -> Hinged:
+        """Return some of the points."""
         other = copy.copy(self)
-        other.rate, other.index = self.rate[index], self.index[index]
+        other.index, other._kept = self.index[index], None
         return other
 
-    @property
-    def theta(self) -> Array:
-        """Inclination where plates touch, 0 elsewhere."""
-        return self._walked("touching", self.mu)[self.index]
+    def at(self, v: Physical) -> Forward:
+        """Return the points on their paths; twists beyond the largest that the senses allow are put there."""
+        key = float(v.twist_zero), float(v.backlash)
+        if self._kept is None or self._kept[0] != key:
+            x, way = (column[self.index] for column in self.readings.placed(*key))
+            most = self.senses.most
+            self._kept = key, build(self.senses, np.clip(x, -most["-"], most["+"]), way)
+        return self._kept[1]
+
+    def touching(self, v: Physical) -> Array:
+        """Whether plates touch."""
+        return np.asarray(self.at(v).theta > v.theta0)
 
     def torque(self, v: Physical) -> Array:
-        """Torque (N m); a thousand times too large where the scales do not follow the record."""
-        try:
-            share = self._walked("scales", v.mu)
-        except InputError:
-            share = 1e3 * self._walked("scales", self.mu)
-        return np.asarray(v.rigidity * self.rate + v.zero + v.stiffness * share[self.index])
+        """Torque or moment that is read (N m)."""
+        return np.asarray(self.at(v).torque(v) + v.torque_zero + v.drift * self.readings.order[self.index])
 
-    def jacobian(self, v: Physical) -> Array:
-        """Return the derivatives of the torque, shape (n, 5), in the order of :class:`Physical`."""
-        here, h = self._walked("scales", v.mu), self.step
-        try:
-            slope = (self._walked("scales", v.mu + h) - here) / h
-        except InputError:
-            slope = (here - self._walked("scales", v.mu - h)) / h
-        none = np.zeros(self.rate.size)
-        columns = [v.stiffness * slope[self.index], here[self.index], self.rate, none, none + 1]
-        return np.stack(columns, axis=1)
+    def jacobian(self, v: Physical, wanted: Array) -> Array:
+        """Return the derivatives of the torque, shape (n, 8), in the order of :class:`Physical`, where ``wanted``."""
+        out = np.zeros((self.index.size, len(Physical._fields)))
+        out[:, :4] = self.at(v).jacobian(v)
+        out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
+        for i in (5, 6):
+            if wanted[i]:
+                out[:, i] = difference(self, v, Physical._fields[i], _STEP)
+        return out
 
-    def locks_at(self, _: float) -> float:
-        """Smallest friction beyond a lock: not known before it is walked."""
-        return float("inf")
+    def locks_at(self, v: Physical) -> float:
+        """Smallest friction at which one of the points that are loaded is beyond a lock; inf if there is none."""
+        return self.at(v).locks_at(v.theta0)
 
-    def drawn(self, points: int) -> tuple[Walked, Array]:
-        """Return evenly spaced points of each way, and the number of their way, counted from 1."""
-        found = copy.copy(self)
-        pairs = [list(itertools.pairwise(_stops(record)))[-len(record) :] for record in self.ways]
-        found.ways = [[np.linspace(a, b, points) for a, b in record] for record in pairs]
-        legs = [load for record in found.ways for load in record]
-        found.load = np.concatenate(legs)
-        found.rate, found.index = found.load / self.beam.pitch, np.arange(found.load.size)
-        return found, np.repeat(np.arange(len(legs)) + 1, points)
+    def engaged(self) -> dict[str, float]:
+        """Twist or bend per pitch at which plates first touch, by sense."""
+        return {sign: path.load_e for sign, path in self.senses.paths.items()}
 
-    def _walked(self, name: str, mu: float) -> Array:
-        """Torque of the ``scales`` over K_theta, or where they are ``touching``, at all points."""
-        from scipy.interpolate import PchipInterpolator
-
-        found = []
-        for record in self.ways:
-            stops = _stops(record)
-            states = self._walk(stops, float(mu))
-            for i, load in enumerate(record, start=len(stops) - len(record)):
-                part = np.flatnonzero((states["leg"] == i) | (np.append(states["leg"][1:], 0) == i))
-                x, order = np.unique(states["load"][part], return_index=True)
-                y = states[name][part][order]
-                at = np.clip(load, x[0], x[-1])
-                found.append(PchipInterpolator(x, y)(at) if name == "scales" else np.interp(at, x, y))
-        return np.concatenate(found)
-
-    def _walk(self, stops: list[float], mu: float) -> dict[str, Array]:
-        key = (*stops, mu)
-        if key not in self.walks:
-            asked = Asked(self.beam, LoadPath.of("twisting", stops), np.asarray(mu), "edge", 0.01, self.points)
-            states = follow.model("compliant", asked).walk(asked)
-            along = states.by_dim["point",]
-            scales = along["scales"] / states.attrs["K_theta"]
-            theta = np.where(along["N"] > 0, np.maximum(along["theta"], 1.001 * self.beam.scale.theta0), 0.0)
-            self.walks[key] = {"load": along["load"], "leg": along["leg"], "scales": scales, "touching": theta}
-        return self.walks[key]
+    def drawn(self, points: int, *, once: bool) -> tuple[Hinged, Array]:
+        """Return readings of each way to be drawn, and the number of their way."""
+        readings, leg = self.readings.drawn(points, once=once)
+        return Hinged(self.senses, readings).take(np.flatnonzero(leg)), leg[leg > 0]
 
 
-def _stops(record: Sequence[Array]) -> list[float]:
-    """Return the twists to go to, from rest at 0, of the ways of a record."""
-    stops, here = [0.0], 0.0
-    if abs(record[0][-1]) < abs(record[0][0]):
-        # it begins with unloading
-        stops.append(float(record[0][0]))
-    for load in record:
-        grows = load[-1] >= load[0] if load.size > 1 else load[0] >= here
-        here = float(load.max() if grows else load.min())
-        stops.append(here)
-    return stops
+def difference(points: Hinged, v: Physical, name: str, h: float) -> Array:
+    """Return the derivative of the torque to a quantity by central differences; one-sided where there is no play."""
+    value = getattr(v, name)
+    low = max(value - h, 0.0) if name == "backlash" else value - h
+    ends = [v._replace(**{name: at}) for at in (value + h, low)]
+    up, down = (points.torque(end) for end in ends)
+    ways = [points.at(end).way * points.at(end).sign for end in ends]
+    # where play is just taken up the branch changes: that is no slope
+    up = np.where(ways[0] == ways[1], up, down)
+    return np.asarray((up - down) / (value + h - low))

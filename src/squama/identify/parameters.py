@@ -1,12 +1,13 @@
 """What can be identified: the parameters, their bounds, where they stand in a beam, and how they are written.
 
-One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unless others are asked for.
+One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unless others are asked for. What belongs to
+the test, not to the beam, are its nuisances.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ DEFAULT = ("mu", "K_theta")
 """Parameters that are found if none are named."""
 _WIDE = 1e4
 _ANGLES = 3.0
+TURN = 2 * math.pi
+"""Largest error of a twist, rad over the whole beam."""
 _STEEP = (1e-4, math.radians(85))
 
 
@@ -49,7 +52,7 @@ class Parameter(NamedTuple):
     @property
     def linear(self) -> bool:
         """Whether the torque is proportional to it."""
-        return self.name not in ("mu", "theta0")
+        return self.name not in ("mu", "theta0", *OF_TWIST)
 
     def value(self, beam: Beam, load: str) -> float:
         """Return its value in a beam under a load; a friction that the beam has not is 0.25 to begin with."""
@@ -88,17 +91,26 @@ PARAMETERS = {
         Parameter("C_f", Dimension.RATIO, "inclusion factor of the bar", FACTOR[:2], "joint.inclusion_factor"),
         Parameter("E_B", Dimension.PRESSURE, "Young's modulus of the bar", MODULUS[:2], "substrate.youngs_modulus"),
         Parameter("theta0", Dimension.ANGLE, "inclination of the scales at rest", _STEEP, "scale.theta0"),
-        Parameter("zero", Dimension.TORQUE, "reading of the load cell at no load", (-1e15, 1e15), ""),
+        Parameter("torque_zero", Dimension.TORQUE, "reading of the load cell at no load", (-1e15, 1e15), ""),
+        Parameter("twist_zero", Dimension.ANGLE, "reading of the twist at no twist, whole beam", (-TURN, TURN), ""),
+        Parameter("backlash", Dimension.ANGLE, "twist that is lost at a reversal, whole beam", (0.0, TURN), ""),
+        Parameter("drift", Dimension.TORQUE, "change of the load cell's zero over a record", (-1e15, 1e15), ""),
     )
 }
 """Everything that can be identified, by name."""
+NUISANCES = tuple(name for name, row in PARAMETERS.items() if not row.place)
+"""What is found where the residual shows it."""
+OF_TWIST = ("twist_zero", "backlash")
+"""Those that change the twist of the specimen."""
 _OTHER_NAMES = {
     **dict.fromkeys(("G_B", "E", "G", "youngs_modulus"), "E_B"),
     **dict.fromkeys(("stiffness", "K"), "K_theta"),
     "inclusion_factor": "C_f",
     "friction": "mu",
+    "zero": "torque_zero",
+    "play": "backlash",
 }
-_PLACES = {"mu": 0, "K_theta": 1, "theta0": 3, "zero": 4}
+_PLACES = {"mu": 0, "K_theta": 1, "theta0": 3, "torque_zero": 4, "twist_zero": 5, "backlash": 6, "drift": 7}
 """Places of parameters in :class:`Physical`; the others are factors of the rigidity."""
 
 
@@ -141,13 +153,13 @@ class Asked(NamedTuple):
             v.get("K_theta", K),
             self.base.rigidity * scale * modulus,
             v.get("theta0", self.base.theta0),
-            v.get("zero", 0.0),
+            *(v.get(name, 0.0) for name in NUISANCES),
         )
 
     def chain(self, p: Array) -> Array:
-        """Return the derivatives of the physical quantities to the parameters, shape (5, parameters)."""
+        """Return the derivatives of the physical quantities to the parameters, shape (8, parameters)."""
         at = self.physical(p)
-        out = np.zeros((5, len(self.rows)))
+        out = np.zeros((8, len(self.rows)))
         for i, name in enumerate(self.names):
             out[_PLACES.get(name, 2), i] = 1.0 if name in _PLACES else at.rigidity / p[i]
             if name == "E_B" and self.follows and "K_theta" not in self.names:
@@ -156,6 +168,12 @@ class Asked(NamedTuple):
 
     def _of(self, name: str) -> float:
         return PARAMETERS[name].value(self.beam, self.load)
+
+    def without(self, names: Collection[str]) -> Asked:
+        """Return what is asked but for some of it."""
+        kept = [i for i, name in enumerate(self.names) if name not in names]
+        rows = tuple(self.rows[i] for i in kept)
+        return self._replace(rows=rows, start=self.start[kept], low=self.low[kept], high=self.high[kept])
 
     def fitted(self, p: Array) -> Beam:
         """Return the beam with values of the parameters put in."""

@@ -6,6 +6,7 @@ between both branches is possible (docs, theory: cycles). Such points tell the d
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -26,6 +27,8 @@ from squama.units import Bounds
 MOST = 1_000_000
 """Most points of all specimens."""
 _LEAST_LEG = 3
+_FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
+"""Points from which the noise of a twist is told, way back over it, and that over the range at most."""
 TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example="5 N mm")
 """Magnitudes of torques: squares and ratios of them are finite."""
 _OUTLIER = 1e6
@@ -68,7 +71,7 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
     for i, item in enumerate(items):
         with problems.caught():
             if isinstance(item, Measured):
-                found.append(item)
+                found += item.specimens()
             elif isinstance(item, str | os.PathLike):
                 found += measured.read(item, pitch=beam.pitch, scales=beam.scales, load=load).specimens()
             else:
@@ -103,14 +106,15 @@ def _arrays(item: Any, name: str, beam: Beam, load: Load) -> Measured:
 
 
 def record(
-    specimens: list[Measured], beam: Beam, load: str, *, to: Any = None, reversal: Any = 0.0, stick: Any = 0.0
+    specimens: list[Measured], beam: Beam, load: str, *, to: Any = None, reversal: Any = None, stick: Any = 0.0
 ) -> Record:
     """Put specimens one behind the other, and tell how every point was reached; see :func:`squama.fit`.
 
     A record that does not move, whose torque is constant, or that is not in the order measured is refused.
     """
     limit = np.inf if to is None else _angle("to", to, beam, load)
-    back, hold = _angle("reversal", reversal, beam, load), _angle("stick", stick, beam, load)
+    back = None if reversal is None else _angle("reversal", reversal, beam, load)
+    hold = _angle("stick", stick, beam, load)
     if limit <= 0:
         refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
     if sum(s.rate.size for s in specimens) > MOST:
@@ -119,7 +123,7 @@ def record(
     for number, s in enumerate(specimens):
         angle = s.rate * beam.pitch
         place = s.label if s.lines is None else f"{s.file}: specimen {s.label}" if len(specimens) > 1 else s.file
-        found = ways(angle, tolerance=back, stick=hold)
+        found = ways(angle, tolerance=_jitter(angle) if back is None else back, stick=hold)
         with problems.caught(place):
             _usable(s, found.turns)
         way = found.direction * np.where(angle < 0, -1, 1)
@@ -136,6 +140,20 @@ def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
     if rate < 0:
         refuse(name, f"{rate:.6g} rad/m", "must be 0 or more", "give its magnitude")
     return rate * beam.pitch
+
+
+def _jitter(values: Array) -> float:
+    """Return the way back that is noise of a twist: some times its noise, where that turns the twist round, else 0.
+
+    Where it is a large part of the range the rows are not in the order measured.
+    """
+    if values.size < _FEWEST:
+        return 0.0
+    noise = 1.4826 * float(np.median(np.abs(np.diff(values, 2)))) / math.sqrt(6)
+    back = _TIMES * noise
+    if back > _WIDEST * float(np.ptp(values)):
+        return 0.0
+    return back if len(turning_points(values, back)) < len(turning_points(values, 0.0)) else 0.0
 
 
 def _usable(s: Measured, turns: list[int]) -> None:

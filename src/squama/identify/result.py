@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,31 +11,32 @@ from numpy.typing import NDArray
 
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.curves import hinge_cycles
 from squama.curves.path import idealisation
 from squama.identify import estimate
-from squama.identify.estimate import Posterior, Remedy
-from squama.identify.forward import Forward, Walked, build
+from squama.identify.doubts import Rival
+from squama.identify.estimate import Points, Remedy
 from squama.identify.parameters import Asked
-from squama.identify.records import Record, turning_points
+from squama.identify.posterior import Posterior
+from squama.identify.records import Record
+from squama.identify.walked import Walked
 from squama.loads import LOADS
 from squama.types import Array
 from squama.units import moment
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 BRANCHES = {
     "straight": "before engagement",
     "loading": "loading",
     "stick": "at a reversal (not used)",
     "unloading": "unloading",
+    "stray": "stray (not used)",
     "beyond": "beyond the range asked (not used)",
 }
 POINTS = 80
 """Points of each way of the fitted curve."""
-_SAME = 0.02
-_NEAR = 1e-6
 
 
 class SpecimenFit(NamedTuple):
@@ -59,12 +59,17 @@ class Fit:
 
     Arrays of one length, the points: ``residuals`` measured less fitted torque, N m, of every point that the model
     covers, NaN elsewhere; ``fitted``, ``band`` fitted torque and its standard error, N m; ``branch`` "straight" (before
-    engagement), "loading", "unloading" or "stick" (at a reversal); ``used`` which the fit is made from, none of a
-    reversal.
+    engagement), "loading", "unloading", "stick" (at a reversal) or "stray"; ``used`` which the fit is made from, none
+    of a reversal and none that is stray.
+
+    ``added`` names of nuisances that were found unasked; ``dependence`` how many points are worth one independent one,
+    and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
+    makes of the same points, ``disagreement`` where it finds other values by more than the errors; ``doubts`` why the
+    errors do not hold, empty where they do (:attr:`holds`).
 
     ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
     the standard errors they would bring; ``notes`` what is to be known: parameters that are not separable, bounds that
-    are reached, residuals that are not noise; ``posterior`` samples, if asked for.
+    are reached; ``posterior`` samples, if asked for.
     """
 
     beam: Beam
@@ -73,7 +78,7 @@ class Fit:
     law: str
     asked: Asked
     record: Record
-    forward: Forward | Walked
+    forward: Points
     estimates: Array
     covariance: Array
     noise: float
@@ -90,6 +95,12 @@ class Fit:
     specimens: tuple[SpecimenFit, ...]
     remedies: tuple[Remedy, ...]
     notes: tuple[str, ...]
+    added: tuple[str, ...]
+    dependence: float
+    uneven: bool
+    rival: Rival | None
+    disagreement: str
+    doubts: tuple[str, ...]
     posterior: Posterior | None = None
 
     @property
@@ -130,6 +141,11 @@ class Fit:
         return idealisation(self.beam, self.joint, ideal=self.joint == "hinge")
 
     @property
+    def holds(self) -> bool:
+        """Whether nothing speaks against the errors."""
+        return not self.doubts
+
+    @property
     def lines(self) -> list[str]:
         """Estimates with their errors: "mu = 0.251 +- 0.013"."""
         return self._written(self.estimates, np.sqrt(np.diag(self.covariance)))
@@ -144,12 +160,13 @@ class Fit:
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""
-        lines = []
+        lines = [self.disagreement] if self.disagreement else []
+        lines += [f"the errors do not hold: {doubt}" for doubt in self.doubts]
         for i, row in enumerate(self.asked.rows):
             other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
             also = f"; correlation {', '.join(other)}" if other else ""
             text = row.written(self.values[row.name], self.errors[row.name])
-            lines.append(f"{row.name:8} {text:24} {row.words}{also}")
+            lines.append(f"{row.name:11} {text:24} {row.words}{also}")
         share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
         rms, noise = moment(self.rms, 3), moment(self.noise, 3)
         source = "given" if self.given_noise else "from the residuals"
@@ -216,45 +233,29 @@ class Fit:
             "beam": self.beam.to_toml(),
             "initial_beam": self.initial.to_toml(),
             "estimates": ", ".join(self.lines),
+            "disagreement": self.disagreement,
+            "doubts": "\n".join(self.doubts),
             "notes": "\n".join(self.notes),
             "remedies": json.dumps([{"what": r.what, "errors": r.errors.tolist()} for r in self.remedies]),
             "squama_version": __version__,
         }
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
 
+    def plot(self) -> Figure:
+        """Draw measured points, the fitted curve and the residuals, see :func:`squama.plot.fit_figure`."""
+        from squama.plot import fit_figure
+
+        return fit_figure(self.dataset())
+
     def curve(self) -> Curve:
-        """Return the fitted curve along the ways of the records; ways that are gone again stand once.
+        """Return the fitted curve as it is read along the ways of the records; ways that are gone again stand once.
 
         A way that begins at a reversal begins with the drop there.
         """
-        at, rec = self.asked.physical(self.estimates), self.record
-        if isinstance(self.forward, Walked):
-            drawn, leg = self.forward.drawn(POINTS)
-            error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)
-            return Curve(drawn.load, drawn.torque(at), error, leg)
-        senses = hinge_cycles.senses(self.beam, self.load, at.mu, self.law, _NEAR)
-        size = float(np.abs(rec.load).max())
-        seen: list[tuple[float, float]] = []
-        for number in range(len(rec.specimens)):
-            mine = rec.load[(rec.specimen == number) & (self.branch != "beyond")]
-            if mine.size < 2:
-                continue
-            ends = np.clip(
-                mine[[0, *turning_points(mine, _SAME * size), mine.size - 1]], -senses.most["-"], senses.most["+"]
-            )
-            for a, b in itertools.pairwise(ends.tolist()):
-                if a != b and all(max(abs(a - p), abs(b - q)) > _SAME * size for p, q in seen):
-                    seen.append((a, b))
-        parts = []
-        for number, (a, b) in enumerate(seen, start=1):
-            load = np.concatenate([[a], np.linspace(a, b, POINTS)])
-            way = np.sign(b - a) * np.where(load < 0, -1.0, 1.0)
-            if number > 1:
-                way[0] *= -1
-            forward = build(senses, load, way)
-            error = estimate.standard_error(forward, self.asked, self.estimates, self.covariance)
-            parts.append((load, forward.torque(at), error, np.full(load.size, number)))
-        return Curve(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        drawn, leg = self.forward.drawn(POINTS, once="drift" not in self.parameters)
+        error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)
+        torque = drawn.torque(self.asked.physical(self.estimates))
+        return Curve(drawn.readings.load[drawn.index], torque, error, leg)
 
 
 class Curve(NamedTuple):

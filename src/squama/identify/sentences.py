@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,13 @@ import numpy as np
 from squama._version import __version__
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
+from squama.identify.parameters import NUISANCES
 from squama.identify.result import Fit
 from squama.types import Array
-from squama.units import moment
 
+_ALIKE = 1.5
+"""Points that are worth one independent one, from which on it is said."""
+_HIDDEN = "the residual would hardly show it, but the errors would not hold without"
 _SMALL = 0.05
 """Standard error of a friction that is known to be small."""
 _GAIN = 0.7
@@ -23,20 +25,23 @@ _GAIN = 0.7
 
 def notes(fit: Fit, senses: Senses | None) -> list[str]:
     """Say what is to be known about a fit; ``senses`` are those of the fitted beam, on hinges."""
-    out = []
+    seen = {name: abs(fit.values[name]) > 2 * fit.errors[name] for name in fit.added}
+    out = [f"{n} is found too: {'the residual shows it' if yes else _HIDDEN}" for n, yes in seen.items()]
+    if fit.rival is not None and fit.rival.problem:
+        out.append(f'joint="{fit.rival.joint}" has no fit to compare with: {fit.rival.problem}')
     for i in np.flatnonzero(fit.at_bound):
         low, high, value = fit.asked.low[i], fit.asked.high[i], fit.estimates[i]
         nearer = low if value - low < high - value else high
         out.append(f"{fit.parameters[i]} is at its bound {nearer:.6g}: errors are as without bounds")
-    names = itertools.combinations(fit.parameters, 2)
-    above = zip(names, fit.correlation[np.triu_indices(len(fit.parameters), 1)], strict=True)
-    hard = [(a, b, float(c)) for (a, b), c in above if abs(c) > estimate.HARDLY]
+    asked = [i for i, name in enumerate(fit.parameters) if name not in fit.added]
+    pairs = [(fit.parameters[i], fit.parameters[j], fit.correlation[i, j]) for i, j in itertools.combinations(asked, 2)]
+    hard = [(a, b, float(c)) for a, b, c in pairs if abs(c) > estimate.HARDLY]
     for a, b, c in hard:
         out.append(
             f"{a} and {b} are hardly separable by these points (correlation {c:+.3f}, condition of the scaled "
             f"derivatives {fit.condition:.3g}): a change of one is made up for by the other"
         )
-    weak = [n for n in fit.parameters if n != "zero" and fit.errors[n] > estimate.UNSEEN * abs(fit.values[n])]
+    weak = [n for n in fit.parameters if n not in NUISANCES and fit.errors[n] > estimate.UNSEEN * abs(fit.values[n])]
     weak = [n for n in weak if not fit.at_bound[fit.parameters.index(n)]]
     if "mu" in weak and fit.errors["mu"] < _SMALL:
         weak.remove("mu")
@@ -54,29 +59,15 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
             rows = zip(fit.asked.rows, fit.estimates, r.errors, strict=True)
             errors = ", ".join(f"{row.name} {row.written(v, error).partition(' +- ')[2]}" for row, v, error in rows)
             out.append(f"would help: {r.what} (standard errors then {errors})")
-    limit = max(0.2, 3 / math.sqrt(max(int(np.count_nonzero(fit.used)), 1)))
-    autocorrelation = _autocorrelation(fit)
-    if autocorrelation > limit:
-        share = math.sqrt((1 + autocorrelation) / (1 - min(autocorrelation, 0.99)))
+    if fit.dependence > _ALIKE:
+        n = int(np.count_nonzero(fit.used))
         out.append(
-            f"residuals are not noise alone: each resembles the next (correlation {autocorrelation:.2f}), so the model "
-            f"misses something of the test, and errors are too small, by a factor of about {share:.1f} for that alone"
+            f"residuals resemble their neighbours: {n} points are worth {n / fit.dependence:.0f}; errors allow for that"
         )
-    if fit.given_noise and fit.rms > 1.5 * fit.noise:
-        out.append(
-            f"residuals ({moment(fit.rms, 3)}) are larger than the noise that is given ({moment(fit.noise, 3)}): "
-            "the model misses something of the test, and errors are too small"
-        )
+    if fit.uneven:
+        out.append("the noise goes with the slope of the curve, as a noise of the twist does; errors allow for that")
+    out += [f"stray, not used: {fit.record.where(int(i))}" for i in np.flatnonzero(fit.branch == "stray")]
     return out + (_locked(fit, senses) if senses else []) + _scatter(fit)
-
-
-def _autocorrelation(fit: Fit) -> float:
-    """Correlation of each residual with the next of the same specimen; 0 where too few points tell."""
-    r, specimen = fit.residuals[fit.used], fit.record.specimen[fit.used]
-    together = specimen[1:] == specimen[:-1]
-    if np.count_nonzero(together) < 10 or not r.any() or fit.rms < 1e-9 * float(np.abs(fit.record.torque).max()):
-        return 0.0
-    return float(np.sum((r[1:] * r[:-1])[together]) / np.sum(r**2))
 
 
 def _locked(fit: Fit, senses: Senses) -> list[str]:
@@ -139,6 +130,8 @@ def record(fit: Fit) -> dict[str, Any]:
         "noise": fit.noise,
         "noise_given": fit.given_noise,
         "rms": fit.rms,
+        "dependence": fit.dependence,
+        "nuisances": list(fit.added),
         "starts": {"agreed": fit.starts[0], "of": fit.starts[1]},
         "points": {
             "specimen": [fit.record.specimens[int(s)].label for s in fit.record.specimen],
@@ -154,6 +147,8 @@ def record(fit: Fit) -> dict[str, Any]:
             {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem} for s in fit.specimens
         ],
         "remedies": [{"what": r.what, "errors": by_name(r.errors)} for r in fit.remedies],
+        "disagreement": fit.disagreement,
+        "doubts": list(fit.doubts),
         "notes": list(fit.notes),
         "posterior": None
         if samples is None

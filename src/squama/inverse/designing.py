@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -13,18 +13,22 @@ from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves import doors
+from squama.curves.path import idealisation
 from squama.errors import refuse
-from squama.inverse import search
-from squama.inverse.limits import LIMITS
-from squama.inverse.residuals import BORDERS, Look, Residuals
+from squama.inverse import making, real, search
+from squama.inverse.limits import LIMITS, law_ranges
+from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
 from squama.loads import LOADS
 from squama.study.parameters import FULL, of_beam, text_of
 from squama.types import Array
 from squama.units import Dimension, as_text
 
+ROUNDED = 10
+"""Designs that are rounded, beside two for each that is wanted."""
 REFINED = 36
 """Starts that are refined."""
+LOCK = "a lock is of thin, rigid scales on hinges: real scales bend, and their joints give (squama twist)"
 BROKEN = 1e-7
 """A limit that is broken by more than this share counts as broken."""
 ACTIVE = 1e-6
@@ -60,18 +64,22 @@ class Reached:
 class Design:
     """A beam that was found.
 
-    ``values`` of what was varied (SI), ``active`` bounds and limits that it lies on, ``end`` and ``rate_end`` (rad/m)
-    of its curve as :func:`squama.twist` (:func:`squama.bend`) has them, ``other_contact`` in words.
+    ``values`` of what was varied (SI), ``chosen`` from lists in words, ``active`` bounds and limits that it lies on,
+    ``end`` and ``rate_end`` (rad/m) of its curve as :func:`squama.twist` (:func:`squama.bend`) has them,
+    ``other_contact`` in words, ``refused``: why it cannot be built as it is, or its joint is not known; real beams of
+    which something is refused have not met the target.
     """
 
     beam: Beam = field(repr=False)
     values: dict[str, float]
+    chosen: dict[str, str]
     met: bool
     goals: tuple[Reached, ...]
     active: tuple[str, ...]
     end: str
     rate_end: float
     other_contact: str
+    refused: tuple[str, ...]
     warnings: tuple[str, ...] = field(repr=False)
 
     def to_toml(self, title: str = "") -> str:
@@ -114,18 +122,25 @@ def inverse_design(
     designs: int | None = None,
     starts: int = 4096,
     seed: int = 1,
+    elements: bool = False,
 ) -> InverseDesign:
-    """Find beams that do what is asked: lock at a twist, follow a torque-twist curve, dissipate, stay soft before.
+    """Find beams that do what is asked: stiffen at a twist, keep within a torque and a stress, follow a curve, lock.
+
+    The real beam answers (thick, elastic scales on the joint by its law), rounded to what can be made, followed again
+    with all contacts and held against what the printer files refuse; the hinge, where a lock is asked for.
 
     Parameters
     ----------
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (what is asked), ``vary`` (bounds by dimension),
-        ``limits``, ``tolerance``; and ``start`` or the tables of a beam. See docs, how-to: design a beam.
+        ``choose`` (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables
+        of a beam. See docs, how-to: design a beam.
     beam, designs : Beam, int, optional
         In place of the target's: beam to start from, which keeps what is not varied; distinct designs at most (5).
     starts, seed : int
         Points of the bounds that are screened; seed of their Sobol sequence.
+    elements : bool
+        Hold the first design against finite elements (extra ``fe``, minutes): lines among the notes.
 
     Returns
     -------
@@ -148,15 +163,19 @@ def inverse_design(
     >>> print(found.met, f"{1e3 * found[0].beam.scale.length:.2f} mm")
     True 57.77 mm
     """
-    return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed)
+    return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed, elements=elements)
 
 
-def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1) -> InverseDesign:
+def find(
+    target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
+) -> InverseDesign:
     """Return what :func:`inverse_design` returns, for a target that was read."""
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
+    if elements and not (target.real and any(goal.want.at for goal in target.goals)):
+        refuse("elements", "", "are for real beams, at points that are asked for", "leave it out", target.source)
     residuals, space = Residuals(target), target.space
-    first = space.place({v.key: of_beam(space.beam, space.load, v.key) for v in space.variables})
+    first = space.start
     y = search.screen(residuals, first, starts, REFINED, seed)
     if not len(y):
         remedy = "look at the depth of the tab and at l/d and b/d"
@@ -170,12 +189,17 @@ def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed
         same = residuals.look(still, slopes=False, plates=True).merit <= look.merit * (1 + 1e-9)
         y[same] = still[same]
     look = search.refine(residuals, y)
+    if any(v.step for v in space.variables):
+        best = np.argsort(look.merit, kind="stable")[: ROUNDED + 2 * count]
+        look = residuals.look(making.rounded(residuals, look.y[best], seed), slopes=True, plates=True)
     refined = _Refined(residuals, look, residuals.effects(look.y))
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
-    chosen = refined.chosen(kept, count)
-    found = tuple(refined.design(i) for i in chosen)
+    made = {i: refined.design(i) for i in kept.tolist()} if target.real else {}
+    chosen = refined.chosen(kept, count, made)
+    found = tuple(made.get(i) or refined.design(i) for i in chosen)
+    checked = _elements(target, found[0].beam) if elements else []
     sizes = residuals.tolerances(look.y[chosen[:1]])
     return InverseDesign(
         source=target.source,
@@ -185,6 +209,7 @@ def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed
         tolerance={FULL.get(key, key): float(size[0]) for key, size in sizes.items()},
         settings={
             **target.options._asdict(),
+            "scales": idealisation(found[0].beam, target.options.joint, ideal=not target.real),
             "accept": target.accept,
             "limits": dict(target.limits),
             "joint_law": bool(target.laws),
@@ -193,8 +218,22 @@ def find(target: Target, *, designs: int | None = None, starts: int = 4096, seed
             "seed": seed,
             "squama_version": __version__,
         },
-        notes=tuple(f"{space.variables[int(j)].name} has no effect on what is asked" for j in idle),
+        notes=(*_notes(target, [space.variables[int(j)].name for j in idle]), *checked),
     )
+
+
+def _elements(target: Target, beam: Beam) -> list[str]:
+    """Return what elements say of a beam at the twists that are asked for."""
+    asked = {goal.want.at for goal in target.goals if goal.want.at is not None}
+    rates = {float(at.per_pitch(beam.pitch)) / beam.pitch for at in asked}
+    return making.by_elements(beam, target.options.sense, sorted(rates))
+
+
+def _notes(target: Target, idle: Sequence[str]) -> Iterator[str]:
+    """Yield what a reader has to know of a target."""
+    yield from (f"{name} has no effect on what is asked" for name in idle)
+    if any(goal.want.figure == "lock" for goal in target.goals):
+        yield LOCK
 
 
 def _idle(look: Look) -> Array:
@@ -228,7 +267,7 @@ class _Refined(NamedTuple):
             if g >= -BROKEN:
                 continue
             if name not in LIMITS:
-                words.append(f"joint_law ({name})")
+                words.append(f"joint_law ({name})" if name in law_ranges(target.laws) else name)
                 continue
             limit, value = LIMITS[name], target.limits[name]
             has = float(np.ravel(limit.measure(sizes))[0])
@@ -237,14 +276,12 @@ class _Refined(NamedTuple):
             words.append(f"{name} ({limit.formula} {bound}, is {short})")
         return f"the nearest breaks {' and '.join(words)}"
 
-    def chosen(self, kept: Array, count: int) -> list[int]:
-        """Return the designs that are reported, the best first."""
-        look, goals = self.look, self.residuals.target.goals
-        met = np.array([all(goal.met for goal in self.reached(int(i))) for i in kept])
+    def chosen(self, kept: Array, count: int, made: Mapping[int, Design]) -> list[int]:
+        """Return the designs that are reported, the best first; ``made`` are those that are made up already."""
+        look = self.look
+        met = np.array([made[i].met if i in made else self.meets(i) for i in kept.tolist()])
         if met.any():
-            # what is asked as "at least" or "at most" has room for its tolerances
-            weights = np.array([goal.weight * (goal.sense == "=") for goal in goals])[:, None, None]
-            spread = np.sqrt(((weights * self.effects) ** 2).sum(axis=(0, 1)))
+            spread = self.spread()
             order = kept[met]
             order = order[np.argsort(spread[order], kind="stable")]
         else:
@@ -257,29 +294,57 @@ class _Refined(NamedTuple):
                     chosen.append(i)
         return sorted(chosen, key=order.tolist().index)
 
+    def spread(self) -> Array:
+        """Return by how much tolerances move each design off its target, relative; less is better.
+
+        What is asked as "at least" or "at most" has room for them: what goes beyond that room counts.
+        """
+        target, found = self.residuals.target, np.zeros(len(self.look.y))
+        for k, goal in enumerate(target.goals):
+            size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
+            if goal.sense != "=":
+                asked = goal.value(self.look.d)
+                room = (self.look.found.values[k] - asked) / (goal.scale or asked)
+                size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
+            found += (goal.weight * size) ** 2
+        return np.sqrt(found)
+
+    def meets(self, i: int) -> bool:
+        """Whether a design does all that is asked, as the search sees it."""
+        return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], float(self.look.d[i])))
+
     def design(self, i: int) -> Design:
         """Return one design with all there is to say about it."""
-        space, options = self.residuals.space, self.residuals.target.options
-        beam = space.beam_of(self.look.y[i])
-        at = space.values(self.look.y[i : i + 1])
-        common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
-        answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-        goals = tuple(self.reached(i))
+        space, target = self.residuals.space, self.residuals.target
+        options, y = target.options, self.look.y[i]
+        beam = space.beam_of(y)
+        if target.real:
+            # all contacts, and steps of its own
+            reached, answer = real.followed(beam, [goal.want for goal in target.goals], options)
+            values = np.array(reached)
+            lines = making.refused(beam, target.printer)
+        else:
+            common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
+            answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
+            values, lines = self.look.found.values[:, i], making.refused(beam, {}, sided=LOADS[space.load].sided)
+        goals = tuple(self.reached(i, values, beam.pitch))
         return Design(
             beam=beam,
-            values={v.name: float(at[v.key][0]) for v in space.variables},
-            met=all(goal.met for goal in goals),
+            values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
+            chosen={c.name: words for c, (words, _) in zip(space.choices, space.chosen(y), strict=True)},
+            met=all(goal.met for goal in goals) and not (target.real and lines),
             goals=goals,
             active=tuple(self.active(i)),
             end=answer["end"].item(),
             rate_end=float(answer[f"{LOADS[space.load].rate}_end"]),
             other_contact=answer["other_contact"].item(),
-            warnings=tuple(beam.warnings(space.load, options.sense)),
+            refused=tuple(lines),
+            warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
         )
 
-    def reached(self, i: int) -> list[Reached]:
-        """Return what a design reaches of each goal; those of a curve together."""
-        target, values, d = self.residuals.target, self.look.found.values[:, i], float(self.look.d[i])
+    def reached(self, i: int, values: Array, d: float) -> list[Reached]:
+        """Return what a design reaches of each goal with its figures and pitch; those of a curve together."""
+        target = self.residuals.target
         names = [FULL.get(key, key) for key in target.tolerance]
         rows, groups = [], dict.fromkeys(goal.group for goal in target.goals if goal.group)
         for k, goal in enumerate(target.goals):
@@ -301,18 +366,23 @@ class _Refined(NamedTuple):
         return found
 
     def active(self, i: int) -> list[str]:
-        """Name bounds and limits on which a design lies."""
-        found = []
-        for v, share in zip(self.residuals.space.variables, self.look.y[i], strict=True):
+        """Name bounds and limits on which a design lies, and what a real beam just does."""
+        found, target = [], self.residuals.target
+        for v, share in zip(self.residuals.space.variables, self.look.y[i], strict=False):
             if share <= ACTIVE or share >= 1 - ACTIVE:
                 side, bound = ("lower", v.low) if share <= ACTIVE else ("upper", v.high)
                 found.append(f"{v.name} at its {side} bound {text_of(v.key, bound)}")
+        for goal, value in zip(target.goals, self.look.found.values[:, i], strict=False):
+            if target.real and goal.sense != "=" and abs(value / goal.value(self.look.d[i]) - 1) <= 2 * target.accept:
+                sense = "at least" if goal.sense == ">=" else "at most"
+                found.append(f"{goal.name} {sense} {goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):
             if g <= ACTIVE and name in LIMITS:
-                value = self.residuals.target.limits[name]
+                value = target.limits[name]
                 found.append(f"limit {name} {as_text(value, LIMITS[name].dimension)}")
             elif g <= ACTIVE:
-                found.append(name if name in BORDERS.values() else f"limit joint_law, {name}")
+                law = name in law_ranges(target.laws)
+                found.append(f"limit joint_law, {name}" if law else name)
         return found
 
 

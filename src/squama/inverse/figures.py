@@ -1,4 +1,4 @@
-r"""Figures of many designs that a target may name, with their derivatives by whatever was moved.
+r"""Figures of many designs on hinges that a target may name, with their derivatives by whatever was moved.
 
 No differences are taken but for the tangent. Along a path the torque at a given twist phi follows from the path
 parameter x with phi(x, p) = phi, so that by the implicit function theorem
@@ -76,13 +76,18 @@ class Want(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What is common to all designs; ``locks`` are the codes of the ends that count as locks."""
+    """What is common to all designs; ``locks`` are the codes of the ends that count as locks.
+
+    ``joint`` is "hinge" or "compliant", as in :func:`squama.twist`; ``pitches`` their number.
+    """
 
     law: str = "edge"
     sense: str = "+"
     margin: float = 0.01
     load: str = "twisting"
     locks: tuple[int, ...] = LOCKS
+    joint: str = "hinge"
+    pitches: int = 2
 
 
 class Found(NamedTuple):
@@ -101,21 +106,20 @@ class Found(NamedTuple):
 
 def flat(c: Cells, n: int = 1) -> Cells:
     """Return columns of one length, ``n`` where nothing varies."""
-    shape = np.broadcast_shapes(
-        (n,), *map(np.shape, c[:-1]), *(np.shape(v) for t in c.sizes.values() for v in t.values())
-    )
+    every = [*c.arrays.values(), *(v for t in c.sizes.values() for v in t.values())]
+    shape = np.broadcast_shapes((n,), *map(np.shape, every))
     n = math.prod(shape)
 
     def column(v: Array) -> Array:
         return np.ascontiguousarray(np.broadcast_to(v, shape)).reshape(n)
 
     sizes = {table: {key: column(v) for key, v in content.items()} for table, content in c.sizes.items()}
-    return Cells._make([*map(column, c[:-1]), sizes])
+    return c.changed({name: column(v) for name, v in c.arrays.items()}, sizes)
 
 
 def take(c: Cells, index: Array) -> Cells:
     """Return some designs, without their sizes."""
-    return Cells._make([*(v[index] for v in c[:-1]), {}])
+    return c.changed({name: v[index] for name, v in c.arrays.items()}, {})
 
 
 def harmless(c: Cells, good: Array) -> Cells:
@@ -123,8 +127,7 @@ def harmless(c: Cells, good: Array) -> Cells:
     if good.all():
         return c
     fill = {"eta": 2.0, "lam": 0.5, "alpha": 0.5, "theta0": 0.2, "mu": 0.2}
-    safe = {name: np.where(good, getattr(c, name), fill.get(name, 1.0)) for name in c._fields[:-1]}
-    return Cells(**safe, sizes=c.sizes)
+    return c.changed({name: np.where(good, v, fill.get(name, 1.0)) for name, v in c.arrays.items()}, c.sizes)
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:

@@ -11,16 +11,18 @@ import numpy as np
 
 from squama._version import __version__
 from squama.beam.design import Beam
+from squama.curves.path import idealisation
 from squama.errors import Problems, refuse
-from squama.inverse.figures import FIGURES, At, Found, Want, evaluate, harmless
+from squama.inverse import making, real
+from squama.inverse.figures import FIGURES, At, Found, Want, harmless
 from squama.inverse.limits import Sizes, farthest, rooms
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, FrontTable, twist
 from squama.io.tabular import guess
-from squama.loads import PAPER
 from squama.model.outcome import named
 from squama.study.columns import Cells, valid
-from squama.study.parameters import PARAMETERS
+from squama.study.parameters import ALIASES, PARAMETERS
+from squama.study.real_columns import ENDS
 from squama.types import Array
 from squama.units import shown
 
@@ -31,9 +33,13 @@ BATCH = 4
 """Populations of offspring that are made and evaluated at once, which is quicker with more at a time."""
 NEAR = 0.002
 """A design counts as new on the front where it is better than what is there by this share of the front's range."""
-DECADES = ("tangent", "torque", "stiffness", "W_fr")
+DECADES = ("tangent", "torque", "stiffness", "stiffness_ratio", "W_fr")
 """Objectives that span decades: spread over a front by their logarithm."""
-AT_TWIST = ("tangent", "torque")
+TABLES = {"hinge": FIGURES, "compliant": real.FIGURES}
+"""What may be an objective, by the joint."""
+AT_TWIST = {"hinge": ("tangent", "torque"), "compliant": tuple(real.AT_TWIST)}
+AGREES = 0.02
+"""Figures of a real beam on a front are those of its curve with all contacts, up to this share."""
 MOST = 5
 WAYS = {1: "max", -1: "min"}
 """Which way is better, by the sense of an objective."""
@@ -53,8 +59,10 @@ def pareto(
     ----------
     target, beam
         As in :func:`squama.inverse_design`; a table ``front`` names the objectives in its lists ``maximise`` and
-        ``minimise``: ``tangent`` and ``torque`` (at the twist ``at``), ``stiffness``, ``range``, ``lock``,
-        ``engagement``, ``W_fr``, ``RED``, ``critical_mu``. A table ``target`` is not looked at.
+        ``minimise``. Of the real beam ``tangent``, ``torque``, ``stiffness_ratio``, ``stress``, ``strength_share``,
+        ``W_fr``, ``RED`` (at the twist ``at``), ``stiffness``, ``engagement``, ``length``. With one of ``range``,
+        ``lock``, ``critical_mu`` (or ``W_fr``, ``RED`` without ``at``: up to the lock) the hinge answers, which has
+        ``tangent`` and ``torque`` at ``at``, too. A table ``target`` is not looked at.
     population, generations, seed
         Of NSGA-II, in place of the target's (200, 100, 1): population times generations beams are evaluated.
 
@@ -63,7 +71,8 @@ def pareto(
     xarray.Dataset
         Dimension ``design``, sorted by the first objective: the objectives, the varied dimensions (SI, named
         ``scale.length`` ...), ``end`` and the twist ``rate_end`` there. Every design is a beam that keeps all limits,
-        has all figures, and whose plates meet nowhere else before; attributes hold the starting beam.
+        has all figures, and whose plates meet nowhere else before; real beams are rounded to what can be made and pass
+        what the printer files ask. Attributes hold the starting beam.
 
     Raises
     ------
@@ -95,7 +104,8 @@ def trade(
     assert target.front is not None
     given = {"population": population, "generations": generations, "seed": seed}
     table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
-    context = Context(target.space.beam.scales, target.space.load, bare=not target.source)
+    options, bare = target.options, not target.source
+    context = Context(target.space.beam.scales, target.space.load, bare, options.joint)
     chosen = read_settings(table, context, target.source)
     y, values = search(Trade(target, chosen), chosen)
     if not len(y):
@@ -127,6 +137,7 @@ class Settings(NamedTuple):
 def read_settings(table: FrontTable, context: Context, source: str = "") -> Settings:
     """Read the table [front]; all mistakes are named at once."""
     problems = Problems()
+    known, at_twist = TABLES[context.joint], AT_TWIST[context.joint]
     at: At | None = None
     if table.at is not None:
         with problems.caught():
@@ -138,14 +149,14 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
             problems.add(where, shown(names), "is no list", f'write e.g. {key} = ["tangent", "range"]')
             continue
         for name in names:
-            if name not in FIGURES:
-                allowed = f"{guess(str(name), FIGURES)}allowed: {', '.join(FIGURES)}"
+            if name not in known:
+                allowed = f"{guess(str(name), known)}allowed: {', '.join(known)}"
                 problems.add(where, "", f"{shown(name)} is not known", allowed)
             elif name in found:
                 problems.add(where, "", f"{name} is given twice", "keep one")
             else:
-                found[name] = Objective(name, sense, Want(name, at if name in AT_TWIST else None))
-                if name in AT_TWIST and table.at is None:
+                found[name] = Objective(name, sense, Want(name, at if name in at_twist else None))
+                if name in at_twist and table.at is None:
                     remedy = f'{name} needs a twist, write e.g. at = "60 deg total"'
                     problems.add("front.at", "", "is missing", remedy)
     if not problems and not 2 <= len(found) <= MOST:
@@ -184,9 +195,9 @@ class Trade:
     def __init__(self, target: Target, chosen: Settings) -> None:
         self.target, self.chosen = target, chosen
         self.space = target.space
-        self.lock = "strain" in target.limits
+        self.lock = "strain" in target.limits and not target.real
         self.wants = [o.want for o in chosen.objectives] + [Want("lock")] * self.lock
-        m, k = len(self.space.variables), len(chosen.objectives)
+        m, k = self.space.start.size, len(chosen.objectives)
         self.best = [np.empty((0, n)) for n in (m, k, k)]
 
     def evaluate(self, y: Array, *, plates: bool) -> Seen:
@@ -194,18 +205,19 @@ class Trade:
         c = self.space.cells(y)
         good = valid(c)
         safe = harmless(c, good)
-        found = evaluate(safe, [], self.wants, self.target.options, plates=plates)
+        found = real.EVALUATE[self.target.options.joint](safe, [], self.wants, self.target.options, plates=plates)
         k = len(self.chosen.objectives)
         values = found.values[:k].T
         if self.chosen.at is not None:
             # stiffness is traded off in contact: before engagement it is "stiffness"
             apart = found.load_e >= self.chosen.at.per_pitch(safe.d)
-            values[np.ix_(apart, [o.name == "tangent" for o in self.chosen.objectives])] = np.nan
+            of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
+            values[np.ix_(apart, of_contact)] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
         rate = farthest(c.d, at, found.values[-1] if self.lock else None)
         s = Sizes.of(c, self.space.beam.scales, self.space.load, rate)
-        room = rooms(s, self.target.limits, self.target.laws).values()
-        broken = sum(np.maximum(-np.broadcast_to(v, len(y)), 0.0) for v in room)
+        room = rooms(s, self.target.limits, self.target.laws) | self.target.made_rooms(c)
+        broken = sum(np.maximum(-np.broadcast_to(v, len(y)), 0.0) for v in room.values())
         missing = ~np.isfinite(values).all(axis=1)
         violation = np.where(good, np.nan_to_num(broken, nan=1.0), 2.0) + missing
         return Seen(values, violation, found, c)
@@ -231,7 +243,7 @@ class Trade:
         near = NEAR * np.ptp(there, axis=0) if len(there) else 0.0
         new = new[~dominated(costs[new], there - near)]
         new = new[~dominated(costs[new], costs[new])]
-        if new.size:
+        if new.size and not self.target.real:
             # where another contact comes first, what is left of the design is what counts
             violation[new] = self.evaluate(y[new], plates=True).violation
             new = new[violation[new] <= 0]
@@ -240,6 +252,26 @@ class Trade:
             columns = zip(self.best, (y, costs, values), strict=True)
             self.best = [np.vstack([old[stay], rows[new]]) for old, rows in columns]
         return costs, violation
+
+    def made(self, y: Array) -> tuple[Array, Array]:
+        """Return real beams rounded to what can be made, that still are on a front, and their objectives.
+
+        Each keeps all limits, passes what the printer files ask and has the figures of its curve with all contacts.
+        """
+        y = np.unique(making.nearest(self.space, y), axis=0)
+        values, violation = self.evaluate(y, plates=True)[:2]
+        kept = np.flatnonzero(violation <= 0)
+        kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
+        costs = self.costs(values[kept])
+        kept = kept[~dominated(costs, costs)]
+        return y[kept], values[kept]
+
+    def _sound(self, y: Array, values: Array) -> bool:
+        beam = self.space.beam_of(y)
+        if making.refused(beam, self.target.printer):
+            return False
+        again, _ = real.followed(beam, [o.want for o in self.chosen.objectives], self.target.options)
+        return bool(np.allclose(again, values, rtol=AGREES))
 
 
 def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
@@ -253,14 +285,14 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
             out["F"], violation = trade.ask(np.clip(x, 0.0, 1.0))
             out["G"] = violation[:, None]
 
-    problem = Wrapped(n_var=len(trade.space.variables), n_obj=len(chosen.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
+    problem = Wrapped(n_var=trade.space.start.size, n_obj=len(chosen.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
     batch = min(BATCH, chosen.generations)
     algorithm = NSGA2(chosen.population, n_offsprings=batch * chosen.population, eliminate_duplicates=False)
     evaluations = ("n_eval", chosen.generations * chosen.population)
     minimize(problem, algorithm, evaluations, seed=chosen.seed, verbose=False)
     y, costs, values = trade.best
     keep = spread(costs, chosen.population)
-    return y[keep], values[keep]
+    return trade.made(y[keep]) if trade.target.real else (y[keep], values[keep])
 
 
 def spread(costs: Array, most: int) -> Array:
@@ -290,19 +322,28 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
     c, found = seen.cells, seen.found
     variables: dict[str, Any] = {}
     for o, column in zip(chosen.objectives, values.T, strict=True):
-        unit, words = FIGURES[o.name]
+        unit, words = TABLES[target.options.joint][o.name]
         about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
         symbol = PARAMETERS[v.key].symbol
         about = {"units": symbol.unit, "long_name": symbol.long_name, "low": v.low, "high": v.high}
-        variables[v.name] = ("design", space.values(y)[v.key], about)
-    variables["end"] = ("design", named(found.code), {"long_name": "how the curve ends"})
+        variables[v.name] = ("design", [v.rounded(x) for x in space.values(y)[v.key].tolist()], about)
+    for choice, share in zip(space.choices, y.T[len(space.variables) :], strict=True):
+        words_of = np.array(choice.words)[choice.number(share)]
+        variables[f"chosen.{choice.name}"] = ("design", words_of, {"long_name": "what is chosen"})
+        for name in choice.options[0]:
+            symbol = PARAMETERS[ALIASES.get(name, name)].symbol
+            about = {"units": symbol.unit, "long_name": symbol.long_name}
+            variables[name] = ("design", space.values(y)[ALIASES.get(name, name)], about)
+    ends = np.array(ENDS)[found.code] if target.real else named(found.code)
+    variables["end"] = ("design", ends, {"long_name": "how the curve ends"})
     variables["rate_end"] = ("design", found.load_end / c.d, {"units": "rad/m", "long_name": "twist rate at the end"})
     attrs = {
         "title": "Pareto front of scale-covered beams",
         **{name: getattr(target.options, name) for name in ("load", "law", "sense", "margin")},
-        **PAPER,
+        "joint": target.options.joint,
+        "scales": idealisation(space.beam, target.options.joint, ideal=not target.real),
         "objectives": [f"{WAYS[o.sense]} {o.name}" for o in chosen.objectives],
         **{name: getattr(chosen, name) for name in ("population", "generations", "seed")},
         "start": space.beam.to_toml(),
@@ -321,7 +362,7 @@ def beams(front: xr.Dataset) -> list[Beam]:
     0.05
     """
     start = Beam.from_toml_text(front.attrs["start"])
-    names = [str(name) for name in front.data_vars if "." in str(name)]
+    names = [str(name) for name in front.data_vars if "." in str(name) and not str(name).startswith("chosen.")]
     columns = zip(*(front[name].values.tolist() for name in names), strict=True)
     return [start._with(dict(zip(names, row, strict=True))) for row in columns]
 

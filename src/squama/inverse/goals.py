@@ -12,7 +12,7 @@ from squama.errors import refuse as fail
 from squama.inverse import targetfile
 from squama.inverse.figures import At, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import Context, PointTable, TargetTable, refuse
+from squama.inverse.targetfile import Context, Given, PointTable, TargetTable, refuse
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.types import Array
@@ -22,6 +22,10 @@ MISSING = 100.0
 """Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
+AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
+"""Figures of the real beam that may be asked at a point, beside the torque."""
+LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
+ON_HINGES = 'leave out joint = "hinge" and what is asked of locks'
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
 
@@ -67,12 +71,20 @@ class Goal(NamedTuple):
 
 
 def residual(
-    goals: tuple[Goal, ...], values: Array, slopes: Array, d: Array, d_slopes: Array, short: Array
+    goals: tuple[Goal, ...],
+    values: Array,
+    slopes: Array,
+    d: Array,
+    d_slopes: Array,
+    short: Array,
+    *,
+    inside: float = 0.0,
 ) -> tuple[Array, Array]:
     """Weighted relative differences from the goals (goals, designs), and derivatives (goals, variables, designs).
 
     ``values`` and ``slopes`` of the figures have the same shapes; ``d`` are pitches, ``d_slopes`` (variables, designs)
-    their derivatives. ``short`` (goals, designs) is how much of the asked twist a design without the figure lacks.
+    their derivatives. ``short`` (goals, designs) is how much of the asked twist a design without the figure lacks. What
+    is asked as "at least" or "at most" is sought by the share ``inside`` within.
     """
     r, J = np.empty_like(values), np.zeros_like(slopes)
     for i, goal in enumerate(goals):
@@ -81,6 +93,7 @@ def residual(
         difference = (values[i] - asked) / scale
         slope = slopes[i] / scale + goal.by_pitch(values[i], d) * d_slopes
         if goal.sense != "=":
+            difference = difference - inside if goal.sense == ">=" else difference + inside
             slack = difference >= 0 if goal.sense == ">=" else difference <= 0
             difference, slope = np.where(slack, 0.0, difference), np.where(slack, 0.0, slope)
         missing = ~np.isfinite(difference)
@@ -92,14 +105,14 @@ def residual(
 def read_goals(table: TargetTable, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
     """Read all goals; add the mistakes to the problems."""
     found: list[Goal] = []
-    for name in ("lock", "engagement", "stiffness", "RED", "critical_mu"):
+    for name in ("lock", "engagement", "stiffness", "RED", "critical_mu", "length"):
         if (value := getattr(table, name)) is not None:
             with problems.caught():
                 found.append(_single(name, value, context))
-    for key, figure in (("points", "torque"), ("tangent", "tangent")):
+    for key in ("points", "tangent"):
         for i, point in enumerate(getattr(table, key)):
             with problems.caught():
-                found.append(_point(f"target.{key}[{i}]", point, figure, context))
+                found += _points(f"target.{key}[{i}]", point, key, context)
     if table.curve is not None:
         with problems.caught():
             found += _curve(table.curve, context, folder)
@@ -120,33 +133,57 @@ def _single(name: str, value: object, context: Context) -> Goal:
     elif name == "stiffness":
         got = targetfile.rigidity(where, value, context)
     else:
-        got = targetfile.quantity(where, value, Dimension.RATIO, context)
-    if name == "RED" and got.si >= 1:
-        refuse(where, value, "a part of the work cannot be 1 or more", "write e.g. 0.4")
+        got = targetfile.quantity(where, value, Dimension.LENGTH if name == "length" else Dimension.RATIO, context)
+    if name == "RED":
+        _part(where, got)
     if name == "critical_mu" and got.si > 10:
         refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
     return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
-def _point(where: str, table: PointTable, figure: str, context: Context) -> Goal:
-    """Read a torque (moment) or a tangent stiffness at a twist."""
+def _part(where: str, got: Given) -> None:
+    if got.si >= 1:
+        refuse(where, got.number, "a part of the work cannot be 1 or more", "write e.g. 0.4")
+
+
+def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
+    """Read what is asked at a twist: figures of points, or a tangent stiffness."""
     at = targetfile.twist(f"{where}.twist", table.twist, context).at
     words = LOADS[context.load].torque_words
-    key = "stiffness" if figure == "tangent" else words if getattr(table, words) is not None else "torque"
-    value = getattr(table, key)
-    for other in ("torque", "moment", "stiffness"):
-        if other != key and getattr(table, other) is not None:
-            fail(f"{where}.{other}", "", "does not belong here", f"allowed: twist, {key}, weight")
-    if value is None:
-        example = targetfile.EXAMPLES["points" if figure == "torque" else figure]
-        fail(f"{where}.{key}", "", "is missing", f"write e.g. {example}")
-    if figure == "tangent":
-        got = targetfile.rigidity(f"{where}.{key}", value, context)
-    else:
-        got = targetfile.quantity(f"{where}.{key}", value, Dimension.TORQUE, context, "N m")
+    known = {"points": ("torque", *AT_POINTS), "tangent": ("stiffness",)}[kind]
+    given = {key: value for key, value in table if key not in ("twist", "weight") and value is not None}
+    allowed = dict.fromkeys([*known, *(words for _ in known if kind == "points")])
+    for key in given:
+        if key not in allowed:
+            fail(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
+        if key in AT_POINTS and context.joint == "hinge":
+            fail(f"{where}.{key}", "", "is not a figure of hinges", ON_HINGES)
+    if not given:
+        fail(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
-    label, weight = f"{key if figure == 'torque' else 'tangent'} at {twist}", _weight(where, table.weight)
-    return Goal(label, Want(figure, at), got.number, got.unit, got.si, got.at, got.sense, weight)
+    weight, found = _weight(where, table.weight), []
+    for key, value in given.items():
+        figure, got = _at_point(f"{where}.{key}", key, value, context)
+        name, want = f"{LABELS.get(figure, key)} at {twist}", Want(figure, at)
+        found.append(Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight))
+    return found
+
+
+def _at_point(where: str, key: str, value: object, context: Context) -> tuple[str, Given]:
+    """Return the figure that a key of a point asks for, and its value."""
+    if key == "stiffness":
+        return "tangent", targetfile.rigidity(where, value, context)
+    if key == "W_fr":
+        return key, targetfile.work(where, value, context)
+    if key == "stress" and isinstance(value, str) and value.strip().endswith("%"):
+        return "strength_share", targetfile.quantity(where, value, Dimension.RATIO, context)
+    if key in ("torque", "moment"):
+        return "torque", targetfile.quantity(where, value, Dimension.TORQUE, context, "N m")
+    kind = Dimension.PRESSURE if key == "stress" else Dimension.RATIO
+    got = targetfile.quantity(where, value, kind, context, "Pa" if key == "stress" else "")
+    if key == "RED":
+        _part(where, got)
+    return key, got
 
 
 def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
@@ -190,7 +227,7 @@ def _weight(where: str, value: object) -> float:
 def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None:
     """Add every pair of goals that no beam can meet, and goals that friction alone excludes."""
     if not found and not problems:
-        known = "allowed: lock, engagement, stiffness, RED, critical_mu, points, tangent, curve"
+        known = "allowed: lock, engagement, stiffness, RED, critical_mu, length, points, tangent, curve"
         problems.add("[target]", "", "asks for nothing", known)
     single = {goal.name: goal for goal in found}
     pitch = next((v for v in space.variables if v.name == "beam.pitch"), None)

@@ -11,7 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.fabrication.plan import Plan
 from squama.inverse.figures import At
+from squama.joints.law import Shape
+from squama.joints.law import rooms as law_rooms
 from squama.loads import LOADS
 from squama.model import joint
 from squama.study.columns import Cells
@@ -98,8 +101,7 @@ def shear_factor(width: Array | float, thickness: Array | float) -> Array:
 
 def _sides(width: Array | float, thickness: Array | float) -> tuple[Array, Array]:
     """Return the longer and the shorter side."""
-    first = np.asarray(width).real >= np.asarray(thickness).real
-    return np.where(first, width, thickness), np.where(first, thickness, width)
+    return _most(np.asarray(width), np.asarray(thickness)), -_most(-np.asarray(width), -np.asarray(thickness))
 
 
 _STRAIN: dict[str, Measure] = {
@@ -161,3 +163,36 @@ def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[st
     }
     found = {name: LIMITS[name].room(s, value) for name, value in limits.items()}
     return found | {name: sign * (ratios[r] - end) / end for name, (r, sign, end) in law_ranges(laws).items()}
+
+
+def known_rooms(c: Cells) -> dict[str, Array]:
+    """Room to the ends of the range in which the law knows the joint of the real beam."""
+    scale, bar = c.sizes["scale"], c.sizes["substrate"]
+    over = bar["width"] / c.d, c.lam, scale["embedded"] / c.d, c.beta, scale["thickness"] / c.d
+    return law_rooms(Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))
+
+
+def printed_rooms(c: Cells, plan: Plan) -> dict[str, Array]:
+    """Room to what :mod:`squama.fabrication.refuse` refuses of most beams, in pitches; sizes are those of the plan.
+
+    In closed form, for the search; that of the slits of the mould is a little narrow, and what is handed out is asked
+    there.
+    """
+    scale, bar = c.sizes["scale"], c.sizes["substrate"]
+    clear, feature = plan.clearance * 1e-3, plan.feature * 1e-3
+    sin, cos, ca = np.sin(c.theta0), np.cos(c.theta0), np.cos(c.alpha)
+    deep, half = scale["embedded"] + clear, scale["thickness"] / 2 + clear
+    out = _most(deep * cos + half * sin, half / sin) * np.sin(c.alpha)
+    rooms = {
+        "the slot closes over the tab": deep - half * cos / sin,
+        "the slot stays inside the bar": bar["thickness"] - deep * sin - half * cos,
+        "the slot stays inside the bar's sides": bar["width"] / 2 - (scale["width"] / 2 + clear) * ca - out,
+        "the slits of the mould stay apart": c.d * sin * ca - 2 * half - 2 * clear,
+        "the scale's thickness": scale["thickness"],
+    }
+    return {f"printable: {name}": (room - feature) / c.d for name, room in rooms.items()}
+
+
+def _most(a: Array, b: Array) -> Array:
+    """Return the larger of each two; a complex step goes through."""
+    return np.where(np.real(a) >= np.real(b), a, b)

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.inverse.figures import Found, Want, evaluate, harmless
+from squama.inverse.figures import Found, Want, harmless
 from squama.inverse.goals import residual
-from squama.inverse.limits import Sizes, farthest, law_ranges, rooms
+from squama.inverse.limits import Sizes, farthest, rooms
+from squama.inverse.real import EVALUATE
 from squama.inverse.space import stepped
 from squama.inverse.target import Target
 from squama.loads import LOADS
@@ -60,15 +61,18 @@ class Residuals:
         self.target, self.space = target, target.space
         wants = [goal.want for goal in target.goals]
         self.rates = [w.at for w in wants if w.at is not None]
-        locks = any(w.figure in LOCKED for w in wants)
+        hinge = target.options.joint == "hinge"
+        self.evaluate = EVALUATE[target.options.joint]
+        locks = hinge and any(w.figure in LOCKED for w in wants)
         self.lock = "strain" in target.limits and locks
         self.wants = [*wants, Want("lock")] if self.lock else wants
         self.tangents = [w.at for w in wants if w.figure == "tangent" and w.at is not None]
         # what keeps a design inside the domain where its figures are smooth
         edges = ("tip", "side", "hold") if locks and LOADS[target.space.load].sided else ()
-        names = [*edges, *["reach"] * bool(self.rates), *["engagement"] * len(self.tangents)]
+        names = [*edges, *["reach"] * bool(self.rates), *["engagement"] * len(self.tangents)] if hinge else []
         self.inside = [Want(name) for name in names]
-        self.names = [*target.limits, *law_ranges(target.laws), *(BORDERS[name] for name in names)]
+        start = self.space.cells(self.space.start[None])
+        self.names = [*self._rooms(start, np.zeros((len(self.wants), 1))), *(BORDERS[name] for name in names)]
         """Names of the limits in the order of ``Look.g``."""
 
     def look(self, y: Array, *, slopes: bool, plates: bool) -> Look:
@@ -78,11 +82,12 @@ class Residuals:
         good = valid(c)
         # rows that are no beam are computed as something harmless and then ruled out
         wants = [*self.inside, *self.wants]
-        every = evaluate(harmless(c, good), moved, wants, self.target.options, plates=plates)
+        every = self.evaluate(harmless(c, good), moved, wants, self.target.options, plates=plates)
         at, k, (n, m) = len(self.inside), len(self.target.goals), y.shape
         found = every._replace(values=every.values[at:], slopes=every.slopes[at:])
-        d_slopes = np.stack([np.imag(v.d) / STEP for v in moved]) if slopes else np.zeros((0, n))
-        r, J = residual(self.target.goals, found.values[:k], found.slopes[:k], c.d, d_slopes, self._short(c, found))
+        d_slopes = np.stack([np.imag(v.d) / STEP for v in moved]) if moved else np.zeros((0, n))
+        figures, short = (found.values[:k], found.slopes[:k]), self._short(c, found)
+        r, J = residual(self.target.goals, *figures, c.d, d_slopes, short, inside=self.target.inside)
         g, G = self._limits(c, moved, found)
         room, by = self._inside(every, c.d, d_slopes)
         g, G = np.concatenate([g, room]), np.concatenate([G, by[:, : len(moved)]])
@@ -90,6 +95,9 @@ class Residuals:
         merit = np.where(good & np.isfinite(merit), merit, np.inf)
         if not slopes:
             J, G = np.zeros((k, m, n)), np.zeros((len(g), m, n))
+        # what is chosen from a list has no slope
+        still = ((0, 0), (0, m - J.shape[1]), (0, 0))
+        J, G = np.pad(J, still), np.pad(G, still)
         return Look(y, r, J, g, G, merit, found, c.d)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
@@ -135,12 +143,14 @@ class Residuals:
         """Room to every limit (limits, n) and its derivatives."""
 
         def every(c: Cells, values: Array) -> Array:
-            found = rooms(self.sizes(c, values), self.target.limits, self.target.laws).values()
-            return np.array([np.broadcast_to(room, c.d.size) for room in found]).reshape(-1, c.d.size)
+            return np.array([np.broadcast_to(room, c.d.size) for room in self._rooms(c, values).values()])
 
-        g = every(c, found.values) - ROOM
+        g = every(c, found.values).reshape(-1, c.d.size) - ROOM
         slopes = [every(v, found.values + 1j * STEP * found.slopes[:, j]).imag / STEP for j, v in enumerate(moved)]
-        return g, np.stack(slopes, axis=1) if moved else np.zeros((len(g), 0, c.d.size))
+        return g, np.stack(slopes, axis=1).reshape(len(g), -1, c.d.size) if moved else np.zeros((len(g), 0, c.d.size))
+
+    def _rooms(self, c: Cells, values: Array) -> dict[str, Array]:
+        return rooms(self.sizes(c, values), self.target.limits, self.target.laws) | self.target.made_rooms(c)
 
     def tolerances(self, y: Array) -> dict[str, Array]:
         """Return the tolerance of every dimension (by key) for designs y (n, m), SI."""
@@ -160,7 +170,7 @@ class Residuals:
         goals, values = self.target.goals, self.space.values(y)
         moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]
         c = self.space.cells(y)
-        found = evaluate(c, moved, [goal.want for goal in goals], self.target.options, plates=False)
+        found = self.evaluate(c, moved, [goal.want for goal in goals], self.target.options, plates=False)
         by_pitch = np.stack([np.imag(v.d) / STEP for v in moved])
         scales = [goal.scale or goal.value(c.d) for goal in goals]
         rows = zip(goals, found.values, found.slopes, scales, strict=True)

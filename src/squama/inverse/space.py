@@ -2,29 +2,41 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama import units
 from squama.beam.design import Beam
 from squama.inverse.figures import flat
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells, columns
-from squama.study.parameters import ALIASES, FULL, PARAMETERS, of_beam
+from squama.study.parameters import ALIASES, FACTOR, FULL, PARAMETERS, of_beam
 from squama.types import Array
 
-DIMENSIONS = tuple(FULL.get(name, name) for name in PARAMETERS if "." in FULL.get(name, name))
+DIMENSIONS = tuple(FULL.get(name, name) for name in PARAMETERS if "." in FULL.get(name, name) and name != FACTOR)
 """Dimensions of a beam file that may be varied."""
+SLACK = 1e-9
+"""Bounds that are multiples of a step up to rounding are such."""
 WIDE = 10.0
 """Bounds farther apart than this factor are divided in equal ratios."""
 
 
+class Grid(NamedTuple):
+    """To what a dimension is rounded: multiples of ``step`` units; a step of 0 is none."""
+
+    step: float = 0.0
+    unit: str = ""
+
+
 class Variable(NamedTuple):
-    """A dimension (``name`` as in the beam file, ``key`` as in a sweep) and its bounds, SI."""
+    """A dimension (``name`` as in the beam file, ``key`` as in a sweep) and its bounds, SI; what it is rounded to."""
 
     name: str
     low: float
     high: float
+    grid: Grid = Grid()
 
     @property
     def key(self) -> str:
@@ -36,31 +48,89 @@ class Variable(NamedTuple):
         """Whether the range is divided in equal ratios."""
         return self.low > 0 and self.high / self.low > WIDE
 
+    @property
+    def step(self) -> float:
+        """Step to which it is rounded, SI; 0 where it is not, or no multiple lies within the bounds."""
+        low, high = self.multiples
+        return self.made(1) if high >= low else 0.0
+
+    @property
+    def multiples(self) -> tuple[int, int]:
+        """Least and largest multiple of the step within the bounds; (1, 0) where there is none."""
+        if not self.grid.step:
+            return 1, 0
+        step = self.made(1)
+        return math.ceil(self.low / step * (1 - SLACK)), math.floor(self.high / step * (1 + SLACK))
+
+    def made(self, multiple: float) -> float:
+        """Return a multiple of the step as the text of a file would be read, SI."""
+        text = f"{multiple * self.grid.step:.12g} {self.grid.unit}".strip()
+        return units.quantity(text, PARAMETERS[self.key].dimension)
+
+    def rounded(self, value: float) -> float:
+        """Return the nearest value within the bounds that is a multiple of the step."""
+        if not self.step:
+            return value
+        low, high = self.multiples
+        return self.made(min(max(round(value / self.step), low), high))
+
+
+class Choice(NamedTuple):
+    """What is chosen from a list: its ``name``, options in words, and what each sets, SI by name in the beam file."""
+
+    name: str
+    words: tuple[str, ...]
+    options: tuple[dict[str, float], ...]
+
+    def number(self, share: Array) -> Array:
+        """Return which option each share (n,) of the unit cube stands for."""
+        return np.asarray(np.minimum((share * len(self.options)).astype(int), len(self.options) - 1))
+
 
 class Space(NamedTuple):
-    """A beam and what is varied of it."""
+    """A beam, what is varied of it, and what is chosen; points of the unit cube have a column for each, in order."""
 
     beam: Beam
     load: str
     variables: tuple[Variable, ...]
+    choices: tuple[Choice, ...] = ()
 
     def values(self, y: Array) -> dict[str, Array]:
         """Return dimensions (SI, by key) of points (n, m) of the unit cube."""
         found = {}
-        for v, share in zip(self.variables, y.T, strict=True):
+        for choice, share in zip(self.choices, y.T[len(self.variables) :], strict=True):
+            number = choice.number(share)
+            for name in choice.options[0]:
+                found[ALIASES.get(name, name)] = np.array([option[name] for option in choice.options])[number]
+        for v, share in zip(self.variables, y.T, strict=False):
             value = v.low * (v.high / v.low) ** share if v.geometric else v.low + (v.high - v.low) * share
             # rounding must not leave the bounds
             found[v.key] = np.clip(value, v.low, v.high)
         return found
 
-    def place(self, values: dict[str, float]) -> Array:
-        """Return the point (m,) of the unit cube of some dimensions, by key; outside the bounds the nearest."""
+    def place(self, values: dict[str, Any]) -> Array:
+        """Return the point (m,), or points (n, m), of the unit cube of dimensions, by key; the nearest within bounds.
+
+        Of what is chosen it is the option that is nearest in its first dimension.
+        """
         shares = []
         for v in self.variables:
-            value = min(max(values[v.key], v.low), v.high)
+            value = np.clip(values[v.key], v.low, v.high)
             whole = np.log(v.high / v.low) if v.geometric else v.high - v.low
             shares.append((np.log(value / v.low) if v.geometric else value - v.low) / whole)
-        return np.array(shares)
+        for choice in self.choices:
+            name = next(iter(choice.options[0]))
+            options = np.array([option[name] for option in choice.options])
+            nearest = np.abs(np.asarray(values[ALIASES.get(name, name)])[..., None] - options).argmin(axis=-1)
+            shares.append((nearest + 0.5) / len(options))
+        return np.stack(shares, axis=-1)
+
+    @property
+    def start(self) -> Array:
+        """The point (m,) of the starting beam."""
+        keys = [v.key for v in self.variables]
+        keys += [ALIASES.get(name, name) for choice in self.choices for name in choice.options[0]]
+        return self.place({key: of_beam(self.beam, self.load, key) for key in keys})
 
     def cells(self, y: Array) -> Cells:
         """Return the columns of points (n, m)."""
@@ -76,9 +146,18 @@ class Space(NamedTuple):
         return found
 
     def beam_of(self, y: Array) -> Beam:
-        """Return the beam of one point (m,)."""
+        """Return the beam of one point (m,), rounded to what can be made."""
         at = self.values(y[None])
-        return self.beam._with({v.name: float(at[v.key][0]) for v in self.variables})
+        varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
+        return self.beam._with({**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})
+
+    def chosen(self, y: Array) -> list[tuple[str, dict[str, float]]]:
+        """Return the chosen options of one point (m,): words, and what they set."""
+        numbers = [
+            int(choice.number(y[len(self.variables) + i : len(self.variables) + i + 1])[0])
+            for i, choice in enumerate(self.choices)
+        ]
+        return [(c.words[i], c.options[i]) for c, i in zip(self.choices, numbers, strict=True)]
 
 
 def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Array | float, n: int) -> Cells:

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from squama import arguments, units
 from squama.beam import beamfile
 from squama.beam.design import Beam
-from squama.errors import InputError, Problem, Problems, naming, refuse
-from squama.inverse import goals, targetfile
+from squama.curves.follow import covers
+from squama.errors import InputError, Problems, naming, refuse
+from squama.fabrication.plan import SIZES, plan
+from squama.fabrication.plan import read as read_sizes
+from squama.inverse import goals, targetfile, varied
 from squama.inverse.figures import LOCKS, Options
 from squama.inverse.goals import ACCEPT, Goal
-from squama.inverse.limits import ALWAYS, LIMITS
-from squama.inverse.space import DIMENSIONS, Space, Variable
+from squama.inverse.limits import ALWAYS, LIMITS, known_rooms, printed_rooms
+from squama.inverse.space import DIMENSIONS, Space
 from squama.inverse.targetfile import Context, File, FrontTable
 from squama.io import files
-from squama.io.tabular import guess
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
-from squama.study.parameters import ALIASES, PARAMETERS, flattened, own, text_of
+from squama.study.columns import Cells
+from squama.study.parameters import ALIASES, ELASTIC, PARAMETERS, flattened, own
+from squama.types import Array
 from squama.units import Dimension, shown
 
 MOST_DESIGNS = 100
@@ -29,13 +33,17 @@ DEFAULTS = {Dimension.LENGTH: 1e-4, Dimension.ANGLE: 0.017453292519943295}
 """Tolerances of lengths (m) and angles (rad) unless given; of the rest: SHARE of the value."""
 SHARE = 0.05
 _LOCKS = {"any": LOCKS, **{e.value.split()[0]: (CODES.index(e),) for e in (End.FRICTIONAL, End.KINEMATIC, End.STATIC)}}
+LOCK_FIGURES = ("lock", "range", "critical_mu")
+"""Objectives that only hinges have; RED and W_fr without a twist are theirs, too."""
+LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
 class Target(NamedTuple):
     """A target that was read and checked.
 
     ``limits`` by name, SI; ``laws`` whose ranges hold as limits; ``tolerance`` by key, SI or (below 0) as minus the
-    share of the value; ``front`` as it stands in the file.
+    share of the value; ``front`` as it stands in the file; ``printer``: sizes in m and rad with which real beams have
+    to be printable, or None.
     """
 
     source: str
@@ -48,6 +56,27 @@ class Target(NamedTuple):
     tolerance: dict[str, float]
     designs: int
     front: FrontTable | None
+    printer: dict[str, float] | None
+
+    @property
+    def real(self) -> bool:
+        """Whether it is answered by the real beam."""
+        return self.options.joint == "compliant"
+
+    @property
+    def inside(self) -> float:
+        """By how much "at least" and "at most" are sought within: rounding takes some of it."""
+        return self.accept if self.real else 0.0
+
+    def made_rooms(self, c: Cells) -> dict[str, Array]:
+        """Room to what the law of the joint knows and to what can be printed, of real beams."""
+        found: dict[str, Array] = {}
+        if self.real and self.space.beam.joint.matrix is None:
+            found |= known_rooms(c)
+        if self.printer is not None:
+            # of a slot and its neighbour
+            found |= printed_rooms(c, plan(self.space.beam, 2, self.printer))
+        return found
 
 
 def read_target(
@@ -86,7 +115,10 @@ def read_target(
     assert file is not None
     assert start is not None
     context = Context(start.scales, common["load"], bare)
-    found = _read(file, start, common, context, folder, problems)._replace(source=source)
+    names = _of_locks(file, need)
+    common["joint"] = _joint(file, common, names, problems)
+    found = _read(file, start, common, context._replace(joint=common["joint"]), folder, problems)
+    found = found._replace(source=source)
     problems.settle(source)
     return found
 
@@ -112,6 +144,32 @@ def _start(
     return Beam._build(beamfile.merge({}, merged), bare=bare)
 
 
+def _of_locks(file: File, need: str) -> list[str]:
+    """Return what is asked that only hinges have, by its place in the file."""
+    if need == "target":
+        return [f"target.{k}" for k in LOCK_GOALS if file.target is not None and getattr(file.target, k) is not None]
+    table = file.front or FrontTable()
+    listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
+    locks = [*LOCK_FIGURES, *(("RED", "W_fr") if table.at is None else ())]
+    return [f"front: {name}" for names in listed for name in names if name in locks]
+
+
+def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
+    """Return what answers: the hinge where a lock, bending, or the plate law is asked for, else the real beam."""
+    covered = covers(common["load"], common["law"])
+    joint = "compliant" if covered and not locks else "hinge"
+    if file.joint is None:
+        return joint
+    with problems.caught():
+        joint = arguments.one_of("joint", str(file.joint), ("compliant", "hinge"))
+    if joint == "compliant" and not covered:
+        problems.add("joint", shown(joint), "is for twisting with the edge law", 'write joint = "hinge"')
+    if joint == "compliant" and locks:
+        reason = "is of a lock, which only thin, rigid scales on hinges have"
+        problems.add(locks[0], "", reason, "ask for a stiffness ratio, torque or stress at a twist")
+    return joint
+
+
 def _common(file: File, problems: Problems) -> dict[str, Any]:
     """Return what is not in a table: load, law, sense, margin and number of designs."""
     found: dict[str, Any] = {}
@@ -129,10 +187,14 @@ def _common(file: File, problems: Problems) -> dict[str, Any]:
 
 
 def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, folder: Path, problems: Problems) -> Target:
-    variables = _variables(file.vary, problems, bare=context.bare)
-    space = Space(beam, context.load, variables)
-    varied = {v.key for v in variables}
-    if beam.friction.mu is None and "mu" not in varied:
+    real = context.joint == "compliant"
+    variables = varied.variables(file, problems, context)
+    choices = varied.choices(file.choose, problems, bare=context.bare)
+    space = Space(beam, context.load, variables, choices)
+    keys = {v.key for v in variables} | {ALIASES.get(n, n) for c in choices for n in c.options[0]}
+    if len(keys) < len(variables) + sum(len(c.options[0]) for c in choices):
+        problems.add("[choose]", "", "sets what is varied or chosen elsewhere, too", "keep one")
+    if beam.friction.mu is None and "mu" not in keys:
         remedy = "write mu = 0.25 under [friction] of the beam, or vary friction.mu"
         problems.add("friction.mu", "", "is missing", remedy)
     wanted = targetfile.TargetTable() if file.target is None else file.target
@@ -141,6 +203,11 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
         words = f"allowed: {', '.join(map(shown, _LOCKS))}"
         problems.add("target.lock_by", shown(wanted.lock_by), "is not known", words)
     asked = goals.read_goals(wanted, context, folder, problems)
+    stressed = {goal.want.figure for goal in asked} & {"stress", "strength_share"}
+    for key in ["youngs_modulus"] * bool(stressed) + ["strength"] * ("strength_share" in stressed):
+        if getattr(beam.scale, key) is None and f"scale.{key}" not in keys:
+            remedy = "a stress needs it: give it to the beam, or choose a material"
+            problems.add(f"scale.{key}", "", "is missing", remedy)
     if file.target is not None:
         goals.conflicts(asked, space, problems)
     accept = ACCEPT
@@ -149,49 +216,17 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
             accept = targetfile.quantity("target.accept", wanted.accept, Dimension.RATIO, context).si
             if accept >= 1:
                 refuse("target.accept", shown(wanted.accept), "must be below 1", 'write e.g. "1 %"')
-    limits, laws = _limits(file, beam, varied, context, problems)
-    designs, law = common.pop("designs"), LOADS[context.load].law(common.pop("law"))
-    options = Options(**common, law=law, locks=_LOCKS.get(by, LOCKS))
-    tolerance = _tolerances(file.tolerance, space, problems, bare=context.bare)
-    return Target("", space, options, asked, accept, limits, laws, tolerance, designs, file.front)
-
-
-def _variables(table: dict[str, object], problems: Problems, *, bare: bool) -> tuple[Variable, ...]:
-    found: list[Variable] = []
-    if not (flat := dict(flattened(table))):
-        problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {targetfile.EXAMPLES['vary']}")
-    for name, bounds in flat.items():
+    limits, laws = _limits(file, beam, keys, context, problems)
+    printer = None
+    if limits.pop("printable", real):
         with problems.caught():
-            found.append(_variable(f"vary.{name}", name, bounds, bare=bare))
-    return tuple(found)
-
-
-def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
-    key = _key(where, name)
-    if not isinstance(bounds, list | tuple) or len(bounds) != 2:
-        table, _, own = name.partition(".")
-        first = units.quantity(beamfile.TABLES[table][own].example.strip('"'), PARAMETERS[key].dimension)
-        example = ", ".join(f'"{text_of(key, factor * first)}"' for factor in (1, 1.5))
-        refuse(where, shown(bounds), "is no pair of bounds", f"write e.g. {name} = [{example}]")
-    kind = PARAMETERS[key]
-    with naming(where):
-        low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=bare) for b in bounds)
-    if low == high:
-        refuse(where, shown(bounds), "begins where it ends", "put that value into the beam and leave it out here")
-    if low > high:
-        refuse(where, shown(bounds), "is reversed", f"write [{shown(bounds[1])}, {shown(bounds[0])}]")
-    return Variable(name, low, high)
-
-
-def _key(where: str, name: str) -> str:
-    """Return the key of a dimension of the beam file, or refuse a name that is none."""
-    if name in DIMENSIONS:
-        return ALIASES.get(name, name)
-    if name == "beam.scales":
-        refuse(where, "", "is a whole number and stays as it is", "put it into the beam")
-    full = [f for f in DIMENSIONS if f.rpartition(".")[2] == name and name not in ("width", "thickness")]
-    meant = f"did you mean {full[-1]}? " if full else guess(name, DIMENSIONS)
-    raise InputError(Problem(where, "", "is no dimension of a beam", f"{meant}allowed: {', '.join(DIMENSIONS)}"))
+            if wrong := [name for name in file.printer if name not in SIZES]:
+                raise InputError(targetfile.unknown(f"printer.{wrong[0]}", wrong[0], SIZES, "unknown key"))
+            printer = read_sizes(file.printer, "printer.", bare=context.bare)
+    designs, law = common.pop("designs"), LOADS[context.load].law(common.pop("law"))
+    options = Options(**common, law=law, locks=_LOCKS.get(by, LOCKS), pitches=beam.scales)
+    tolerance = _tolerances(file.tolerance, space, problems, context)
+    return Target("", space, options, asked, accept, limits, laws, tolerance, designs, file.front, printer)
 
 
 def _limits(
@@ -201,7 +236,12 @@ def _limits(
     laws: list[str] = []
     for name, value in file.limits.items():
         where = f"limits.{name}"
-        if name == "joint_law":
+        if name in ("joint_law", "printable") and (name == "joint_law") != (context.joint == "hinge"):
+            words = "hinges; the joint of a real beam is within its law" if name == "joint_law" else "real beams"
+            problems.add(where, "", f"is a limit of {words}", "leave it out")
+        elif name == "printable" and isinstance(value, bool):
+            found[name] = value
+        elif name in ("joint_law", "printable"):
             if not isinstance(value, bool):
                 problems.add(where, shown(value), "must be true or false")
             elif value:
@@ -212,7 +252,7 @@ def _limits(
                     if lawful and getattr(beam.joint, key) is None and f"joint.{key}" not in varied
                 ]
         elif name not in LIMITS:
-            problems.append(targetfile.unknown(where, name, [*LIMITS, "joint_law"], "unknown limit"))
+            problems.append(targetfile.unknown(where, name, [*LIMITS, "joint_law", "printable"], "unknown limit"))
         elif name == "edge" and value is False:
             del found["edge"]
         else:
@@ -222,10 +262,13 @@ def _limits(
     return found, laws
 
 
-def _tolerances(table: dict[str, object], space: Space, problems: Problems, *, bare: bool) -> dict[str, float]:
+def _tolerances(table: dict[str, object], space: Space, problems: Problems, context: Context) -> dict[str, float]:
     """Return tolerances by key; a share of the value as minus that share."""
+    bare, real = context.bare, context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
     keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
+    if not real:
+        keys = {key: None for key in keys if key not in ELASTIC}
     kinds = {key: PARAMETERS[key].dimension for key in keys}
     found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
     groups = {"length": Dimension.LENGTH, "angle": Dimension.ANGLE, "relative": Dimension.RATIO}
@@ -246,7 +289,9 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, *, b
                 same = (k for k in keys if (kinds[k] not in DEFAULTS if share else kinds[k] is groups[name]))
                 found |= dict.fromkeys(same, -si if share else si)
                 continue
-            key = _key(where, name)
+            key = varied.key_of(where, name)
+            if real and key not in keys:
+                refuse(where, "", "is of what the beam does not give", "give it to the beam")
             share = isinstance(value, str) and value.strip().endswith("%")
             si = size(where, value, Dimension.RATIO if share else PARAMETERS[key].dimension)
             found[key] = -si if share else si

@@ -19,6 +19,7 @@ from squama.units import LONGEST, Dimension, shown
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
 _SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORECASE)
+_WORKS = {"J/m": 1.0, "mJ/m": 1e-3, "mJ/mm": 1.0, "J/mm": 1e3}
 _RIGIDITIES = {"N m^2": 1.0, "N cm^2": 1e-4, "N mm^2": 1e-6, "kN m^2": 1e3, "mN m^2": 1e-3}
 
 
@@ -27,12 +28,16 @@ class _Table(BaseModel):
 
 
 class PointTable(_Table):
-    """A point of the torque-twist curve, or a tangent stiffness at a twist."""
+    """Figures at a twist."""
 
     twist: object
     torque: object = None
     moment: object = None
     stiffness: object = None
+    stiffness_ratio: object = None
+    stress: object = None
+    RED: object = None
+    W_fr: object = None
     weight: object = 1.0
 
 
@@ -45,6 +50,7 @@ class TargetTable(_Table):
     stiffness: object = None
     RED: object = None
     critical_mu: object = None
+    length: object = None
     points: list[PointTable] = []
     tangent: list[PointTable] = []
     curve: object = None
@@ -66,6 +72,7 @@ class File(_Table):
     """A whole target file, without the tables of the beam."""
 
     start: object = None
+    joint: object = None
     load: object = "twisting"
     law: object = "edge"
     sense: object = "+"
@@ -74,12 +81,18 @@ class File(_Table):
     target: TargetTable | None = None
     front: FrontTable | None = None
     vary: dict[str, object] = {}
+    choose: dict[str, object] = {}
+    rounding: dict[str, object] = {}
+    printer: dict[str, object] = {}
     limits: dict[str, object] = {}
     tolerance: dict[str, object] = {}
 
 
 EXAMPLES = {
     "target": 'lock = "120 deg total"',
+    "choose": 'scale.thickness = ["0.8 mm", "1.2 mm", "1.6 mm"]',
+    "rounding": 'length = "0.1 mm"',
+    "printer": 'feature = "0.4 mm"',
     "vary": 'scale.length = ["40 mm", "70 mm"]',
     "limits": 'gap = "1 mm"',
     "tolerance": 'scale.length = "0.2 mm"',
@@ -91,7 +104,7 @@ _KEYS = {
     "": tuple(File.model_fields),
     "target": tuple(TargetTable.model_fields),
     "front": tuple(FrontTable.model_fields),
-    "points": ("twist", "torque", "weight"),
+    "points": ("twist", "torque", "stiffness_ratio", "stress", "RED", "W_fr", "weight"),
     "tangent": ("twist", "stiffness", "weight"),
 }
 
@@ -101,9 +114,10 @@ def parse(data: Mapping[str, Any]) -> tuple[File | None, dict[str, Any], list[Pr
 
     The third are mistakes of shape.
     """
-    beam = {key: value for key, value in data.items() if key in TABLES}
+    # a word is the kind of joint, a table that of the beam
+    beam = {key: value for key, value in data.items() if key in TABLES and (key, type(value)) != ("joint", str)}
     try:
-        return File.model_validate({key: value for key, value in data.items() if key not in TABLES}), beam, []
+        return File.model_validate({key: value for key, value in data.items() if key not in beam}), beam, []
     except ValidationError as error:
         found = error.errors(include_url=False)
         return None, beam, [_misfit(e["type"], list(e["loc"]), e["input"]) for e in found]
@@ -143,11 +157,12 @@ class Given(NamedTuple):
 
 
 class Context(NamedTuple):
-    """What reading depends on: number of scales, kind of loading, whether bare numbers are SI."""
+    """What reading depends on: number of scales, kind of loading, whether bare numbers are SI, kind of joint."""
 
     scales: int
     load: str
     bare: bool
+    joint: str = "hinge"
 
 
 def quantity(where: str, value: object, dimension: Dimension, context: Context, unit: str = "") -> Given:
@@ -167,12 +182,29 @@ def rigidity(where: str, value: object, context: Context) -> Given:
     key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", unit.replace("²", "^2")).removesuffix("/rad")
     key = re.sub(r"m2$", "m^2", re.sub(r"^(k|m)?N(?=[a-z]+\^?2)", r"\1N ", key))
     remedy = 'write e.g. "0.5 N m^2"'
-    if not math.isfinite(number) or key not in _RIGIDITIES:
+    words = "a stiffness of a beam, torque per twist rate"
+    return Given(_scaled(where, rest, (number, unit, key), _RIGIDITIES, (words, remedy)), number, unit, sense)
+
+
+def work(where: str, value: object, context: Context) -> Given:
+    """Read a work per length of the beam, J/m."""
+    sense, rest = _sense(value)
+    number, unit = _split(rest, "J/m" if context.bare else "")
+    words = "a work per length of the beam", 'write e.g. "0.2 J/m"'
+    return Given(_scaled(where, rest, (number, unit, unit.replace(" ", "")), _WORKS, words), number, unit, sense)
+
+
+def _scaled(
+    where: str, value: object, given: tuple[float, str, str], factors: Mapping[str, float], words: tuple[str, str]
+) -> float:
+    """Return a positive number in SI units by the factor of its unit, which is told as it is given and as a key."""
+    (number, unit, key), (what, remedy) = given, words
+    if not math.isfinite(number) or key not in factors:
         none = math.isfinite(number) and not unit
-        refuse(where, rest, "has no unit" if none else "is not a stiffness of a beam, torque per twist rate", remedy)
+        refuse(where, value, "has no unit" if none else f"is not {what}", remedy)
     if number <= 0:
-        refuse(where, rest, "must be more than 0", remedy)
-    return Given(number * _RIGIDITIES[key], number, unit, sense)
+        refuse(where, value, "must be more than 0", remedy)
+    return number * factors[key]
 
 
 def twist(where: str, value: object, context: Context) -> Given:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import hashlib
 import os
+import re
 import secrets
 import select
 import stat
@@ -21,6 +23,8 @@ SEAL = b"\nsquama sha256 %s\n"
 SEALED = len(SEAL % bytes(64))
 """Bytes of the seal."""
 _WRITE_BITS = 0o222
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x1b]")
+"""Characters that no table of text has."""
 _PLACE = (OSError, ValueError, RuntimeError)
 """What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
 PATIENCE = 30.0
@@ -43,20 +47,50 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
     Refused: no such file (``missing`` says what to do then), a folder, not readable, empty, larger than the limit in
     bytes, binary, or not UTF-8.
     """
-    data = read_bytes(path, limit + 1, missing=missing)
-    if len(data) > limit:
-        reason, remedy = f"is larger than {limit:,} bytes", "check the name"
-    elif b"\0" in data:
-        reason, remedy = "is a binary file (or UTF-16 text)", "save it as plain text in UTF-8"
-    elif not data.strip():
-        reason, remedy = "is empty", missing
+    data = _text_bytes(path, limit, missing)
+    try:
+        return _plain(path, data).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _error(path, f"is not UTF-8 text (line {line})", "save it in UTF-8") from None
+
+
+def read_any_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT) -> tuple[str, str]:
+    """Read a text file in UTF-8, in UTF-16 with its byte order mark, or else in latin-1; return text and encoding.
+
+    Refused as by :func:`read_text`, and what holds control characters.
+    """
+    data = _text_bytes(path, limit, "check the name")
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        try:
+            text, encoding = data.decode("utf-16"), "utf-16"
+        except UnicodeDecodeError:
+            raise _error(path, "begins as UTF-16 text but is none", "save it as plain text in UTF-8") from None
     else:
         try:
-            return data.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            line = data.count(b"\n", 0, error.start) + 1
-            reason, remedy = f"is not UTF-8 text (line {line})", "save it in UTF-8"
-    raise _error(path, reason, remedy)
+            text, encoding = _plain(path, data).decode("utf-8-sig"), "utf-8"
+        except UnicodeDecodeError:
+            text, encoding = data.decode("latin-1"), "latin-1"
+    if _CONTROL.search(text):
+        raise _error(path, "is a binary file", "save it as plain text in UTF-8")
+    return text, encoding
+
+
+def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
+    """Return the bytes of a file that holds more than white space and is not larger than the limit."""
+    data = read_bytes(path, limit + 1, missing=missing)
+    if len(data) > limit:
+        raise _error(path, f"is larger than {limit:,} bytes", "check the name")
+    if not data.strip():
+        raise _error(path, "is empty", missing)
+    return data
+
+
+def _plain(path: str | os.PathLike[str], data: bytes) -> bytes:
+    """Refuse bytes that no text of one byte a character has."""
+    if b"\0" in data:
+        raise _error(path, "is a binary file (or UTF-16 text)", "save it as plain text in UTF-8")
+    return data
 
 
 def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check the name") -> bytes:

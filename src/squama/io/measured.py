@@ -7,16 +7,17 @@ may be a length (``Phi``), one pitch (``phi``) or the whole beam (``total``).
 from __future__ import annotations
 
 import os
-import re
+import warnings
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama import units
-from squama.errors import InputError, Problem, Problems, refuse
-from squama.io import files, tabular
+from squama import arguments, units
+from squama.errors import InputError, Problem, Problems, TableWarning, refuse
+from squama.io import files, laboratory, tabular
 from squama.loads import LOADS, Load
 from squama.types import Array
 from squama.units import shown
@@ -59,16 +60,75 @@ class Measured(NamedTuple):
         return [Measured(self.rate[own], self.load[own], name, self.file, self.lines[own]) for name, own in groups]
 
 
-_HEADER = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\])?")
+def read_measured(
+    path: str | os.PathLike[str],
+    beam: Any,
+    *,
+    load: str = "twisting",
+    decimal: str | None = None,
+    columns: str | Mapping[str, str] | None = None,
+) -> Measured:
+    r"""Read measured points of a beam's test from a table of text.
+
+    Parameters
+    ----------
+    path
+        A table in UTF-8, UTF-16 with its mark, or latin-1, cells set apart by semicolons, tabs or commas. Its header
+        names each column and its unit, which may stand in a line below; lines of comment begin with #, % or //.
+    beam : Beam
+        Its pitch and number of scales turn angles per pitch or of the whole beam into rates.
+    load
+        "twisting" or "bending".
+    decimal
+        What sets decimals off, "." or ","; guessed if not given.
+    columns
+        What columns are, by their names or numbers (from 1): "Winkel=total (deg), 3=T (N mm)", or as a mapping. Without
+        it columns are known by name, else by their units; an angle is then the twist (bend) of the whole beam.
+
+    Returns
+    -------
+    Measured
+        ``rate`` (rad/m) and ``load`` (N m), arrays of one length, in the order of the rows.
+
+    Raises
+    ------
+    InputError
+        The table cannot be read so; every mistake with file and line.
+
+    Warns
+    -----
+    TableWarning
+        Something was guessed; what, in one line.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile, squama
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "test.csv")
+    ...     _ = file.write_text("a;b\n90;1.5\n", encoding="utf-16")
+    ...     found = read_measured(file, squama.Beam.from_ratios(), columns="a=total (deg), b=T (N mm)")
+    >>> found.load
+    array([0.0015])
+    """
+    given = {"pitch": beam.pitch, "scales": beam.scales}
+    return read(path, **given, load=arguments.load(load).name, decimal=decimal, columns=columns)
 
 
-def read(path: str | os.PathLike[str], *, pitch: float, scales: int, load: str = "twisting") -> Measured:
+def read(
+    path: str | os.PathLike[str],
+    *,
+    pitch: float,
+    scales: int,
+    load: str = "twisting",
+    decimal: str | None = None,
+    columns: str | Mapping[str, str] | None = None,
+) -> Measured:
     r"""Read measured points of a beam of so many scales at this pitch (m), or name every mistake with file and line.
 
     Columns of twisting: ``Phi`` or ``twist rate`` (rad/m, deg/mm ...), or ``phi`` or ``twist per pitch`` (deg ...), or
     ``total`` or ``total twist`` (deg ...), and ``T`` or ``torque`` (N m, N mm ...). Bending: ``kappa`` or
     ``curvature``, ``psi`` or ``bend per pitch``, ``total`` or ``total bend``, and ``M`` or ``moment``. A column
-    ``specimen`` tells specimens apart. Others are not read.
+    ``specimen`` tells specimens apart. The rest is as for :func:`read_measured`.
 
     Examples
     --------
@@ -84,62 +144,87 @@ def read(path: str | os.PathLike[str], *, pitch: float, scales: int, load: str =
     """
     kind = LOADS[load]
     example = f"{kind.rate} ({'rad/m' if kind.sided else '1/m'}), {kind.torque} (N m)"
-    table = tabular.read(path)
-    names, abscissa, over, ordinate = _names(table, kind, example)
-    places = names[abscissa], names[ordinate]
+    over, torques = _known(kind)
+    table, said = laboratory.read(path, {*over, *torques}, columns)
+    places, length, guessed = _places(table, kind, example)
     cells = [table.header.cells[i] for i in places]
     factors, problems = [], Problems()
-    for cell, length in zip(cells, (over, None), strict=True):
+    for cell, span in zip(cells, (length, None), strict=True):
         with problems.caught(source=table.line()):
-            factors.append(_factor(cell, length, pitch, scales, example))
+            factors.append(_factor(cell, span, pitch, scales, example))
     problems.settle()
-    read_cell = partial(tabular.number, gap="leave out the rows that were not measured")
+    sign = laboratory.decimal_of([row.cells[i] for row in table.rows for i in places if i < len(row.cells)], decimal)
+    read_cell = partial(laboratory.number, decimal=sign, gap="leave out the rows that were not measured")
     readers = {cell: (i, read_cell) for cell, i in zip(cells, places, strict=True)}
     _, values, problems = tabular.numbers(table, readers, "point")
     _settle(problems, table.name)
-    specimen = next((i for name, i in names.items() if name.casefold() == "specimen"), None)
+    said += ["with decimal commas"] * (sign == "," and decimal is None)
+    if said := said + guessed:
+        remedy = "if that is wrong, tell decimal and columns"
+        warnings.warn(f"{table.name} is read {', '.join(said)}; {remedy}", TableWarning, stacklevel=2)
+    names = [laboratory.split(cell)[0].casefold() for cell in table.header.cells]
     rate, torque = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
-    lines = np.array([row.line for row in table.rows])
-    own = None if specimen is None else np.array([row.cells[specimen].strip() for row in table.rows], object)
+    lines, own = np.array([row.line for row in table.rows]), None
+    if "specimen" in names:
+        own = np.array([row.cells[names.index("specimen")].strip() for row in table.rows], object)
     return Measured(rate, torque, Path(files.label(path)).stem, table.name, lines, own)
 
 
-def _names(table: tabular.Table, load: Load, example: str) -> tuple[dict[str, int], str, str, str]:
-    """Find which columns are read: places by name, name of the abscissa and what it is over, name of the ordinate."""
-    names: dict[str, int] = {}
-    for i, cell in enumerate(table.header.cells):
-        name = _split(cell)[0]
-        if name in names:
-            raise table.error(None, f"the column {shown(name)} is given twice", "keep one")
-        names[name] = i
-    # phi and Phi are two things, words may begin with a capital
-    folded = {name if len(name) < 4 else name.casefold(): name for name in names}
+def _known(load: Load) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return the names of an abscissa, with what it is over, and those of an ordinate."""
     over = {load.rate: "", load.rate_words: "", load.angle: "/pitch", load.angle_words: "/pitch"}
     over |= dict.fromkeys(("total", f"total {load.verb}"), " total")
-    torque = (load.torque, load.torque_words, f"{load.name} {load.torque_words}")
-    if not set(folded) & {*over, *torque}:
-        raise tabular.no_header(table, example)
-    found, problems = [], Problems()
-    for noun, known in ((load.rate_words, tuple(over)), (load.torque_words, torque)):
-        found += [name for name in known if name in folded][:1]
-        if not set(known) & set(folded):
+    return over, (load.torque, load.torque_words, f"{load.name} {load.torque_words}")
+
+
+def _places(table: tabular.Table, load: Load, example: str) -> tuple[list[int], str, list[str]]:
+    """Find the columns of abscissa and ordinate, what the abscissa is over, and what was guessed of them in words."""
+    over, torques = _known(load)
+    names: dict[str, list[int]] = {}
+    dimensions = []
+    for i, cell in enumerate(table.header.cells):
+        name, unit = laboratory.split(cell)
+        # phi and Phi are two things, words may begin with a capital
+        names.setdefault(name if len(name) < 4 else name.casefold(), []).append(i)
+        dimensions.append("" if unit.endswith(("/rad", "/deg")) else str(laboratory.dimension(unit) or ""))
+    for name in (*over, *torques, "specimen"):
+        if len(names.get(name, [])) > 1:
+            own = laboratory.split(table.header.cells[names[name][1]])[0]
+            raise table.error(None, f"the column {shown(own)} is given twice", "keep one")
+    # what is named as of another loading is not guessed to be of this one; any torque may be called a moment
+    others = [name for other in LOADS.values() for part in _known(other) for name in part]
+    taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
+    places, length, guessed, problems = [], "", [], Problems()
+    for noun, known, kinds in (
+        (load.rate_words, tuple(over), ("angle", "twist rate")),
+        (load.torque_words, torques, ("torque",)),
+    ):
+        found = next((name for name in known if name in names), None)
+        alike = [i for i, d in enumerate(dimensions) if d in kinds and i not in taken]
+        if found is not None:
+            places += names[found]
+            length = over.get(found, length)
+        elif len(alike) == 1:
+            places += alike
+            whole = dimensions[alike[0]] == "angle"
+            length = " total" if whole else length
+            what = f"the {load.verb} of the whole beam" if whole else f"the {noun}"
+            guessed.append(f"{shown(table.header.cells[alike[0]])} as {what}")
+        else:
             among = shown(", ".join(table.header.cells))
-            reason = f"no column of a {noun} ({', '.join(known)}) among {among}"
-            problems.add("", "", reason, f"write a header like: {example}", table.line())
+            reason = "several columns may be" if alike else "no column of"
+            reason += f" a {noun} ({', '.join(known)}) among {among}"
+            remedy = f'write a header like: {example}; or say which it is with columns, e.g. "2={known[-1]}"'
+            problems.add("", "", reason, remedy, table.line())
+    if len(problems) == 2:
+        raise tabular.no_header(table, example)
     problems.settle()
-    abscissa, ordinate = found
-    return names, folded[abscissa], over[abscissa], folded[ordinate]
-
-
-def _split(cell: str) -> tuple[str, str]:
-    """Return name and unit of a header's cell; no unit is empty."""
-    match = _HEADER.fullmatch(cell)
-    return (match[1], (match[2] or match[3] or "").strip()) if match else (cell, "")
+    return places, length, guessed
 
 
 def _factor(cell: str, over: str | None, pitch: float, scales: int, example: str) -> float:
     """Return what a column is multiplied with to be in SI units; ``over`` is None for a torque."""
-    name, unit = _split(cell)
+    name, unit = laboratory.split(cell)
     where, remedy = f"column {shown(cell)}", f"write a header like: {example}"
     if not unit:
         refuse(where, "", "has no unit", remedy)

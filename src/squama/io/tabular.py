@@ -15,7 +15,8 @@ from squama.io import files
 from squama.units import is_number, shown
 
 LARGEST_TABLE = 500_000_000
-DELIMITERS = (",", ";", "\t")
+DELIMITERS = (";", "\t", ",")
+"""What sets cells apart; of two that are as frequent the first: a comma may belong to numbers or names."""
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n](?s:.)")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
 
@@ -55,14 +56,17 @@ def read(path: str | os.PathLike[str], *, missing: str = "check the name") -> Ta
     return parse(files.read_text(path, limit=LARGEST_TABLE, missing=missing), files.label(path))
 
 
-def parse(text: str, name: str) -> Table:
-    """Read a table from the text of a file; ``name`` is the file's in messages, the rest as :func:`read`."""
+def parse(text: str, name: str, delimiter: str = "") -> Table:
+    """Read a table from the text of a file; ``name`` is the file's in messages, the rest as :func:`read`.
+
+    Without a ``delimiter`` it is the most frequent one of the header.
+    """
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
     comments = [line for line in lines[:first] if line.startswith("#")]
     if first is None:
         refuse("", "", "has comments only", "give a header and a row for each point", name)
-    delimiter = max(DELIMITERS, key=lines[first].count)
+    delimiter = delimiter or max(DELIMITERS, key=lines[first].count)
     header, *rows = _rows(lines, first, delimiter, name)
     return Table(name, delimiter, comments, Row(header.line, [cell.strip() for cell in header.cells]), rows)
 

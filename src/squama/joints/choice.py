@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from squama.types import Array
 
 Source = Literal["matrix", "law", "elements", "hinge"]
+_HINGED = "the scales are on hinges, not as in the beam: {}"
 
 
 class Joint(NamedTuple):
@@ -42,7 +43,13 @@ def shape(beam: Beam) -> law.Shape:
 
 def known(beam: Beam) -> bool:
     """Whether a beam's joint is known without elements: by its matrix, or by the law."""
-    return beam.joint.matrix is not None or not law.outside(shape(beam))
+    return not unknown(beam)
+
+
+def unknown(beam: Beam) -> str:
+    """Return why a beam's joint is not known without elements; empty where it is."""
+    problems = [] if beam.joint.matrix is not None else law.outside(shape(beam))
+    return _HINGED.format(said(problems)) if problems else ""
 
 
 def joint_of(beam: Beam) -> Joint:
@@ -60,7 +67,7 @@ def joint_of(beam: Beam) -> Joint:
     found = _found(beam)
     if found.K is None or (beam.joint.stiffness is None and beam.joint.inclusion_factor is None):
         return found
-    unit = beam.substrate.youngs_modulus * beam.pitch**3
+    unit = beam.unit_moment
     K_theta = None if beam.joint.stiffness is None else beam.joint.stiffness / unit
     rigid = None if beam.joint.inclusion_factor is None else beam.torsional_rigidity / (unit * beam.pitch)
     return found._replace(K=scaled(found.K, K_theta=K_theta, rigidity=rigid))
@@ -81,7 +88,7 @@ def _found(beam: Beam) -> Joint:
         made = joint(beam)
     except InputError as error:
         why = said([*problems, *error.problems])
-        return Joint(None, "hinge", f"the scales are on hinges, not as in the beam: {why}", math.nan)
+        return Joint(None, "hinge", _HINGED.format(why), math.nan)
     note = f"the joint is by elements: {said(problems)}"
     return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value, made.strain)
 

@@ -15,6 +15,7 @@ itself with each x_i behind it.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from squama.types import Array
 
@@ -44,8 +45,8 @@ def pivots(K: Array) -> Array:
     return np.asarray(np.diagonal(factor(K), axis1=-2, axis2=-1) ** 2)
 
 
-def scaled(K: Array, *, K_theta: float | None = None, rigidity: float | None = None) -> Array:
-    """Return K with its K_theta or its torque per twist (both E d^3) as given, whatever is None as it is.
+def scaled(K: Array, *, K_theta: ArrayLike | None = None, rigidity: ArrayLike | None = None) -> Array:
+    """Return K (..., m, m) with K_theta or torque per twist (both E d^3, (...)) as given, whatever is None as it is.
 
     The factor's column of the pivot is stretched, so that the other pivots stay and so does how far each motion goes
     by itself with the load.
@@ -53,5 +54,5 @@ def scaled(K: Array, *, K_theta: float | None = None, rigidity: float | None = N
     L = factor(K)
     for place, value in ((K_THETA, K_theta), (TWIST, rigidity)):
         if value is not None:
-            L[..., place] *= np.sqrt(value) / L[..., place, place, None]
+            L[..., place] *= (np.sqrt(value) / L[..., place, place])[..., None]
     return product(L)

@@ -184,10 +184,21 @@ def _together(columns: Sequence[Any]) -> Array:
 
 def within(shape: Shape) -> Array:
     """Return which shapes are in the law's range, truths (n,)."""
-    inside = np.array([r.low - _SLACK <= x for r, x in _measured(shape)])
-    inside &= np.array([x <= r.high + _SLACK for r, x in _measured(shape)])
+    return np.asarray(np.min(list(rooms(shape).values()), axis=0) >= -_SLACK)
+
+
+def rooms(shape: Shape) -> dict[str, Array]:
+    """Return the room of shapes to each end of the law's range, as a share of it; below 0 outside."""
+    found = {}
+    for r, x in _measured(shape):
+        across = r.high - r.low
+        found[f"the law's {r.key} >= {r.low:g}{r.unit}"] = (x - r.low) / across
+        found[f"the law's {r.key} <= {r.high:g}{r.unit}"] = (r.high - x) / across
     cover, along, down = crowding(_positive(shape))
-    return np.asarray(inside.all(0) & (cover < 1) & (along <= CROWDED + _SLACK) & (down <= 1 - ROOM))
+    found["the law's cover of the embedded scale"] = 1 - cover
+    found[f"the law's embedded scale <= {CROWDED:g} pitches along the bar"] = CROWDED - along
+    found["the law's embedded scale inside the bar"] = 1 - ROOM - down
+    return found
 
 
 def outside(shape: Shape) -> list[Problem]:
@@ -210,10 +221,11 @@ def outside(shape: Shape) -> list[Problem]:
 
 def _measured(shape: Shape) -> list[tuple[Range, Any]]:
     """Return each range with what is to lie in it."""
-    c = np.cos(shape.alpha)
+    shape = _positive(shape)
+    c, degrees = np.cos(shape.alpha), 180 / np.pi
     gap, across = c * np.sin(shape.theta0), 2 * shape.beta * c
     values = (
-        np.abs(np.degrees(shape.alpha)), np.degrees(shape.theta0), 2 * shape.beta, shape.zeta, shape.thickness / gap,
+        shape.alpha * degrees, shape.theta0 * degrees, 2 * shape.beta, shape.zeta, shape.thickness / gap,
         2 * shape.lam, shape.width / across, shape.nu,
     )  # fmt: skip
     return list(zip(RANGES, values, strict=True))
@@ -221,4 +233,5 @@ def _measured(shape: Shape) -> list[tuple[Range, Any]]:
 
 def _positive(shape: Shape) -> Shape:
     """Return the mirror image of shapes whose alpha is negative."""
-    return shape._replace(alpha=np.abs(shape.alpha))
+    # a complex step goes through
+    return shape._replace(alpha=shape.alpha * np.where(np.real(shape.alpha) < 0, -1.0, 1.0))

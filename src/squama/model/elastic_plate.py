@@ -74,10 +74,24 @@ def _products(polys: list[Array], m: int, n: int, low: float, high: float) -> Ar
     return out
 
 
-def polynomials(X: Array, Y: Array) -> Array:
-    """Return the polynomials (n, 24) at places of the plate, X (n,) in 0..1 and Y (n,) in -1..1."""
+def monomials(X: Array, Y: Array) -> Array:
+    """Return X^m Y^n (n, 24) at places of the plate, X (n,) in 0..1 and Y (n,) in -1..1."""
     m, n = np.indices((LENGTHWISE, ACROSS)).reshape(2, -1)
-    return np.asarray((X[:, None] ** (m + 2) * Y[:, None] ** n) @ _basis().powers)
+    return np.asarray(X[:, None] ** (m + 2) * Y[:, None] ** n)
+
+
+def polynomials(X: Array, Y: Array) -> Array:
+    """Return the polynomials (n, 24) by which the plate bends at such places."""
+    return np.asarray(monomials(X, Y) @ _basis().powers)
+
+
+def curvatures(X: Array, Y: Array) -> Array:
+    """Return what makes w,XX, w,YY and w,XY (3, 24, n) at places of the plate of the powers b_mn (.., 24)."""
+    m, n = np.indices((LENGTHWISE, ACROSS)).reshape(2, -1, 1)
+    m += 2
+    along = [X**m, m * X ** (m - 1), m * (m - 1) * X ** (m - 2)]
+    over = [Y**n, n * Y ** np.maximum(n - 1, 0), n * (n - 1) * Y ** np.maximum(n - 2, 0)]
+    return np.array([along[2] * over[0], along[0] * over[2], along[1] * over[1]])
 
 
 def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:

@@ -25,9 +25,14 @@ FLAT = 0.25
 """RED counts as nearly flat in eta if it varies over eta by less than this part of its variation over mu."""
 
 
-def numbers(values: Sequence[float] | Array, form: str = ".3g") -> str:
-    """Write numbers one after the other; "none" for NaN."""
-    return ", ".join("none" if math.isnan(v) else format(float(v), form) for v in values)
+def numbers(values: Sequence[float] | Array, form: str = ".3g") -> tuple[str, ...]:
+    """Write numbers; "none" for NaN."""
+    return tuple("none" if math.isnan(v) else format(float(v), form) for v in values)
+
+
+def at(name: str, values: Sequence[float] | Array, unit: str = "") -> tuple[str, ...]:
+    """Say where numbers were taken: "mu = 0.2" ..."""
+    return tuple(f"{name} = {text} {unit}".strip() for text in numbers(values, "g"))
 
 
 def yes(flag: bool | np.bool | Array) -> str:
@@ -49,15 +54,15 @@ def fig4(data: xr.Dataset) -> Iterator[Claim]:
         ends = part["phi_end"].values / part["phi_e"].values
         growth = []
         for mu, end in zip(mus, part["theta_end"].values, strict=True):
-            at = end - (end - r["theta0"]) * np.array([1e-3, 1e-6])
-            f0 = edge_contacts.forces(at, **r, mu=mu, law=law).friction
+            near = end - (end - r["theta0"]) * np.array([1e-3, 1e-6])
+            f0 = edge_contacts.forces(near, **r, mu=mu, law=law).friction
             growth.append(float(f0[1] / f0[0]))
         text = "the friction force rises without bound towards a lock"
         what = "f0 at 1e-6 over f0 at 1e-3 of the path before the lock, least over mu (1000 for a simple pole)"
-        yield Claim("fig4", text, law, what, f"{min(growth):.1f}", "", yes(np.abs(np.array(growth) / 1000 - 1) < 0.05))
+        holds = yes(np.abs(np.array(growth) / 1000 - 1) < 0.05)
+        yield Claim("fig4", text, law, what, numbers([min(growth)], ".1f"), "", holds)
         text = "the asymptote moves to smaller twist as mu grows"
-        what = f"Phi_lock/Phi_e at mu = {numbers(mus)}"
-        yield Claim("fig4", text, law, what, numbers(ends, ".4f"), "", falls(ends))
+        yield Claim("fig4", text, law, "Phi_lock/Phi_e", numbers(ends, ".4f"), "", falls(ends), at=at("mu", mus))
 
 
 def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
@@ -69,20 +74,20 @@ def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
         drop = np.degrees(twisting["drop"].values[1:])
         least, spread = np.nanmin(drop, axis=1), np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)
         text = "each frictional envelope lies below the kinematic one"
-        what = f"least drop of theta below it at the same phi, mu = {numbers(mus)}"
-        yield Claim("fig5a", text, law, what, numbers(least), "deg", yes(least > 0))
+        what, places = "least drop of theta below it at the same phi", at("mu", mus)
+        yield Claim("fig5a", text, law, what, numbers(least), "deg", yes(least > 0), at=places)
         text = "it is not a translate of the kinematic envelope"
         low, high = par.BENDING_ETAS[0], par.BENDING_ETAS[-1]
-        what = f"largest less least drop along the envelope, eta {low:g} to {high:g}, mu = {numbers(mus)}"
+        what = f"largest less least drop along the envelope, eta {low:g} to {high:g}"
         note = "0 for a translate; in bending it is 0 (figure bending)"
-        yield Claim("fig5a", text, law, what, numbers(spread), "deg", yes(spread > 1.0), note)
+        yield Claim("fig5a", text, law, what, numbers(spread), "deg", yes(spread > 1.0), note, places)
         static = maps.mu_static(maps.sweep(par.main(), "eta", etas), law)
         text = "for large mu the envelope meets the axis (static lock)"
-        what, holds = f"mu_static at eta = {numbers(etas)}", yes(np.isfinite(static))
+        holds = yes(np.isfinite(static))
         low, high = par.PLA_ON_PLA
         measured = f"the largest friction measured of printed PLA on PLA ({low:g} to {high:g})"
         note = f"{static.min() / high:.0f} times {measured}"
-        yield Claim("fig5a", text, law, what, numbers(static), "", holds, note)
+        yield Claim("fig5a", text, law, "mu_static", numbers(static), "", holds, note, at("eta", etas))
 
 
 def least_lock(alpha: float, law: str, *, plates: bool) -> float:
@@ -116,21 +121,21 @@ def fig5b() -> Iterator[Claim]:
     phi_e = maps.ends(r, 0.0, "edge").found.load_e
     phi_lock, _ = maps.kinematic_lock(r)
     steep = 1 / edge_contacts.contact(r.pop("theta0"), **r).dphi_dtheta
-    words = "alpha = 30, 40, 50, 60, 70 deg"
+    places = at("alpha", np.degrees(alphas), "deg")
     for text, what, values, unit, holds in (
-        ("higher alpha engages earlier", f"phi_e at {words}", phi_e, "rad", falls(phi_e)),
-        ("higher alpha is steeper", f"dtheta/dphi at engagement, {words}", steep, "", falls(-steep)),
-        ("higher alpha locks earlier", f"phi at the kinematic lock, {words}", phi_lock, "rad", falls(phi_lock)),
+        ("higher alpha engages earlier", "phi_e", phi_e, "rad", falls(phi_e)),
+        ("higher alpha is steeper", "dtheta/dphi at engagement", steep, "", falls(-steep)),
+        ("higher alpha locks earlier", "phi at the kinematic lock", phi_lock, "rad", falls(phi_lock)),
     ):
-        yield Claim("fig5b", text, "both", what, numbers(values), unit, holds)
+        yield Claim("fig5b", text, "both", what, numbers(values), unit, holds, at=places)
     scan = np.radians(np.arange(1.0, 40.0, 0.1))
     none = np.isnan(maps.kinematic_lock(maps.sweep(par.main(), "alpha", scan))[0])
     text, what = "at low alpha there is no kinematic lock", "largest alpha without one"
     note = f"the contact leaves the tip edge, below {math.degrees(fold_alpha()):.1f} deg past a fold"
-    last = f"{np.degrees(scan[none].max()):.1f}"
+    last = numbers([np.degrees(scan[none].max())], ".1f")
     yield Claim("fig5b", text, "both", what, last, "deg", yes(none[0]), note)
     text = "friction locks the beam also where there is no kinematic lock"
-    names = f"at alpha = {numbers(LOW_ALPHAS)} deg"
+    places = at("alpha", LOW_ALPHAS, "deg")
     for law in par.LAWS:
         alone, real = (
             [least_lock(math.radians(a), law, plates=plates) for a in LOW_ALPHAS] for plates in (False, True)
@@ -138,19 +143,20 @@ def fig5b() -> Iterator[Claim]:
         note = "at less friction the contact leaves the tip edge, or the scales come back to rest past the fold"
         if 0 in alone:
             note = "it locks without friction where mu = 0 is listed: the law does not satisfy virtual work"
-        what, free = f"least mu that locks, tip-side contact alone, {names}", all(mu <= 0.01 for mu in alone)
-        yield Claim("fig5b", text, law, what, numbers(alone), "", "yes" if free else "in part", note)
-        what = f"least mu that locks before another pair of plates touches, {names}"
+        what, free = "least mu that locks, tip-side contact alone", all(mu <= 0.01 for mu in alone)
+        yield Claim("fig5b", text, law, what, numbers(alone), "", "yes" if free else "in part", note, places)
+        what = "least mu that locks before another pair of plates touches"
         note = "at less friction the model of one contact ends before any lock"
-        yield Claim("fig5b", text, law, what, numbers(real), "", "in part", note)
+        yield Claim("fig5b", text, law, what, numbers(real), "", "in part", note, places)
     text = "static lock needs a larger mu as alpha grows"
-    what = "mu_static at alpha = 0.01, 10, 20, 30, 45, 60, 70 deg"
+    degrees = np.array([0.01, 10, 20, 30, 45, 60, 70])
     for law in par.LAWS:
-        scan = np.radians(np.array([0.01, 10, 20, 30, 45, 60, 70]))
+        scan = np.radians(degrees)
         static = maps.mu_static(maps.sweep(par.main(), "alpha", scan), law)
         rises = bool(np.all(np.diff(static) > 0))
         note = "" if rises else f"it falls again beyond {np.degrees(scan[static.argmax()]):.0f} deg"
-        yield Claim("fig5b", text, law, what, numbers(static), "", "yes" if rises else "in part", note)
+        holds = "yes" if rises else "in part"
+        yield Claim("fig5b", text, law, "mu_static", numbers(static), "", holds, note, at("alpha", degrees, "deg"))
 
 
 def fig6a(data: xr.Dataset) -> Iterator[Claim]:
@@ -164,15 +170,16 @@ def fig6a(data: xr.Dataset) -> Iterator[Claim]:
             lines = [np.interp(phi, part["phi"][i].values, part[name][i].values) for i in range(len(mus))]
             ratio = float(np.min([b / a for a, b in pairwise(lines)]))
             middle = numbers([float(line[phi.size // 2]) for line in lines])
-            what = f"{word} over K_theta at phi = {phi[phi.size // 2]:.4f} rad, mu = {numbers(mus)}"
+            what = f"{word} over K_theta at phi = {phi[phi.size // 2]:.4f} rad"
             note = f"least ratio of neighbouring curves up to the first lock: {ratio:.3f}"
-            yield Claim("fig6a", f"the {word} rises with mu", law, what, middle, "", yes(ratio > 1), note)
+            yield Claim(
+                "fig6a", f"the {word} rises with mu", law, what, middle, "", yes(ratio > 1), note, at("mu", mus)
+            )
 
 
 def bending(data: xr.Dataset) -> Iterator[Claim]:
     """In bending the lock line is a translate by arctan(mu); in twisting it is not."""
     mus = data["mu"].values[1:]
-    what = f"largest less least drop; largest distance from arctan(mu), mu = {numbers(mus)}"
     for loading, law, text in (
         ("bending", "both", "the lock line is a translate by arctan(mu) in theta + psi/2"),
         ("twisting", "edge", "in twisting the lock line is no translate"),
@@ -180,8 +187,9 @@ def bending(data: xr.Dataset) -> Iterator[Claim]:
         drop = np.degrees(data.sel(loading=loading)["drop"].values[1:])
         off = np.nanmax(abs(drop - np.degrees(np.arctan(mus))[:, None]), axis=1)
         spread = np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)
-        value = f"{numbers(spread, '.2g')}; {numbers(off, '.2g')}"
-        yield Claim("bending", text, law, what, value, "deg", yes(np.all(spread < 1e-3) == (law == "both")))
+        holds = yes(np.all(spread < 1e-3) == (law == "both"))
+        for what, values in (("largest less least drop", spread), ("largest distance from arctan(mu)", off)):
+            yield Claim("bending", text, law, what, numbers(values, ".2g"), "deg", holds, at=at("mu", mus))
 
 
 def fig7a(data: xr.Dataset) -> Iterator[Claim]:
@@ -196,27 +204,28 @@ def fig7a(data: xr.Dataset) -> Iterator[Claim]:
         middle, wide = near.interp(mu=seen).values, part["RED"].interp(mu=seen)
         spread = (wide.max("value") - wide.min("value")).values
         slope = part["RED"].interp(mu=0.5, value=[1.5, 3.0, 8.0]).values
-        at = f"mu = {numbers(seen)}, margin {data.attrs['margin']:g}"
+        places, margin = at("mu", seen), f"margin {data.attrs['margin']:g}"
         what = "least rise of RED per step of mu (0.05), all eta, mu up to 2"
         note = (
             f"at eta = 3 it is largest at mu = {mu[near.values.argmax()]:.2f} and falls to 0 at the static lock "
             f"(the first, over eta, at mu = {sliding:.2f})"
         )
-        yield Claim("fig7a", "RED rises with mu", law, what, f"{rise:.2g}", "", yes(rise > 0), note)
-        what, still = f"RED at eta = 3, {at}", yes(middle[3] - middle[2] < 0.05)
-        yield Claim("fig7a", "RED saturates", law, what, numbers(middle), "", still)
-        what = f"largest less least RED over eta {etas[0]:g} to {etas[-1]:g}, {at}"
-        note = f"RED at mu = 0.5, eta = 1.5, 3, 8: {numbers(slope)}; over mu it goes from 0 to {middle.max():.2f}"
+        yield Claim("fig7a", "RED rises with mu", law, what, numbers([rise], ".2g"), "", yes(rise > 0), note)
+        what, still = f"RED at eta = 3, {margin}", yes(middle[3] - middle[2] < 0.05)
+        yield Claim("fig7a", "RED saturates", law, what, numbers(middle), "", still, at=places)
+        what = f"largest less least RED over eta {etas[0]:g} to {etas[-1]:g}, {margin}"
+        note = f"RED at mu = 0.5, eta = 1.5, 3, 8: {', '.join(numbers(slope))}; "
+        note += f"over mu it goes from 0 to {middle.max():.2f}"
         text, flat = "RED depends on eta far less than on mu", yes(spread.max() < FLAT * middle.max())
-        yield Claim("fig7a", text, law, what, numbers(spread), "", flat, note)
+        yield Claim("fig7a", text, law, what, numbers(spread), "", flat, note, places)
     text = "RED up to the lock is a number (Eq. 15b)"
-    what = "RED at eta = 3, mu = 0.5, margin 0.1, 0.01, 0.001, 0.0001"
+    what = "RED at eta = 3, mu = 0.5"
     note = "the work diverges like a logarithm, RED goes to 1: a map needs its margin"
     r = maps.sweep(par.main(), "eta", [3.0])
     for law in par.LAWS:
         steps = (1e-1, 1e-2, 1e-3, 1e-4)
         values = [float(maps.dissipation(par.main(), r, np.array([0.5]), law, m)[0][0]) for m in steps]
-        yield Claim("fig7a", text, law, what, numbers(values), "", "no", note)
+        yield Claim("fig7a", text, law, what, numbers(values), "", "no", note, at("margin", steps))
 
 
 def fig7b(data: xr.Dataset) -> Iterator[Claim]:
@@ -229,20 +238,24 @@ def fig7b(data: xr.Dataset) -> Iterator[Claim]:
         first = [float(mu[row.argmax()]) if row.any() else math.nan for row in static]
         picks = [first[int(np.argmin(abs(alpha - a)))] for a in (1, 20, 45, 70)]
         text = "static lock (blank region) at low alpha and high mu"
-        what, holds = "first mu of the region at alpha = 1, 20, 45, 70 deg", first[0] < np.nanmax(first)
-        yield Claim("fig7b", text, law, what, numbers(picks), "", yes(holds))
+        holds, places = yes(first[0] < np.nanmax(first)), at("alpha", (1, 20, 45, 70), "deg")
+        yield Claim("fig7b", text, law, "first mu of the region", numbers(picks), "", holds, at=places)
         line = part["RED"].values[low]
         top = int(line.argmax())
         fall = float(line[top] - line[np.flatnonzero(~static[low])[-1]])
         text = "at low alpha RED is not monotonic in mu"
-        what = f"alpha = {alpha[low]:.0f} deg: largest RED, at mu; fall of RED to the last mu before static lock"
-        value = f"{line[top]:.3f}, {mu[top]:.2f}; {fall:.3f}"
-        yield Claim("fig7b", text, law, what, value, "", yes(fall > 0.05))
+        for what, value in (
+            ("largest RED", line[top]),
+            ("mu of the largest RED", mu[top]),
+            ("fall of RED from there to the last mu before static lock", fall),
+        ):
+            places, holds = at("alpha", [round(alpha[low])], "deg"), yes(fall > 0.05)
+            yield Claim("fig7b", text, law, what, numbers([value]), "", holds, at=places)
         seen = [0.5, 1.0, 2.0, 3.0]
         best = [alpha[part["RED"].sel(mu=m, method="nearest").values.argmax()] for m in seen]
         inside = [40 <= a <= 60 for a in best]
         text = "friction dissipates most at alpha of 40 to 60 deg"
-        what = f"alpha of the largest RED at mu = {numbers(seen)}, margin {data.attrs['margin']:g}"
+        what = f"alpha of the largest RED, margin {data.attrs['margin']:g}"
         note = f"{alpha[-1]:.0f} deg is the border of the map: RED still rises there"
         holds = "yes" if all(inside) else "in part" if any(inside) else "no"
-        yield Claim("fig7b", text, law, what, numbers(best), "deg", holds, note)
+        yield Claim("fig7b", text, law, what, numbers(best), "deg", holds, note, at("mu", seen))

@@ -83,7 +83,7 @@ def fig4(data: xr.Dataset) -> Figure:
     ax.set_xlabel(r"Twist rate over that at engagement $\Phi/\Phi_e$ (1)")
     ax.set_ylabel(r"Friction force $\bar{f}_0 = f\,l/K_\theta$ (1)")
     handles = [*_keys(data), key("lock, plate law", linestyle=":", linewidth=0.8)]
-    figure.legend(handles=handles, loc="outside right upper")
+    figure.legend(handles=handles, loc="outside right center")
     return figure
 
 

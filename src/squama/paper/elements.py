@@ -98,7 +98,7 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
     text = "the model agrees with finite elements"
     if points is None:
         what = "give a file of finite element points to compare"
-        yield Claim("fig6b", text, "both", what, "no points given", "", "open")
+        yield Claim("fig6b", text, "both", what, ("no points given",), "", "open")
         return
     for eta in np.unique(points.eta):
         beam = par.fig6b(float(eta))
@@ -111,7 +111,7 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
             models = {law: run["T"].values / (beam.G_B * beam.I) for law, run in runs.items()}
             if points.compliant is not None:
                 models["compliant"] = points.compliant[mine]
-            what = f"eta = {eta:g}, mu = {mu:g}: largest difference of T; twist rate up to which it is below"
+            at = (f"eta = {eta:g}, mu = {mu:g}",)
             for law, model in models.items():
                 with np.errstate(all="ignore"):
                     apart = abs(load / model - 1)
@@ -120,9 +120,13 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
                     continue
                 first = rate[good & (apart > CLOSE)].min(initial=np.inf)
                 reach = rate[good & (apart <= CLOSE) & (rate < first)].max(initial=0.0)
-                value = f"{100 * apart[good].max():.1f} %, {reach:.3g} of {rate[good].max():.3g} rad/m"
                 holds = "yes" if first == np.inf else "in part" if reach > 0 else "no"
-                yield Claim("fig6b", text, law, f"{what} {100 * CLOSE:g} %", value, "", holds)
+                over = f"points up to {rate[good].max():.3g} rad/m"
+                for what, value, unit in (
+                    ("largest difference of T", f"{100 * apart[good].max():.1f}", "%"),
+                    (f"twist rate up to which it is below {100 * CLOSE:g} %", f"{reach:.3g}", "rad/m"),
+                ):
+                    yield Claim("fig6b", text, law, what, (value,), unit, holds, over, at)
 
 
 def stored() -> FePoints | None:

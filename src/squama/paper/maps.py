@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.optimize import elementwise
 
 from squama.arrays import edge_contacts, solution
 from squama.batch import Solved, solved
 from squama.beam.design import Beam
 from squama.model.outcome import CODES, End
-from squama.model.paths import ARRAY, Twist
+from squama.model.paths import ARRAY, FoldedTwist, Twist
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -41,6 +42,15 @@ def ends(r: Ratios, mu: float | Array, law: str) -> solution.Solution:
     """Follow the tip-side contact that is met first in each design."""
     mus = np.broadcast_to(np.asarray(mu, float), r["eta"].shape)
     return solution.solve({**r, "mu": mus}, law=law, sense="+")
+
+
+def past_fold(r: Ratios, mu: Array, law: str) -> NDArray[np.bool_]:
+    """Whether each design's path has passed a fold at its end; the margin counts otherwise there, and RED jumps."""
+    found = np.zeros(mu.size, bool)
+    for index, track in ends(r, mu, law).tracks:
+        if isinstance(track.row, FoldedTwist):
+            found[index] = track.x_end > 0
+    return found
 
 
 def touch(r: Ratios) -> tuple[Array, Array]:
@@ -200,16 +210,20 @@ def red_map(
 ) -> xr.Dataset:
     """Compute RED over one ratio and the coefficient of friction; the substrate and the joint stay as they are.
 
-    Returns ``RED``, ``end``, ``phi_end`` over ``law``, ``value`` (of the ratio ``over``) and ``mu``; ``mu_static`` over
-    ``law`` and ``value``; ``phi_touch`` over ``value``.
+    Returns ``RED``, ``end``, ``phi_end``, ``folded`` over ``law``, ``value`` (of the ratio ``over``) and ``mu``;
+    ``mu_static`` over ``law`` and ``value``; ``phi_touch`` over ``value``.
     """
     v, m = (a.ravel() for a in np.meshgrid(values, mus, indexing="ij"))
     shape = (len(laws), values.size, mus.size)
-    found = [dissipation(beam, sweep(beam, over, v), m, law, margin)[1] for law in laws]
+    every = sweep(beam, over, v)
+    found = [dissipation(beam, every, m, law, margin)[1] for law in laws]
     columns = {"RED": "RED", "phi_end": "load_end", "end": "end"}
     arrays = {name: np.array([getattr(s, own) for s in found]).reshape(shape) for name, own in columns.items()}
     data = known(("law", "value", "mu"), **arrays)
     one = sweep(beam, over, values)
+    about = {"long_name": "whether the path has passed a fold at its end", "units": "1"}
+    folded = np.array([past_fold(every, m, law) for law in laws]).reshape(shape)
+    data["folded"] = ("law", "value", "mu"), folded, about
     about = {"long_name": "twist per pitch where other plates touch", "units": "rad"}
     data["phi_touch"] = "value", touch(one)[0], about
     data |= known(("law", "value"), mu_static=np.stack([mu_static(one, law) for law in laws]))

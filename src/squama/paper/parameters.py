@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,16 +38,26 @@ PLA_ON_PLA = (0.12, 0.38)
 
 
 class Claim(NamedTuple):
-    """One statement of the paper and the number computed for it; ``holds`` is yes, no, in part or open."""
+    """One statement of the paper and the numbers computed for it; ``holds`` is yes, no, in part or open.
+
+    ``at`` says for each of the ``values`` where it was taken; they become a row each.
+    """
 
     figure: str
     claim: str
     law: str
     quantity: str
-    value: str
+    values: tuple[str, ...]
     unit: str
     holds: str
     note: str = ""
+    at: tuple[str, ...] = ("",)
+
+    def rows(self) -> list[dict[str, str]]:
+        """Return a row for each number, by column."""
+        about, said = self._asdict(), list(zip(self.at, self.values, strict=True))
+        columns = ("figure", "claim", "law", "quantity", "at", "value", "unit", "holds", "note")
+        return [{c: {**about, "at": at, "value": value}[c] for c in columns} for at, value in said]
 
 
 def _beam(**ratios: Any) -> Beam:
@@ -72,3 +83,16 @@ def main() -> Beam:
 def fig6b(eta: float) -> Beam:
     """Return a beam of Fig. 6b, whose overlap ratios the paper does not name."""
     return _beam(eta=eta, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)
+
+
+def fixed(beam: Beam, *varied: str) -> dict[str, str]:
+    """Return the ratios and angles of a beam that a figure does not vary, by symbol."""
+    own = {"eta": beam.eta, "beta": beam.beta, "lam": beam.lam, "zeta": beam.scale.embedded / beam.pitch}
+    shown = {name: f"{value:.4g}" for name, value in own.items()}
+    shown |= {name: f"{math.degrees(getattr(beam.scale, name)):.4g} deg" for name in ("alpha", "theta0")}
+    return {name: text for name, text in shown.items() if name not in varied}
+
+
+def words(fixed: dict[str, str]) -> str:
+    """Write what is fixed in a line of text."""
+    return ", ".join(f"{'lambda' if name == 'lam' else name} = {text}" for name, text in fixed.items())

@@ -16,15 +16,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from squama import arguments
+from squama._version import __version__
 from squama.errors import refuse
 from squama.io import files, tabular
+from squama.loads import HELD, THIN
 from squama.paper import claims, curves, elements, maps
 from squama.paper import parameters as par
 from squama.paper.elements import FePoints
 from squama.paper.parameters import Claim
 from squama.plot.maps import red_figure
 from squama.plot.regimes import lock_lines_figure, regime_figure
-from squama.plot.style import save_figure
+from squama.plot.style import FORMATS as ENDINGS
+from squama.plot.style import headline, save_figure
+from squama.symbols import SYMBOLS
 from squama.units import shown
 
 if TYPE_CHECKING:
@@ -32,17 +37,20 @@ if TYPE_CHECKING:
 
 Table = Mapping[str, Any]
 """Columns by their headers (name and unit), all of one length."""
+MODEL = f"{THIN} on {HELD['hinge']}"
+"""Model of all figures; the law is told by each line."""
 _OVER = {"eta": "eta (1)", "alpha": "alpha (deg)"}
 """Headers of what is varied."""
 _CURVE = {"law": "law", "mu (1)": "mu", "Phi/Phi_e (1)": "ratio", "Phi (rad/m)": "Phi"}
 
 
 class Made(NamedTuple):
-    """A figure, the columns of its CSV file and the claims it bears on."""
+    """A figure, the columns of its CSV file, the claims it bears on, and what it does not vary, by symbol."""
 
     figure: Figure
     table: dict[str, Any]
     claims: Iterable[Claim]
+    fixed: dict[str, str]
 
 
 def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
@@ -57,7 +65,8 @@ def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
 def fig4(_points: FePoints | None = None) -> Made:
     """Friction force against twist rate."""
     data = curves.both_laws(par.main(), par.FIG4_MUS, par.LAWS)
-    return Made(curves.fig4(data), flat(data, {**_CURVE, "theta (deg)": "theta", "f0 (1)": "f0"}), claims.fig4(data))
+    table = flat(data, {**_CURVE, "theta (deg)": "theta", "f0 (1)": "f0"})
+    return Made(curves.fig4(data), table, claims.fig4(data), par.fixed(par.main()))
 
 
 def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim]) -> Made:
@@ -76,7 +85,8 @@ def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim
             pieces.append(piece(line, "end of the path", law, mu, "scan", "_end", line["end"].values))
     table = _stacked(pieces)
     there = np.isfinite(table["phi (rad)"])
-    return Made(regime_figure(data), {header: column[there] for header, column in table.items()}, claims)
+    table = {header: column[there] for header, column in table.items()}
+    return Made(regime_figure(data), table, claims, par.fixed(par.main(), over))
 
 
 def fig5a(_points: FePoints | None = None) -> Made:
@@ -94,7 +104,7 @@ def fig6a(_points: FePoints | None = None) -> Made:
     """Torque and stiffness of the scales against twist rate."""
     data = curves.both_laws(par.main(), par.FIG6A_MUS, par.LAWS)
     table = flat(data, {**_CURVE, "T_scales/K_theta (1)": "T_K", "dT_scales/dphi/K_theta (1)": "K_K"})
-    return Made(curves.fig6a(data), table, claims.fig6a(data))
+    return Made(curves.fig6a(data), table, claims.fig6a(data), par.fixed(par.main()))
 
 
 def fig6b(points: FePoints | None = None) -> Made:
@@ -107,7 +117,7 @@ def fig6b(points: FePoints | None = None) -> Made:
     own = {}
     if points is not None and points.joint is not None:
         for eta, beam in beams.items():
-            K_theta = points.joint[0] * beam.substrate.youngs_modulus * beam.pitch**3
+            K_theta = points.joint[0] * beam.unit_moment
             alike = beam.replace(joint={"stiffness": K_theta, "inclusion_factor": points.joint[1]})
             own[eta] = curves.both_laws(alike, mus, ("edge",))
     columns = {"law": "law", "mu (1)": "mu", "Phi (rad/m)": "Phi", "T/(G_B I) (rad/m)": "T_GI"}
@@ -121,7 +131,8 @@ def fig6b(points: FePoints | None = None) -> Made:
             if load is not None:
                 rows = zip(columns, ("", points.mu, points.rate, load), strict=True)
                 pieces.append({"source": source, "eta (1)": points.eta, **dict(rows)})
-    return Made(curves.fig6b(parts, points, own), _stacked(pieces), elements.compare(points))
+    fixed = par.fixed(par.fig6b(1.0), "eta")
+    return Made(curves.fig6b(parts, points, own), _stacked(pieces), elements.compare(points), fixed)
 
 
 def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:
@@ -129,7 +140,7 @@ def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]
     data["touched"] = data["phi_end"] > data["phi_touch"]
     columns = {"law": "law", _OVER[over]: "value", "mu (1)": "mu", f"RED at margin {par.MARGIN:g} (1)": "RED"}
     columns |= {"end": "end", "phi_end (rad)": "phi_end", "other plates touch first": "touched"}
-    return Made(red_figure(data), flat(data, columns), claims(data))
+    return Made(red_figure(data), flat(data, columns), claims(data), par.fixed(par.main(), over))
 
 
 def fig7a(_points: FePoints | None = None) -> Made:
@@ -147,7 +158,7 @@ def bending(_points: FePoints | None = None) -> Made:
     data = maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, "edge")
     columns = {"loading": "loading", "mu (1)": "mu", "psi or phi (rad)": "load", "theta (deg)": "theta"}
     table = flat(data, {**columns, "below the kinematic line (deg)": "drop"})
-    return Made(lock_lines_figure(data), table, claims.bending(data))
+    return Made(lock_lines_figure(data), table, claims.bending(data), par.fixed(par.main(), "eta"))
 
 
 FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
@@ -156,33 +167,45 @@ FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
 """Figures by their names."""
 
 
+FORMATS = tuple(ending[1:] for ending in ENDINGS)
+"""What figures can be written as."""
+
+
 def write(
-    figures: Sequence[str], directory: str | os.PathLike[str], fe_points: str | os.PathLike[str] | None = None
+    figures: Sequence[str],
+    directory: str | os.PathLike[str],
+    fe_points: str | os.PathLike[str] | None = None,
+    formats: Sequence[str] = ("png",),
 ) -> list[Path]:
-    """Write figures (PNG), their data (CSV), and the claims they bear on as ``claims.csv`` and ``claims.md``.
+    """Write figures, their data (CSV), and the claims they bear on as ``claims.csv`` and ``claims.md``.
 
     ``figures`` are names from :data:`FIGURES`, none means all; ``fe_points`` a CSV file of finite element points for
-    fig6b in place of those in the package, see :func:`squama.paper.elements.read_points`. The directory is made if it
-    is not there, its own folder must be.
+    fig6b in place of those in the package, see :func:`squama.paper.elements.read_points`; ``formats`` some of
+    :data:`FORMATS`. Figures and tables tell the model, the ratios that they do not vary and the version. The directory
+    is made if it is not there, its own folder must be.
     """
     for name in figures:
         if name not in FIGURES:
             refuse(f"figure {shown(name)}", "", "is not known", f"write one or more of {' '.join(FIGURES)}")
+    endings = arguments.several("formats", formats, FORMATS)
     points = None if fe_points is None else elements.read_points(fe_points)
     place = files.make_folder(directory)
     done: list[Path] = []
     found: list[Claim] = []
     for name in dict.fromkeys(figures or FIGURES):
         made = FIGURES[name](points)
-        done.append(save_figure(made.figure, place / f"{name}.png"))
-        done.append(write_table(made.table, place / f"{name}.csv"))
+        signs = ", ".join(f"${SYMBOLS[key].tex}$ = {text.replace(' deg', '°')}" for key, text in made.fixed.items())
+        headline(made.figure, f"{MODEL[0].upper()}{MODEL[1:]}; {signs}; squama {__version__}")
+        done += [save_figure(made.figure, place / f"{name}.{ending}") for ending in endings]
+        done.append(write_table(made.table, place / f"{name}.csv", f"{MODEL}; {par.words(made.fixed)}"))
         found += made.claims
     return done + write_claims(found, place)
 
 
-def write_table(table: Table, path: str | os.PathLike[str]) -> Path:
-    """Write columns to a CSV file; numbers have 12 digits, NaN is an empty cell."""
+def write_table(table: Table, path: str | os.PathLike[str], about: str) -> Path:
+    """Write columns to a CSV file under a comment on what they are of; numbers have 12 digits, NaN is an empty cell."""
     out = io.StringIO()
+    out.write(f"# {about}; squama {__version__}\n")
     rows = zip(*(np.asarray(column).ravel() for column in table.values()), strict=True)
     tabular.write(out, [table, *(map(_cell, row) for row in rows)])
     return files.atomic_write(path, lambda place: place.write_text(out.getvalue(), encoding="utf-8"))
@@ -207,18 +230,21 @@ def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Any]:
 
 
 def write_claims(claims: Sequence[Claim], directory: Path) -> list[Path]:
-    """Write ``claims.csv`` and ``claims.md``."""
-    done = write_table(dict(zip(Claim._fields, zip(*claims, strict=True), strict=True)), directory / "claims.csv")
+    """Write ``claims.csv`` and ``claims.md``, a number a row."""
+    rows = [row for claim in claims for row in claim.rows()]
+    about = f"{MODEL}; {par.words(par.fixed(par.main()))} where nothing else is said"
+    done = write_table({column: [row[column] for row in rows] for column in rows[0]}, directory / "claims.csv", about)
     head = (
         "# Claims of the paper and what is computed\n\n"
         "H. Ebrahimi, H. Ali, R. Ghosh, Coulomb friction in twisting of biomimetic scale-covered substrate, "
         "Bioinspir. Biomim. 15 (2020). The plate law is the paper's; the edge law satisfies virtual work.\n\n"
-        "| figure | claim | law | what is computed | value | holds | note |\n|---|---|---|---|---|---|---|\n"
+        f"{about[0].upper()}{about[1:]}. Fig. 6b has ratios of its own. Made by squama {__version__}.\n\n"
+        "| figure | claim | law | what is computed | at | value | holds | note |\n|---|---|---|---|---|---|---|---|\n"
     )
     body = "".join(
-        f"| {c.figure} | {c.claim} | {c.law} | {c.quantity} | {c.value}{' ' + c.unit if c.unit else ''} | "
-        f"{c.holds} | {c.note} |\n"
-        for c in claims
+        f"| {' | '.join(row[c] for c in ('figure', 'claim', 'law', 'quantity', 'at'))} | "
+        f"{row['value']}{' ' + row['unit'] if row['unit'] else ''} | {row['holds']} | {row['note']} |\n"
+        for row in rows
     )
     words = files.atomic_write(directory / "claims.md", lambda place: place.write_text(head + body, encoding="utf-8"))
     return [done, words]

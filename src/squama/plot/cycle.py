@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from squama.beam.design import Beam
 from squama.loads import LOADS, Load, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, headline, label, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, label, letters, new_figure, prefixed, styled
 from squama.types import Array
 
 
@@ -99,6 +99,7 @@ def _energies(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     factor, text = prefixed("U_el", largest)
     for name, values, colour in (("U_el", elastic, GREY), ("W_fr", work, ACCENT)):
         ax.plot(way, factor * values, color=colour, label=label(name).rpartition(" (")[0])
+    ax.locator_params(axis="x", nbins=TICKS)
     ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * largest))
     ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {text[text.rindex('(') :]}")
     ax.legend(loc="upper left")

@@ -116,7 +116,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
     blocked = ", roll and yaw blocked" if "blocked" in data.attrs["joint"] else ""
     stopped = "" if data.attrs["reached"] else f"\n{data.attrs['sentence']}"
     what = f"sense {data.attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {data.attrs['mesh']}{stopped}"
-    headline(figure, f"Periodic cell of finite elements{blocked}, {what}")
+    headline(figure, f"Periodic cell of finite elements{blocked}, {what}\nScales: {data.attrs['plates']}")
     return figure
 
 

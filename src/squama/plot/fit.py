@@ -18,6 +18,7 @@ _POINTS: dict[str, tuple[str, Look]] = {
     "loading": ("loading", {"color": INK, "marker": "."}),
     "unloading": ("unloading", {"color": UNLOADED, "marker": "."}),
     "stick": ("at a reversal, not used", {"color": INK, "marker": "o", "markerfacecolor": "none", "markersize": 3.5}),
+    "stray": ("stray, not used", {"color": ACCENT, "marker": "x", "markersize": 4}),
     "beyond": ("beyond the range, not used", {"color": GREY, "marker": "x", "markersize": 3}),
 }
 
@@ -139,4 +140,5 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
 
 def _axis(name: str, unit: str) -> str:
     text = {"mu": r"$\mu$", "K_theta": r"$K_\theta$", "C_f": "$C_f$", "E_B": "$E_B$", "theta0": r"$\theta_0$"}
-    return f"{text.get(name, 'Zero $T_0$')}{'' if unit == '1' else f' ({unit})'}"
+    text |= {"torque_zero": "Zero $T_0$", "drift": "Drift"}
+    return f"{text.get(name, name)}{'' if unit == '1' else f' ({unit})'}"

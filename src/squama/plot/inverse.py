@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from squama.beam.beamfile import TABLES
 from squama.curves import doors
 from squama.loads import LOADS, model
+from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import COLUMN, PAGE, Look, headline, key, letters, new_figure, shades, styled
 from squama.types import Array
@@ -31,6 +32,10 @@ BARS = 8
 CURVES = 8
 SYMBOL = {
     "tangent": r"Tangent stiffness (N m$^2$)",
+    "stiffness_ratio": "Stiffness over that without contact",
+    "stress": "Largest stress in a scale (Pa)",
+    "strength_share": "Largest stress in a scale over its strength",
+    "length": "Length of the beam (m)",
     "torque": "Torque (N m)",
     "stiffness": r"Stiffness before engagement (N m$^2$)",
     "range": "Twist from engagement to lock (rad per pitch)",
@@ -41,6 +46,12 @@ SYMBOL = {
     "critical_mu": "Friction that locks at engagement",
 }
 """Labels of the objectives."""
+_LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
+_ASKED: Look = {"linewidth": 1.0, "linestyle": (0, (4, 2)), "zorder": 0}
+BEYOND = 1.1
+"""How far the curves of real beams go, over the farthest twist that is asked for."""
+ROOM = 1.7
+"""Height of the axis over that of real beams' curves: what was asked stands above them."""
 LINE = 30
 """Letters in a line of an axis label; the panels are narrow."""
 DECADES = 30.0
@@ -54,49 +65,71 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
     Left: torque (moment) against the twist over the whole beam, a curve for each design, with what was asked. Right: by
     how much the tolerance of each dimension changes what the first design reaches.
     """
-    figure = new_figure(PAGE, 3.2)
+    figure = new_figure(PAGE, 3.4)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
-    _curves(left, found, target)
+    which = _curves(left, found, target)
     _bars(right, found)
     letters((left, right))
+    count = "one design" if len(found) == 1 else f"{len(found)} designs"
+    headline(figure, f"{target.space.load.capitalize()}, {count} for the target: {which}")
     return figure
 
 
-def _curves(ax: Axes, found: InverseDesign, target: Target) -> None:
+def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
+    """Draw the curves with what was asked; return the model they are of in words."""
     names = LOADS[target.space.load]
     options, scales = target.options, target.space.beam.scales
     degrees = 180 / np.pi * scales
-    lines, handles = [], []
+    lines, handles, which = [], [], ""
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
         curve = doors.respond(
-            d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin, joint="hinge"
-        )
+            d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin, joint=options.joint,
+            to=_far(found, target),
+        )  # fmt: skip
+        which = model(curve.attrs)
         x, y = curve[names.angle] * degrees, curve[names.torque]
         lines.append((x, y, d, colour))
-        handles.append(key(f"design {i + 1}: {d.end}", color=colour))
-    asked = [goal for goal in target.goals if goal.want.figure == "torque"]
+        handles.append(key(f"design {i + 1}{'' if target.real and d.end == End.RANGE else f': {d.end}'}", color=colour))
+    # what is asked as "at most" may be far above the curves: it is told, not drawn
+    asked = [goal for goal in target.goals if goal.want.figure == "torque" and goal.sense == "="]
+    told = [goal for goal in target.goals if goal.want.at is not None and goal not in asked]
     pitch = found[0].beam.pitch
     points = np.array([[g.want.at.per_pitch(pitch) * degrees, g.asked] for g in asked if g.want.at]).reshape(-1, 2)
     # curves climb without bound towards a lock: show the part in which the target lies
-    least = max((float(np.interp(0.9 * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
+    part, room = (1.0, ROOM) if target.real else (0.9, 1.0)
+    least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
     top = 1.6 * float(points[:, 1].max()) if points.size else least
     factor, unit = (1e3, "N mm") if top < 1 else (1.0, "N m")
     for x, y, d, colour in lines:
         ax.plot(x, factor * y, color=colour)
         if d.end.endswith("lock"):
-            ax.axvline(d.rate_end * d.beam.pitch * degrees, color=colour, linewidth=0.7, linestyle=(0, (1, 1.5)))
+            ax.axvline(d.rate_end * d.beam.pitch * degrees, color=colour, **_LOCK)
+    if any(d.end.endswith("lock") for *_, d, _ in lines):
+        handles.append(key("lock of a design", **_LOCK))
     if points.size:
         ax.plot(points[:, 0], factor * points[:, 1], linestyle="", marker="o", color=ACCENT, markersize=4, zorder=5)
         handles.append(key("asked", linestyle="", marker="o", color=ACCENT, markersize=4))
     for goal in target.goals:
+        sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
         if goal.twist is not None:
             at = float(goal.twist.per_pitch(pitch)) * degrees
-            ax.axvline(at, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)), zorder=0)
-            sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
-            handles.append(key(f"asked: {goal.name}{sense}", color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2))))
+            ax.axvline(at, color=ACCENT, **_ASKED)
+            handles.append(key(f"asked: {goal.name}{sense}", color=ACCENT, **_ASKED))
+        elif goal in told and goal.want.at is not None:
+            ax.axvline(float(goal.want.at.per_pitch(pitch)) * degrees, color=GREY, **_ASKED)
+            handles.append(key(f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}", color=GREY, **_ASKED))
     ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{names.verb.capitalize()} of {scales} scales (deg)")
     ax.set_ylabel(f"{names.torque_words.capitalize()} ({unit})")
-    ax.legend(handles=handles, loc="upper left", fontsize=6)
+    ax.legend(handles=handles, loc="upper left", fontsize=6, frameon=target.real, framealpha=1.0, edgecolor="none")
+    return which
+
+
+def _far(found: InverseDesign, target: Target) -> str | None:
+    """Return how far to draw: a hinge's curves to their ends, a real beam's a little beyond what is asked."""
+    pitch = found[0].beam.pitch
+    ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
+    most = BEYOND * max((float(at.per_pitch(pitch)) for at in ats), default=0.0)
+    return f"{most!r} rad/pitch" if target.real and most else None
 
 
 def _bars(ax: Axes, found: InverseDesign) -> None:
@@ -147,7 +180,7 @@ def front_figure(front: xr.Dataset) -> Figure:
     for ax in panels[len(pairs) :]:
         ax.remove()
     title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
-    headline(figure, f"{title}; {model(front.attrs)}")
+    headline(figure, f"{title}\n{model(front.attrs)}")
     return figure
 
 

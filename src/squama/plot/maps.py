@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import matplotlib as mpl
@@ -11,15 +12,16 @@ from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import LAWS, PAGE, key, label, letter, new_figure, styled
+from squama.model.outcome import End
+from squama.plot.palette import ACCENT, ENDS, GREY, INK
+from squama.plot.style import LAWS, PAGE, Look, key, label, legend_below, letter, new_figure, styled
 from squama.types import Array
 
 LEVELS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
-LABELLED = (0.7, 0.8, 0.9, 0.95)
 COLOURS = mpl.colormaps["cividis"].resampled(len(LEVELS) - 1)
 NORM = BoundaryNorm(LEVELS, len(LEVELS) - 1)
 HATCHES = {
@@ -29,12 +31,22 @@ HATCHES = {
     "released": ("xxx", "scales come back to rest"),
     "other contact": ("\\\\\\\\", "tip-side contact of another neighbour first"),
     "no engagement": ("++", "no engagement"),
+    "joint unknown": ("xx", "joint unknown"),
 }
 """Regions that end without a lock, or at once: hatching and name."""
-OUTLINE = [patheffects.Stroke(linewidth=2.6, foreground=INK), patheffects.Normal()]
+TOUCH: Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
+"""Line below which other plates touch first; on a white one, so that it is seen on every ground."""
+CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Normal()]
+ROOM, APART = 0.03, 0.1
+"""Least distance of a number from other lines, and from other numbers, over the size of the panel."""
 DARK = COLOURS(1)
 """Ground of a hatching in the legend: dissipation is small where a curve ends without a lock."""
 BOUNDARY = "here the end changes: values may jump"
+BLANK = ("static lock", "no engagement")
+"""Regions without a value, on white."""
+LOCKS = ("frictional lock", "kinematic lock", "static lock")
+SWATCH: Look = {"handlelength": 2.4, "handleheight": 1.3}
+"""Size of the handles of a legend, so that a hatching is seen."""
 
 
 @styled
@@ -60,35 +72,113 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     bar = figure.colorbar(ScalarMappable(NORM, COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
     bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
-    handles: list[Any] = [hatched(e, dark=e != "static lock") for e in HATCHES if e in seen]
+    handles: list[Any] = [hatched(e) for e in HATCHES if e in seen]
     if set(seen) - {"static lock"}:
-        handles.append(key(BOUNDARY, color=ACCENT, linewidth=0.9))
+        handles.append(key("another end, or past a fold: values may jump", color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):
-        handles.append(key("below it other plates touch first", color="white", linestyle="--", linewidth=1.4))
-        handles[-1].set_path_effects(OUTLINE)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+        handles.append(key("below it other plates touch first", **TOUCH))
+    legend_below(figure, handles, 3, **SWATCH)
     return figure
 
 
-def hatched(end: str, *, dark: bool = False) -> Patch:
-    """Return a handle for a region that is hatched, on the ground of its map."""
-    hatch, words = HATCHES[end]
-    return Patch(facecolor=DARK if dark else "white", edgecolor="white" if dark else GREY, hatch=hatch, label=words)
+def hatched(end: str, *, blank: bool | None = None, words: str = "") -> Patch:
+    """Return a handle for a region that is hatched, on the ground of its map; its words unless others are given."""
+    hatch, own = HATCHES[end]
+    ground, line = ("white", GREY) if (end in BLANK if blank is None else blank) else (DARK, "white")
+    with mpl.rc_context({"hatch.color": line}):
+        return Patch(facecolor=ground, edgecolor=line, hatch=hatch, label=words or own)
+
+
+def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank: bool | None = None) -> None:
+    """Hatch a region (rows along y) that ends without a lock, or at once, with a line around it."""
+    blank = end in BLANK if blank is None else blank
+    ground, line = ("white", GREY) if blank else ("none", "white")
+    look: Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
+    with mpl.rc_context({"hatch.color": line}):
+        ax.contourf(x, y, inside.astype(float), zorder=3.7 if blank else 3, **look)
+    if not inside.all():
+        ax.contour(x, y, inside.astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
+
+
+def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array], look: Look,
+             avoid: Array | None = None) -> None:  # fmt: skip
+    """Fill contours of values (rows along y) in each group of cells by itself, with lines, and numbers where room is.
+
+    Values jump from group to group: each runs on beyond its border as it is nearest to it, and is cut off there, so
+    that nothing is interpolated across. ``look`` has ``levels``, ``norm`` and ``cmap``; no number stands at
+    the points ``avoid`` (n, 2). The limits of ``ax`` are set.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    levels, taken = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
+    for group in groups:
+        own = group & np.isfinite(values)
+        if not own.any():
+            continue
+        border, near = None, taken
+        if not own.all():
+            mask = ax.contourf(x, y, own.astype(float), levels=[0.5, 1.5], colors="none")
+            border = mask.get_paths()[0]
+            mask.remove()
+            near = np.concatenate([taken, np.asarray(border.vertices)])
+        nearest = distance_transform_edt(~own, return_distances=False, return_indices=True)
+        whole = np.clip(values[tuple(nearest)], levels[0], levels[-1])
+        drawn = [ax.contourf(x, y, whole, **look)]
+        inner = levels[(levels > whole.min()) & (levels < whole.max())]
+        if inner.size:
+            drawn.append(ax.contour(x, y, whole, levels=inner, colors=INK, linewidths=0.5, zorder=3.5))
+            _number(ax, x, y, drawn[-1], own, near)
+        for part in drawn if border is not None else ():
+            part.set_clip_path(border, ax.transData)
+
+
+def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, border: Array) -> None:
+    """Write each line's number where it is farthest from other lines, from the border and from other numbers."""
+    from scipy.spatial import cKDTree
+
+    low, size = np.array([x[0], y[0]]), np.array([x[-1] - x[0], y[-1] - y[0]])
+    points = [(np.concatenate([np.empty((0, 2)), *segments]) - low) / size for segments in lines.allsegs]
+    ways = [np.concatenate([np.empty((0, 2)), *(np.gradient(s / size, axis=0) for s in segments)])
+            for segments in lines.allsegs]  # fmt: skip
+    placed: list[Array] = []
+    for i, (level, line, way) in enumerate(zip(lines.levels, points, ways, strict=True)):
+        if not len(line):
+            continue
+        room = np.minimum(line, 1 - line).min(axis=1)
+        others = np.concatenate([*points[:i], *points[i + 1 :], (border - low) / size])
+        if len(others):
+            room = np.minimum(room, cKDTree(others).query(line)[0])
+        if placed:
+            room[cKDTree(np.array(placed)).query(line)[0] < APART] = 0
+        place = line * size + low
+        column, row = (abs(place[:, j, None] - grid).argmin(axis=1) for j, grid in enumerate((x, y)))
+        room[~own[row, column]] = 0
+        # rather where the line is level, and the number upright
+        best = int((room * (0.3 + abs(way[:, 0]) / np.maximum(np.hypot(*way.T), 1e-300))).argmax())
+        if room[best] > ROOM:
+            placed.append(line[best])
+            at = [(float(place[best, 0]), float(place[best, 1]))]
+            ax.clabel(lines, levels=[level], fmt="%.4g", fontsize=6, inline_spacing=3, manual=at)
 
 
 def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     red, end = part["RED"].values.T, part["end"].values.T
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    ax.spines[["top", "right"]].set_visible(True)
+    touch = part["phi_touch"].values[:, None]
+    ahead = np.where(np.isfinite(touch), part["phi_end"].values - touch, -1.0).T
+    avoid = None
+    if (ahead > 0).any() and not (ahead > 0).all():
+        first = ax.contour(x, y, ahead, levels=[0.0], colors=TOUCH["color"], linewidths=TOUCH["linewidth"], zorder=4.5)
+        first.set(path_effects=CASING)
+        avoid = np.asarray(first.get_paths()[0].vertices)
     # RED goes to 0 at the static lock: contours run on to the line, and the region is covered after
-    shown = np.ma.masked_invalid(np.where(end == "no engagement", np.nan, red))
-    ax.contourf(x, y, shown, levels=LEVELS, norm=NORM, cmap=COLOURS)
-    # RED jumps where the end changes from a lock to none: lines on either side of it
-    locks = np.isin(end, ("frictional lock", "kinematic lock", "static lock"))
-    lines = ax.contour(x, y, np.ma.masked_where(~locks, shown), levels=LEVELS[1:-1], colors=INK, linewidths=0.5)
-    if (~locks).any():
-        ax.contour(x, y, np.ma.masked_where(locks, shown), levels=LEVELS[1:-1], colors=INK, linewidths=0.5)
-    where = _label_places(x, y, np.where(locks, red, 0.0))
-    if where:
-        ax.clabel(lines, levels=LABELLED, fmt="%.2g", fontsize=6, inline_spacing=3, manual=where)
+    ends = [e for e in np.unique(end) if e not in LOCKS and e != "no engagement"]
+    look: Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
+    locks, folded = np.isin(end, LOCKS), part["folded"].values.T
+    contours(ax, x, y, red, [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
+    if (locks & folded).any():
+        ax.contour(x, y, (locks & folded).astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
     found = []
     for name, (hatch, _) in HATCHES.items():
         inside = end == name
@@ -97,31 +187,12 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
         found.append(name)
         if name == "static lock":
             line = part["mu_static"].values
-            ax.fill_between(x, line, y[-1], facecolor="white", edgecolor=GREY, hatch=hatch, linewidth=0, zorder=3)
-            ax.plot(x, line, color=INK, linewidth=1.0, zorder=4)
+            ax.fill_between(x, line, y[-1], facecolor="white", edgecolor=GREY, hatch=hatch, linewidth=0, zorder=5)
+            ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
             _name_region(ax, x, line, float(y[-1]))
             continue
-        with mpl.rc_context({"hatch.color": "white"}):
-            ax.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
-        ax.contour(x, y, inside.astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9)
-    touch = part["phi_touch"].values[:, None]
-    ahead = np.where(np.isfinite(touch), part["phi_end"].values - touch, -1.0).T
-    if (ahead > 0).any() and not (ahead > 0).all():
-        ax.contour(x, y, ahead, levels=[0.0], colors="white", linestyles="--", linewidths=1.4).set(path_effects=OUTLINE)
-    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    ax.spines[["top", "right"]].set_visible(True)
+        hatch_region(ax, x, y, inside, name)
     return found
-
-
-def _label_places(x: Array, y: Array, red: Array) -> list[tuple[float, float]]:
-    """Places for the numbers on the contours: where RED first reaches each level, at columns apart from each other."""
-    places = []
-    for level, share in zip(LABELLED, np.linspace(0.92, 0.5, len(LABELLED)), strict=True):
-        col = int(share * (x.size - 1))
-        above = red[:, col] >= level
-        if above.any() and not above[0]:
-            places.append((float(x[col]), float(y[above.argmax()])))
-    return places
 
 
 def _name_region(ax: Axes, x: Array, line: Array, top: float) -> None:
@@ -130,4 +201,4 @@ def _name_region(ax: Axes, x: Array, line: Array, top: float) -> None:
     col = int(room.argmax())
     if room[col] > 0.06 * top:
         box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-        ax.text(x[col], (line[col] + top) / 2, "static lock", ha="center", va="center", bbox=box, zorder=5)
+        ax.text(x[col], (line[col] + top) / 2, "static lock", ha="center", va="center", bbox=box, zorder=7)

@@ -24,10 +24,12 @@ ENDS = {
     End.RANGE: "#999933",
     End.NONE: "#ffffff",
     End.TOUCHING: "#f7d4d6",
+    End.STOPPED: "#664422",
+    End.SNAP: "#cc3311",
+    "joint unknown": "#bbbbbb",
+    "not computed": "#f4e3e3",
 }
-"""Ends of curves on a map; blue ones lock after sliding, grey at once."""
-UNKNOWN = "#f4e3e3"
-"""What is not computed yet."""
+"""Ends of curves on a map; blue ones lock after sliding, grey at once; and where there is none to tell."""
 STATES = {"free": "#4a90c2", "sliding": "#e0a030", "locked": "#c8323c", "ended": "#8a63b0"}
 """Scales by their state."""
 WORDS = {"free": "not in contact", "sliding": "sliding", "locked": "locked", "ended": "at the end of the curve"}

@@ -81,7 +81,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     unit = "°" if over == "alpha" else ""
     span = rf"$\{over}$ = {limits[0]:.3g}{unit} or {limits[1]:.3g}{unit}"
     handles += [key(words.format(span), linestyle="", **style) for m, (style, words) in STOPS.items() if m in marked]
-    figure.legend(handles=handles, loc="outside right upper")
+    figure.legend(handles=handles, loc="outside right center")
     _regions(ax, dataset, scaled)
     return figure
 

@@ -22,6 +22,7 @@ from squama.plot.style import (
     headline,
     key,
     label,
+    legend_below,
     new_figure,
     prefixed,
     scaled_above,
@@ -30,6 +31,8 @@ from squama.plot.style import (
 )
 from squama.types import Array
 
+BEYOND = 1.3
+"""Axes end this far beyond the measured points, over their own size."""
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
 BESIDE: Look = {"linewidth": 0.7, "zorder": 1.5}
@@ -67,6 +70,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     ``hinge`` is the answer of hinges for the same beam and frictions, drawn thin beside it as far as the axes go, which
     are those of ``dataset``.
 
+    With measured points the axes follow them: a curve that goes far beyond, or climbs to a lock, leaves the picture.
     Four panels: torque or moment with the beam without contact dashed, engagement and end marked; friction force;
     inclination; relative energy dissipation (the tangent stiffness if there is no friction). The load grows without
     bound towards a lock, so its axis ends before.
@@ -84,6 +88,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     load, friction, inclination, last = axes.flat
     right = _right(curves, measured)
     rubs = any(c.mu > 0 for c in curves)
+    load.set_xlim(0, right)
     panels = [(load, names.torque, _load(load, curves, names, beam, right, measured))]
     locks = [c.data["mu_lock"] for c in curves if "mu_lock" in c.data]
     touched = any((c.data["N"] > 0).any() for c in curves) or any(mu.notnull().any() for mu in locks)
@@ -96,14 +101,13 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     panels.append(_panel(inclination, curves, "theta", 180 / np.pi, label("theta", "deg")))
     if rubs and touched:
         panels.append(_panel(last, curves, "RED", 1.0, label("RED")))
-        last.set_ylim(0, max(0.05, 1.05 * last.get_ylim()[1]))
+        last.set_ylim(0, max(0.05, 1.05 * _span(last)[1]))
     else:
-        factor, text = prefixed(names.tangent, _limit(curves, names.tangent))
+        factor, text = prefixed(names.tangent, _limit(curves, names.tangent, right))
         panels.append(_panel(last, curves, names.tangent, factor, text, rising=True))
     for ax, name in zip(axes.flat, "abcd", strict=True):
         _room(ax, right)
         ax.text(0.03, 0.97, f"({name})", transform=ax.transAxes, fontweight="bold", va="top")
-        ax.set_xlim(0, right)
         for c in curves:
             # a thin vertical line where it locks
             if c.end in LOCKS and np.isfinite(c.rate_end) and c.rate_end <= right:
@@ -118,7 +122,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
         ax.set_xlabel(label(names.rate))
     above = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
     scaled_above(load, beam.length * 180 / np.pi, above)
-    _legend(figure, curves, measured, others)
+    _legend(figure, curves, measured, others, right)
     headline(figure, _title(dataset, curves))
     return figure
 
@@ -138,20 +142,22 @@ def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
 
 
 def _right(curves: list[_Curve], measured: Measured | None) -> float:
-    """Right end of the twist axis: past every end and every measured point."""
+    """Right end of the twist axis: past every end, or past the measured points and the first engagement."""
+    if measured is not None:
+        engaged = min((c.rate_e for c in curves if c.engages), default=0.0)
+        return BEYOND * max(finite_max(np.asarray(measured.rate, float), 0.0), engaged) or 1.0
     ends = [c.rate_end if np.isfinite(c.rate_end) else finite_max(c.rate) for c in curves]
     shown = [min(end, 1.05 * finite_max(c.rate)) for c, end in zip(curves, ends, strict=True)]
     right = max(*shown, 0.0)
-    if measured is not None:
-        right = max(right, finite_max(np.asarray(measured.rate, float), 0.0))
     return 1.08 * right if right > 0 else 1.0
 
 
-def _limit(curves: list[_Curve], name: str) -> float:
+def _limit(curves: list[_Curve], name: str, right: float) -> float:
     """Largest value to be seen: all of a curve that stays bounded; of those that lock, the typical readable part."""
     bounded, locking = [0.0], [0.0]
     for c in curves:
         v = np.asarray(c.data[name].values, float)
+        v = np.where(c.rate <= right, v, np.nan)
         steep = c.end == "other contact" and len(curves) > 1
         if (c.end in LOCKS or steep) and c.rate_end > c.rate_e:
             locking.append(finite_max(v[c.rate <= c.rate_e + READABLE * (c.rate_end - c.rate_e)], 0.0))
@@ -164,10 +170,10 @@ def _limit(curves: list[_Curve], name: str) -> float:
 def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float, measured: Measured | None) -> float:
     """Draw the load; return the factor of its unit."""
     rigidity = float(curves[0].data.attrs.get("rigidity", names.rigidity(beam)))
-    top = max(_limit(curves, names.torque), 1.25 * rigidity * right / 1.08)
+    top = 1.08 * max(_limit(curves, names.torque, right), 1.25 * rigidity * right / 1.08)
     if measured is not None:
-        top = max(top, finite_max(np.asarray(measured.load, float), 0.0))
-    top *= 1.08
+        most = finite_max(np.asarray(measured.load, float), 0.0)
+        top = max(min(top, BEYOND * most), 1.08 * most, 1.08 * rigidity * right)
     factor, text = prefixed(names.torque, top)
     ax.plot([0, right], [0, factor * rigidity * right], color=GREY, linestyle=(0, (4, 2)), linewidth=1)
     _panel(ax, curves, names.torque, factor, text)
@@ -188,12 +194,21 @@ def _panel(
         ax.plot(c.rate, v, color=c.colour)
         _end(ax, c, v)
     if rising:
-        ax.set_ylim(0, 1.08 * factor * _limit(curves, name) or 1.0)
+        ax.set_ylim(0, 1.08 * factor * _limit(curves, name, ax.get_xlim()[1]) or 1.0)
     elif name == "theta":
-        low, high = ax.get_ylim()
+        low, high = _span(ax)
         ax.set_ylim(max(0.0, low if high - low > 2 else low - 5), high if high - low > 2 else low + 5)
     ax.set_ylabel(text)
     return ax, name, factor
+
+
+def _span(ax: Axes) -> tuple[float, float]:
+    """Return the lowest and the highest value of the curves within the axes, with some room."""
+    every = np.concatenate([np.asarray(line.get_xydata(), float) for line in ax.lines])
+    seen = every[(every[:, 0] <= ax.get_xlim()[1]) & np.isfinite(every[:, 1]), 1]
+    low, high = (float(seen.min()), float(seen.max())) if seen.size else (0.0, 0.0)
+    room = 0.05 * (high - low)
+    return low - room, high + room
 
 
 def _scaled(hinge: xr.Dataset, dataset: xr.Dataset, names: Load, beam: Beam) -> xr.Dataset:
@@ -215,7 +230,7 @@ def _beside(ax: Axes, name: str, factor: float, others: list[_Curve], right: flo
 def _end(ax: Axes, c: _Curve, v: Array) -> None:
     """Mark the end of a curve that does not lock; on the axis the mark is not cut in half."""
     good = np.flatnonzero(np.isfinite(v))
-    if good.size and c.stops:
+    if good.size and c.stops and c.rate[good[-1]] <= ax.get_xlim()[1]:
         ax.plot(c.rate[good[-1]], v[good[-1]], "x", color=c.colour, zorder=4, clip_on=bool(v[good[-1]]))
 
 
@@ -236,7 +251,9 @@ def _empty(ax: Axes, curves: list[_Curve]) -> None:
     ax.set(ylabel=label("f0"), yticks=[])
 
 
-def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None, others: list[_Curve]) -> None:
+def _legend(
+    figure: Figure, curves: list[_Curve], measured: Measured | None, others: list[_Curve], right: float
+) -> None:
     handles: list[Line2D] = []
     if others:
         attrs = (c.data.attrs for c in (curves[0], others[0]))
@@ -249,13 +266,13 @@ def _legend(figure: Figure, curves: list[_Curve], measured: Measured | None, oth
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
     if any(c.engages for c in others):
         handles.append(key("engagement on hinges", linestyle="", marker="s", **SQUARE))
-    if any(c.end in LOCKS for c in (*curves, *others)):
+    if any(c.end in LOCKS and c.rate_end <= right for c in (*curves, *others)):
         handles.append(key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
-    if any(c.stops for c in curves):
+    if any(c.stops and min(c.rate_end, finite_max(c.rate)) <= right for c in curves):
         handles.append(key("end, no lock", linestyle="", marker="x"))
     if measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4 if others else 7))
+    legend_below(figure, handles, 4 if others else 7)
 
 
 def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:

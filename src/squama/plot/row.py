@@ -4,13 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
+from squama.loads import model
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, angle_label, finite_max, label, letters, new_figure, prefixed, shades, styled
+from squama.plot.style import (
+    PAGE,
+    Look,
+    angle_label,
+    finite_max,
+    headline,
+    key,
+    label,
+    legend_below,
+    letters,
+    new_figure,
+    prefixed,
+    shades,
+    styled,
+)
 from squama.types import Array
 
+PLACE, TWISTS = "Scale, counted from the first", r"twist per pitch $\varphi$ (rad)"
 LINES = 6
 """Twists at which values along the row are drawn."""
 
@@ -19,27 +37,31 @@ LINES = 6
 def row_figure(dataset: xr.Dataset) -> Figure:
     """Draw the inclinations along a finite row of :func:`squama.row` at some twists, and its torque.
 
-    Left: inclination against the scale's number, a line per twist; grey ticks at the right: the endless beam. Right:
-    torque of the row, and of the endless beam dashed.
+    Left: inclination against the scale's number, a line per twist; ticks at the right: the endless beam. Right: torque
+    of the row, of the endless beam dashed, and where the scales engage.
     """
-    figure = new_figure(PAGE, 2.8)
+    figure = new_figure(PAGE, 3.3)
     left, right = figure.subplots(1, 2)
-    phi, end = dataset["phi"].values, dataset.sizes["scale"] + 0.5
+    phi, count = dataset["phi"].values, dataset.sizes["scale"]
     touching = np.flatnonzero(phi >= float(dataset["phi_e"]))
     chosen = _some(touching) if touching.size else np.array([0])
-    _inclinations(left, dataset, chosen)
+    handles = _inclinations(left, dataset, chosen)
     for i, colour in zip(chosen, shades(len(chosen)), strict=True):
         endless = np.degrees(float(dataset["theta_periodic"][i]))
-        left.plot([end], [endless], color=colour, marker="_", markersize=8)
+        left.plot([count + 0.5], [endless], color=colour, marker="_", markersize=8)
+    handles.append(key("endless beam", linestyle="", marker="_", markersize=8))
     factor, text = prefixed("T", finite_max(dataset["T"].values))
-    right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {dataset.sizes['scale']}")
+    right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {count} scales")
     right.plot(phi, factor * dataset["T_periodic"].values, color=GREY, linestyle="--", label="endless beam")
     right.set_ylim(0, 1.25 * factor * finite_max(dataset["T"].values))
-    right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":")
+    right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":", label="engagement")
     right.set(xlabel=angle_label("twisting"), ylabel=text)
-    held = " on hinges" if dataset.attrs.get("joint") == "hinge" else ""
-    right.legend(title=dataset.attrs.get("scales", "") + held)
+    _below(left, handles, TWISTS)
+    _below(right, right.get_legend_handles_labels()[0])
     letters((left, right))
+    which = model({**dataset.attrs, "load": "twisting"})
+    about = f"sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
+    headline(figure, f"Twisting of a row of {count} scales: {which}, {about}")
     return figure
 
 
@@ -50,21 +72,27 @@ def finite_figure(data: xr.Dataset) -> Figure:
     Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
     twist, with the start's slope dashed.
     """
-    figure = new_figure(PAGE, 2.8)
+    figure = new_figure(PAGE, 3.0)
     left, middle, right = figure.subplots(1, 3)
     phi = data["phi"].values
     chosen = _some(np.arange(phi.size))
-    _inclinations(left, data, chosen)
+    handles = _inclinations(left, data, chosen)
     for i, colour in zip(chosen, shades(len(chosen)), strict=True):
         middle.plot(data["scale"].values, data["twist"].values[i], color=colour, marker=".")
-    middle.set(ylabel="Twist of a pitch (rad)", xlabel="scale")
+    middle.set(ylabel="Twist of a pitch (rad)", xlabel=PLACE)
+    middle.xaxis.set_major_locator(MaxNLocator(integer=True))
     factor, text = prefixed("T", finite_max(np.abs(data["T"].values)))
     T = factor * data["T"].values
     if phi.size > 1:
-        right.plot([0, phi[-1]], [0, T[1] / phi[1] * phi[-1]], color=GREY, linestyle="--")
+        start = T[1] / phi[1] * phi[-1]
+        right.plot([0, phi[-1]], [0, start], color=GREY, linestyle="--")
+        handles.append(key("slope of the torque at the start", color=GREY, linestyle="--"))
     right.plot(phi, T, color=INK)
     right.set(xlabel=angle_label("twisting"), ylabel=text)
+    legend_below(figure, handles, 7)
     letters((left, middle, right))
+    about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements; a line for each {TWISTS}"
+    headline(figure, f"{about}\nScales: {data.attrs['plates']}")
     return figure
 
 
@@ -73,13 +101,19 @@ def _some(places: Array) -> Array:
     return np.unique(places[np.linspace(0, places.size - 1, LINES).round().astype(int)])
 
 
-def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> None:
-    """Draw the inclination of every scale, a line per twist."""
+def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> list[Artist]:
+    """Draw the inclination of every scale, a line per twist; return what a legend says of them."""
+    handles: list[Artist] = []
     for i, colour in zip(chosen, shades(len(chosen)), strict=True):
-        theta, words = np.degrees(dataset["theta"].values[i]), f"{dataset['phi'].values[i]:.3g}"
-        ax.plot(dataset["scale"].values, theta, color=colour, marker=".", label=words)
-    ax.set(xlabel="scale", ylabel=label("theta", "deg"))
-    low, high = ax.get_ylim()
-    # room for the legend
-    ax.set_ylim(low - 0.35 * (high - low), high)
-    ax.legend(title=r"$\varphi$ (rad/pitch)", loc="lower left", ncols=3)
+        look: Look = {"color": colour, "marker": "."}
+        ax.plot(dataset["scale"].values, np.degrees(dataset["theta"].values[i]), **look)
+        handles.append(key(f"{dataset['phi'].values[i]:.3g}", **look))
+    ax.set(xlabel=PLACE, ylabel=label("theta", "deg"))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return handles
+
+
+def _below(ax: Axes, handles: list[Artist], title: str = "") -> None:
+    """Put a legend under a panel, where nothing is drawn."""
+    look: Look = {"ncols": 4, "columnspacing": 1.2, "title": title, "alignment": "left"}
+    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.17), **look)

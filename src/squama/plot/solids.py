@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from squama.errors import refuse
 from squama.fabrication.mesh import Mesh, from_manifold, manifold
 from squama.plot import raster
-from squama.plot.style import PAGE, new_figure, styled
+from squama.plot.style import COLUMN, PAGE, headline, legend_below, new_figure, styled
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -27,6 +28,14 @@ COLOURS = {
     "lid": (0.62, 0.75, 0.62),
     "blade": (0.85, 0.55, 0.5),
 }
+NAMES = {
+    "substrate": "substrate",
+    "scale": "scale",
+    "tray": "mould: tray",
+    "lid": "mould: lid",
+    "blade": "mould: blade, which leaves the slot of a scale",
+}
+"""What the colours are called."""
 PIXELS = 1000
 SHOWN = 6
 """Pitches of the views from close by."""
@@ -40,18 +49,31 @@ def solids_figure(made: Export) -> Figure:
 
     Raises InputError: neither the assembly nor the mould is among its parts.
     """
-    panels = [*(_beam(made) if "assembly" in made.solids else ()), *(_mould(made) if "mould" in made.solids else ())]
-    if not panels:
+    columns = [drawn(made) for part, drawn in (("assembly", _beam), ("mould", _mould)) if part in made.solids]
+    if not columns:
         refuse("picture", "", "shows the assembly and the mould", "write one of them among the parts")
-    heights = [(v.top - v.bottom) / (v.right - v.left) for _, _, v in panels]
-    figure = new_figure(PAGE, PAGE * sum(heights) + 0.55 * len(panels))
-    axes = figure.subplots(len(panels), 1, height_ratios=[h * PAGE + 0.4 for h in heights], squeeze=False)[:, 0]
-    for ax, (title, meshes, view) in zip(axes, panels, strict=True):
-        image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
-        ax.imshow(image, extent=(view.left, view.right, view.bottom, view.top), interpolation="antialiased")
-        ax.set_title(title)
-        if "(mm)" not in title:
-            ax.set_axis_off()
+    figure = new_figure(PAGE if len(columns) > 1 else 1.4 * COLUMN, 0)
+    width = figure.get_figwidth() / len(columns)
+    heights = [[(v.top - v.bottom) / (v.right - v.left) * width + 0.5 for _, _, v in panels] for panels in columns]
+    figure.set_figheight(max(map(sum, heights)) + 0.5)
+    grid = figure.add_gridspec(1, len(columns))
+    for column, (panels, high) in enumerate(zip(columns, heights, strict=True)):
+        # the shorter column is filled up from below
+        own = [*high, max(map(sum, heights)) - sum(high) + 1e-6]
+        rows = grid[column].subgridspec(len(own), 1, height_ratios=own)
+        for row, (title, meshes, view) in enumerate(panels):
+            ax = figure.add_subplot(rows[row])
+            image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
+            ax.imshow(image, extent=(view.left, view.right, view.bottom, view.top), interpolation="antialiased")
+            ax.set_title(title)
+            if "(mm)" not in title:
+                ax.set_axis_off()
+    shown = {_kind(m) for panels in columns for _, meshes, _ in panels for m in meshes}
+    handles = [
+        Patch(facecolor=COLOURS[k], edgecolor=EDGE, linewidth=0.5, label=NAMES[k]) for k in COLOURS if k in shown
+    ]
+    legend_below(figure, handles, 5)
+    headline(figure, f"Solids of a beam of {made.plan.scales} scales")
     return figure
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 import io
 import os
-import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axes._secondary_axes import SecondaryAxis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -34,6 +34,9 @@ DPI = 200
 """Resolution of a PNG, dots per inch."""
 COLUMN, PAGE = 3.5, 7.2
 """Widths of a figure in one and in two columns, inches."""
+
+TICKS = 6
+"""Most steps along an axis of half a page: numbers of many digits would run into each other."""
 
 Look = dict[str, Any]
 """Keywords of what is drawn."""
@@ -127,6 +130,15 @@ def key(text: str, **line: Any) -> Line2D:
     return Line2D([], [], label=text, **{"color": INK, **line})
 
 
+def legend_below(figure: Figure, handles: Sequence[Artist], most: int, **look: Any) -> None:
+    """Put a legend under all panels, in as many columns (``most``) as the figure is wide enough for."""
+    for columns in range(min(most, len(handles)), 0, -1):
+        legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns, **look)
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
+
+
 def law_keys(laws: Sequence[str]) -> list[Line2D]:
     """Return handles that tell the force laws apart."""
     return [key(LAWS[law], linestyle=DASHES[law]) for law in laws]
@@ -145,8 +157,19 @@ def letters(axes: Iterable[Axes]) -> None:
 
 def headline(figure: Figure, text: str) -> None:
     """Write what a figure shows above it, in lines that it has room for."""
-    lines = [line for part in text.splitlines() for line in textwrap.wrap(part, 112)]
-    figure.suptitle("\n".join(lines), fontsize=8, x=0.01, ha="left")
+    title = figure.suptitle("", fontsize=8, x=0.01, ha="left")
+    lines = []
+    for part in text.splitlines():
+        line = ""
+        for word in part.split():
+            title.set_text(f"{line} {word}".strip())
+            if line and title.get_window_extent().width > 0.98 * figure.bbox.width:
+                lines.append(line)
+                line = word
+            else:
+                line = title.get_text()
+        lines.append(line)
+    title.set_text("\n".join(lines))
 
 
 def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:

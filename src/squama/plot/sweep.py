@@ -17,24 +17,25 @@ from matplotlib.ticker import MaxNLocator
 
 from squama.beam.design import Beam
 from squama.loads import LOADS, model
-from squama.model.outcome import CODES, End
-from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, hatched
-from squama.plot.palette import ACCENT, ENDS, GREY, INK, UNKNOWN
+from squama.model.outcome import End
+from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_region, hatched
+from squama.plot.palette import ACCENT, ENDS, GREY, INK
 from squama.plot.regimes import ROTATION, over_pi, tag
-from squama.plot.style import PAGE, Look, headline, key, letter, new_figure, shades, styled
+from squama.plot.style import PAGE, Look, headline, key, legend_below, letter, new_figure, shades, styled
+from squama.study.models import Twist
+from squama.study.slices import ends
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
-_LOCKS = tuple(CODES.index(e) for e in (End.FRICTIONAL, End.KINEMATIC))
-_STATIC = CODES.index(End.STATIC)
+_LOCKS = (End.FRICTIONAL, End.KINEMATIC)
+_UNDONE = "not computed"
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
-_OFF = tuple(CODES.index(e) for e in (End.OFF_TIP, End.OFF_SIDE))
 _UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
-_ENVELOPES: dict[str, tuple[tuple[int, ...], Look]] = {
-    "kinematic lock": ((_LOCKS[1],), {"linewidth": 2.4}),
-    "frictional lock; on the axis static": ((_LOCKS[0], _STATIC), {"linewidth": 1.3}),
-    "contact leaves its edge": (_OFF, {"color": GREY, "linewidth": 1.2, "linestyle": "-."}),
+_ENVELOPES: dict[str, tuple[tuple[End, ...], Look]] = {
+    "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
+    "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
+    "contact leaves its edge": ((End.OFF_TIP, End.OFF_SIDE), {"color": GREY, "linewidth": 1.2, "linestyle": "-."}),
 }
 """Ends whose lines are drawn."""
 Paths = Mapping[float, tuple[Array, Array]]
@@ -105,8 +106,8 @@ def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:
 
 
 def _label(dataset: xr.Dataset, variable: str) -> str:
-    name = LOADS[dataset.attrs["load"]].variable("torque_c") if variable == "torque" else variable
-    return SYMBOLS[name].axis
+    role = "torque_c" if variable == "torque" and "at" not in dataset.attrs else variable
+    return SYMBOLS[LOADS[dataset.attrs["load"]].variable(role)].axis
 
 
 def _word(name: str | None, part: xr.Dataset) -> str:
@@ -130,6 +131,8 @@ def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) ->
     words = [str(dataset.attrs["load"]).capitalize(), model({**dataset.attrs, **one})]
     if dataset.attrs["sense"] != "+":
         words.append(f"sense {dataset.attrs['sense']}")
+    if "at" in dataset.attrs:
+        words.append(f"at {Twist.from_text(dataset.attrs['at']).shown}")
     if "margin" in dataset.attrs and variable in _AT_CUTOFF:
         words.append(f"margin {dataset.attrs['margin']:g}")
     words += [_word(str(n), dataset) for n in dataset.coords if n not in (*shown, "law") and dataset[n].ndim == 0]
@@ -165,69 +168,62 @@ def levels_of(values: Array, variable: str) -> Array:
 
 def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str) -> None:
     grids = [np.asarray(part[variable].values, float) for part in parts]
-    codes = [part["end"].values for part in parts]
+    codes = [ends(part) for part in parts]
+    # without contact a hinge's figures are those of rest
+    blank = [_UNDONE] if "at" in parts[0].attrs else [_UNDONE, End.NONE]
     for grid, code in zip(grids, codes, strict=True):
-        grid[(code == CODES.index(End.NONE)) | (code < 0)] = np.nan
+        grid[np.isin(code, blank)] = np.nan
     every, code = (np.concatenate([v.ravel() for v in values]) for values in (grids, codes))
-    levels = levels_of(every if variable == "phi_e" else every[code != _STATIC], variable)
+    levels = levels_of(every if variable == "phi_e" else every[code != End.STATIC], variable)
     norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
     colours = COLOURS if variable == "RED" else COLOURS.resampled(256)
-    ends: list[int] = []
+    seen: list[str] = []
+    # regions without a value stand on white
+    empty = {end for end in HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
-        shown = np.ma.masked_invalid(np.clip(grid, levels[0], levels[-1]))
-        if shown.count():
-            ax.contourf(xs, ys, shown, levels=levels, norm=norm, cmap=colours)
-            # lines end where the kind of the end changes, and the value jumps
-            groups = [(*_LOCKS, _STATIC), *([c] for c in np.unique(code) if c not in (*_LOCKS, _STATIC))]
-            for group in groups:
-                own = np.ma.masked_where(~np.isin(code, group), shown)
-                if own.count() and np.ptp(own.compressed()) > 0:
-                    ax.contour(xs, ys, own, levels=levels[1:-1], colors=INK, linewidths=0.4)
-        ends += [int(c) for c in np.unique(code) if c not in ends]
-        _hatch(ax, xs, ys, code)
+        # the kinds of locks go over into each other, other ends jump
+        others = [code == c for c in np.unique(code) if c not in (*_LOCKS, End.STATIC)]
+        look: Look = {"levels": levels, "norm": norm, "cmap": colours}
+        contours(ax, xs, ys, grid, [np.isin(code, (*_LOCKS, End.STATIC)), *others], look)
+        seen += [str(c) for c in np.unique(code) if c not in seen]
+        for name in HATCHES:
+            if (inside := code == name).any():
+                hatch_region(ax, xs, ys, inside, name, blank=name in empty)
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
     ticks = levels if len(levels) <= 14 else levels[::2]
     bar.set_ticks(list(ticks), labels=[f"{tick:.4g}" for tick in ticks])
     bar.minorticks_off()
-    bar.set_label(_label(parts[0], variable))
+    bar.set_label("\n".join(wrap(_label(parts[0], variable), 48)))
     bar.outline.set_linewidth(0.7)
-    handles: list[Artist] = [hatched(name) for name in HATCHES if CODES.index(End(name)) in ends]
-    if -1 in ends:
+    real = "at" in parts[0].attrs
+    handles: list[Artist] = [
+        hatched(name, blank=name in empty, words=name if real else "") for name in HATCHES if name in seen
+    ]
+    if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
     if handles:
-        handles += [key(BOUNDARY, color=ACCENT, linewidth=0.9)] if len(ends) > 1 else []
-        figure.legend(handles=handles, loc="outside lower center", ncols=3)
-
-
-def _hatch(ax: Axes, xs: Array, ys: Array, code: Array) -> None:
-    """Mark the regions that end without a lock, or at once."""
-    for name, (hatch, _) in HATCHES.items():
-        inside = (code == CODES.index(End(name))).astype(float)
-        if not inside.any():
-            continue
-        if name == "static lock":
-            ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="white", zorder=2)
-        ax.contourf(xs, ys, inside, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=3)
-        if not inside.all():
-            ax.contour(xs, ys, inside, levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
+        handles += [key(BOUNDARY, color=ACCENT, linewidth=0.9)] if len(seen) > 1 else []
+        legend_below(figure, handles, 3, **SWATCH)
 
 
 def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> None:
-    colours = ListedColormap([UNKNOWN, *(ENDS[end] for end in CODES)])
-    norm = BoundaryNorm(np.arange(-1.5, len(CODES)), len(CODES) + 1)
+    names = list(ENDS)
+    colours = ListedColormap(list(ENDS.values()))
+    norm = BoundaryNorm(np.arange(-0.5, len(names)), len(names))
     seen: set[int] = set()
     for ax, part in zip(axes, parts, strict=True):
-        (xs, ys), code = _frame(ax, part, x, y), part["end"].values
+        (xs, ys), words = _frame(ax, part, x, y), ends(part)
+        code = np.vectorize(names.index, otypes=[int])(words)
+        # beneath regions with slanted borders, so that no gap is left where three of them meet
         ax.pcolormesh(xs, ys, code, shading="nearest", cmap=colours, norm=norm, rasterized=True)
         for c in np.unique(code):
             seen.add(int(c))
-            if not (code == c).all():
-                ax.contour(xs, ys, (code == c).astype(float), levels=[0.5], colors=INK, linewidths=0.6)
-    named = [(ENDS[CODES[c]], str(CODES[c])) for c in sorted(seen - {-1})]
-    named += [(UNKNOWN, "not computed yet")] if -1 in seen else []
-    handles = [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=words) for colour, words in named]
-    figure.legend(handles=handles, loc="outside right upper")
+            if not (own := code == c).all():
+                ax.contourf(xs, ys, own.astype(float), levels=[0.5, 1.5], colors=[colours(int(c))])
+                ax.contour(xs, ys, own.astype(float), levels=[0.5], colors=INK, linewidths=0.6)
+    handles = [Patch(facecolor=ENDS[names[c]], edgecolor=INK, linewidth=0.5, label=names[c]) for c in sorted(seen)]
+    figure.legend(handles=handles, loc="outside right center")
 
 
 def _envelopes(
@@ -248,7 +244,7 @@ def _envelopes(
             line = part.sel({y: value})
             across = np.asarray(line[load_end].values, float) / np.pi
             up = (np.asarray(line["theta_end"].values, float) - _theta0(line, theta0)) / np.pi
-            code = line["end"].values
+            code = ends(line)
             for words, (codes, look) in _ENVELOPES.items():
                 keep = np.isin(code, codes)
                 if keep.any():
@@ -264,7 +260,7 @@ def _envelopes(
     handles.append(key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
     if paths:
         handles.append(key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
-    figure.legend(handles=handles, loc="outside right upper")
+    figure.legend(handles=handles, loc="outside right center")
 
 
 def _theta0(part: xr.Dataset, otherwise: float) -> Array:
@@ -273,19 +269,18 @@ def _theta0(part: xr.Dataset, otherwise: float) -> Array:
 
 
 def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> None:
-    seen: list[int] = []
-    pale = (End.STATIC, End.NONE)
-    colours = [GREY if end in pale else ENDS[end] for end in CODES]
+    seen: list[str] = []
+    colours = {**ENDS, End.STATIC: GREY, End.NONE: GREY}
     for ax, part in zip(axes, parts, strict=True):
         xs, across = axis_values(part, x)
-        code = part["end"].values
-        v = code if variable == "end" else np.asarray(part[variable].values, float)
-        for c in np.unique(code[code >= 0]):
+        code = ends(part)
+        v = np.asarray(part[variable].values, float)
+        for c in np.unique(code[code != _UNDONE]):
             where = code == c
             # one cell more joins the pieces
             joined = where | np.r_[False, where[:-1]]
             ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
-            seen += [int(c)] if c not in seen else []
+            seen += [str(c)] if c not in seen else []
         ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))
-    handles = [key(str(CODES[c]), color=colours[c]) for c in sorted(seen)]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    handles = [key(end, color=colours[end]) for end in colours if end in seen]
+    legend_below(figure, handles, 4)

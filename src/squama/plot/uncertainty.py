@@ -11,11 +11,13 @@ from squama.beam.design import Beam
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, Look, angle_label, headline, key, letters, new_figure, shades, styled
+from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, key, letters, new_figure, shades, styled
 from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
-"""Figures whose indices are drawn, by role."""
+"""Figures of hinges whose indices are drawn, by role."""
+SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
+"""Those of compliant joints."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _LEAST = 0.01
 _ROOM = 1.4
@@ -27,8 +29,9 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     """Draw what tolerances do to where a beam ends, and which of them matter, from :func:`squama.uncertainty`.
 
     Left: histogram of the end twist, by named end. Then: probability that the beam has locked (solid), or that its
-    curve has ended in any way (dashed), before a twist. If there are Sobol indices: the total index of each tolerance,
-    with its 95 % interval, and the first-order index inside it.
+    curve has ended in any way (dashed), before a twist. On compliant joints: histogram of the stiffness ratio at the
+    twist, and the probability that it is so large at least. If there are Sobol indices: the total index of each
+    tolerance, with its 95 % interval, and the first-order index inside it.
     """
     indexed = "S1" in dataset and dataset.sizes["indexed"]
     figure = new_figure(PAGE, 5.9 if indexed else 3.0)
@@ -39,6 +42,8 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
         _indices(panels["c"], dataset)
     kind = f"{dataset.attrs['load']}, {model(dataset.attrs)}"
     headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}")
+    for name in "ab":
+        panels[name].locator_params(axis="x", nbins=TICKS)
     letters(panels.values())
     return figure
 
@@ -54,13 +59,17 @@ def _percent(share: float) -> str:
 
 
 def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
-    low, high = dataset["bin_low"].values, dataset["bin_high"].values
+    # no more bars than the samples fill evenly
+    wide = max(1, round(dataset.sizes["bin"] / (2 * dataset.attrs["samples"] ** (1 / 3))))
+    low, high = dataset["bin_low"].values[::wide], dataset["bin_high"].values[wide - 1 :: wide]
+    high = np.append(high, dataset["bin_high"].values[-1:])[: low.size]
     ends = _ends(dataset)
     colours = shades(max(len(ends), 2))
     under = np.zeros(low.size)
     handles = []
     for end, colour in zip(ends, colours, strict=False):
-        counts = dataset["count"].sel(end=end).values / dataset.attrs["samples"]
+        counts = np.add.reduceat(dataset["count"].sel(end=end).values, np.arange(low.size) * wide)
+        counts = counts / dataset.attrs["samples"]
         density = counts / np.maximum(high - low, 1e-300)
         ax.stairs(under + density, np.append(low, high[-1:]), baseline=under, fill=True, color=colour, linewidth=0)
         under = under + density
@@ -69,11 +78,13 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
     if End.NONE in dataset["end"].values:
         share = float(dataset["probability"].sel(end=str(End.NONE)))
         handles.append(key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
-    figure = LOADS[dataset.attrs["load"]].variable("load_end")
+    real, load = "at" in dataset.attrs, dataset.attrs["load"]
+    figure = "stiffness_ratio" if real else LOADS[load].variable("load_end")
     if figure in dataset["figure"].values and np.isfinite(nominal := float(dataset["nominal"].sel(figure=figure))):
         ax.axvline(nominal, 0, 1 / _ROOM, **_MARK)
         handles.append(key("nominal beam", **_MARK))
-    ax.set(xlabel=f"{angle_label(dataset.attrs['load'])} at the end", ylabel="Probability density (1/rad)")
+    across = SYMBOLS[figure].axis if real else f"{angle_label(load)} at the end"
+    ax.set(xlabel=across, ylabel=f"Probability density{'' if real else ' (1/rad)'}")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
     ax.legend(handles=handles, loc="upper left")
 
@@ -81,8 +92,14 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
 def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
     edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
     n = dataset.attrs["samples"]
-    locks = [e for e in _ends(dataset) if End(e).locks]
     every = dataset["count"].sum("end").values / n
+    if "at" in dataset.attrs:
+        ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="is so stiff at least")
+        ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=SYMBOLS["stiffness_ratio"].axis)
+        ax.set_ylabel("Probability")
+        ax.legend(loc="upper left")
+        return
+    locks = [e for e in _ends(dataset) if End(e).locks]
     locked = dataset["count"].sel(end=locks).sum("end").values / n
     ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
     if len(locks) < len(_ends(dataset)):
@@ -109,7 +126,8 @@ def _place(dataset: xr.Dataset) -> float | None:
 
 
 def _indices(ax: Axes, dataset: xr.Dataset) -> None:
-    wanted = map(LOADS[dataset.attrs["load"]].variable, SHOWN)
+    name = LOADS[dataset.attrs["load"]].variable
+    wanted = SHOWN_REAL if "at" in dataset.attrs else map(name, SHOWN)
     figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
     total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
     error = dataset["ST_conf"].sel(indexed=figures).values
@@ -125,7 +143,7 @@ def _indices(ax: Axes, dataset: xr.Dataset) -> None:
         ax.errorbar(at, total[:, i], error[:, i], color=INK, linestyle="", linewidth=0.7, capsize=1.5)
     handles = [key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
     handles.append(key("pale: total index, 95 %", color=GREY, alpha=0.45, linewidth=5))
-    ax.set_xticks(x, [_WORDS.get(f) or f"${SYMBOLS[f].tex}$" for f in figures])
+    ax.set_xticks(x, [_WORDS.get(f) or f"${SYMBOLS[name(f)].tex}$" for f in figures])
     ax.tick_params(axis="x", length=0)
     ax.set(ylim=(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2)), ylabel="Sobol index")
     ax.legend(handles=handles, loc="upper left", ncols=4)

@@ -19,32 +19,9 @@ import math
 
 import numpy as np
 
-from squama.real.contact import (
-    BEND,
-    BENT,
-    Design,
-    Frame,
-    Step,
-    Vector,
-    _in,
-    _jit,
-    add,
-    back,
-    bending,
-    by_vector,
-    cross,
-    deflection,
-    dot,
-    frame,
-    meet,
-    place,
-    powers,
-    rates,
-    rotated,
-    scaled,
-    tangent,
-    turn,
-    turned,
+from squama.real.contact import (  # isort: skip
+    BEND, BENT, Design, Frame, Step, Vector, _in, _jit, add, back, bending, by_vector, copy, cross, deflection, dot,
+    frame, meet, place, powers, put, rates, rotated, scaled, tangent, turn, turned,
 )  # fmt: skip
 from squama.real.faces import overlap, reach, shape
 from squama.types import Array
@@ -139,7 +116,7 @@ def scale(d: Design, f: Frame, phi: float, step: Step, states: Array, marks: Arr
             r[C1] -= dot(push, normal)
         contact(d, f, step, states, i, marks[1, i], r[X:C1])
     else:
-        r[X:C1] = s[X:C1]
+        copy(s[X:C1], r[X:])
         s[TORQUE] = 0.0
     if i > 0 and marks[0, i - 1]:
         b = states[0, i - 1]
@@ -181,7 +158,7 @@ def assemble(d: Design, phi: float, step: Step, states: Array, marks: Array, r: 
     kept = np.empty((3, WIDTH))
     for j in range(n):
         first, last = max(0, j - 1), min(n, j + 2)
-        kept[: last - first] = s[first:last]
+        put(s[first:last], kept)
         for c in range(UNKNOWNS):
             s[j, c] += move
             bow(d, s, marks[0], j)
@@ -191,7 +168,7 @@ def assemble(d: Design, phi: float, step: Step, states: Array, marks: Array, r: 
                 scale(d, f, phi, step, states, marks, i, moved)
                 for k in range(UNKNOWNS):
                     band[REACH + UNKNOWNS * (i - j) + k - c, UNKNOWNS * j + c] = (moved[k] - r[i, k]) / move
-            s[first:last] = kept[: last - first]
+            put(kept[: last - first], s[first:])
 
 
 @_jit

@@ -60,9 +60,10 @@ class Design(NamedTuple):
 
 BEND, SHAPE, ROWS = 7, 19, 43
 """Rows of a design's table."""
-AT, BENT, FORCE, SLIDING, PHI, TORQUE, NORMAL, FRICTION, SPEED, WIDTH = 12, 14, 26, 29, 32, 33, 34, 35, 36, 40
+AT, BENT, FORCE, SLIDING, PHI, TORQUE, NORMAL, FRICTION = 12, 14, 26, 29, 32, 33, 34, 35
+SPEED, CROSSING, WIDTH = 36, 37, 40
 """Columns of a state: unknowns, places, deflections of both edges, force, direction of slip, twist, torque, N,
-tangential force, slip per twist."""
+tangential force, slip per twist, cosine of the angle between the edges."""
 NEW, LAST, BEFORE, MISSED, MOVED, POWERS, BOW, SLOPE, TALLY, STATES = range(10)
 """Rows of the room of a path: three states, two residuals, powers of the places, differences of the unknowns,
 and what is counted along a path."""
@@ -89,6 +90,20 @@ class Frame(NamedTuple):
     dc: Vector
     z: Vector
     o: Vector
+
+
+@_in
+def copy(of: Array, to: Array) -> None:
+    """Write an array's entries into another; an assignment of slices takes long to compile."""
+    for i in range(of.size):
+        to[i] = of[i]
+
+
+@_jit
+def put(of: Array, to: Array) -> None:
+    """Write a matrix into another one's first rows and columns."""
+    for i in range(of.shape[0]):
+        copy(of[i], to[i])
 
 
 @_in
@@ -301,6 +316,7 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     D, by_phi, n = meet(d, f, add(u, 1.0, moved1), add(u, 1.0, moved2), along1, along2)
     ahead = scaled(1 / math.sqrt(dot(along1, along1)), along1)
     aside = cross(n, ahead)
+    s[CROSSING] = dot(ahead, turn(f, along2)) / math.sqrt(dot(along2, along2))
     if step.stuck:
         F = (z[m], z[m + 1], z[m + 2])
         N = dot(F, n)

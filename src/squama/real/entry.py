@@ -12,7 +12,7 @@ from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.real import chain, start
 from squama.real import follow as following
-from squama.real.contact import BEND, SHAPE, Design, Step, _jit
+from squama.real.contact import BEND, SHAPE, Design, Step, _jit, put
 from squama.real.follow import OTHER, End
 from squama.types import Array
 
@@ -40,7 +40,7 @@ class Beams(NamedTuple):
 @_jit
 def _design(b: Beams, i: int, table: Array) -> Design:
     """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
-    table[:7, :7] = b.K[i]
+    put(b.K[i], table)
     s = b.shapes[i]
     edges, upwards = (TIP, SIDE_D, 1), 1.0
     return Design(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.elastic[i], table)
@@ -51,10 +51,10 @@ def _bend(b: Beams, i: int, d: Design) -> None:
     """Write what forces on the two edges that meet do to the plates into a design's table."""
     for m in range(2):
         one = d.second if m else d.first
-        d.table[SHAPE:, 6 * m : 6 * m + 6] = b.bent[i, one]
+        put(b.bent[i, one], d.table[SHAPE:, 6 * m :])
         for n in range(2):
             two = d.second if n else d.first
-            d.table[BEND + 6 * m : BEND + 6 * m + 6, 6 * n : 6 * n + 6] = b.compliances[i, one, two]
+            put(b.compliances[i, one, two], d.table[BEND + 6 * m :, 6 * n :])
 
 
 @_jit
@@ -72,19 +72,19 @@ def _along(d: Design, c: Array, targets: Array, step: float, every: int, out: Ar
 
 
 def _answer(
-    b: Beams, most: float, step: float, every: int, targets: Array, contacts: Array, tables: Array, out: Array,
+    b: Beams, most: Array, step: float, every: int, targets: Array, contacts: Array, tables: Array, out: Array,
     ends: Array,
 ) -> None:  # fmt: skip
-    """Find what touches first below the twist ``most`` where that is not known yet, and follow the beams to targets.
+    """Find what touches first below the twists ``most`` (n,) where that is not known yet, and follow the beams.
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
-    ``tables`` (n, 43, 12) of the designs, ``out`` (n, m, 18) at targets (n, m) as far as they are reached, and ``ends``
+    ``tables`` (n, 43, 12) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
     (n, 5), see :class:`squama.real.follow.End`.
     """
     for i in range(targets.shape[0]):
         d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
         if math.isnan(c[0]):
-            c[0], c[1], c[2], c[3], c[4], c[5] = _first_contact(d, most)
+            c[0], c[1], c[2], c[3], c[4], c[5] = _first_contact(d, most[i])
         if c[0] >= 0.0:
             d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
         if d.elastic:

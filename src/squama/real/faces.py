@@ -6,26 +6,9 @@ import math
 
 import numpy as np
 
-from squama.real.contact import (
-    SHAPE,
-    Design,
-    Frame,
-    Vector,
-    _in,
-    _jit,
-    add,
-    back,
-    frame,
-    high,
-    lengthwise,
-    low,
-    mixed,
-    place,
-    powers,
-    rotated,
-    scaled,
-    turn,
-    turned,
+from squama.real.contact import (  # isort: skip
+    SHAPE, Design, Frame, Vector, _in, _jit, add, back, frame, high, lengthwise, low, mixed, place, powers, rotated,
+    scaled, turn, turned,
 )  # fmt: skip
 from squama.types import Array
 

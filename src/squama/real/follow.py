@@ -7,32 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.real.contact import (
-    AT,
-    BEFORE,
-    BOW,
-    FORCE,
-    FRICTION,
-    LAST,
-    MOST,
-    MOTIONS,
-    NEW,
-    NORMAL,
-    PHI,
-    SLIDING,
-    SLOPE,
-    SPEED,
-    STATES,
-    TALLY,
-    TORQUE,
-    WIDTH,
-    Design,
-    Step,
-    _in,
-    _jit,
-    angle,
-    high,
-    low,
+from squama.real.contact import (  # isort: skip
+    AT, BEFORE, BOW, CROSSING, FORCE, FRICTION, LAST, MOST, MOTIONS, NEW, NORMAL, PHI, SLIDING, SLOPE, SPEED, STATES,
+    TALLY, TORQUE, WIDTH, Design, Step, _in, _jit, angle, copy, high, low,
 )  # fmt: skip
 from squama.real.faces import others, shape
 from squama.real.steps import free_rates, rates_engaging, solve
@@ -42,26 +19,11 @@ FREE, SLIP, STICK = range(3)
 RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, TURNS = range(7)
 """Ends by number; TURNS is none, but asks for a smaller step."""
 COLUMNS = (
-    "phi",
-    "T",
-    "N",
-    "f",
-    "x",
-    "y",
-    "c1",
-    "c2",
-    "W_fr",
-    "W",
-    "mode",
-    "u_X",
-    "u_Y",
-    "u_Z",
-    "w_X",
-    "w_Y",
-    "w_Z",
-    "T_slip",
-)
-"""What is written of each point; T_slip: the torque where the contact last began to slide, or turned round."""
+    "phi", "T", "N", "f", "x", "y", "c1", "c2", "W_fr", "W", "mode", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "T_slip",
+    "slip",
+)  # fmt: skip
+"""What is written of each point; T_slip: the torque where the contact last began to slide, or turned round; slip: the
+length along which it has slid."""
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
@@ -69,10 +31,10 @@ _TURN, _BENDS, _TURNING = 0.9, 0.98, 1 / 64
 """Cosines of the turn of the slip's direction over a step that is refused, and that is not grown; share of the largest
 step below which any turn is taken."""
 _MISSES = 400
-MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET = range(13)
+MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET, SLID = range(14)
 """What is counted along a path: the mode; whether it just began, the Jacobian may be kept, a slide is being located;
 next and last step, distance to what ends the path; steps refused; frictional work, work of the torque; sense of the
-twist; steps; torque where the contact last began to slide."""
+twist; steps; torque where the contact last began to slide; length of the slip."""
 
 
 class End(NamedTuple):
@@ -92,8 +54,8 @@ def write(d: Design, s: Array, tally: Array, out: Array) -> None:
     out[0], out[1], out[2], out[3] = s[PHI], s[TORQUE], s[NORMAL], s[FRICTION]
     out[4], out[5], out[6], out[7] = s[AT], s[AT + 1], s[m + 3], s[m + 4]
     out[8], out[9], out[10] = tally[RUBBED], tally[WORK], tally[MODE]
-    out[11:17] = s[:m]
-    out[17] = tally[ONSET]
+    copy(s[:m], out[11:])
+    out[17], out[18] = tally[ONSET], tally[SLID]
     if not d.elastic:
         out[6] = out[7] = 0.0
 
@@ -103,7 +65,8 @@ def at_rest(d: Design, rates: Array, phi: float, s: Array) -> None:
     """Write the state without contact."""
     m = MOTIONS
     s[:] = 0.0
-    s[:m] = rates[:m] * phi
+    for j in range(m):
+        s[j] = rates[j] * phi
     s[AT] = s[AT + 1] = np.nan
     s[PHI], s[TORQUE] = phi, d.table[6, 6] * phi
     for j in range(m):
@@ -131,7 +94,7 @@ def taken(s: Array, stuck: bool) -> None:
     """Write the contact's own unknowns of a state: places and N of one that slips, the force of one that sticks."""
     m = MOTIONS
     if stuck:
-        s[m : m + 3] = s[FORCE : FORCE + 3]
+        copy(s[FORCE : FORCE + 3], s[m:])
     else:
         s[m], s[m + 1], s[m + 2] = s[AT], s[AT + 1], s[NORMAL]
 
@@ -153,7 +116,7 @@ def guess(d: Design, size: float, room: Array) -> bool:
             new[j] = last[j] + size * new[j]
         return possible
     taken(last, True)
-    new[:] = last
+    copy(last, new)
     return True
 
 
@@ -181,14 +144,17 @@ def accept(room: Array, size: float) -> None:
         room[SLOPE, j] = slope
     before, ratio = room[BEFORE], 0.0 if fresh else size / tally[SIZE]
     if tally[MODE] == SLIP:
+        crossing = last[CROSSING]
         if fresh:
-            last[SPEED] = new[SPEED]
+            last[SPEED], crossing = new[SPEED], new[CROSSING]
         one, two = before[FRICTION] * before[SPEED], last[FRICTION] * last[SPEED]
         tally[RUBBED] += mean(one, two, new[FRICTION] * new[SPEED], ratio) * size
+        x, y = new[AT] - last[AT], new[AT + 1] - last[AT + 1]
+        tally[SLID] += math.sqrt(max(0.0, x * x + y * y - x * y * (crossing + new[CROSSING])))
     tally[WORK] += mean(before[TORQUE], last[TORQUE], new[TORQUE], ratio) * (new[PHI] - last[PHI])
     tally[SIZE], tally[FRESH] = size, 0.0
-    room[BEFORE] = last
-    room[LAST] = new
+    copy(last, before)
+    copy(new, last)
 
 
 @_in
@@ -234,7 +200,7 @@ def attempt(
             break
         # (rigid scales that stick may not let the bar twist at all)
         if not found:
-            new[:] = last
+            copy(last, new)
         taken(last, False)
         taken(new, False)
         found, known, stuck = True, False, False
@@ -313,7 +279,7 @@ def onward(d: Design, size: float, step: float, room: Array) -> None:
 def follow(
     d: Design, start: tuple[float, float, float], targets: Array, step: float, every: int, out: Array
 ) -> End:  # fmt: skip
-    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 18) not reached stay.
+    """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 19) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
     many steps.

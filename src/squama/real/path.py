@@ -18,11 +18,16 @@ from squama.real import entry, follow
 from squama.real.contact import BEND, ROWS, SHAPE
 from squama.types import Array
 
+RANGE = 0.3
+"""Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
 STEP = 4e-3
 """Largest increment of the twist, rad per pitch; a quarter of it changes a torque by some 1e-5."""
 EVERY = 4
 """Other contacts are looked for at every so many steps."""
-_GRID = np.linspace(0.0, 1.0, 13)[:, None], np.linspace(-1.0, 1.0, 9)
+_FIRST = np.array(plate.FIRST)
+_GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
+"""Where stresses are looked for: shares of length and half width."""
+_CURVED = plate.curvatures(*_GRID.T)
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 WORDS = np.array([End.RANGE, End.OFF_TIP, End.OFF_SIDE, End.OTHER, End.STOPPED, End.SNAP, End.NONE, End.TOUCHING], str)
 """Ends in words: those of :mod:`squama.real.follow` by number, then those of :func:`endings` alone."""
@@ -44,9 +49,9 @@ class Scale(NamedTuple):
     nu: Any = 0.3
 
     @property
-    def elastic(self) -> bool:
-        """Whether it bends."""
-        return math.isfinite(self.D)
+    def elastic(self) -> Any:
+        """Whether it bends, or which of them do."""
+        return np.isfinite(self.D)
 
 
 class Contact(NamedTuple):
@@ -76,7 +81,7 @@ def place(edge: int, k: int, scale: int = 1) -> str:
 
 
 class Answers(NamedTuple):
-    """Of n beams: first contacts (n, 6), tables of the designs (n, 43, 12), rows (n, m, 18) and ends (n, 5).
+    """Of n beams: first contacts (n, 6), tables of the designs (n, 43, 12), rows (n, m, 19) and ends (n, 5).
 
     See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
     """
@@ -116,17 +121,18 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1) -> entry.Beams:
 
 
 def follow_all(
-    beams: entry.Beams, targets: Array, *, most: float = 1.0, contacts: Array | None = None, step: float = STEP,
+    beams: entry.Beams, targets: Array, *, most: float | Array = 1.0, contacts: Array | None = None, step: float = STEP,
     every: int = EVERY,
 ) -> Answers:  # fmt: skip
-    """Follow beams to targets (n, m); first contacts are looked for below the twist ``most`` unless they are given."""
+    """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given."""
     n = len(targets)
     found = Answers(
         np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 12)),
         np.full((*targets.shape, len(follow.COLUMNS)), np.nan), np.zeros((n, len(follow.End._fields))),
     )  # fmt: skip
     entry.tell()
-    entry.answer(beams, most, step, every, np.ascontiguousarray(targets, float), *found)
+    most, targets = np.full(n, most, float), np.ascontiguousarray(targets, float)
+    entry.answer(beams, most, step, every, targets, *found)
     return found
 
 
@@ -165,11 +171,7 @@ class Path(NamedTuple):
     def bending(self, rows: Array) -> Array:
         """Return the powers of the places on both edges times the forces that bend the plates there (n, 12)."""
         c = self.contact
-        found = []
-        for i, edge in enumerate((c.first, c.second) if c.first >= 0 else (plate.TIP, plate.SIDE_D)):
-            x = np.nan_to_num(rows[:, 4 + i]) / (self.scale.eta if edge in (1, 2) else self.scale.beta)
-            found.append(x[:, None] ** (np.arange(6) + plate.FIRST[edge]) * rows[:, 6 + i, None])
-        return np.concatenate(found, axis=1)
+        return powers(self.scale, np.array((c.first, c.second) if c.first >= 0 else (plate.TIP, plate.SIDE_D)), rows)
 
     def states(self, targets: Array, step: float = STEP, every: int = EVERY) -> tuple[Array, follow.End]:
         """Follow the twist to targets (n,); return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
@@ -177,6 +179,15 @@ class Path(NamedTuple):
         found = follow_all(self.beams, targets[None], contacts=contacts, step=step, every=every)
         code, phi, *rest = found.ends[0].tolist()
         return found.rows[0], follow.End(int(code), phi, *map(int, rest))
+
+
+def powers(scale: Scale, edges: Array, rows: Array) -> Array:
+    """Return what bends the plates (n, 12) in states of one scale with its edges (2,), or of n scales with theirs."""
+    found = []
+    for i, edge in enumerate(np.moveaxis(edges, -1, 0)):
+        x = np.nan_to_num(rows[:, 4 + i]) / np.where((edge == plate.SIDE_D) | (edge == plate.SIDE_A), *scale[:2])
+        found.append(x[:, None] ** (np.arange(6) + _FIRST[edge][..., None]) * rows[:, 6 + i, None])
+    return np.concatenate(found, axis=1)
 
 
 def deflections(path: Path, rows: Array) -> Array:
@@ -203,32 +214,45 @@ def rigidity(path: Path) -> float:
     return twisting_stiffness(path.table[:7, :7])
 
 
-def stresses(path: Path, rows: Array) -> tuple[Array, Array]:
+def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
     """Return the largest stress (von Mises, E) in a scale, by Kirchhoff's moments 6 m / h^2, and its place (n, 2).
 
-    That is NaN where there is no stress.
+    By deflections (n, 24) of one scale or of n; the place is NaN where there is no stress.
     """
-    s, b = path.scale, deflections(path, rows).reshape(len(rows), 6, 4)
-    X, Y = _GRID
-    m, n = np.arange(2, 8), np.arange(4)
-    x = [X**m, m * X ** (m - 1), m * (m - 1) * X ** (m - 2)]
-    y = [Y[:, None] ** n, n * Y[:, None] ** np.maximum(n - 1, 0), n * (n - 1) * Y[:, None] ** np.maximum(n - 2, 0)]
-    xx, yy, xy = (
-        np.einsum("am,nmk,bk->nab", x[i], b, y[j]) / s.eta**i / s.beta**j for i, j in ((2, 0), (0, 2), (1, 1))
-    )
-    mx, my, mxy = s.D * (xx + s.nu * yy), s.D * (yy + s.nu * xx), s.D * (1 - s.nu) * xy
-    mises = 6 / s.h**2 * np.sqrt(mx**2 - mx * my + my**2 + 3 * mxy**2)
-    flat = mises.reshape(len(rows), -1)
-    most = flat.argmax(axis=1)
-    i, j = np.unravel_index(most, mises.shape[1:])
-    largest = flat[np.arange(len(rows)), most]
-    places = np.column_stack([X[i, 0] * s.eta, Y[j] * s.beta])
+    eta, beta, _, _, _, h, D, nu = (np.reshape(v, (-1, 1)) for v in scale)
+    xx, yy, xy = bent @ _CURVED[0] / eta**2, bent @ _CURVED[1] / beta**2, bent @ _CURVED[2] / (eta * beta)
+    mx, my, mxy = xx + nu * yy, yy + nu * xx, (1 - nu) * xy
+    squared = mx * mx - mx * my + my * my + 3 * mxy * mxy
+    most = squared.argmax(axis=1)
+    largest = 6 * (D / h**2).ravel() * np.sqrt(squared[np.arange(len(bent)), most])
+    places = _GRID[most] * np.column_stack([eta.ravel(), beta.ravel()])
     return largest, np.where(largest[:, None] > 0, places, np.nan)
 
 
-def tip(path: Path, rows: Array) -> Array:
-    """Return the deflection (n,) of the middle of a scale's tip along its normal, pitches."""
-    return np.asarray(deflections(path, rows).reshape(len(rows), 6, 4)[:, :, 0].sum(axis=1))
+def stresses_of(scale: Scale, found: Answers) -> Array:
+    """Return the largest stresses (n, m) of n beams at their targets; NaN where scales are rigid."""
+    stress = np.full(found.rows.shape[:2], np.nan)
+    which, column = np.nonzero(scale.elastic[:, None] & np.isfinite(found.rows[..., 1]))
+    one, rows = Scale(*(v[which] for v in scale)), found.rows[which, column]
+    # without contact nothing bends, whatever the edges are
+    edges = np.maximum(found.contacts[which, :2].astype(int), 0)
+    bent = np.einsum("nkj,nj->nk", found.tables[which, SHAPE:], powers(one, edges, rows))
+    stress[which, column] = stresses(one, bent)[0]
+    return stress
+
+
+def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
+    """Return what is told of a scale's deflections (n, 24), by role; E = d = 1.
+
+    Deflection of the middle of its tip along its normal, turn of the tip about its length by that of its corners,
+    largest stress and its place; no stress in a rigid scale.
+    """
+    b = bent.reshape(len(bent), 6, 4)
+    told = {"deflection": b[:, :, 0].sum(axis=1), "scale_twist": b[:, :, 1::2].sum(axis=(1, 2)) / scale.beta}
+    if not scale.elastic:
+        return told | dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(b), np.nan))
+    stress, places = stresses(scale, bent)
+    return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
 
 
 def _turns(w: Array) -> Array:

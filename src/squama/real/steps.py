@@ -9,35 +9,9 @@ import math
 
 import numpy as np
 
-from squama.real.contact import (
-    AT,
-    BEND,
-    LAST,
-    MISSED,
-    MOTIONS,
-    MOVED,
-    NEW,
-    PHI,
-    SLIDING,
-    Design,
-    Frame,
-    Step,
-    Vector,
-    _jit,
-    add,
-    angle,
-    cross,
-    dot,
-    frame,
-    lengthwise,
-    mixed,
-    place,
-    powers,
-    residual,
-    rotated,
-    scaled,
-    turn,
-    turned,
+from squama.real.contact import (  # isort: skip
+    AT, BEND, LAST, MISSED, MOTIONS, MOVED, NEW, PHI, SLIDING, Design, Frame, Step, Vector, _jit, add, angle, cross,
+    dot, frame, lengthwise, mixed, place, powers, residual, rotated, scaled, turn, turned,
 )  # fmt: skip
 from squama.types import Array
 

@@ -117,7 +117,7 @@ def directions(d: Design, load: float, theta: Attitude, slip: tuple[float, float
 
 
 def arrow(x: float) -> float:
-    """Return the length of the arrow of a force ``x`` in units of K_theta/d: it grows and stays below `LONGEST`."""
+    """Return the length of the arrow of a force ``x`` in units of its own: it grows and stays below `LONGEST`."""
     return LONGEST * x / (1 + x)
 
 

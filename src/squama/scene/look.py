@@ -43,11 +43,11 @@ class Camera(NamedTuple):
 
 
 def outline(d: Design, load: float, theta: Attitude) -> Array:
-    """Return points (n, 3) that surround the beam: bar, first, middle and last scale, straight and as it is."""
+    """Return points (n, 3) that surround the beam: bar and scales, straight and as it is."""
     seen = []
     for at in (0.0, load):
         seen.append(bar(d, at)[0].reshape(-1, 3))
-        seen += [scale(d, at, theta, k).corners for k in (first(d), 0.0, -first(d))]
+        seen += [scale(d, at, theta, k).corners for k in first(d) + np.arange(d["scales"])]
     return np.concatenate(seen)
 
 

@@ -47,7 +47,8 @@ class Setting(NamedTuple):
 class State(NamedTuple):
     """One state: load angle per pitch and inclination (rad), normal and friction force (N), slip, what it is called.
 
-    ``slip`` are the rates along the side edge and along the tip edge; ``x`` is N d/K_theta, by which arrows are drawn;
+    ``slip`` are the rates along the side edge and along the tip edge; by ``x`` arrows are drawn: N d/K_theta on the
+    hinge, where N grows without bound, else N over half of the largest along the curve;
     ``pose`` of scales that move and turn in more ways than on a hinge: place of the base, n_X and n_Y, in pitches in
     the axes of the cross-section.
     """
@@ -98,6 +99,7 @@ class Motion:
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items()}
+        self.half = float(self.curve["N"].max()) / 2 or 1.0
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
@@ -170,7 +172,7 @@ class Motion:
         moves = np.array([at(v[role]) for role in MOTIONS]) / ([d] * 3 + [1.0] * 3)
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
-        return State(load_, theta, N, f, torque, self.drawn * N * d / self.stiffness, (-s, p), name, pose)
+        return State(load_, theta, N, f, torque, self.drawn * N / self.half, (-s, p), name, pose)
 
     def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
         """Sliding rates along the side edge (a) and along the tip edge (c), per unit of the path parameter."""

@@ -148,9 +148,13 @@ def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
 
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
-    """Return the pictures of states, seen from where the last one is seen whole."""
-    around = outline(shape(motion.setting, motion.neighbour), states[-1].load, states[-1].attitude)
-    camera = fitted(around, size[0] / (size[1] - size[1] // WORDS_ROOM))
+    """Return the pictures of states, from where the last beam and every arrow is seen whole."""
+    design = shape(motion.setting, motion.neighbour)
+    around = [outline(design, states[-1].load, states[-1].attitude)]
+    around += [
+        tips for s in states if looks.get("forces", True) for _, tips in _arrows(design, s, motion.setting.mu)[1]
+    ]
+    camera = fitted(np.concatenate(around), size[0] / (size[1] - size[1] // WORDS_ROOM))
     return [_framed(motion, state, camera, size, **looks) for state in states]
 
 
@@ -190,15 +194,11 @@ def _contacts(
     canvas: Canvas, design: geometry.Design, state: State, mu: float, theme: dict[str, Array], *, forces: bool
 ) -> None:
     """Draw contact points, and the normal and the friction force on each tip."""
-    places = [geometry.first(design) + i for i in range(design["scales"] - design["neighbour"])]
-    points = np.array([geometry.contact(design, state.load, state.attitude, k).point for k in places]).reshape(-1, 3)
+    points, arrows = _arrows(design, state, mu)
     canvas.discs(points, DOT, theme["point"], through=True)
-    ways = [geometry.directions(design, state.load, state.attitude, state.slip, k) for k in places]
-    for name, i, share in (("normal", 0, 1.0), ("friction", 1, mu)):
-        long = geometry.arrow(state.x) * share
-        if not (forces and long > 0 and places):
-            continue
-        way = np.array([pair[i] for pair in ways])
+    for name, tips in arrows if forces else ():
+        long = float(np.linalg.norm(tips[0] - points[0]))
+        way = (tips - points) / long
         tip = min(2.6 * HEAD, long)
         neck = points + (long - tip) * way
         # as thick as in the middle of the beam
@@ -207,8 +207,22 @@ def _contacts(
         aside = np.cross(way, canvas.camera.back)
         aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
         wide = HEAD * min(1.0, tip / HEAD) * aside
-        heads = np.stack([neck - wide, neck + wide, points + long * way], axis=1)
+        heads = np.stack([neck - wide, neck + wide, tips], axis=1)
         canvas.triangles(heads, theme[name], through=True)
+
+
+def _arrows(design: geometry.Design, state: State, mu: float) -> tuple[Array, list[tuple[str, Array]]]:
+    """Return the contact points (n, 3), and the tips of the arrows of each force that there is."""
+    places = [geometry.first(design) + i for i in range(design["scales"] - design["neighbour"])] if state.x > 0 else []
+    points = np.array([geometry.contact(design, state.load, state.attitude, k).point for k in places]).reshape(-1, 3)
+    ways = [geometry.directions(design, state.load, state.attitude, state.slip, k) for k in places]
+    arrows = []
+    for i, (name, share) in enumerate((("normal", 1.0), ("friction", mu))):
+        tips = points + geometry.arrow(state.x) * share * np.array([pair[i] for pair in ways]).reshape(-1, 3)
+        # without slip friction has no direction
+        if places and np.any(tips != points):
+            arrows.append((name, tips))
+    return points, arrows
 
 
 def _lit(normal: Array, colour: Array, camera: Camera) -> Array:

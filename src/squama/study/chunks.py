@@ -15,7 +15,7 @@ from zarr.storage import LocalStore
 
 from squama.errors import refuse
 from squama.io import files
-from squama.study.plan import AGAIN, CHECKSUMS, STATUS, VARIABLES, Plan
+from squama.study.plan import AGAIN, CHECKSUMS, STATUS, Plan
 
 if TYPE_CHECKING:
     from zarr.abc.store import ByteRequest
@@ -53,7 +53,7 @@ class Chunks:
 
     def check(self, tile: str, only: str | None = None) -> None:
         """Refuse a tile that bears a mark and is not whole, in all its variables or one of them."""
-        names = list(VARIABLES[self.plan.load])
+        names = list(self.plan.variables)
         mark = self._chunk(tile, f"{STATUS}/{tile}")
         sums = b""
         if self.plan.format > 1:
@@ -100,7 +100,7 @@ class Checked(LocalStore):
     def _there(self, key: str) -> bool:
         """Say whether a file may be read: any but a chunk of a tile that is not done."""
         name, _, tile = key.rpartition("/")
-        if not tile.startswith("c.") or name not in (STATUS, *VARIABLES[self._chunks.plan.load]):
+        if not tile.startswith("c.") or name not in (STATUS, *self._chunks.plan.variables):
             return True
         if not (self.root / STATUS / tile).exists():
             return False

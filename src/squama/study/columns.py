@@ -16,19 +16,24 @@ import numpy as np
 
 from squama import arguments, batch
 from squama.batch import Solved
-from squama.beam import joint_law
+from squama.beam import beamfile, joint_law
 from squama.beam.design import Beam
 from squama.errors import InputError, refuse
 from squama.loads import LOADS
 from squama.model import reach
-from squama.study.parameters import PARAMETERS, Axis, canonical, text_of
+from squama.study.parameters import FACTOR, Axis, canonical, text_of
 from squama.types import Array
+
+_OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrate": ("strength", "strain_limit")}
+"""Numbers that a beam may do without."""
 
 
 class Cells(NamedTuple):
     """What the response of each cell depends on; SI units, radians, arrays that broadcast against each other.
 
     ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam without contact; the rest are sizes and ratios.
+    Moduli and strengths that a beam has not are not among the ``sizes``; ``given`` says what K and rigidity are from,
+    ``joint_factor`` multiplies the K_theta of a compliant joint.
     """
 
     eta: Array
@@ -41,6 +46,17 @@ class Cells(NamedTuple):
     d: Array
     rigidity: Array
     sizes: dict[str, dict[str, Array]]
+    given: joint_law.Given
+    joint_factor: Array | None = None
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """All but the sizes, what is given and the joint's factor."""
+        return {name: getattr(self, name) for name in self._fields[:-3]}
+
+    def changed(self, arrays: Mapping[str, Any], sizes: dict[str, dict[str, Array]]) -> Cells:
+        """Return cells with other arrays and sizes."""
+        return self._replace(**arrays, sizes=sizes)
 
     @property
     def ratio(self) -> Array:
@@ -87,8 +103,8 @@ def columns(
     across = v("substrate.width", bar.width)
     bar_sizes = joint_law.Sizes(E, nu, across, 2 * t, d, half, thickness, embedded, beta, lam, zeta)
     own = beam.given
-    stiffness, factor = values.get("joint.stiffness", own.stiffness), values.get("joint.inclusion_factor", own[1])
-    known = [None if value is None else _numbers(value) for value in (stiffness, factor)]
+    stated = (values.get("joint.stiffness", own.stiffness), values.get("joint.inclusion_factor", own.inclusion_factor))
+    known = [None if value is None else _numbers(value) for value in stated]
     given = joint_law.Given(known[0], known[1], own.matrix)
     K = _numbers(joint_law.stiffness(load, bar_sizes, given, each))
     rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
@@ -98,8 +114,12 @@ def columns(
         "substrate": {"width": across, "thickness": 2 * t, "youngs_modulus": E, "poisson_ratio": nu},
     }
     sizes["scale"] |= {"alpha": alpha, "theta0": theta0}
+    for table, keys in _OPTIONAL.items():
+        more = {key: values.get(f"{table}.{key}", getattr(getattr(beam, table), key)) for key in keys}
+        sizes[table] |= {key: _numbers(value) for key, value in more.items() if value is not None}
     mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
-    return Cells(eta, beta, lam, alpha, theta0, mu, K, d, rigidity, sizes)
+    factor = _numbers(values[FACTOR]) if FACTOR in values else None
+    return Cells(eta, beta, lam, alpha, theta0, mu, K, d, rigidity, sizes, given, factor)
 
 
 def _numbers(value: Any) -> Array:
@@ -166,15 +186,19 @@ def solved(
     margin: float = 0.01,
     load: str = "twisting",
     few: int | None = None,
+    ideal: bool = True,
 ) -> Solved:
-    """Solve columns; arguments and result as of :func:`squama.solve`.
+    """Solve columns; arguments and result as of :func:`squama.solve`; ``ideal``: scales are thin.
 
     Up to ``few`` rows are solved by Python, more by its compiled copy, whose last digits differ: what is solved in
     parts says by its whole size which (0: compiled) for answers that do not depend on the parts. Rows that are no beam
     (see :func:`valid`) are refused.
     """
     names = ("eta", "beta", "lam", "alpha", "theta0", "mu")
-    rows, shape = arguments.designs(**{name: getattr(c, name) for name in names}, stiffness_ratio=c.ratio)
+    given = {name: getattr(c, name) for name in names} | {"stiffness_ratio": c.ratio}
+    if not ideal:
+        given["thickness"] = c.sizes["scale"]["thickness"] / c.d
+    rows, shape = arguments.designs(**given)
     found = batch.solved(tuple(rows), law=law, sense=sense, margin=margin, load=load, few=few)
     return Solved._make(v.reshape(shape) for v in found)
 
@@ -203,9 +227,9 @@ def valid(c: Cells) -> Array:
         good = (c.eta <= reach.MOST) & (c.beta <= reach.MOST)
         good = good & (c.sizes["scale"]["embedded"] * np.sin(c.theta0) < c.sizes["substrate"]["thickness"])
         held = {f"{table}.{key}": value for table, content in c.sizes.items() for key, value in content.items()}
-        held |= {"scale.alpha": c.alpha, "scale.theta0": c.theta0, "mu": c.mu, "beam.pitch": c.d}
+        held |= {"scale.alpha": c.alpha, "scale.theta0": c.theta0, "friction.mu": c.mu, "beam.pitch": c.d}
         for name, value in held.items():
-            low, high, _, closed, _ = PARAMETERS[canonical(name)].bounds
+            low, high, _, closed, _ = beamfile.NUMBERS[name][1]
             good = good & ((value >= low) & (value <= high) if closed else (value > low) & (value < high))
         # a soft joint may be 0 with no embedded part; one that is not finite is none
         good = good & np.isfinite(c.K) & np.isfinite(c.rigidity) & (c.K >= 0)

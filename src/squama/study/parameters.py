@@ -42,10 +42,12 @@ def _key(name: str) -> Parameter:
     return Parameter(dimension, bounds, Symbol(name, si_unit(dimension), f"{table} {words}", ""))
 
 
-UNUSED = (
-    "scale.youngs_modulus", "scale.poisson_ratio", "scale.strength", "substrate.strength", "substrate.strain_limit",
-)  # fmt: skip
-"""Numbers of a beam file on which no figure depends: the scales are rigid here."""
+UNUSED = ("substrate.strength", "substrate.strain_limit")
+"""Numbers of a beam file on which no figure of many beams depends."""
+ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
+"""Those on which figures of elastic scales alone depend."""
+FACTOR = "joint.factor"
+"""Factor on the K_theta of a compliant joint: how far the law of the joint may be off."""
 FULL = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
 """Names as in the beam file of the parameters that have a shorter one."""
 PARAMETERS: dict[str, Parameter] = {
@@ -53,6 +55,11 @@ PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
     **{name: _key(name) for name in beamfile.NUMBERS if name not in (*FULL.values(), *UNUSED)},
+    FACTOR: Parameter(
+        Dimension.RATIO,
+        Bounds(0.1, 10.0, "0.1 to 10", closed=True, example="1"),
+        Symbol(FACTOR, "1", "factor on the joint's stiffness", ""),
+    ),
 }
 """Parameters by name, in the order in which messages list them."""
 
@@ -65,7 +72,7 @@ _CHANGES = {
     "lam": ("beam.pitch", "scale.length", "scale.width", "scale.embedded", "scale.thickness"),
 }
 _NO_EFFECT = {
-    **dict.fromkeys(UNUSED, "changes nothing here, where scales are rigid and nothing breaks; leave it out"),
+    **dict.fromkeys(UNUSED, "changes no figure of many beams; leave it out"),
     "beam.scales": "the figures of a sweep are per pitch or per length, so it changes nothing; leave it out",
     "law": "is no range; give both laws with --law edge,plate",
     "sense": "is no range; sweep each sense into a store of its own",
@@ -112,6 +119,8 @@ def text_of(name: str, value: float) -> str:
 
 def own(beam: Beam, name: str) -> float | None:
     """Return a dimension that a beam has of its own, by any of its names, SI; None where it has none."""
+    if name == FACTOR:
+        return 1.0
     table, _, key = FULL.get(name, name).partition(".")
     value = getattr(beam if table == "beam" else getattr(beam, table), key)
     return None if value is None else float(value)
@@ -145,7 +154,20 @@ def meant(name: str, known: Iterable[str], short: Mapping[str, str] = MappingPro
     return f"did you mean {' or '.join(names)}? " if names != [""] else ""
 
 
-def axes(over: Mapping[str, Any], *, bare: bool = True) -> list[Axis]:
+def effective(name: str, joint: str, *, ideal: bool) -> None:
+    """Refuse a parameter on which no figure of a model depends."""
+    rigid = ideal or joint == "hinge"
+    why = dict.fromkeys(ELASTIC, "changes nothing where scales are rigid; leave it out") if rigid else {}
+    why |= (
+        {FACTOR: "is of the compliant joint; leave it out"}
+        if joint == "hinge"
+        else {"margin": "is of hinges' locks; leave it out"}
+    )
+    if name in why:
+        refuse(name, "", why[name])
+
+
+def axes(over: Mapping[str, Any], *, bare: bool = True, joint: str = "hinge", ideal: bool = True) -> list[Axis]:
     """Read all swept parameters, in the order given.
 
     A value is ``(low, high, count)``, a list or an array of values, or text such as ``"15deg:75deg:601"`` or
@@ -157,6 +179,7 @@ def axes(over: Mapping[str, Any], *, bare: bool = True) -> list[Axis]:
     for name, value in over.items():
         with problems.caught():
             known = canonical(str(name))
+            effective(known, joint, ideal=ideal)
             if first.setdefault(known, str(name)) != str(name):
                 refuse(str(name), "", f"is the same parameter as {first[known]}", "give it once")
             found[known] = Axis(known, _values(known, str(name), value, bare=bare))

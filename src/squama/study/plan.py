@@ -7,16 +7,19 @@ import itertools
 import json
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import metadata
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama._version import __version__
+from squama.beam.design import Beam
 from squama.loads import LOADS
 from squama.model.outcome import CODES
+from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, Axis
+from squama.study.real_columns import ENDS, Figures
 from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import shown
@@ -30,34 +33,48 @@ Tile = tuple[int, ...]
 
 
 class Variable(NamedTuple):
-    """A variable of the store: the field of :class:`squama.Solved` behind it, its type and its attributes."""
+    """A variable of the store: the field of the answers behind it, its type and its attributes."""
 
     field: str
     dtype: str
     attrs: dict[str, Any]
 
 
-_END = {
-    "long_name": "how the curve ends",
-    "flag_values": [-1, *range(len(CODES))],
-    "flag_meanings": " ".join(["not_computed", *(str(e).replace(" ", "_") for e in CODES)]),
-}
+def _end(ends: Sequence[str]) -> Variable:
+    return Variable(
+        "code",
+        "int8",
+        {
+            "long_name": "how the curve ends",
+            "flag_values": [-1, *range(len(ends))],
+            "flag_meanings": " ".join(["not_computed", *(end.replace(" ", "_") for end in ends)]),
+        },
+    )
 
 
-def _variables(load: str) -> dict[str, Variable]:
+def _hinged(load: str) -> dict[str, Variable]:
     of, found = LOADS[load], {}
     for field in ("load_e", "theta_end", "load_end", "f0"):
         found[of.variable(field)] = Variable(field, "float64", SYMBOLS[of.variable(field)].attrs)
     found["f0"].attrs["long_name"] += " at the cut-off"
     for field in ("torque", "U_el", "W_fr", "RED"):
         found[field] = Variable(field, "float64", SYMBOLS[of.variable(f"{field}_c")].attrs)
-    found["end"] = Variable("code", "int8", _END)
+    found["end"] = _end(CODES)
     found["neighbour"] = Variable("neighbour", "int16", SYMBOLS["neighbour"].attrs)
     return found
 
 
-VARIABLES = {load: _variables(load) for load in LOADS}
-"""Variables of a store by the load."""
+def _real() -> dict[str, Variable]:
+    of, found = LOADS["twisting"], {}
+    for field in (name for name in Figures._fields if name != "code"):
+        name = of.variable(field)
+        attrs = SYMBOLS[name].attrs
+        found[name if field.startswith("load_") else field] = Variable(field, "float64", attrs)
+    return found | {"end": _end(ENDS)}
+
+
+VARIABLES = {("hinge", load): _hinged(load) for load in LOADS} | {("compliant", "twisting"): _real()}
+"""Variables of a store by the joint and the load."""
 MARK = "squama_sweep"
 """Attribute of the group that marks a store; its value is the version of the layout."""
 STATUS = "status"
@@ -78,6 +95,12 @@ class Plan(NamedTuple):
     tile: tuple[int, ...]
     versions: dict[str, str]
     format: int = FORMAT
+    model: Model = Model()
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Variables of the store by name."""
+        return VARIABLES[self.model.joint, self.load]
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -132,6 +155,7 @@ class Plan(NamedTuple):
             "tile": list(self.tile),
             "versions": self.versions,
             "beam": self.beam_toml,
+            **self.model.record,
         }
 
     @property
@@ -152,6 +176,7 @@ class Plan(NamedTuple):
         # stores of before name one of several engines, which tells the last digits as a version does
         made_by = c["versions"] | {key: c[key] for key in ("engine",) if key in c}
         alike = {key: c[key] for key in ("load", "sense", "margin", "format")}
+        alike["model"] = Model.from_record(c)
         return cls(c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), versions=made_by, **alike)
 
 
@@ -159,13 +184,13 @@ def arrays(plan: Plan) -> dict[str, dict[str, Any]]:
     """Return the arguments of every array of the store, but for its codecs."""
     keys = ("shape", "chunks", "dtype", "dimension_names", "attributes", "fill_value")
     found: dict[str, tuple[Any, ...]] = {}
-    for name, (_, dtype, attrs) in VARIABLES[plan.load].items():
+    for name, (_, dtype, attrs) in plan.variables.items():
         found[name] = plan.shape, plan.tile, dtype, plan.dims, attrs, np.nan if dtype == "float64" else -1
     tiles = tuple(f"tile_{dim}" for dim in plan.dims)
     ones = (1,) * len(plan.grid)
     found[STATUS] = plan.grid, ones, "int8", tiles, _STATUS_ATTRS, 0
     if plan.format > 1:
-        names = list(VARIABLES[plan.load])
+        names = list(plan.variables)
         about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
         found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
     for name, (values, attrs) in coordinates(plan).items():
@@ -200,6 +225,7 @@ def attributes(plan: Plan) -> dict[str, Any]:
         "configuration": plan.text,
         "configuration_sha256": plan.digest,
         MARK: plan.format,
+        **({} if plan.model == Model() else plan.model.attrs(Beam.from_toml_text(plan.beam_toml))),
     }
     return {key: value for key, value in about.items() if value is not None}
 
@@ -235,7 +261,7 @@ def differences(stored: Plan, asked: Plan) -> list[str]:
 def _entries(plan: Plan) -> dict[tuple[str, str], tuple[Any, str]]:
     """Return the entries of a configuration by their word and what tells them apart, each with its text."""
     found: dict[tuple[str, str], tuple[Any, str]] = {}
-    for key, value in plan.configuration.items():
+    for key, value in {**plan.model._asdict(), **plan.configuration}.items():
         if key == "over":
             names = [axis.name for axis in plan.axes]
             found["over", ""] = names, ", ".join(names)

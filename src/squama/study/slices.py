@@ -13,8 +13,7 @@ import numpy as np
 from squama.arrays import solution
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import LOADS
-from squama.model.outcome import CODES
+from squama.loads import LOADS, PAPER
 from squama.model.paths import ARRAY
 from squama.study.columns import columns
 from squama.study.parameters import PARAMETERS, canonical, read_value, text_of
@@ -91,12 +90,17 @@ def thinned(part: Slice, most: int) -> Slice:
     return part._replace(data=part.data.isel(steps).load())
 
 
+def ends(data: xr.Dataset) -> Array:
+    """Return the ends of a sweep's cells in words; "not computed" of tiles that are not done."""
+    words = np.array([word.replace("_", " ") for word in data["end"].attrs["flag_meanings"].split()])
+    return np.asarray(words[data["end"].values + 1])
+
+
 def worded(data: xr.Dataset) -> xr.Dataset:
     """Return a slice with the ends in words, for files."""
-    words = np.array([*(str(end) for end in CODES), "not computed"])
     end = data["end"]
     attrs = {"long_name": end.attrs["long_name"], "units": ""}
-    return data.assign(end=(end.dims, words[end.values], attrs))
+    return data.assign(end=(end.dims, ends(data), attrs))
 
 
 def values_of(part: Slice, texts: Sequence[Any], *, bare: bool) -> list[float]:
@@ -112,6 +116,8 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     Friction and force law do not change a path, only where on it a lock comes: it is drawn up to its end at mu = 0. The
     slice has mu as y, and panels of law or margin alone, so that all lines of it lie on the same paths.
     """
+    if part.data.attrs["joint"] != PAPER["joint"] or part.data.attrs["scales"] != PAPER["scales"]:
+        refuse("paths", "", "are of thin, rigid scales on hinges; this sweep is not of them")
     if part.y != "mu" or part.panels not in (None, "law", "margin"):
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
     data, load = part.data, part.data.attrs["load"]

@@ -38,7 +38,6 @@ from squama.study.plan import (
     FORMAT,
     MARK,
     STATUS,
-    VARIABLES,
     Plan,
     Tile,
     arrays,
@@ -65,10 +64,13 @@ class Writer:
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self.path, self.plan = path, plan
-        self._arrays = {
-            name: need("zarr").open_array(path / name, mode="r+", zarr_format=3, config={"write_empty_chunks": True})
-            for name in (*VARIABLES[plan.load], CHECKSUMS, STATUS)
-        }
+        library = need("zarr")
+        # a chunk of nothing but NaN is one, too
+        with library.config.set({"array.write_empty_chunks": True}):
+            self._arrays = {
+                name: library.open_array(path / name, mode="r+", zarr_format=3)
+                for name in (*plan.variables, CHECKSUMS, STATUS)
+            }
 
     @contextlib.contextmanager
     def claim(self, tile: Tile) -> Iterator[bool]:
@@ -92,7 +94,7 @@ class Writer:
         """Write data and checksums of a tile, then its mark; where the disk fails what was written is taken away."""
         from squama.study.chunks import end_of, sum_at, sums_of
 
-        data = [f"{name}/{key(tile)}" for name in VARIABLES[self.plan.load]]
+        data = [f"{name}/{key(tile)}" for name in self.plan.variables]
         places = [self.path / place for place in (f"{STATUS}/{key(tile)}", *data, sums_of(key(tile)))]
         region = self.plan.place(tile)
         try:
@@ -328,7 +330,7 @@ def whole(path: Path, plan: Plan, tile: Tile) -> bool:
     try:
         Chunks(path, plan).check(name)
     except InputError:
-        if any((path / place).is_dir() for place in (*(f"{v}/{name}" for v in VARIABLES[plan.load]), sums_of(name))):
+        if any((path / place).is_dir() for place in (*(f"{v}/{name}" for v in plan.variables), sums_of(name))):
             raise
         return False
     return True
@@ -387,7 +389,7 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
     done = check(path, plan)
     for tile in plan.tiles(shard):
         done[tile] = done[tile] and whole(path, plan, tile)
-    if not done.all() and not all(_writable(path / part) for part in (".", *VARIABLES[plan.load], CHECKSUMS, STATUS)):
+    if not done.all() and not all(_writable(path / part) for part in (".", *plan.variables, CHECKSUMS, STATUS)):
         raise _no(path, "is read-only", "make it writable or give another path")
     return done
 
@@ -404,7 +406,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 
     from squama.study.chunks import Checked, Chunks
 
-    for variable in VARIABLES[plan.load]:
+    for variable in plan.variables:
         for missing in np.argwhere(done & ~_chunks(place / variable, plan.grid))[:1]:
             Chunks(place, plan).check(key(tuple(missing)), variable)
     with warnings.catch_warnings():
@@ -415,12 +417,14 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     coords = {dim: found.variables[dim] for dim in plan.dims}
     if "law" in coords:
         coords["law"] = xr.Variable("law", list(plan.laws), {"long_name": "force law"})
-    data = {name: found.variables[name] for name in (*VARIABLES[plan.load], STATUS)}
+    data = {name: found.variables[name] for name in (*plan.variables, STATUS)}
     beam = Beam.from_toml_text(plan.beam_toml)
     limits = {axis.name: (float(axis.values[0]), float(axis.values[-1])) for axis in plan.axes}
     # those of the beam as it is, and those of its joint's matrix where its shape varies
-    lines = dict.fromkeys([*beam.warnings(plan.load), *matrix_warnings(beam, plan.load, limits)])
-    return xr.Dataset(data, coords, {**found.attrs, **PAPER, "warnings": "\n".join(lines)})
+    lines = dict.fromkeys(
+        [*plan.model.warnings(beam, plan.load, plan.sense), *matrix_warnings(beam, plan.load, limits)]
+    )
+    return xr.Dataset(data, coords, {**PAPER, **found.attrs, "warnings": "\n".join(lines)})
 
 
 def _no(path: Path, reason: str, remedy: str) -> InputError:

@@ -29,8 +29,8 @@ from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.loads import LOADS
 from squama.needs import need
-from squama.study import cluster, columns, parameters, store
-from squama.study.plan import VARIABLES, Plan, Tile, tile_shape, versions
+from squama.study import cluster, columns, models, parameters, real_columns, store
+from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
 from squama.units import shown
 
@@ -62,6 +62,9 @@ def sweep(
     beam: Beam,
     over: Ranges,
     *,
+    joint: str | None = None,
+    ideal: bool | None = None,
+    at: float | str | None = None,
     law: str | Sequence[str] = "edge",
     sense: str = "+",
     margin: float = 0.01,
@@ -80,12 +83,20 @@ def sweep(
     ----------
     over : mapping
         Parameters and their values: ``(low, high, count)`` with both ends, a list or an array of increasing values,
-        or text such as ``"15deg:75deg:601"``. Names: eta, beta, lam, zeta, slenderness, alpha, theta0, mu, margin, or
-        a value of the beam file such as ``scale.length``.
+        or text such as ``"15deg:75deg:601"``. Names: eta, beta, lam, zeta, slenderness, alpha, theta0, mu, a value of
+        the beam file such as ``scale.length``, ``joint.factor`` (on K_theta of the compliant joint), margin (hinge).
+    joint, ideal : str, bool, optional
+        As in :func:`squama.twist`: the compliant joint of thick, elastic scales where it covers load and law, or
+        "hinge". The compliant joint is the law's or that of the beam's matrix.
+    at : float or str, optional
+        Twist at which the figures of compliant joints are taken: a rate in rad/m or text such as "90 deg total",
+        "0.1 rad/pitch"; by default twice that at which the beam itself engages.
     law : str or sequence of str
-        "edge", "plate", or both, which adds a dimension ``law``. Without effect in bending.
-    sense, margin : str, float
+        "edge", "plate", or both, which adds a dimension ``law``; plate is the hinge's. Without effect in bending.
+    sense : str
         As in :func:`squama.twist`.
+    margin : float
+        Where a hinge's curve that locks is cut off, as in :func:`squama.twist`.
     load : {"twisting", "bending"}
     out : path
         The store, ending in .zarr: made, or continued.
@@ -101,9 +112,12 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        Opened from the store, values read when used: ``phi_e``, ``theta_end``, ``phi_end``, ``end`` (codes, with
-        flag_meanings), ``neighbour``, and at the cut-off ``f0``, ``torque`` (N m), ``U_el``, ``W_fr`` (J/m), ``RED``;
-        ``status`` of each tile. In bending ``psi`` stands for ``phi``.
+        Opened from the store, values read when used: ``phi_e`` (inf: no engagement), ``phi_end`` (no further than
+        ``at``), ``end`` (codes, with flag_meanings), at the twist ``at`` ``torque`` (N m), ``tangent`` (N m2),
+        ``stiffness_ratio``, ``N``, ``stress``, ``W_fr``, ``U_el``, ``RED`` (NaN beyond the end), ``phi_twofold``,
+        ``phi_fivefold``, ``phi_strength`` up to it, ``K_theta``, ``rigidity``; ``status`` of each tile.
+        On hinges: ``phi_e``, ``theta_end``, ``phi_end``, ``end``, ``neighbour``, and at the cut-off ``f0``, ``torque``
+        (N m), ``U_el``, ``W_fr`` (J/m), ``RED``. In bending ``psi`` stands for ``phi``. Attributes name the model.
 
     Raises
     ------
@@ -116,20 +130,28 @@ def sweep(
     --------
     >>> import squama, tempfile
     >>> beam = squama.Beam.from_ratios()
+    >>> over = {"mu": (0, 1, 3), "alpha": ("15 deg", "75 deg", 5)}
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     r = squama.sweep(beam, {"mu": (0, 1, 3), "alpha": ("15 deg", "75 deg", 5)}, out=f"{folder}/map.zarr")
+    ...     r = squama.sweep(beam, over, joint="hinge", out=f"{folder}/map.zarr")
     ...     print(dict(r.sizes), f"{float(r.RED.sel(mu=0.5)[2]):.3f}")
     {'mu': 3, 'alpha': 5, 'tile_mu': 1, 'tile_alpha': 1} 0.740
     """
-    plan = make_plan(beam, over, law=law, sense=sense, margin=margin, load=load, tile=tile)
+    plan = make_plan(
+        beam, over, joint=joint, ideal=ideal, at=at, law=law, sense=sense, margin=margin, load=load, tile=tile
+    )
     run(plan, Path(out), shard=shard, dask=dask, progress=progress)
-    return store.open_sweep(out)
+    found = store.open_sweep(out)
+    lines = filter(None, [models.note(beam, load, plan.laws, joint), *shares(found), found.attrs["warnings"]])
+    return found.assign_attrs(warnings="\n".join(lines))
 
 
 def make_plan(
     beam: Beam,
     over: Ranges,
     *,
+    joint: str | None = None,
+    ideal: bool | None = None,
+    at: float | str | None = None,
     law: str | Sequence[str] = "edge",
     sense: str = "+",
     margin: float = 0.01,
@@ -148,7 +170,8 @@ def make_plan(
     margin = arguments.margin(margin)
     if tile is not None and (isinstance(tile, bool) or not isinstance(tile, int | np.integer) or tile < 1):
         refuse("tile", shown(tile), "must be a whole number of cells, 1 or more")
-    swept = parameters.axes(over, bare=bare)
+    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at)
+    swept = parameters.axes(over, bare=bare, joint=model.joint, ideal=model.ideal)
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:
         laws, sense = (LOADS[load].law(laws[0]),), "+"
@@ -157,8 +180,8 @@ def make_plan(
     if "mu" not in names:
         arguments.friction(beam.friction.mu, None, "sweep it")
     columns.check(beam, load, swept)
-    margins = None if "margin" in names else margin
-    plan = Plan(beam.to_toml(), load, laws, sense, margins, tuple(swept), (), versions())
+    margins = None if "margin" in names or model.real else margin
+    plan = Plan(beam.to_toml(), load, laws, sense, margins, tuple(swept), (), versions(), model=model)
     asked = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
     plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, asked))
     if (tiles := math.prod(plan.grid)) > MOST_TILES:
@@ -223,22 +246,41 @@ _beam = functools.lru_cache(maxsize=4)(Beam.from_toml_text)
 
 
 def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
-    """Solve the cells of a tile: every variable of the store, in N m, J/m and rad and the shape of the tile."""
+    """Solve the cells of a tile: every variable of the store, in SI units and the shape of the tile."""
     place = dict(zip(plan.dims, plan.place(tile), strict=True))
     law = plan.laws[place.pop("law").start if "law" in place else 0]
     mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
     values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
-    margin = float(values.pop("margin").item() if plan.margin is None else plan.margin)
+    margin = values.pop("margin", plan.margin)
     c = columns.columns(_beam(plan.beam_toml), values, load=plan.load, each=joint_law.one_by_one)
-    few = FEW if plan.cells <= FEW else 0
-    s = columns.solved(c, law=law, sense=plan.sense, margin=margin, load=plan.load, few=few)
-    found = columns.in_si(c, s)
-    found["neighbour"] = np.minimum(s.neighbour, _FAR)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
+    model = plan.model
+    if model.at:
+        over_all = np.broadcast_to(model.at.per_pitch(c.d), shape)
+        figures = real_columns.solved(c, over_all, sense=plan.sense, ideal=model.ideal)
+        found = {name: v.reshape(shape) for name, v in figures._asdict().items()}
+    else:
+        how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": float(np.asarray(margin).item())}
+        few = FEW if plan.cells <= FEW else 0
+        s = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
+        found = columns.in_si(c, s)
+        found["neighbour"] = np.minimum(s.neighbour, _FAR)
     return {
         name: np.broadcast_to(found[variable.field], shape).astype(variable.dtype)
-        for name, variable in VARIABLES[plan.load].items()
+        for name, variable in plan.variables.items()
     }
+
+
+def shares(data: xr.Dataset) -> list[str]:
+    """Say how many cells of the compliant joint have no figures, or not all, and why; read tile by tile."""
+    plan = Plan.from_text(data.attrs["configuration"])
+    if not plan.model.real:
+        return []
+    most = len(real_columns.ENDS)
+    counts = np.zeros(most + 1, int)
+    for tile in plan.tiles():
+        counts += np.bincount(data["end"][plan.place(tile)].values.ravel() + 1, minlength=most + 1)
+    return models.shares(counts[1:])
 
 
 @functools.lru_cache(maxsize=2)

@@ -166,7 +166,7 @@ def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
     """Stiffness (N m) and inclusion factor of the hinge that a matrix (7, 7) makes; roll and yaw blocked or not."""
     if hinged:
         K = K[np.ix_(_HINGED, _HINGED)]
-    unit = beam.substrate.youngs_modulus * beam.pitch**3
+    unit = beam.unit_moment
     # inclination is the fifth motion, the fourth of those left by a hinge
     return {
         "stiffness": matrixfile.inclination_stiffness(K, 3 if hinged else 4) * unit,

@@ -1,27 +1,54 @@
-"""Options of the three line plots: torque, inclination and friction force against twist."""
+"""The line plots: torque, inclination and friction force against twist; what is in them, and how a browser draws it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.loads import LOADS
+from squama.loads import HELD, LOADS
 from squama.plot.palette import KEPT, THEMES
+from squama.types import Array
 from squama.units import prefix
-from squama.web import live
+from squama.web import live, tables
 from squama.web.state import State
+from squama.web.tables import Table
 
 Options = dict[str, Any]
 """What a chart is drawn from, for the browser."""
 DASHES = ([8, 4], [3, 3], [10, 3, 2, 3])
-"""Lines of the kept designs."""
+"""Lines of the kept designs: lengths of dashes and gaps, pixels."""
 ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
 """Pixels around the curves; the mark of the current point lies over them."""
-LEGEND: Options = {"right": 8, "top": 2, "itemWidth": 22, "itemHeight": 8, "itemStyle": {"opacity": 0}}
 PLOTS = ("torque", "theta", "f")
 """Variables that are drawn, of a curve and of a state."""
+RESIDUAL = "residual"
+"""The plot of measured less computed torque."""
+FARTHEST = 3.0
+"""What is drawn beside the design that is shown widens an axis to so many times its own range at most."""
+FLAT = 4.0
+"""Degrees that the axis of the inclination spans at least."""
+
+
+class Line(NamedTuple):
+    """A curve in a plot, or measured ``points``: SI and deg; dashes in pixels, none for a solid line."""
+
+    name: str
+    x: Array
+    y: Array
+    colour: str
+    width: float
+    dashes: list[int]
+    points: bool = False
+
+
+class Frame(NamedTuple):
+    """Ends of the axes of a plot: the load angle goes from 0 to ``right``, values from ``low`` to ``top``."""
+
+    right: float
+    low: float
+    top: float
 
 
 def ground(words: str, room: Mapping[str, int]) -> Options:
@@ -44,85 +71,116 @@ def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
     }
 
 
-def line_options(state: State, plot: str, *, dark: bool) -> Options:
-    """Return the options of one plot: the curve, the kept ones dashed, the current point."""
-    look, names = THEMES["dark" if dark else "light"], LOADS[state.load]
-    across = f"{names.angle_words.capitalize()} {names.letter} (rad)"
-    same = {i: live.along(one.setting) for i, one in enumerate(state.kept) if one.load == state.load}
-    own = live.along(state.setting)
-    right, top = _frame(state, plot)
-    factor, sign = (1.0, "") if plot == "theta" else prefix(top)
-    label = {
+def lines(state: State, plot: str, *, dark: bool, table: Table | None = None) -> list[Line]:
+    """Return what a plot shows, the curve of the design that is shown last."""
+    look, found = THEMES["dark" if dark else "light"], []
+    if plot == RESIDUAL:
+        left = tables.residual(table, state) if table else None
+        return [Line(table.name, left.load, left.torque, look["normal"], 0, [], True)] if table and left else []
+    for i, one in enumerate(state.kept):
+        if one.load == state.load:
+            every = [live.along(one.setting), live.back(one)]
+            found += [Line(live.NAMES[i], *_pair(c, plot), KEPT[i], 1.8, DASHES[i]) for c in every if c]
+    own, back, other = live.along(state.setting), live.back(state), live.beside(state)
+    if plot == "torque":
+        ends = np.array([0.0, frame(state, plot, table).right / 1.03])
+        found.append(Line("without contact", ends, own.bare * ends, look["ink"], 1, [2, 3]))
+    if other and state.beside:
+        found.append(Line(f"on {HELD[state.beside.joint]}", *_pair(other, plot), look["soft"], 1, []))
+    if back:
+        found.append(Line("unloading", *_pair(back, plot), look["accent"], 2, []))
+    if plot == "torque" and table:
+        found.append(Line(table.name, *tables.shown(table, state), look["normal"], 0, [], True))
+    return [*found, Line("this design", *_pair(own, plot), look["curve"], 2.2, [])]
+
+
+def _pair(curve: live.Along, plot: str) -> tuple[Array, Array]:
+    return curve.load, getattr(curve, plot)
+
+
+def frame(state: State, plot: str, table: Table | None = None) -> Frame:
+    """Return the ends of the axes of a plot: what can be read of the design that is shown, and of what is beside it.
+
+    The other model has no say in it, nor has a kept design that locks where the one that is shown does not.
+    """
+    own, back = live.along(state.setting), live.back(state)
+    kept = [live.along(one.setting) for one in state.kept if one.load == state.load]
+    load, value = tables.shown(table, state) if table else (np.empty(0), np.empty(0))
+    farthest = max([float(own.load[-1]), *(float(c.load[-1]) for c in kept)])
+    right = 1.03 * max(farthest, min(float(load.max(initial=0.0)), FARTHEST * farthest)) or 1.0
+    if plot == RESIDUAL:
+        left = tables.residual(table, state) if table else None
+        most = float(np.abs(left.torque).max(initial=0.0)) if left else 0.0
+        return Frame(right, -1.1 * most or -1.0, 1.1 * most or 1.0)
+    low, top = own.span(plot)
+    if back:
+        # below the way up; from near a lock as far as that can be read
+        low = max(min(low, back.span(plot)[0]), -top)
+    if plot == "torque":
+        top = max(top, own.bare * right / 1.03)
+    far = FARTHEST * top
+    for c in kept:
+        if own.locks or not c.locks:
+            low, top = min(low, c.span(plot)[0]), max(top, min(c.span(plot)[1], far if c.locks else np.inf))
+    if plot == "theta":
+        more = max(0.05 * (top - low), (FLAT - (top - low)) / 2)
+        return Frame(right, max(0.0, low - more), top + more)
+    if plot == "torque" and value.size:
+        most = float(value.max())
+        top = min(top, FARTHEST * most) if own.locks and most > 0 else max(top, min(most, far))
+    return Frame(right, 1.04 * min(low, 0.0), 1.04 * top or 1.0)
+
+
+def labels(state: State, plot: str, ends: Frame) -> tuple[str, str, float]:
+    """Return the labels of a plot's axes, across and up, and the factor of the unit."""
+    names = LOADS[state.load]
+    factor, sign = (1.0, "") if plot == "theta" else prefix(ends.top)
+    up = {
         "torque": f"{live.torque_label(state.load)} ({sign}N m)",
         "theta": "Inclination θ (deg)",
         "f": f"Friction force f ({sign}N)",
+        RESIDUAL: f"{names.torque}, measured − computed ({sign}N m)",
     }[plot]
-    series: list[Options] = []
-    for i, curve in same.items():
-        dashed = {"color": KEPT[i], "width": 1.8, "type": DASHES[i]}
-        series.append(_line(live.NAMES[i], curve, plot, factor, dashed))
-    if plot == "torque":
-        ends = [[0.0, 0.0], [right / 1.03, own.bare * right / 1.03 * factor]]
-        grey = {"color": look["ink"], "width": 1, "type": [2, 3], "opacity": 0.6}
-        series.append(_series("without contact", ends, grey))
-    shown = ["without contact"] * (plot == "torque") + [live.NAMES[i] for i in same]
-    series.append(_line("this design", own, plot, factor, {"color": look["curve"], "width": 2.2}))
+    return f"{names.angle_words.capitalize()} {names.letter} (rad)", up, factor
+
+
+def line_options(state: State, plot: str, *, dark: bool, table: Table | None = None) -> Options:
+    """Return the options of one plot."""
+    look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table)
+    across, up, factor = labels(state, plot, ends)
+    up_axis = axis("", look, max=_short(ends.top * factor), min=_short(ends.low * factor))
+    # an axis that begins at no round number
+    up_axis["axisLabel"]["showMinLabel"] = not ends.low
     return {
-        **ground(f"{label} against {across}", ROOM),
-        "title": {"text": label, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
+        **ground(f"{up} against {across}", ROOM),
+        "title": {"text": up, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
-        "legend": {"data": shown, "textStyle": {"color": look["ink"], "fontSize": 10}, **LEGEND},
-        "xAxis": axis(across, look, nameGap=20, min=0, max=_short(right)),
-        "yAxis": axis("", look, max=_short(top * factor), min=0),
-        "series": series,
+        "xAxis": axis(across, look, nameGap=20, min=0, max=_short(ends.right), axisLine=_below(look)),
+        "yAxis": up_axis,
+        "series": [_series(line, factor) for line in lines(state, plot, dark=dark, table=table)],
     }
 
 
-def _top(curves: list[live.Along], plot: str, value: float) -> float:
-    """Return the upper end of the axis: loads grow without bound towards a lock."""
-    if plot == "theta":
-        return max(float(np.max(c.theta)) for c in curves)
-    if plot == "torque":
-        return max([value, *(c.top for c in curves)])
-    tops = []
-    for c in curves:
-        span = c.load[-1] - c.load_e
-        inside = c.load <= c.load_e + live.READABLE * span if np.isfinite(span) and c.top < c.torque.max() else c.f > -1
-        tops.append(float(c.f[inside].max(initial=0.0)))
-    return max([value, *tops])
+def _below(look: Mapping[str, str]) -> Options:
+    """Return an axis that stays at the lower border where values are negative."""
+    return {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
 
 
-def _frame(state: State, plot: str) -> tuple[float, float]:
-    """Return the ends of the axes (SI, degrees)."""
-    every = [live.along(one.setting) for one in (state, *state.kept) if one.load == state.load]
-    top = 1.04 * _top(every, plot, _now(state, plot)[1])
-    right = 1.03 * max(float(c.load[-1]) for c in every)
-    return right or 1.0, top or 1.0
+def point(state: State, plot: str, table: Table | None = None) -> tuple[float, float]:
+    """Return where the current point lies, from left and top (0 to 1); 0 at the top: at or above the border."""
+    ends, now = frame(state, plot, table), live.motion(state.setting).state(state.twist)
+    value = float(np.degrees(now.theta)) if plot == "theta" else getattr(now, plot)
+    up = (value - ends.low) / (ends.top - ends.low)
+    return now.load / ends.right, 1 - min(max(up, 0.0), 1.0)
 
 
-def _now(state: State, plot: str) -> tuple[float, float]:
-    """Return load and value of the current point."""
-    now = live.motion(state.setting).state(state.twist)
-    value: float = getattr(now, plot)
-    return now.load, float(np.degrees(value)) if plot == "theta" else value
-
-
-def point(state: State, plot: str) -> tuple[float, float]:
-    """Return where the current point lies, from left and top (0 to 1)."""
-    right, top = _frame(state, plot)
-    load, value = _now(state, plot)
-    return load / right, 1 - value / top
-
-
-def _line(name: str, curve: live.Along, plot: str, factor: float, style: Options) -> Options:
-    values = getattr(curve, plot) * factor
-    pairs = [[_short(x), _short(y)] for x, y in zip(curve.load.tolist(), values.tolist(), strict=True)]
-    return _series(name, pairs, style)
-
-
-def _series(name: str, pairs: list[list[float]], style: Options) -> Options:
-    look = {"lineStyle": style, "itemStyle": {"color": style["color"]}, "showSymbol": False, "clip": True}
-    return {"name": name, "type": "line", "data": pairs, **look}
+def _series(line: Line, factor: float) -> Options:
+    pairs = [[_short(x), _short(y)] for x, y in zip(line.x.tolist(), (factor * line.y).tolist(), strict=True)]
+    look = {"itemStyle": {"color": line.colour}, "clip": True, "silent": True}
+    if line.points:
+        return {"name": line.name, "type": "scatter", "data": pairs, "symbolSize": 4, **look}
+    style = {"color": line.colour, "width": line.width, "type": line.dashes or "solid"}
+    return {"name": line.name, "type": "line", "data": pairs, "lineStyle": style, "showSymbol": False, **look}
 
 
 def _short(value: float) -> float:

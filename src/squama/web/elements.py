@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -77,6 +78,28 @@ class NumberField(ui.element, component="field.js"):
     def explain(self, message: str) -> None:
         """Say what is wrong with the entry."""
         self._props["error"] = message
+
+
+class FileButton(ui.element, component="open.js"):
+    """A button that opens a file of at most so many bytes; ``opened`` is given its name and its bytes."""
+
+    def __init__(
+        self, label: str, accept: str, largest: int, opened: Callable[[str, bytes], None], tell: Callable[[str], None]
+    ) -> None:
+        super().__init__()
+        title = f"Open a file of at most {largest // 1024} KiB: {accept}"
+        self._props.update({"label": label, "title": title, "accept": accept, "largest": largest})
+
+        def read(event: Any) -> None:
+            try:
+                content = base64.b64decode(str(event.args["data"]), validate=True)
+            except ValueError:
+                tell("the file did not arrive whole: open it again")
+            else:
+                opened(str(event.args["name"])[:200], content)
+
+        self.on("opened", read)
+        self.on("refused", lambda _: tell(f"the file is larger than {largest // 1024} KiB: thin it out"))
 
 
 class Choice(ui.element):

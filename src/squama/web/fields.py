@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from squama.beam.beamfile import NUMBERS
 from squama.beam.design import Beam
-from squama.beam.parts import RATIOS
-from squama.units import MARGIN, UNITS, Bounds, Dimension, bounded, is_number
+from squama.beam.parts import RATIOS, Scale
+from squama.units import MARGIN, UNITS, Bounds, Dimension, bounded, is_number, quantity
 
 MEASURES: dict[str, tuple[Dimension, Bounds]] = {
     **NUMBERS,
@@ -107,12 +107,40 @@ LABELS = {field.place: field.label for field in FIELDS.values() if "." in field.
 """What the page calls the keys of a beam file."""
 CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "load": ("Loading", {"twisting": "twisting", "bending": "bending towards the scales"}),
+    "path": ("Load path", {"loading": "loading", "cycle": "loading and unloading"}),
     "law": ("Force law", {"edge": "edge law", "plate": "plate law (the paper's)"}),
     "sense": ("Sense of twist", {"+": "+", "-": "-"}),
     "joint": ("Joint", {"compliant": "compliant (six motions)", "hinge": "hinge (the paper's)"}),
     "ideal": ("Scales", {"no": "thick, as they are made", "yes": "thin, rigid (the paper's)"}),
 }
 """Choices of the page: label, and words of each value."""
+
+MATERIALS: dict[str, tuple[str, tuple[str, float, str] | None]] = {
+    "pla": ("PLA, 3 GPa", ("3 GPa", 0.35, "50 MPa")),
+    "petg": ("PETG, 2.1 GPa", ("2.1 GPa", 0.38, "45 MPa")),
+    "glass": ("glass fibre laminate, 20 GPa", ("20 GPa", 0.13, "300 MPa")),
+    "steel": ("spring steel, 200 GPa", ("200 GPa", 0.3, "1 GPa")),
+    "rigid": ("rigid", None),
+}
+"""Typical materials of scales: words; Young's modulus, Poisson's ratio and strength, none of them if rigid."""
+OTHER = {"other": "by the numbers below"}
+"""What stands in the list of materials where the beam's is none of them."""
+
+
+def made_of(name: str) -> dict[str, str | float | None]:
+    """Return the values of a beam file's table ``scale`` that a material gives."""
+    values = MATERIALS[name][1] or (None, None, None)
+    return dict(zip(("youngs_modulus", "poisson_ratio", "strength"), values, strict=True))
+
+
+def material(scale: Scale) -> str:
+    """Return which material of the list a scale is of; its strength may be another."""
+    for name in MATERIALS:
+        modulus, ratio, _ = made_of(name).values()
+        wanted = None if modulus is None else quantity(modulus, Dimension.PRESSURE)
+        if scale.youngs_modulus == wanted and (wanted is None or scale.poisson_ratio == ratio):
+            return name
+    return "other"
 
 
 def placed(beam: Beam, name: str, new: Any) -> tuple[str, Any]:

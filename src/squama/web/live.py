@@ -11,7 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama import arguments
-from squama.curves.doors import respond
+from squama.curves.doors import cycled, respond
+from squama.curves.labelled import Answer, flat_cycle
+from squama.errors import InputError, refuse
 from squama.io import datasets
 from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End
@@ -26,6 +28,7 @@ POINTS = 140
 """Points of a curve."""
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
+NEAR = 1e-9
 NAMES = "ABC"
 """Kept designs."""
 THRESHOLDS = {
@@ -47,15 +50,25 @@ def torque_label(load: str) -> str:
 
 
 class Along(NamedTuple):
-    """Variables along a curve, in the order of the load; ``bare`` is torque per load angle without contact."""
+    """Variables along a curve (deg, N m, N); ``bare`` is torque per load angle without contact.
+
+    ``locks``: towards its end the load grows without bound.
+    """
 
     load: Array
     torque: Array
     theta: Array
     f: Array
     bare: float
-    load_e: float
-    top: float
+    load_e: float = math.inf
+    locks: bool = False
+
+    def span(self, plot: str) -> tuple[float, float]:
+        """Return the smallest and largest value that can be read."""
+        values: Array = getattr(self, plot)
+        if self.locks and plot != "theta":
+            values = values[self.load <= self.load_e + READABLE * (self.load[-1] - self.load_e)]
+        return float(values.min()), float(values.max())
 
 
 @functools.lru_cache(maxsize=32)
@@ -68,14 +81,59 @@ def motion(setting: Setting) -> Motion:
 def along(setting: Setting) -> Along:
     """Return the variables of the plots."""
     m = motion(setting)
-    v = m.along(POINTS)
-    end, engaged = float(v["load"][-1]), m.load_e
-    top = float(v["torque"].max())
-    if m.end.locks and m.engaged:
-        readable = engaged + READABLE * (end - engaged)
-        top = float(np.interp(readable, v["load"], v["torque"]))
-    bare = m.rigidity / setting.beam.pitch
-    return Along(v["load"], v["torque"], np.degrees(v["theta"]), v["f"], bare, engaged, top)
+    v, bare = m.along(POINTS), m.rigidity / setting.beam.pitch
+    locks = m.end.locks and m.engaged
+    return Along(v["load"], v["torque"], np.degrees(v["theta"]), v["f"], bare, m.load_e, locks)
+
+
+def beside(state: State) -> Along | None:
+    """Return the curve of the other model; None where there is none at once."""
+    other = state.beside
+    try:
+        return along(other.setting) if other and motion(other.setting).joint != motion(state.setting).joint else None
+    except InputError:
+        return None
+
+
+@functools.lru_cache(maxsize=16)
+def history(setting: Setting, values: tuple[float, ...]) -> Answer:
+    """Return the answer along load angles per pitch (signed), from rest.
+
+    Raises InputError: the contact is not followed so far, or does not slide back.
+    """
+    s = setting
+    names, joint = LOADS[s.load], motion(s).joint
+    rates = [v / s.beam.pitch for v in values]
+    return cycled(
+        s.beam, rates, mu=s.mu, law=names.law(s.law), load=s.load, margin=s.margin, points=POINTS // 2,
+        joint=joint, ideal=s.ideal,
+    )  # fmt: skip
+
+
+def loop(state: State) -> Answer | str:
+    """Return the answer to the load that is shown and back, or why there is none."""
+    m = motion(state.setting)
+    # a hair before the end, where the way there would be refused
+    top = min(state.twist, (1 - NEAR) * m.last)
+    if not top:
+        return "nothing moves"
+    try:
+        return history(state.setting, (0.0, top if state.setting.sense == "+" or not m.kind.sided else -top, 0.0))
+    except InputError as error:
+        return str(error)
+
+
+def back(state: State) -> Along | None:
+    """Return the curve of unloading; None where the load path has none."""
+    found = loop(state) if state.path == "cycle" else ""
+    if isinstance(found, str):
+        return None
+    names, way = LOADS[state.load], found["leg"] == 2
+    # the last point of the way up begins the way down
+    way[np.flatnonzero(way)[0] - 1] = True
+    load, torque, theta, f = (found[name][way] for name in (names.angle, names.torque, "theta", "f"))
+    sign = 1 if load.max() > 0 else -1
+    return Along(sign * load, sign * torque, np.degrees(theta), f, along(state.setting).bare)
 
 
 def prepare(state: State) -> None:
@@ -106,12 +164,15 @@ def scene(state: State) -> dict[str, object]:
 
 
 def readings(state: State) -> list[tuple[str, str]]:
-    """Return the figures of the current point, as label and value."""
+    """Return the figures of the current point and of the loop to it and back, as label and value."""
     m = motion(state.setting)
     now, names = m.state(state.twist), LOADS[state.load]
     ratio, stress = (m.value(role, state.twist) for role in ("stiffness_ratio", "stress"))
     more = [("stiffness over bar's", f"{ratio:.3g}")] if math.isfinite(ratio) else []
     more += [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
+    found = loop(state) if state.path == "cycle" else ""
+    if not isinstance(found, str) and found["W_d"].size:
+        more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", f"{found['zeta_eq'][0]:.3g}")]
     total = math.degrees(now.load) * state.beam.scales
     return [
         (names.letter, f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
@@ -125,10 +186,10 @@ def readings(state: State) -> list[tuple[str, str]]:
 
 
 def outcome(state: State) -> tuple[str, str, str]:
-    """Return the name of the end, by which model and where it is, and its sentence."""
+    """Return the name of the end, where it is, and its sentence."""
     m = motion(state.setting)
     p, angle = m.figures, LOADS[state.load].letter
-    where = [m.model]
+    where = []
     if math.isfinite(p["load_e"]):
         where.append(f"engagement at {angle} = {number(p['load_e'])}")
     for role, words in THRESHOLDS.items():
@@ -150,15 +211,15 @@ def outcome(state: State) -> tuple[str, str, str]:
 
 def compared(state: State) -> list[dict[str, str]]:
     """Return a row of figures for each kept design and for the one that is shown."""
-    rows = []
+    rows, alike = [], all(one.load == state.load for one in state.kept)
     for name, one in zip([*NAMES[: len(state.kept)], "now"], [*state.kept, state], strict=True):
         m = motion(one.setting)
         figures, ended = m.figures, m.end is not End.NONE
         rows.append(
             {
                 "name": name,
-                "what": f"{one.load}, μ = {one.mu:g}, η = {one.beam.eta:.3g}, "
-                f"α = {math.degrees(one.beam.scale.alpha):.3g}°, {m.model}",
+                "what": f"μ = {one.mu:.4g}, η = {one.beam.eta:.3g}, α = {math.degrees(one.beam.scale.alpha):.3g}°",
+                "model": m.model if alike else f"{one.load}, {m.model}",
                 "end": str(m.end),
                 "engagement": number(figures["load_e"]),
                 "at": number(figures["load_end"]) if ended else "-",
@@ -176,6 +237,8 @@ def warnings(state: State) -> list[str]:
     most = shape(state.setting)["scales"]
     if state.beam.scales > most:
         found.append(f"the view shows {most} of the {state.beam.scales} scales")
+    if state.path == "cycle" and isinstance(told := loop(state), str):
+        found.append(f"no unloading is shown: {told}")
     return found
 
 
@@ -197,6 +260,10 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
             m = motion(state.setting)
             # up to what is shown: general contact would take seconds
             stop = None if m.hinge else m.last / state.beam.pitch
-            place = datasets.save(respond(**state.setting._asdict(), to=stop).dataset(), Path(folder) / "curve.csv")
+            answer = loop(state) if state.path == "cycle" else respond(**state.setting._asdict(), to=stop)
+            if isinstance(answer, str):
+                refuse("", "", answer)
+            table = flat_cycle(answer.dataset()) if state.path == "cycle" else answer.dataset()
+            place = datasets.save(table, Path(folder) / "curve.csv")
             text = place.read_text(encoding="utf-8")
     return KINDS[kind], text.encode()

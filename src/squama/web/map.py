@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -22,14 +23,18 @@ from squama.web import charts, live
 from squama.web.fields import FIELDS, placed
 from squama.web.state import State, preset
 
-AXES = ("mu", "alpha", "eta", "theta0", "beta", "lam")
-"""Fields that can be an axis."""
+AXES = {"mu": "friction", "alpha": "slant", "eta": "overlap", "theta0": "inclination", "beta": "width", "lam": "bar"}
+"""Fields that can be an axis, each in a word."""
 SIZE = (37, 29)
 """Designs along the axes."""
 RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": (0.0, 2.0)}
 """Ranges of axes that differ from those of the sliders, in shown units."""
 ROOM = {"left": 58, "right": 16, "top": 8, "bottom": 36}
 """Pixels around the cells; the marks lie over the cells."""
+CLOSE = (0.06, 0.12)
+"""Marks nearer than this, in widths and heights of a small map, would hide each other."""
+SHIFTS = (20, -20, 40)
+"""Pixels by which they then stand apart."""
 _STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "stiffness", "inclusion")
 """Fields on which only the share of the bar in the energy depends."""
 
@@ -172,12 +177,16 @@ def ends(found: Grid) -> list[End]:
 
 
 class Mark(NamedTuple):
-    """A mark over the map: letter (none for the design that is shown), colour, place from left and top (0 to 1)."""
+    """A mark over a plot: letter (none for the design that is shown), colour, place from left and top (0 to 1).
+
+    ``shift``: pixels to the right of it, where it would hide another one.
+    """
 
     letter: str
     colour: str
     left: float
     top: float
+    shift: int = 0
 
 
 def marks(state: State, wanted: Key) -> list[Mark]:
@@ -188,7 +197,17 @@ def marks(state: State, wanted: Key) -> list[Mark]:
         left, bottom = (axis.place(one) for axis in drawn(wanted.x, wanted.y))
         if 0 <= left <= 1 and 0 <= bottom <= 1:
             found.append(Mark(letter, colour, left, 1 - bottom))
-    return found
+    return apart(found)
+
+
+def apart(found: Sequence[Mark]) -> list[Mark]:
+    """Return marks none of which hides another: the last one, of the design that is shown, stays where it is."""
+    standing: list[Mark] = []
+    for mark in reversed(found):
+        near = [o.shift for o in standing if abs(o.left - mark.left) < CLOSE[0] and abs(o.top - mark.top) < CLOSE[1]]
+        free = next(s for s in (0, *SHIFTS) if s not in near)
+        standing.insert(0, mark._replace(shift=free))
+    return standing
 
 
 def _cells(found: Grid) -> list[list[float | None]]:

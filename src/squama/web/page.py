@@ -3,26 +3,42 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
-from typing import Any
+from typing import Any, TypeVar
 
 from nicegui import ui
 
+from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
-from squama.web import charts, live, map, panels  # noqa: A004 - the module is named after what it draws
+from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
-from squama.web.elements import BeamView, button, put, text, write
+from squama.web.elements import BeamView, FileButton, button, put, text, write
 from squama.web.state import State, query
+from squama.web.tables import Table
+
+
+def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
+    """Draw the plots for print; matplotlib is loaded for it."""
+    from squama.web import prints
+
+    return prints.made(state, table, kind)
+
 
 WAIT = 0.3
 """Seconds without a change after which the map is computed anew."""
 BUSY = "Elements are being solved for the joint ..."
-MOMENT = 0.04
+MOMENT = 0.015
 """Seconds by which the plots follow the view."""
+UP = "\N{UPWARDS ARROW}"
+"""Mark of a point that lies above what can be read."""
+T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
+READING = Aside(tables.opened, most=1, limit=5)
+FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
+PRINTING = Aside(_printed, most=1, limit=30)
 MAPPING = Aside(map.grid, most=1)
 
 
@@ -45,6 +61,9 @@ class Explorer:
             state = state.hinged._replace(kept=())
         self.state = self.drawn = state
         self.solving: asyncio.Task[None] | None = None
+        self.working: asyncio.Task[None] | None = None
+        self.table: Table | None = None
+        self.found: list[str] = []
         self.dark = False
         self.map_axes = ("mu", "alpha")
         self.later: asyncio.TimerHandle | None = None
@@ -57,40 +76,53 @@ class Explorer:
         self.mode = ui.dark_mode(None)
         with ui.element("header"):
             text("h1", "squama explorer")
+            FileButton("Open", ".toml,.csv,.tsv,.txt", tables.LARGEST["table"], self.open, self.say)
             panels.presets(self.attempt)
             panels.tools(self.save, lambda: self.mode.set_value(not self.dark))
         with ui.element("div").classes("explorer"):
-            with ui.element("section").classes("stage").props('aria-label="Beam"'):
-                self.view = BeamView(live.scene(state), self.darken)
-                with ui.element("div").classes("over"):
-                    button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
-                    self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
-                panels.legend()
-            self.notice = text("p", "", "notice").props('role="alert"')
-            self.outcome = panels.Outcome()
+            with ui.element("main"):
+                self._stage()
+                self.notice = text("p", "", "notice").props('role="alert"')
+                self.outcome = panels.Outcome()
+                self.measured = panels.Measured(self.fit, lambda: self.measure(None))
+                with ui.element("section").classes("plots").props('aria-label="Plots"'):
+                    self.lines = ui.element("ul").classes("legend lines")
+                    with ui.element("div").classes("strip"):
+                        self.plots = {plot: self._chart(plot) for plot in (*charts.PLOTS, charts.RESIDUAL)}
+                        self._map_chart()
+                self.compared = panels.Compared(self.attempt)
             self.controls = panels.Controls(self.attempt, self.enter)
-            with ui.element("section").classes("plots").props('aria-label="Plots"'):
-                self.plots = {plot: self._chart(charts.line_options(state, plot, dark=False)) for plot in charts.PLOTS}
-                with ui.element("div").classes("plot"):
-                    self.map_choices = panels.map_choices(self.choose_axis)
-                    self.map_ends = ui.element("ul").classes("legend ends")
-                    with ui.element("div").classes("cells"):
-                        self.map = ui.echart({"series": []})
-                        self.marks = panels.marks(map.ROOM)
-                    self.map.props["aria-label"] = "Regime map on hinges; a click takes the design under the pointer"
-                    self.map.on("componentClick", self.clicked, ["value", "seriesId"])
-            self.compared = panels.Compared(self.attempt)
         self.say(notice)
         self.draw()
         # a page that nobody looks at costs no more than its making
         self.client.on_connect(self.begin)
         self.client.on_delete(self.end)
 
-    def _chart(self, options: charts.Options) -> tuple[ui.echart, ui.element]:
-        with ui.element("div").classes("plot"), ui.element("div").classes("cells"):
-            chart = ui.echart(options, renderer="svg")
+    def _stage(self) -> None:
+        with ui.element("section").classes("stage").props('aria-label="Beam"'):
+            self.view = BeamView(live.scene(self.drawn), self.darken)
+            with ui.element("div").classes("over"):
+                button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
+                self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
+            panels.legend()
+
+    def _chart(self, plot: str) -> tuple[ui.echart, ui.element]:
+        with ui.element("div").classes("plot") as place, ui.element("div").classes("cells"):
+            chart = ui.echart(charts.line_options(self.drawn, plot, dark=False), renderer="svg")
             chart.props["role"] = "img"
+            if plot == charts.RESIDUAL:
+                self.residual_plot = place
             return chart, panels.marks(charts.ROOM)
+
+    def _map_chart(self) -> None:
+        with ui.element("div").classes("plot"):
+            self.map_choices = panels.map_choices(self.choose_axis)
+            self.map_ends = ui.element("ul").classes("legend ends")
+            with ui.element("div").classes("cells"):
+                self.map = ui.echart({"series": []})
+                self.marks = panels.marks(map.ROOM)
+            self.map.props["aria-label"] = "Regime map on hinges; a click takes the design under the pointer"
+            self.map.on("componentClick", self.clicked, ["value", "seriesId"])
 
     def begin(self) -> None:
         """Solve and draw what takes longer, as somebody looks at the page."""
@@ -101,7 +133,7 @@ class Explorer:
 
     def end(self) -> None:
         """Let go of what is under way: nobody looks at the page any more."""
-        for one in (self.later, self.pending, self.solving):
+        for one in (self.later, self.pending, self.solving, self.working):
             if one is not None:
                 one.cancel()
 
@@ -193,9 +225,63 @@ class Explorer:
         if kind == "png":
             self.view.run_method("save", "beam.png")
             return
+        if kind.startswith("plots-"):
+            made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"))
+            self.beside("The plots are being drawn ...", made, lambda found: self.client.download(found[1], found[0]))
+            return
         with telling(self.say):
             name, content = live.make_file(self.state, kind)
             self.client.download(content, name)
+
+    def beside(self, words: str, work: Coroutine[Any, Any, T], then: Callable[[T], object]) -> None:
+        """Do something away from the event loop, one at a time, and then something with what comes of it."""
+        if self.working is not None and not self.working.done():
+            work.close()
+            self.say("something else is being computed still: wait a moment")
+            return
+
+        async def do() -> None:
+            self.say(words)
+            try:
+                found = await work
+            except InputError as error:
+                self.say(str(error))
+            except TimeoutError:
+                self.say("this takes too long, and was given up")
+            else:
+                if not self.view.is_deleted:
+                    self.say("")
+                    then(found)
+
+        self.working = asyncio.get_running_loop().create_task(do())
+
+    def open(self, name: str, content: bytes) -> None:
+        """Show the beam or the measured table of a file."""
+
+        def show(found: State | Table) -> None:
+            if isinstance(found, Table):
+                self.measure(found)
+            else:
+                self.attempt(lambda now: found._replace(kept=now.kept))
+
+        self.beside("The file is being read ...", READING(name, content, self.state), show)
+
+    def measure(self, table: Table | None) -> None:
+        """Show a measured table beside the curves, or none."""
+        self.table, self.found = table, []
+        self.draw()
+
+    def fit(self) -> None:
+        """Fit the model that is shown to the measured table, and show the beam that is found."""
+        table = self.table
+        if table is None:
+            return
+
+        def show(found: tuple[Beam, list[str]]) -> None:
+            beam, self.found = found
+            self.attempt(lambda now: now._replace(beam=beam))
+
+        self.beside("A fit is being computed ...", FITTING(table, self.drawn), show)
 
     # ---- what is drawn -------------------------------------------------------------------------------------
 
@@ -215,11 +301,16 @@ class Explorer:
         self.later = None
         colour = THEMES["dark" if self.dark else "light"]["mark"]
         for plot, (chart, place) in self.plots.items():
-            options = charts.line_options(self.drawn, plot, dark=self.dark)
+            options = charts.line_options(self.drawn, plot, dark=self.dark, table=self.table)
             if options != chart.options:
                 chart._props["options"] = options
                 chart.update()
-            panels.show_marks(place, [map.Mark("", colour, *charts.point(self.drawn, plot))])
+            if plot != charts.RESIDUAL:
+                left, top = charts.point(self.drawn, plot, self.table)
+                panels.show_marks(place, [map.Mark("" if top else UP, colour, left, top)])
+        self.residual_plot.set_visibility(self.table is not None)
+        panels.show_lines(self.lines, charts.lines(self.drawn, "torque", dark=self.dark, table=self.table))
+        self.measured.show(self.table, self.drawn, self.found)
         self.draw_map()
 
     def draw_map(self) -> None:

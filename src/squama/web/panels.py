@@ -10,10 +10,12 @@ from nicegui import ui
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.plot.palette import ENDS, KEPT, STATES, WORDS
-from squama.web import live, map, state  # noqa: A004 - the module is named after what it draws
+from squama.web import live, map, state, tables  # noqa: A004 - the module is named after what it draws
+from squama.web.charts import Line
 from squama.web.elements import Choice, NumberField, button, text, write
-from squama.web.fields import CHOICES, FIELDS
+from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
+from squama.web.tables import Table
 
 Attempt = Callable[[Callable[[State], State]], None]
 """Goes from the state that is shown to another one, or says why that cannot be."""
@@ -31,16 +33,26 @@ def presets(attempt: Attempt) -> None:
     Choice("Preset", {"": "Start from ..."} | {name: words for name, (words, *_) in PRESETS.items()}, "", go)
 
 
+FILES = {
+    "toml": "beam file (TOML)",
+    "csv": "curve as a table (CSV)",
+    "plots-svg": "plots for print (SVG)",
+    "plots-png": "plots for print (PNG)",
+    "png": "view as a picture (PNG)",
+    "html": "view as a page of its own (HTML)",
+}
+"""What can be downloaded."""
+
+
 def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None:
-    """Make the buttons of downloads, link and brightness."""
+    """Make the menu of downloads and the buttons of link and brightness."""
     with ui.element("nav").props('aria-label="Files and page"'):
-        for kind, what in (
-            ("toml", "the beam file"),
-            ("csv", "the curve as a table"),
-            ("png", "the view as a picture"),
-            ("html", "the view as a page that opens without a server"),
-        ):
-            button(kind.upper(), partial(save, kind), f"Download {what}", kind)
+        with ui.element("details").classes("menu"):
+            text("summary", "Save", "button")
+            with ui.element("div") as every:
+                for kind, what in FILES.items():
+                    button(what[0].upper() + what[1:], partial(save, kind), f"Download the {what}", kind)
+            every.on("click", js_handler="(e) => e.currentTarget.parentElement.removeAttribute('open')")
         copy = button("Copy link", lambda: None, "Copy the address of this state", "link")
         copy.on(
             "click",
@@ -83,6 +95,7 @@ class Controls:
                     if group == "Loading":
                         for name, (label, options) in CHOICES.items():
                             self.choices[name] = Choice(label, options, "", partial(choose, name))
+                        self.material = Choice("Material", {}, "", partial(choose, "material"))
                     for name, field in FIELDS.items():
                         if field.group == group:
                             self.fields[name] = NumberField(name, enter)
@@ -91,6 +104,9 @@ class Controls:
         """Show a state in all fields."""
         for name, choice in self.choices.items():
             choice.set(CHOICES[name][1], getattr(now, name))
+        found = material(now.beam.scale)
+        words = {name: words for name, (words, _) in MATERIALS.items()}
+        self.material.set(words | (OTHER if found in OTHER else {}), found)
         names = LOADS[now.load]
         laws = {"stiffness": names.stiffness(now.beam), "inclusion": names.inclusion(now.beam)}
         for name, field in self.fields.items():
@@ -110,12 +126,11 @@ class Outcome:
     def __init__(self) -> None:
         with ui.element("section").classes("outcome").props('aria-label="Outcome"'):
             with ui.element("div").classes("end"):
-                self.end = text("strong")
+                self.end, self.model = text("strong"), text("span")
                 self.where = text("span")
-                with ui.element("details").classes("warnings") as self.folded:
-                    self.summary = text("summary")
-                    self.list = ui.element("ul")
-                self.folded.set_visibility(False)
+            # within reach of the keyboard, for it scrolls where there are many
+            self.list = ui.element("ul").classes("warnings").props('aria-label="Warnings" tabindex="0"')
+            self.list.set_visibility(False)
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             self.readings = ui.element("dl")
         self.shown: dict[str, ui.element] = {}
@@ -125,6 +140,7 @@ class Outcome:
         """Show a state."""
         end, where, sentence = live.outcome(now)
         write(self.end, end)
+        write(self.model, live.motion(now.setting).model)
         write(self.where, where)
         write(self.sentence, sentence)
         rows = live.readings(now)
@@ -144,16 +160,14 @@ class Outcome:
         if lines == self.told:
             return
         self.told = lines
-        self.folded.set_visibility(bool(lines))
-        many = "1 warning" if len(lines) == 1 else f"{len(lines)} warnings"
-        write(self.summary, f"{many}: outside the model's range")
+        self.list.set_visibility(bool(lines))
         self.list.clear()
         with self.list:
             for line in lines:
                 text("li", line)
 
 
-HEADS = ("", "design", "end", "engagement (rad)", "end (rad)", "load at the cut-off", "RED")
+HEADS = ("", "design", "model", "end", "engages (rad)", "ends (rad)", "load there", "RED")
 
 
 class Compared:
@@ -197,14 +211,64 @@ class Compared:
                     button("Remove", lambda: self.attempt(lambda now: now.drop(i)), f"Remove design {row['name']}")
 
 
+class Measured:
+    """The measured table that was opened: its name, what is left of it beside the curve, a fit."""
+
+    def __init__(self, fit: Callable[[], object], remove: Callable[[], object]) -> None:
+        with ui.element("section").classes("measured").props('aria-label="Measured table"') as self.place:
+            with ui.element("p"):
+                self.name, self.residual = text("strong"), text("span")
+                button("Fit μ and K_θ", fit, "Find friction and joint stiffness by the model that is shown", "fit")
+                button("Remove", remove, "Take the measured points away", "unmeasured")
+            self.found = text("pre")
+        self.place.set_visibility(False)
+
+    def show(self, table: Table | None, now: State, found: Sequence[str]) -> None:
+        """Show a table beside a state, and the lines of a fit."""
+        self.place.set_visibility(table is not None)
+        if table is not None:
+            left = tables.residual(table, now)
+            write(self.name, table.name)
+            words = left.words if left else f"measured in {table.load}"
+            write(self.residual, "; ".join(filter(None, (words, table.said))))
+        write(self.found, "\n".join(found))
+
+
+def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
+    """Say which line of the plots is which, the design that is shown first."""
+    named = {line.name: line for line in reversed(wanted)}
+    looks = [(line.name, _sample(line)) for line in (*list(named.values())[:1], *list(named.values())[:0:-1])]
+    if looks == getattr(place, "told", None):
+        return
+    place.told = looks  # type: ignore[attr-defined]
+    place.clear()
+    with place:
+        for name, look in looks:
+            with ui.element("li"):
+                ui.element("b").classes("key line").style(look)
+                text("span", name)
+
+
+def _sample(line: Line) -> str:
+    """Return the style of a piece of a line."""
+    if line.points:
+        return f"height: 6px; width: 6px; border-radius: 50%; background: {line.colour}"
+    stops, at = [], 0
+    for i, length in enumerate(line.dashes):
+        stops.append(f"{'transparent' if i % 2 else line.colour} {at}px {at + length}px")
+        at += length
+    ground = f"repeating-linear-gradient(90deg, {', '.join(stops)})" if stops else line.colour
+    return f"height: {max(2, round(line.width))}px; background: {ground}"
+
+
 def map_choices(choose: Callable[[int, str], None]) -> Callable[[str, tuple[str, str]], None]:
     """Make the two lists of the map's axes, numbers 0 and 1; return what shows others in them."""
     with ui.element("p").classes("axes"):
-        text("strong", "Regime map on hinges")
+        text("strong", "Map on hinges")
         lists = [Choice(label, {}, "", partial(choose, i)) for i, label in enumerate(("Across", "Up"))]
 
     def show(load: str, axes: tuple[str, str]) -> None:
-        options = {name: f"{FIELDS[name].symbol} {FIELDS[name].label.lower()}" for name in map.axes(load)}
+        options = {name: f"{FIELDS[name].symbol} {map.AXES[name]}" for name in map.axes(load)}
         for one, axis in zip(lists, axes, strict=True):
             one.set(options, axis)
 
@@ -236,7 +300,8 @@ def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
             old = [text("b") for _ in wanted]
     for element, mark in zip(old, wanted, strict=True):
         write(element, mark.letter)
-        style = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; border-color: {mark.colour}"
+        spot = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; margin-left: {mark.shift}px"
+        style = f"{spot}; border-color: {mark.colour}"
         if element.props.get("data-style") != style:
             element.props["data-style"] = style
             element.style(replace=style)

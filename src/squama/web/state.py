@@ -23,7 +23,7 @@ from squama.paper import parameters
 from squama.scene.motion import Motion, Setting
 from squama.scene.picture import FIRST
 from squama.units import as_text, bounded, is_number, shown
-from squama.web.fields import CHOICES, FIELDS, LABELS, MEASURES, placed
+from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, MEASURES, made_of, placed
 
 MOST_KEPT = 3
 """Designs that can be compared."""
@@ -38,7 +38,7 @@ MOST_VALUES = 64
 class State(NamedTuple):
     """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad.
 
-    ``ideal``, "yes" or "no": thin, rigid scales.
+    ``ideal``, "yes" or "no": thin, rigid scales; ``path``: loading only, or "cycle": to the load and back.
     """
 
     beam: Beam
@@ -49,6 +49,7 @@ class State(NamedTuple):
     margin: float = 0.01
     joint: str = "compliant"
     ideal: str = "no"
+    path: str = "loading"
     kept: tuple[State, ...] = ()
 
     @property
@@ -75,6 +76,14 @@ class State(NamedTuple):
         """The same on the paper's hinges."""
         return self._replace(joint="hinge", ideal="yes")
 
+    @property
+    def beside(self) -> State | None:
+        """The same by the other model, where that is there at once: hinges beside the real beam, and the reverse."""
+        if not follow.covers(self.load, "edge"):
+            return None
+        other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
+        return other if other.quick else None
+
     def value(self, name: str) -> float | int | None:
         """Return what a field holds, in SI units."""
         if name in ("twist", "margin"):
@@ -95,6 +104,8 @@ class State(NamedTuple):
             if text == "plate":
                 return new.hinged
             return new.started() if name == "load" else new
+        if name == "material":
+            return self._replace(beam=self.beam.replace(scale=made_of(arguments.one_of(name, text, tuple(MATERIALS)))))
         field = FIELDS[name]
         with naming(field.label):
             number = self._load(text) if name == "twist" else field.read(text)
@@ -176,8 +187,8 @@ def query(state: State) -> str:
     """Return the query of the link that shows a state.
 
     >>> link = query(preset("main"))
-    >>> link[:57], read(link) == preset("main")
-    ('load=twisting&law=edge&sense=%2B&joint=hinge&ideal=yes&ma', True)
+    >>> link[:56], read(link) == preset("main")
+    ('load=twisting&path=loading&law=edge&sense=%2B&joint=hing', True)
     """
     return urlencode([*_pairs(state), *(("keep", query(one)) for one in state.kept)])
 

@@ -83,7 +83,7 @@ export function directions(d, load, theta, slip, k) {
   return { normal, friction: unit(friction) };
 }
 
-// Length of the arrow of a force x in units of K_theta/d.
+// Length of the arrow of a force x in units of its own.
 export const arrow = (x) => (LONGEST * x) / (1 + x);
 
 // Cross-sections of the bar from end to end: four corners each, the scaled edge first.

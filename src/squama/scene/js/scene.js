@@ -198,7 +198,7 @@ export class BeamScene {
     this.chosen = false;
     const seen = [0, this.state.load].flatMap((load) => [
       ...bar(d, load).flat(),
-      ...[first(d), 0, -first(d)].flatMap((k) => scale(d, load, this.state.pose ?? this.state.theta, k).corners),
+      ...Array.from({ length: d.scales }, (_, i) => first(d) + i).flatMap((k) => scale(d, load, this.state.pose ?? this.state.theta, k).corners),
     ]);
     const box = new THREE.Box3().setFromPoints(seen.map((p) => new THREE.Vector3(...p)));
     const middle = box.getCenter(new THREE.Vector3());

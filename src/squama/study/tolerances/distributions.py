@@ -15,7 +15,19 @@ import numpy as np
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.errors import Problems, refuse
-from squama.study.parameters import EXAMPLES, FULL, PARAMETERS, UNUSED, canonical, flattened, meant, own, text_of
+from squama.study.parameters import (
+    EXAMPLES,
+    FACTOR,
+    FULL,
+    PARAMETERS,
+    UNUSED,
+    canonical,
+    effective,
+    flattened,
+    meant,
+    own,
+    text_of,
+)
 from squama.types import Array
 from squama.units import LONGEST, Dimension, QuantityError, for_people, quantity, shown
 
@@ -24,8 +36,8 @@ MOST_CUT = 0.1
 _NOTED = 1e-9
 KINDS = {"normal": "mean, sd", "uniform": "low, high", "triangular": "low, most likely, high"}
 """Distributions, and the values by which each is given."""
-KEYS = tuple(name for name in beamfile.NUMBERS if name not in UNUSED)
-"""What may scatter: every number of a beam file on which a figure depends."""
+KEYS = (*(name for name in beamfile.NUMBERS if name not in UNUSED), FACTOR)
+"""What may scatter: every number of a beam file on which a figure depends, and the error of the joint's law."""
 _SHORT = {**FULL, "pitch": "beam.pitch"}
 _CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
 _PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)
@@ -79,7 +91,9 @@ class Tolerance(NamedTuple):
         return [f"{self.name} = {self.text}: truncated to {bounds.allowed}, which leaves out {self.outside:.2g} of it"]
 
 
-def tolerances(given: Mapping[str, Any], beam: Beam, *, bare: bool = True) -> list[Tolerance]:
+def tolerances(
+    given: Mapping[str, Any], beam: Beam, *, bare: bool = True, joint: str = "hinge", ideal: bool = True
+) -> list[Tolerance]:
     """Read distributions by the names of the beam file; nested tables are taken as their keys.
 
     A value is text as in the module's head or ``(kind, number, ..)``; "+- 1 deg" alone refers to the beam's own value,
@@ -90,6 +104,7 @@ def tolerances(given: Mapping[str, Any], beam: Beam, *, bare: bool = True) -> li
     for name, value in flattened(given):
         with problems.caught():
             key = _key(name)
+            effective(key, joint, ideal=ideal)
             if key in found:
                 refuse(name, "", "is given twice", "give each tolerance once")
             found[key] = _read(key, name, value, beam, bare=bare)

@@ -15,15 +15,20 @@ import numpy as np
 from squama import arguments
 from squama.arrays import edge_contacts
 from squama.beam.design import Beam
-from squama.errors import InputError, naming, refuse
+from squama.errors import InputError, refuse
+from squama.joints.law import errors
 from squama.loads import LOADS
 from squama.model import mechanics
 from squama.model.bending import Bend
-from squama.model.paths import ARRAY, Twist
-from squama.study import columns
+from squama.model.outcome import CODES, End
+from squama.model.paths import ARRAY
+from squama.model.paths import Twist as Tip
+from squama.study import columns, real_columns
+from squama.study.models import Model, Twist, note, shares
+from squama.study.parameters import FACTOR
 from squama.study.tolerances import statistics
-from squama.study.tolerances.distributions import nominal, tolerances
-from squama.study.tolerances.statistics import LOCKS, NONE, REPLICATES, Case, Indices, Limit, dataset, figures_of
+from squama.study.tolerances.distributions import Tolerance, nominal, tolerances
+from squama.study.tolerances.statistics import REPLICATES, Case, Indices, Limit, dataset
 from squama.types import Array
 from squama.units import shown
 
@@ -31,27 +36,30 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
-SAMPLES, FEWEST = 2**17, 3200
+SAMPLES = {"hinge": 2**17, "compliant": 2**15}
+"""Samples unless asked for otherwise, by the joint."""
+FEWEST = 3200
 CHUNK = 65_536
 """Samples that are computed at a time; what is kept of them is 8 bytes a figure."""
 MOST = 2**24
 SAMPLERS = ("sobol", "random")
 _BITS = 30
-ENGAGED, LOCKED, BEFORE = "engaged", "locked", "locked before"
-"""Properties of a sample, beside its figures, that have probabilities and Sobol indices."""
 
 
 def uncertainty(
     beam: Beam,
     vary: Mapping[str, Any],
     *,
+    joint: str | None = None,
+    ideal: bool | None = None,
+    at: float | str | None = None,
     before: float | str | None = None,
     mu: float | None = None,
     load: str = "twisting",
     law: str = "edge",
     sense: str = "+",
     margin: float = 0.01,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     sampler: str = "sobol",
     seed: int = 0,
     levels: Sequence[float] = LEVELS,
@@ -59,7 +67,7 @@ def uncertainty(
     keep: bool = False,
     bare: bool = True,
 ) -> xr.Dataset:
-    """Say what the tolerances of a beam do to its engagement, end, torque and dissipation.
+    """Say what the tolerances of a beam do to its engagement, end, torque, stiffness and dissipation.
 
     Parameters
     ----------
@@ -68,14 +76,18 @@ def uncertainty(
         between them equally likely), "+- 1 deg" (about the beam's own), "60 deg +- 1 deg triangular",
         "60 deg +- 2 deg 2 sd" (normal), "normal(0.25, 0.03)", "uniform(..)", "triangular(low, most likely, high)", or
         ``("normal", 0.25, 0.03)``; a spread may be in %. Limits must be possible for the parameter; a normal
-        distribution is truncated to what is possible, and a note says how much that leaves out.
+        distribution is truncated to what is possible, and a note says how much that leaves out. ``joint.factor``
+        multiplies K_theta of a compliant joint; where that is by the law it scatters as far as the law was off.
+    joint, ideal, at
+        As in :func:`squama.sweep`: how scales are held and taken, and the twist at which figures are taken.
     before
-        Twist (curvature in bending) for the probability of locking before it: a rate in rad/m or text such as
+        Twist (curvature in bending) for the probability that hinges lock before it: a rate in rad/m or text such as
         "120 deg total", "0.2 rad/pitch". An angle per pitch or in total does not change with the pitch of a sample.
     mu, load, law, sense, margin
         As in :func:`squama.solve`; the beam's own friction if not given.
     samples
-        How many at least; Sobol points come as 32 sets of a power of two each, others as 32 equal sets.
+        How many at least (32768; 131072 on hinges); Sobol points come as 32 sets of a power of two each, others as 32
+        equal sets.
     sampler, seed
         "sobol" (scrambled Sobol points) or "random" (PCG64); the same seed gives the same samples on any threads.
     levels
@@ -91,10 +103,11 @@ def uncertainty(
     xarray.Dataset
         Dimension ``figure``: ``mean``, ``sd``, ``quantile`` (by ``level``), each with its standard error ``*_se``,
         ``low``, ``high``, ``nominal``, ``units``, and ``share`` of the samples in which the figure exists, over which
-        the statistics are. Dimension ``end``:
-        ``probability``. Single figures: ``P_engaged``, ``P_locked``, ``P_locked_before``, ``P_ended_before``. Dimension
-        ``bin``: ``count`` of the end twist, by ``end``. Dimension ``indexed``: ``S1``, ``ST`` by ``parameter``.
-        Dimension ``sample``: dimensions and figures of each beam.
+        the statistics are; figures of compliant joints have the names of :func:`squama.sweep`. Dimension ``end``:
+        ``probability``. Single figures: ``P_engaged``, ``P_strength``; on hinges ``P_locked``, ``P_locked_before``,
+        ``P_ended_before``. Dimension ``bin``: ``count`` of the stiffness ratio (on hinges the end twist), by ``end``.
+        Dimension ``indexed``: ``S1``, ``ST`` by ``parameter``. Dimension ``sample``: dimensions and figures of each
+        beam.
 
     Raises
     ------
@@ -105,7 +118,8 @@ def uncertainty(
     --------
     >>> import squama
     >>> beam = squama.Beam.from_ratios(mu=0.3)
-    >>> u = squama.uncertainty(beam, {"alpha": "+- 1 deg", "mu": "normal(0.3, 0.03)"}, samples=4096)
+    >>> vary = {"alpha": "+- 1 deg", "mu": "normal(0.3, 0.03)"}
+    >>> u = squama.uncertainty(beam, vary, joint="hinge", samples=4096)
     >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
     0.283 +- 0.006 rad/pitch
     """
@@ -114,7 +128,8 @@ def uncertainty(
     arguments.sense(sense)
     arguments.one_of("sampler", sampler, SAMPLERS)
     margin = arguments.margin(margin)
-    each = size(arguments.whole("samples", samples, FEWEST, MOST), sampler)
+    model = Model.chosen(beam, load, (law,), sense, joint, ideal, at)
+    each = size(arguments.whole("samples", SAMPLES[model.joint] if samples is None else samples, FEWEST, MOST), sampler)
     seed = arguments.whole("seed", seed, 0, 2**31)
     quantiles = _levels(levels, each)
     base = arguments.whole("indices", indices, 0, 2**20)
@@ -124,16 +139,29 @@ def uncertainty(
         statistics.needed()
     if mu is not None:
         beam = beam.replace(friction={"mu": mu})
-    known = tuple(tolerances(vary, beam, bare=bare))
+    known = tuple(tolerances(vary, beam, bare=bare, joint=model.joint, ideal=model.ideal))
+    own = _of_law(beam, known, model)
+    known += own
     if "friction.mu" not in [t.name for t in known]:
         arguments.friction(beam.friction.mu, None, "pass mu=0.3 or its tolerance")
-    limit = None if before is None else _limit(before, load, beam)
-    case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed)
-    at = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
+    limit = None if before is None else _limit(before, load, beam, model)
+    case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
+    own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
     samples_of = _run(case, _points(len(known), each, sampler, seed), keep=keep)
-    found = dataset(case, samples_of, at, _indices(case, base) if base else None, keep)
-    found.attrs["notes"] = "\n".join(_notes(case, found.figure.values.tolist()))
+    found = dataset(case, samples_of, own_figures, _indices(case, base) if base else None, keep)
+    notes = [*filter(None, [note(beam, load, (law,), joint)])]
+    notes += [f"{t.name} = {t.text}: how far the law of the joint was off, added to what is given" for t in own]
+    notes += _notes(case, found.figure.values.tolist(), samples_of["code"])
+    found.attrs["notes"] = "\n".join(notes)
     return found
+
+
+def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Tolerance, ...]:
+    """Return the scatter of a joint whose K_theta is the law's; none where it is known better, or scatters already."""
+    better = beam.joint.matrix is not None or beam.joint.stiffness is not None
+    if not model.real or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
+        return ()
+    return tuple(tolerances({FACTOR: ("normal", 1.0, errors().K_theta.rms)}, beam, joint=model.joint))
 
 
 def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
@@ -147,14 +175,12 @@ def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
     return tuple(float(v) for v in given)
 
 
-def _limit(given: float | str, load: str, beam: Beam) -> Limit:
-    with naming("before"):
-        rate, other = (LOADS[load].read(given, pitch=d, scales=beam.scales) for d in (1.0, 2.0))
-    if rate <= 0:
-        refuse("before", shown(given), "must be more than 0", 'write e.g. "0.2 rad/pitch"')
-    text = given if isinstance(given, str) else f"{given:g} rad/m"
-    # what depends on the pitch is an angle over it, or over all of them
-    return Limit(text, rate, "rate_end" if rate == other else "load_end")
+def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
+    if model.real:
+        refuse("before", shown(given), "is for locks, which compliant joints have none of", "give at, or take hinges")
+    twist = Twist.read("before", given, load, beam)
+    text = given if isinstance(given, str) else twist.shown
+    return Limit(text, twist.value, "rate_end" if twist.unit == "rad/m" else "load_end")
 
 
 def _run(case: Case, chunks: Iterable[Array], *, keep: bool = False) -> dict[str, Array]:
@@ -173,24 +199,25 @@ def _run(case: Case, chunks: Iterable[Array], *, keep: bool = False) -> dict[str
 def _indices(case: Case, base: int) -> Indices:
     def evaluate(points: Array) -> dict[str, Array]:
         found = _run(case, (points[i : i + CHUNK] for i in range(0, len(points), CHUNK)))
-        locks = np.isin(found["code"], LOCKS)
-        named = {f.name: found[f.role] for f in figures_of(case.load)}
-        named |= {ENGAGED: (found["code"] != NONE).astype(float), LOCKED: locks.astype(float)}
-        if case.limit is not None:
-            named[BEFORE] = (locks & (found[case.limit.role] < case.limit.value)).astype(float)
-        return named
+        named = {f.name: found[f.role] for f in case.figures}
+        properties = {name.replace("_", " "): has for name, (has, _) in case.properties(found).items()}
+        # of a beam that the joint's law does not know nothing is known
+        known = found["code"] != case.unknown
+        return named | {name: np.where(known, has, np.nan) for name, has in properties.items()}
 
     return statistics.indices(tuple(t.name for t in case.tolerances), base, case.seed, evaluate)
 
 
-def _notes(case: Case, summarised: Sequence[str]) -> list[str]:
+def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
     notes = [line for t in case.tolerances for line in t.notes]
-    rare = [f.name for f in figures_of(case.load) if f.name not in summarised]
+    rare = [f.name for f in case.figures if f.name not in summarised]
     if rare:
         notes.append(f"no statistics of {', '.join(rare)}: too few samples have {'it' if len(rare) == 1 else 'them'}")
     limits = {t.name: tuple(t.at(np.array([2**-_BITS, 1 - 2**-_BITS])).tolist()) for t in case.tolerances}
     notes += columns.matrix_warnings(case.beam, case.load, limits)
-    if LOADS[case.load].sided:
+    if case.model.real:
+        notes += shares(np.bincount(code, minlength=len(case.ends)))
+    elif LOADS[case.load].sided:
         mu = next((nominal(t, case.beam) for t in case.tolerances if t.name == "friction.mu"), case.beam.friction.mu)
         assert mu is not None
         e = edge_contacts.ends(**case.beam.ratios, mu=mu, law=case.law, sense=case.sense, contacts="all")
@@ -224,12 +251,7 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
 
 
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
-    """Solve samples of some dimensions, (n,) each in SI units.
-
-    Figures come by role: ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it
-    locks there), ``code`` that of the end. NaN, besides those of the stiffness, where nothing engages. A sample that is
-    no beam is refused.
-    """
+    """Solve samples of some dimensions, (n,) each in SI units; figures by role. One that is no beam is refused."""
     c = columns.columns(case.beam, dimensions, load=case.load)
     n = next(iter(dimensions.values())).size
     good = np.broadcast_to(columns.valid(c), n)
@@ -242,10 +264,33 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
             why = "; ".join(map(str, error.problems))
         reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
         refuse("tolerances", "", reason, "make the tolerances narrower")
-    s = columns.solved(c, law=case.law, sense=case.sense, margin=case.margin, load=case.load, few=0)
+    return _followed(case, c, n) if case.model.at else _hinged(case, c, n)
+
+
+def _followed(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
+    """Follow samples to the twist: fields of :class:`squama.study.real_columns.Figures`.
+
+    No engagement (before the twist) is NaN, and so is an end that is but the twist.
+    """
+    assert case.model.at is not None
+    to = np.broadcast_to(case.model.at.per_pitch(c.d), n)
+    found = real_columns.solved(c, to, sense=case.sense, ideal=case.model.ideal)._asdict()
+    found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
+    found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
+    return found | {"code": found["code"].astype(np.int8)}
+
+
+def _hinged(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
+    """Solve samples on hinges.
+
+    ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it locks there), ``code``
+    that of the end. NaN, besides those of the stiffness, where nothing engages.
+    """
+    how: dict[str, Any] = {"law": case.law, "sense": case.sense, "margin": case.margin, "ideal": case.model.ideal}
+    s = columns.solved(c, load=case.load, few=0, **how)
     si = columns.in_si(c, s)
     code = np.broadcast_to(s.code, n)
-    engaged = code != NONE
+    engaged = code != CODES.index(End.NONE)
     found = {name: si[name] for name in ("load_e", "load_end", "torque", "RED", "U_el", "W_fr")}
     found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
     found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, s.neighbour)
@@ -258,10 +303,11 @@ def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
 
     There the lift is zero, so the derivative of the torque has no other term.
     """
-    row: Bend | Twist = Bend(c.eta, c.theta0)
+    row: Bend | Tip = Bend(c.eta, c.theta0)
     if LOADS[case.load].sided:
         sa = np.sin(c.alpha) * (-1 if case.sense == "-" else 1)
-        row = Twist(c.eta, c.beta, c.lam, sa, np.cos(c.alpha), c.theta0, np.maximum(neighbour, 1))
+        thickness = 0.0 if case.model.ideal else c.sizes["scale"]["thickness"] / c.d
+        row = Tip(c.eta, c.beta, c.lam, sa, np.cos(c.alpha), c.theta0, np.maximum(neighbour, 1), thickness)
     with np.errstate(all="ignore"):
         pt = row.point(c.theta0, case.law, ARRAY)
         D = mechanics.forces(pt, c.theta0, c.mu).D

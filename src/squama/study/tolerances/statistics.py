@@ -22,9 +22,12 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import LOADS, PAPER
-from squama.model.outcome import CODES, End, named
+from squama.loads import LOADS
+from squama.model.outcome import CODES
+from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, canonical
+from squama.study.plan import VARIABLES
+from squama.study.real_columns import ENDS, UNKNOWN
 from squama.study.tolerances.distributions import Tolerance
 from squama.types import Array
 
@@ -189,8 +192,9 @@ _FIGURES = (
     ("stiffness_e", "K_e", "N m2", "tangent stiffness right after engagement"),
 )
 LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
-NONE = CODES.index(End.NONE)
 BINS = 120
+BINNED = {"hinge": "load_end", "compliant": "stiffness_ratio"}
+"""The figure whose histogram is kept, by the joint."""
 
 
 class Limit(NamedTuple):
@@ -214,6 +218,43 @@ class Case(NamedTuple):
     limit: Limit | None
     sampler: str
     seed: int
+    model: Model
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Ends in words by their codes."""
+        return ENDS if self.model.real else CODES
+
+    @property
+    def unknown(self) -> int:
+        """Code of a sample of which nothing is known."""
+        return ENDS.index(UNKNOWN) if self.model.real else -1
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """What is known of a sample."""
+        if self.model.real:
+            stored = VARIABLES[self.model.joint, self.load].items()
+            known = [(v.field, name, v.attrs["units"], v.attrs["long_name"]) for name, v in stored if name != "end"]
+            return tuple(Figure(*row) for row in known)
+        of = LOADS[self.load]
+        return tuple(Figure(role, of.variable(name), unit, text.format(of.verb)) for role, name, unit, text in _FIGURES)
+
+    def properties(self, found: Mapping[str, Array]) -> dict[str, tuple[Array, str]]:
+        """Return what may be so of a sample: truths by name, and words."""
+        engaged = np.isfinite(found["load_e"])
+        if self.model.real:
+            has = {"engaged": (engaged, "scales engage before the twist")}
+            if self.beam.scale.strength is not None or "scale.strength" in [t.name for t in self.tolerances]:
+                has["strength"] = np.isfinite(found["load_strength"]), "a scale comes to its strength"
+            return has
+        locks = np.isin(found["code"], LOCKS)
+        has = {"engaged": (engaged, "scales engage"), "locked": (locks, "the beam locks")}
+        if self.limit is not None:
+            early, text = found[self.limit.role] < self.limit.value, self.limit.text
+            has["locked_before"] = early & locks, f"the beam locks before {text}"
+            has["ended_before"] = early & ~locks, f"the curve ends before {text} without a lock"
+        return has
 
 
 class Figure(NamedTuple):
@@ -223,12 +264,6 @@ class Figure(NamedTuple):
     name: str
     unit: str
     meaning: str
-
-
-def figures_of(load: str) -> tuple[Figure, ...]:
-    """Return the figures of a kind of loading."""
-    of = LOADS[load]
-    return tuple(Figure(role, of.variable(name), unit, text.format(of.verb)) for role, name, unit, text in _FIGURES)
 
 
 MIXED = "as units(figure)"
@@ -261,10 +296,10 @@ def dataset(
     """
     import xarray as xr
 
-    figures = figures_of(case.load)
+    figures = case.figures
     summaries = {f: s for f in figures if (s := summary(found[f.role], case.levels, REPLICATES)) is not None}
-    code, load_end = found["code"], found["load_end"]
-    there = {str(e): code == i for i, e in enumerate(CODES) if np.any(code == i)}
+    code, binned = found["code"], found[BINNED[case.model.joint]]
+    there = {str(e): code == i for i, e in enumerate(case.ends) if np.any(code == i)}
     coords: dict[Hashable, Any] = {
         "figure": [f.name for f in summaries],
         "level": list(case.levels),
@@ -286,28 +321,23 @@ def dataset(
     shares = [probability(has, REPLICATES) for has in there.values()]
     put("probability", ["end"], [p.value for p in shares], "share of the samples", "1")
     put("probability_se", ["end"], [p.se for p in shares], "its standard error", "1")
-    locks = np.isin(code, LOCKS)
-    single = {"P_engaged": (code != NONE, "scales engage"), "P_locked": (locks, "the beam locks")}
-    if case.limit is not None:
-        early, text = found[case.limit.role] < case.limit.value, case.limit.text
-        single["P_locked_before"] = early & locks, f"the beam locks before {text}"
-        single["P_ended_before"] = early & ~locks, f"the curve ends before {text} without a lock"
-    for name, (has, words) in single.items():
+    for name, (has, words) in case.properties(found).items():
         p = probability(has, REPLICATES)
-        put(name, [], p.value, f"probability that {words}", "1")
-        put(f"{name}_se", [], p.se, "its standard error", "1")
+        put(f"P_{name}", [], p.value, f"probability that {words}", "1")
+        put(f"P_{name}_se", [], p.se, "its standard error", "1")
     put("distribution", ["parameter"], [t.text for t in case.tolerances], "distribution of the parameter")
     about = {f.role: f for f in figures}
-    ends = load_end[np.isfinite(load_end)]
+    finite = binned[np.isfinite(binned)]
     edges = np.zeros(1)
-    if ends.size:
-        low, high = float(ends.min()), float(ends.max())
+    if finite.size:
+        low, high = float(finite.min()), float(finite.max())
         edges = np.linspace(low, high if high > low else low * (1 + 1e-9) + 1e-12, BINS + 1)
-    put("bin_low", ["bin"], edges[:-1], about["load_end"].meaning, about["load_end"].unit)
-    put("bin_high", ["bin"], edges[1:], about["load_end"].meaning, about["load_end"].unit)
-    # where nothing engages there is no end twist to count
-    counts = [np.histogram(load_end[has & np.isfinite(load_end)], edges)[0] for has in there.values()]
-    put("count", ["end", "bin"], counts, "samples by end and end twist", "1")
+    of = about[BINNED[case.model.joint]]
+    put("bin_low", ["bin"], edges[:-1], of.meaning, of.unit)
+    put("bin_high", ["bin"], edges[1:], of.meaning, of.unit)
+    # where a sample has not the figure there is nothing to count
+    counts = [np.histogram(binned[has & np.isfinite(binned)], edges)[0] for has in there.values()]
+    put("count", ["end", "bin"], counts, f"samples by end and {of.meaning}", "1")
     if found_indices is not None:
         coords["indexed"] = list(found_indices.figures)
         for key, words in _INDICES.items():
@@ -318,15 +348,16 @@ def dataset(
         for f in figures:
             put(f.name, ["sample"], found[f.role], f.meaning, f.unit)
         # the coordinate of the probabilities is called end
-        put("sample_end", ["sample"], named(code), "how the curve of the sample ends")
+        put("sample_end", ["sample"], np.array(case.ends, str)[code], "how the curve of the sample ends")
     attrs = {
         "title": f"uncertainty of a scale-covered beam in {case.load}",
-        **{key: getattr(case, key) for key in ("load", "law", "sense", "margin")},
-        **PAPER,
+        **{key: getattr(case, key) for key in ("load", "law", "sense")},
+        **({} if case.model.real else {"margin": case.margin}),
+        **case.model.attrs(case.beam),
         "samples": code.size,
         "sets": REPLICATES,
         **{key: getattr(case, key) for key in ("sampler", "seed")},
-        "nominal_end": str(CODES[int(nominal["code"][0])]),
+        "nominal_end": str(case.ends[int(nominal["code"][0])]),
         "tolerances": json.dumps({t.name: [t.kind, *t.numbers] for t in case.tolerances}),
         "without_indices": json.dumps(found_indices.left_out if found_indices else {}),
         "before": case.limit.text if case.limit else "",
@@ -334,6 +365,6 @@ def dataset(
         "beam": case.beam.to_toml(),
         "squama_version": __version__,
         "notes": "",
-        "warnings": "\n".join(case.beam.warnings(case.load)),
+        "warnings": "\n".join(case.model.warnings(case.beam, case.load, case.sense)),
     }
     return xr.Dataset(data, coords, attrs)

@@ -1,0 +1,108 @@
+"""Arrays of states of beams that are bent and twisted at once: thin, rigid scales on hinges."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squama import arguments
+from squama.errors import refuse
+from squama.model import screw
+from squama.types import Array
+
+PART = 4096
+"""States at a time: what is made of them fits a processor's cache."""
+
+
+class Combined(NamedTuple):
+    """States of beams that are bent and twisted; arrays of one shape, lengths in pitches, moments in K_theta.
+
+    ``theta`` inclination, rad; ``contact``: which pair touches (:data:`squama.model.screw.CONTACTS`), "" for none,
+    "locked" where no inclination leads to this bend and twist; ``normal`` force N d/K_theta; ``bending_moment`` and
+    ``torque``, the scales' parts; ``mu_lock`` coefficient of friction that locks the contact in this direction (a
+    negative one never does). NaN where a contact is locked. ``closing`` and ``rolling``: turn about the scale's width
+    and about its length per pitch, rad.
+    """
+
+    theta: Array
+    contact: Array
+    normal: Array
+    bending_moment: Array
+    torque: Array
+    mu_lock: Array
+    closing: Array
+    rolling: Array
+
+
+def combined(
+    psi: ArrayLike,
+    phi: ArrayLike,
+    *,
+    eta: ArrayLike,
+    beta: ArrayLike,
+    lam: ArrayLike,
+    alpha: ArrayLike,
+    theta0: ArrayLike,
+    mu: ArrayLike,
+    toward: tuple[ArrayLike, ArrayLike],
+    neutral_height: ArrayLike = 0.0,
+) -> Combined:
+    """Return states of beams that are bent and twisted at once (docs, theory: bending and twisting).
+
+    Thin, rigid scales on hinges; the neighbour k = 1 alone. Inclination and contact depend on bend and twist, forces on
+    the last direction of motion, too.
+
+    Parameters
+    ----------
+    psi, phi
+        Bend per pitch towards the scaled face, twist per pitch, rad, of any sign; these and all below broadcast.
+    eta, beta, lam
+        Exposed length, half width and half thickness of the substrate over the pitch.
+    alpha, theta0
+        Angles, rad; ``alpha`` may be 0.
+    mu
+        Coefficient of friction.
+    toward
+        Direction (dpsi, dphi) of the last motion.
+    neutral_height
+        Height y_n over the bar's middle, in pitches, of the line that keeps its length: 0 for a bar without axial
+        force, ``lam`` for the scaled face.
+
+    Returns
+    -------
+    Combined
+
+    Raises
+    ------
+    InputError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, squama
+    >>> s = squama.combined(0.08, [0.05, 0.15], eta=3, beta=1.25, lam=0.45, alpha=np.radians(45),
+    ...     theta0=np.radians(10), mu=0.3, toward=(0, 1))
+    >>> print(s.contact, s.torque.round(3), s.bending_moment.round(3))
+    ['BF' 'TS'] [0.751 6.755] [1.021 3.908]
+    """
+    if not isinstance(toward, tuple | list) or len(toward) != 2:
+        refuse("toward", "", "must be two numbers, (dpsi, dphi)", "write e.g. toward=(0, 1) for twisting last")
+    columns, shape = arguments.designs(
+        psi=psi, phi=phi, dpsi=toward[0], dphi=toward[1], neutral_height=neutral_height, eta=eta, beta=beta, lam=lam,
+        alpha=alpha, theta0=theta0, mu=mu,
+    )  # fmt: skip
+    parts = [_states(*(v[i : i + PART] for v in columns)) for i in range(0, max(1, columns[0].size), PART)]
+    return Combined._make(np.concatenate(v).reshape(shape) for v in zip(*parts, strict=True))
+
+
+def _states(
+    psi: Array, phi: Array, dpsi: Array, dphi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array,
+    theta0: Array, mu: Array,
+) -> Combined:  # fmt: skip
+    g = screw.Screw.of(psi, phi, y_n)
+    cos, sin = np.cos(alpha), np.sin(alpha)
+    turn = psi * cos + phi * sin, phi * cos - psi * sin
+    pair = screw.Pair.of(g, eta, beta, lam, alpha, theta0)
+    return Combined(*screw.state(pair, g, *turn, mu, (dpsi, dphi), y_n), *turn)

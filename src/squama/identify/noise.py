@@ -1,0 +1,97 @@
+r"""What the residual of a fit says: its noise, stray points, how many of its points are independent, and the errors.
+
+Neighbours on one way of a test resemble each other where the model misses something or the noise is slow. With the
+correlations r_k of residuals k points apart, n points are worth n/tau independent ones,
+
+.. math:: \tau = \max\Bigl(1 + 2 \sum_k r_k,\; \frac{1 + r_1}{1 - r_1}\Bigr),
+
+summed up to the first r_k that noise alone would give. Where residuals grow with the slope of the
+curve (noise of the twist) the covariance is the sandwich of MacKinnon and White (1985, HC3), else that of least
+squares; both times tau.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.types import Array
+
+_MAD = 1.4826
+_BESIDE, _WINDOW, _LEAST = 3, 25, 9
+_STRAY, _MOST = 6.0, 0.03
+"""Standard deviations of a stray point, by its neighbours; largest part of the points that may be stray."""
+_LEVEL = 1.65
+"""Correlations of noise alone, times the root of the number of points: below it in 95 of 100."""
+_UNEVEN = 2.33
+"""Rank correlation, times the root of the number of points, that even noise exceeds once in 100."""
+
+
+def scatter(torque: Array, way: Array) -> float:
+    """Return the noise of a torque, from second differences along the ways, robust."""
+    inside = (way[2:] == way[1:-1]) & (way[1:-1] == way[:-2])
+    second = (torque[2:] - 2 * torque[1:-1] + torque[:-2])[inside]
+    return _MAD * float(np.median(np.abs(second))) / math.sqrt(6) if second.size else 0.0
+
+
+def strays(residual: Array, way: Array, least: float) -> NDArray[np.bool_]:
+    """Tell which points stand out from their neighbours on the same way, by far more than others and ``least``."""
+    apart, local, found = np.zeros(residual.size), np.zeros(residual.size), np.zeros(residual.size, bool)
+    for number in np.unique(way):
+        own = np.flatnonzero(way == number)
+        if own.size < _LEAST:
+            continue
+        beside = _windows(residual[own], _BESIDE)
+        apart[own] = residual[own] - np.median(np.delete(beside, _BESIDE, axis=1), axis=1)
+        reach = min(_WINDOW // 2, own.size - 1)
+        local[own] = np.median(_windows(np.abs(apart[own]), reach), axis=1)
+        found[own] = True
+    if not found.any():
+        return found
+    scale = _MAD * np.maximum(local, np.median(np.abs(apart[found])))
+    found &= np.abs(apart) > np.maximum(_STRAY * scale, least)
+    return found & (np.count_nonzero(found) <= max(1, _MOST * residual.size))
+
+
+def _windows(values: Array, reach: int) -> Array:
+    """Return every value with its neighbours, shape (n, 2 reach + 1); mirrored at the ends."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, reach, mode="reflect"), 2 * reach + 1)
+
+
+def dependence(residual: Array, way: Array) -> float:
+    """Return tau: how many points are worth one independent one."""
+    n, square = residual.size, float(np.mean(residual**2))
+    if n < 2 * _LEAST or square == 0:
+        return 1.0
+    total, first = 0.0, 0.0
+    for k in range(1, n // 4):
+        same = way[k:] == way[:-k]
+        pairs = int(np.count_nonzero(same))
+        if pairs < _LEAST:
+            break
+        r = float(np.mean((residual[k:] * residual[:-k])[same])) / square
+        if r < _LEVEL / math.sqrt(pairs):
+            break
+        first = first or min(r, 0.99)
+        total += r * pairs / n
+    return max(1 + 2 * total, (1 + first) / (1 - first))
+
+
+def uneven(residual: Array, slope: Array) -> bool:
+    """Tell whether residuals grow with the slope, by the correlation of their ranks (Spearman)."""
+    from scipy.stats import rankdata
+
+    steep = np.abs(slope)
+    if residual.size < 2 * _LEAST or not np.ptp(steep) > 1e-9 * steep.max():
+        return False
+    r = np.corrcoef(rankdata(np.abs(residual)), rankdata(np.round(steep / steep.max(), 9)))[0, 1]
+    return bool(r * math.sqrt(residual.size - 1) > _UNEVEN)
+
+
+def sandwich(jacobian: Array, residual: Array, inner: Array) -> Array:
+    """Return the covariance HC3; ``inner`` is the inverse of J^T J."""
+    leverage = np.einsum("ij,jk,ik->i", jacobian, inner, jacobian)
+    J = jacobian * (residual / np.maximum(1 - leverage, 1e-3))[:, None]
+    return np.asarray(inner @ (J.T @ J) @ inner)

@@ -1,0 +1,168 @@
+"""What a fit is asked for, and the points of a record by a model: which may be used, whether they are enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama import arguments
+from squama.beam import matrixfile
+from squama.beam.design import Beam
+from squama.curves import follow, hinge_cycles, path
+from squama.errors import InputError, refuse
+from squama.identify import records
+from squama.identify.estimate import Points
+from squama.identify.forward import Hinged
+from squama.identify.parameters import Asked, ask
+from squama.identify.readings import Readings
+from squama.identify.records import Record
+from squama.identify.search import Measurement
+from squama.identify.walked import Walked
+from squama.io.measured import Measured
+from squama.loads import LOADS
+
+_NEAR = 1e-9
+_ENGAGED = {"mu", "K_theta", "theta0"}
+
+
+class Wanted(NamedTuple):
+    """What a fit is asked for, checked: arguments of :func:`squama.fit`.
+
+    ``limits`` are ``to``, ``reversal`` and ``stick``; ``noise`` N m, if given; ``candidates`` nuisances that may be
+    found unasked.
+    """
+
+    beam: Beam
+    specimens: list[Measured]
+    names: tuple[str, ...]
+    load: str
+    law: str
+    bounds: Mapping[str, tuple[Any, Any]] | None
+    limits: dict[str, Any]
+    noise: float | None
+    starts: int
+    candidates: tuple[str, ...]
+
+
+class Prepared(NamedTuple):
+    """Points of a record by a model, which of them may be used, and what is to be found."""
+
+    record: Record
+    asked: Asked
+    points: Points
+    usable: NDArray[np.bool_]
+
+    def measurement(self, noise: float | None) -> Measurement:
+        """Return what a search takes."""
+        return Measurement(self.points, self.record.torque, self.points.readings.numbers, self.usable, noise)
+
+
+def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
+    """Return the joint that is meant, and why it is the hinge where none is given and the load has both."""
+    if joint is not None and arguments.joint(joint) == "compliant":
+        _covered(wanted, samples)
+    found, _, why = follow.meant(wanted.beam, wanted.load, wanted.law, joint)
+    if joint is None and found == "compliant":
+        if "theta0" in wanted.names:
+            found, why = "hinge", "theta0 is found on hinges only: the matrix of a joint depends on it"
+        elif samples:
+            found, why = "hinge", "samples are drawn on hinges only"
+    return found, why
+
+
+def _covered(wanted: Wanted, samples: int) -> None:
+    """Refuse what the compliant joint does not cover."""
+    asked = path.Asked(wanted.beam, path.LoadPath.of(wanted.load, [1.0]), np.zeros(()), wanted.law, 0.01, 3)
+    follow.model("compliant", asked)
+    if samples:
+        refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
+    if "theta0" in wanted.names:
+        reason = 'theta0 is not found with joint="compliant": the elements depend on it'
+        refuse("parameters", "", reason, "leave it out")
+
+
+def prepared(joint: str, wanted: Wanted) -> Prepared:
+    """Return the points of a record by a kind of joint; refuse what no trial covers."""
+    beam = wanted.beam if joint == "hinge" else _held(wanted.beam)
+    asked = ask(beam, wanted.load, wanted.names, wanted.bounds)
+    # a stiffness that the file gives does not go with the bar's modulus
+    asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
+    record = records.record(wanted.specimens, beam, wanted.load, **wanted.limits)
+    return placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked)
+
+
+def placed(record: Record, asked: Asked, law: str) -> Prepared:
+    """Put a record on the paths of its contacts on hinges; refuse what no trial covers."""
+    # for the smallest friction and inclination at rest of all trials
+    start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})
+    senses = hinge_cycles.senses(start, asked.load, asked.bound("mu", 0), law, _NEAR)
+    records.check_range(record, senses, asked.bound("mu", 0))
+    points = Hinged(senses, _readings(record, asked))
+    # what is not asked for and lies beyond the range has no place on a path
+    most = np.where(record.load < 0, senses.most["-"], senses.most["+"])
+    covered = np.abs(record.load) <= most * (1 + _NEAR)
+    stuck = record.stuck & (points.at(asked.physical(asked.start)).theta > 0)
+    return Prepared(record, asked, points, record.asked & covered & ~stuck)
+
+
+def _readings(record: Record, asked: Asked) -> Readings:
+    return Readings.of(record.load, record.way, record.specimen, asked.beam.scales)
+
+
+def _held(beam: Beam) -> Beam:
+    """Return the beam with the matrix of its joint, alone."""
+    from squama.curves.real import Held
+
+    matrix = matrixfile.stored(beam, Held.of(beam).K[:7, :7])
+    return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
+
+
+def _walked(record: Record, asked: Asked) -> Prepared:
+    """Put a record on the compliant joint; refuse one that the beam does not follow, nor with the least friction."""
+    start = asked.physical(asked.start)
+    readings = _readings(record, asked)
+    try:
+        points = Walked(asked.beam, readings, start)
+    except InputError:
+        if asked.place("mu") is None or not asked.bound("mu", 0) < start.mu:
+            raise
+        points = Walked(asked.beam, readings, start._replace(mu=asked.bound("mu", 0)))
+    stuck = record.stuck & points.touching(points.start)
+    return Prepared(record, asked, points, record.asked & ~stuck)
+
+
+def enough(made: Prepared, *, noise_known: bool) -> None:
+    """Refuse too few points, and points that do not show what is to be found."""
+    (rec, asked, points, usable), word = made, LOADS[made.asked.load].verb
+    need, have = len(asked.rows) + (not noise_known), int(np.count_nonzero(usable))
+    if have < need:
+        count = f"{have} usable point{'s' * (have != 1)} (of {rec.load.size}) for {len(asked.rows)} parameters"
+        remedy = f"give {need} or more, better ten for each parameter"
+        refuse("data", "", f"{count} ({' and '.join(asked.names)})", remedy)
+    if not rec.torque[usable].any():
+        refuse("data", "", "the torque is 0 at every point that is used", "check the column and the load cell")
+    hidden = [n for n in asked.names if n in _ENGAGED]
+    least = asked.physical(asked.start)._replace(theta0=asked.bound("theta0", 0))
+    touching = int(np.count_nonzero(usable & points.touching(least)))
+    if touching >= len(hidden):
+        return
+    if touching:
+        kinds = " and ".join([n for n in hidden if n != "theta0"] or hidden)
+        reason = f"{touching} point in contact for {len(hidden)} parameters that are seen in contact only ({kinds})"
+        refuse("data", "", reason, f"give points at a larger {word}")
+    far = float(max(rec.load[usable], key=abs))
+    here, there = ("-", "+") if far < 0 else ("+", "-")
+    engaged = points.engaged()
+    if np.isfinite(engaged[here]):
+        at = float(np.copysign(engaged[here], far))
+        where = f"engagement is at {at:.4g} rad/pitch"
+        remedy = f"measure beyond {at:.4g} rad/pitch ({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B only"
+    else:
+        where = f"in this sense, {here}, the scales do not engage"
+        turned = np.isfinite(engaged[there])
+        remedy = "if the sense was the other, turn the signs of twist and torque" if turned else "find C_f or E_B only"
+    reason = f"all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where})"
+    refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)

@@ -1,0 +1,122 @@
+r"""From what the machine reads to the twist of the specimen: an offset of the twist, and play that reversals take up.
+
+The reading m of a specimen that is twisted by x (rad per pitch; the parameters are over the whole beam of N scales):
+
+.. math::
+    m = x + \frac{z - c\,b}{N}
+
+with the zero z of the twist, the backlash b, c = 0 on the ways in the first sense and 1 in the first sense's sign on
+those back. Where the twist turns round the specimen stays until the play is taken up.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.types import Array
+
+
+class Readings(NamedTuple):
+    """Points of a test, arrays of length n.
+
+    ``load`` the reading, signed, rad per pitch; ``direction`` +1 or -1 in which it moved; ``specimen`` whose it is;
+    ``order`` how far its record had gone, 0 to 1; ``scales`` of the beam.
+    """
+
+    load: Array
+    direction: Array
+    specimen: NDArray[np.int64]
+    order: Array
+    scales: int
+
+    @classmethod
+    def of(cls, load: Array, way: Array, specimen: Array, scales: int) -> Readings:
+        """Return those of records, one behind the other; ``way`` +1 where the magnitude grew, -1 where it fell."""
+        order = np.zeros(load.size)
+        for number in np.unique(specimen):
+            own = specimen == number
+            order[own] = np.linspace(0, 1, np.count_nonzero(own))
+        return cls(load, way * np.where(load < 0, -1.0, 1.0), specimen, order, scales)
+
+    @property
+    def records(self) -> list[list[slice]]:
+        """Ways between two turning points, of each specimen."""
+        new = np.diff(self.specimen) != 0
+        ends = [0, *(np.flatnonzero((np.diff(self.direction) != 0) | new) + 1).tolist(), self.load.size]
+        found: list[list[slice]] = []
+        for a, b in itertools.pairwise(ends):
+            if a == 0 or new[a - 1]:
+                found.append([])
+            found[-1].append(slice(a, b))
+        return found
+
+    @property
+    def numbers(self) -> NDArray[np.int64]:
+        """Numbers of the points' ways."""
+        found = np.zeros(self.load.size, np.int64)
+        for number, way in enumerate(way for ways in self.records for way in ways):
+            found[way] = number
+        return found
+
+    def turning(self, share: float) -> NDArray[np.bool_]:
+        """Tell which readings come after a reversal by less than a share of the range."""
+        found, reach = np.zeros(self.load.size, bool), share * float(np.ptp(self.load))
+        for ways in self.records:
+            for before, way in itertools.pairwise(ways):
+                farthest = self.load[before].max() if self.direction[way.start] < 0 else self.load[before].min()
+                found[way] = np.abs(self.load[way] - farthest) < reach
+        return found
+
+    def placed(self, zero: float, backlash: float) -> tuple[Array, Array]:
+        """Return the specimen's twists, and ``way`` there: +1 on the branch of loading, -1 on that of unloading.
+
+        The twist turns round at its farthest reading.
+        """
+        x, direction = self.load - zero / self.scales, self.direction.copy()
+        for ways in self.records:
+            first = self.direction[ways[0].start]
+            before: slice | None = None
+            for way in ways:
+                sense = self.direction[way.start]
+                if before is not None:
+                    if sense != first:
+                        x[way] += first * backlash / self.scales
+                    turned = x[before].max() if sense < 0 else x[before].min()
+                    # in the play the specimen stays as it was when the twist turned round
+                    held = np.flatnonzero(sense * (x[way] - turned) <= 0) + way.start
+                    x[held], direction[held] = turned, -sense
+                before = way
+        return x, direction * np.where(x < 0, -1.0, 1.0)
+
+    def drawn(self, points: int, *, once: bool, same: float = 0.02) -> tuple[Readings, Array]:
+        """Return evenly spaced readings of each way, and the number of their way; 0 for what is not drawn.
+
+        Ways that are gone again are drawn once if that is asked, and very short ones not.
+        """
+        size, seen = float(np.abs(self.load).max()), list[tuple[float, float]]()
+        parts: list[tuple[Array, ...]] = []
+        for ways in self.records:
+            at: float | None = None
+            for way in ways:
+                own, sense = self.load[way], float(self.direction[way.start])
+                start = at if at is not None else float(own[0])
+                stop = float(own.max() if sense > 0 else own.min())
+                new = abs(stop - start) > same * size
+                if once:
+                    new &= all(max(abs(start - a), abs(stop - b)) > same * size for a, b in seen)
+                if new:
+                    seen.append((start, stop))
+                # where a way begins at a reversal the torque before its drop and after it
+                share = np.concatenate([[0.0, 1e-9], np.linspace(0, 1, points)[1:]])
+                load = start + share * (stop - start)
+                n, ends = load.size, self.order[[way.start, way.stop - 1]]
+                order = ends[0] + share * (ends[1] - ends[0])
+                leg = np.full(n, len(seen) if new else 0)
+                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, leg))
+                at = stop
+        load, direction, specimen, order, leg = map(np.concatenate, zip(*parts, strict=True))
+        return Readings(load, direction, specimen, order, self.scales), leg

@@ -1,0 +1,212 @@
+"""The search of a fit: robust first, without stray points then, with the nuisances that the residual shows.
+
+Which of the nuisances are needed is told by Schwarz's criterion (BIC): all of them are found at once, with their
+covariance C, and what the sum of squares over the noise would grow by without some of them, p, is p^T C_pp^-1 p. Of all
+selections the one is kept for which that plus ln(n) for each that is found is the least. A nuisance that is no less
+than half its error is kept, too, where leaving it out would move what is asked by more than half its error: the points
+would hardly show it, and a narrow interval would not hold.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.errors import InputError, refuse
+from squama.identify import estimate, noise
+from squama.identify.estimate import Estimate, Points
+from squama.identify.forward import Physical
+from squama.identify.parameters import OF_TWIST, Asked, ask
+from squama.identify.walked import Walked
+from squama.types import Array
+
+_EXACT = (1e-9, 1e-6)
+"""Residuals over the largest torque that are rounding: on hinges, and where the path is walked."""
+_ALIKE = 1e-4
+"""Part of a nuisance's derivatives that the others do not make up for, below which it is not looked for."""
+_SHARE = 0.05
+"""Largest nuisance that is looked for unasked, over the range of what is measured."""
+_SEEN = 0.5
+"""Least nuisance, over its error, that is allowed for because what is asked would move without it."""
+_TURNING = 0.01
+"""Way after a reversal on which points do not tell the play, over the range of the twist."""
+_MOVES = 0.5
+"""Move of what is asked, over its error, from which on it would."""
+_ROBUST, _FLOOR = 3.0, 1e-3
+"""Residuals that count linearly in the first search: over the noise, and over the largest torque at least; less than
+that is no stray point either."""
+
+
+class Measurement(NamedTuple):
+    """What is fitted: points by a model, torques (N m), numbers of their ways, which may be used; noise if given."""
+
+    points: Points
+    torque: Array
+    way: Array
+    usable: NDArray[np.bool_]
+    noise: float | None
+
+    def fit_for(self, names: Collection[str]) -> Measurement:
+        """Return it without the points at reversals, where play is to be found.
+
+        Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
+        """
+        if "backlash" not in names:
+            return self
+        return self._replace(usable=self.usable & ~self.points.readings.turning(_TURNING))
+
+
+class Found(NamedTuple):
+    """What a search finds.
+
+    ``noise`` of a point (N m), ``dependence`` tau, ``uneven`` whether the noise goes with the slope; ``usable`` without
+    the ``stray`` points; ``added`` names of nuisances that were not asked for.
+    """
+
+    asked: Asked
+    best: Estimate
+    covariance: Array
+    noise: float
+    dependence: float
+    uneven: bool
+    usable: NDArray[np.bool_]
+    stray: NDArray[np.bool_]
+    added: tuple[str, ...]
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals, N m."""
+        return math.sqrt(self.best.square / np.count_nonzero(self.usable))
+
+
+def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ...]) -> Found:
+    """Search for what is asked, from so many starts, and for those of the candidates that the residual shows."""
+    test = test.fit_for(asked.names)
+    index = np.flatnonzero(test.usable)
+    points, torque, way = test.points.take(index), test.torque[index], test.way[index]
+    size = float(np.abs(torque).max())
+    limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
+    rough = estimate.solve(points, torque, asked, estimate.starts(points, torque, asked, starts), limit)
+    out = noise.strays(rough.residual, way, _FLOOR * size)
+    stray = np.zeros(test.usable.size, bool)
+    stray[index[out]] = True
+    left = test._replace(usable=test.usable & ~stray)
+    full = _with(left, asked, rough.values, tuple(n for n in candidates if n not in asked.names))
+    best = settle(left, asked, rough.values)
+    added: tuple[str, ...] = ()
+    if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
+        wanted, start = full
+        try:
+            whole = settle(left.fit_for(wanted.names), wanted, start)
+            kept = _needed(whole, asked)
+        except InputError:
+            # all at once the points do not tell them apart
+            kept = ()
+        if kept:
+            chosen = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
+            values = [whole.best.values[wanted.names.index(n)] for n in chosen.names]
+            best, added = settle(left.fit_for(kept), chosen, np.array(values)), kept
+    agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
+    return best._replace(best=agreed, stray=stray, added=added)
+
+
+def _rounding(test: Measurement) -> float:
+    return _EXACT[isinstance(test.points, Walked)]
+
+
+def settle(test: Measurement, asked: Asked, start: Array) -> Found:
+    """Find the least squares from a start, with the covariance that the residual asks for."""
+    index = np.flatnonzero(test.usable)
+    points, torque, way = test.points.take(index), test.torque[index], test.way[index]
+    best = estimate.solve(points, torque, asked, [start])
+    sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
+    covariance = estimate.covariance(best.jacobian, sigma, asked.names)
+    tau, skew = 1.0, False
+    if best.square > (_rounding(test) * float(np.abs(torque).max())) ** 2 * index.size:
+        tau = noise.dependence(best.residual, way)
+        wanted = np.array([name == "twist_zero" for name in Physical._fields])
+        slope = points.jacobian(asked.physical(best.values), wanted)[:, 5]
+        skew = test.noise is None and noise.uneven(best.residual, slope)
+    if skew:
+        covariance = noise.sandwich(best.jacobian, best.residual, covariance / sigma**2)
+    covariance = covariance * tau
+    if not all(np.isfinite(values).all() for values in (best.values, covariance, sigma)):
+        refuse("data", "", "the estimates or their errors are no finite numbers", "check the units of twist and torque")
+    return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), ())
+
+
+def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
+    """Return what is asked with those nuisances that the points can tell, and a start; None if there are none."""
+    index = np.flatnonzero(test.usable)
+    points, torque = test.points.take(index), test.torque[index]
+    if index.size < 10 * (len(asked.rows) + len(names)):
+        return None
+    twists, readings = test.points.readings.load[index], test.points.readings
+    reach = {
+        **dict.fromkeys(OF_TWIST, float(np.ptp(twists)) * readings.scales),
+        **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
+    }
+    limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
+    wanted = ask(asked.beam, asked.load, (*asked.names, *names), dict(_bounds(asked)) | limits)
+    start = np.concatenate([values, np.zeros(len(names))])
+    J = estimate.derivatives(points, wanted, start)
+    while len(wanted.rows) > len(asked.rows):
+        free = _own(J)
+        own = len(asked.rows) + int(np.argmin(free[len(asked.rows) :]))
+        if free[own] > _ALIKE:
+            return wanted, start
+        wanted = wanted.without({wanted.names[own]})
+        J, start = np.delete(J, own, axis=1), np.delete(start, own)
+    return None
+
+
+def _bounds(asked: Asked) -> list[tuple[str, tuple[float, float]]]:
+    return [(n, (float(a), float(b))) for n, a, b in zip(asked.names, asked.low, asked.high, strict=True)]
+
+
+def _own(J: Array) -> Array:
+    """Return the part of each column's square that the other columns do not make up for."""
+    norm = np.linalg.norm(J, axis=0)
+    left = np.zeros(norm.size)
+    seen = np.flatnonzero(norm > 0)
+    for i in seen:
+        others = np.delete(J, i, axis=1)[:, np.delete(norm, i) > 0] / np.delete(norm, i)[np.delete(norm, i) > 0]
+        column = J[:, i] / norm[i]
+        fitted = others @ np.linalg.lstsq(others, column, rcond=None)[0] if others.size else 0.0
+        left[i] = float(np.sum((column - fitted) ** 2))
+    return left
+
+
+def _needed(whole: Found, asked: Asked) -> tuple[str, ...]:
+    """Return the nuisances without which the residual would grow by more than chance, or what is asked would move."""
+    names, n = whole.asked.names, np.count_nonzero(whole.usable)
+    every = [i for i, name in enumerate(names) if name not in asked.names]
+    free = [i for i in every if not whole.best.at_bound[i]]
+
+    def without(kept: tuple[int, ...]) -> tuple[Array, Array, float]:
+        """Estimates and covariance without the others; what the sum of squares over the noise grows by."""
+        p, C = whole.best.values, whole.covariance
+        if not (gone := [i for i in every if i not in kept]):
+            return p, C, 0.0
+        share = np.linalg.solve(C[np.ix_(gone, gone)], C[gone]).T
+        grown = p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone])
+        return p - share @ p[gone], C - share @ C[gone], float(grown)
+
+    choices = (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size))
+    kept = min(choices, key=lambda kept: without(kept)[2] + math.log(n) * len(kept))
+    own = slice(0, len(asked.names))
+    while rest := [i for i in free if i not in kept]:
+        errors, moves = np.sqrt(np.diag(without(kept)[1])[own]), {}
+        for i in rest:
+            p, C, _ = without((*kept, i))
+            if p[i] ** 2 > _SEEN**2 * C[i, i]:
+                moves[i] = float(np.max(np.abs(p - without(kept)[0])[own] / errors))
+        if not moves or max(moves.values()) < _MOVES:
+            break
+        kept = (*kept, max(moves, key=moves.__getitem__))
+    return tuple(names[i] for i in sorted(kept))

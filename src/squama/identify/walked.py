@@ -1,0 +1,170 @@
+r"""The torque of the real beam at the readings of a test: the path is walked with each trial.
+
+Scales have six motions on the matrix of their joint, and are thick and, where their modulus is known, elastic. The way
+decides, so that no twist tells the torque alone. The matrix takes ``K_theta`` on as a beam's file does
+(:func:`squama.joints.factor.scaled`), the rigidity R without contact being kept:
+
+.. math:: T = R\,\Phi + T_0 + T_s(\mu, K_\theta).
+
+A walk of a loop takes about a millisecond, so that derivatives are differences of walks.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.beam.matrixfile import twisting_stiffness
+from squama.curves import real, real_cycles
+from squama.errors import InputError
+from squama.identify.forward import Physical
+from squama.identify.readings import Readings
+from squama.joints.factor import scaled
+from squama.types import Array
+
+INCREMENT = 1e-3
+"""Largest increment of the twist, rad per pitch: half of it changes a torque by some 1e-7."""
+NODES = 500
+"""Most twists of a way that are walked to; between them the torque is interpolated."""
+_APART = 1e-5
+"""Least distance of two of them, over the largest twist."""
+_KEPT = 16
+_STEPS = {"mu": 2e-3, "stiffness": 1e-3, "twist_zero": 2e-3, "backlash": 2e-3}
+"""Steps of the differences; that of the stiffness over its value."""
+_FAR = 1e3
+
+
+class Walked:
+    """Points of a test on the joint whose matrix the beam has.
+
+    Trials on which the contact ends have a torque a thousand times too large; where it ends with the beam as given,
+    the record is refused.
+    """
+
+    def __init__(self, beam: Beam, readings: Readings, v: Physical) -> None:
+        self.beam, self.readings, self.start = beam, readings, v
+        self.index = np.arange(readings.load.size)
+        self.held, self.plate = real.Held.of(beam), real.scale(beam, ideal=False)
+        self._kept: dict[tuple[float, ...], tuple[Array, Array, Array]] = {}
+        self._at(v)
+
+    def take(self, index: Array) -> Walked:
+        """Return some of the points; what is walked is shared."""
+        other = copy.copy(self)
+        other.index = self.index[index]
+        return other
+
+    def touching(self, v: Physical) -> Array:
+        """Whether plates touch."""
+        return self._at(v)[2][self.index]
+
+    def torque(self, v: Physical) -> Array:
+        """Torque that is read (N m)."""
+        try:
+            x, scales, _ = self._at(v)
+        except InputError:
+            x, scales, _ = self._at(self.start)
+            scales = _FAR * scales
+        torque = v.rigidity / self.beam.pitch * x + scales + v.drift * self.readings.order
+        return np.asarray(torque[self.index] + v.torque_zero)
+
+    def jacobian(self, v: Physical, wanted: Array) -> Array:
+        """Return the derivatives of the torque, shape (n, 8), in the order of :class:`Physical`, where ``wanted``."""
+        out = np.zeros((self.index.size, len(Physical._fields)))
+        out[:, 2] = self._at(v)[0][self.index] / self.beam.pitch
+        out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
+        for i, name in enumerate(Physical._fields):
+            if wanted[i] and name in _STEPS:
+                out[:, i] = self._slope(v, name)
+        return out
+
+    def _slope(self, v: Physical, name: str) -> Array:
+        """Return a derivative by central differences; one-sided at 0, and where the contact ends on one side."""
+        value = getattr(v, name)
+        h = _STEPS[name] * (value if name == "stiffness" else 1.0)
+        ends = [value - h if name == "twist_zero" else max(value - h, 0.0), value + h]
+        for i, end in enumerate(ends):
+            try:
+                self._at(v._replace(**{name: end}))
+            except InputError:
+                ends[i] = value
+        low, high = ends
+        if low == high:
+            return np.zeros(self.index.size)
+        up, down = (self.torque(v._replace(**{name: at})) for at in (high, low))
+        return np.asarray((up - down) / (high - low))
+
+    def locks_at(self, _: Physical) -> float:
+        """Smallest friction beyond a lock: not known before it is walked."""
+        return math.inf
+
+    def engaged(self) -> dict[str, float]:
+        """Twist per pitch at which plates first touch, by sense."""
+        found = real_cycles.paths(self.beam, self.held, self.plate, self.start.mu, np.array([-1.0, 1.0]))
+        return {s: one.way.contact.phi if one.way.contact.words else math.inf for s, one in found.items()}
+
+    def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
+        """Return readings of each way to be drawn, and the number of their way."""
+        readings, leg = self.readings.drawn(points, once=once)
+        found = copy.copy(self)
+        found.readings, found.index, found._kept = readings, np.flatnonzero(leg), {}
+        return found, leg[leg > 0]
+
+    def _at(self, v: Physical) -> tuple[Array, Array, Array]:
+        """Return twists (rad per pitch), torques of the scales (N m) and whether they touch, at all readings."""
+        key = tuple(map(float, (v.mu, v.stiffness, v.twist_zero, v.backlash)))
+        if key not in self._kept:
+            if len(self._kept) >= _KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = self._walk(*key)
+        return self._kept[key]
+
+    def _walk(self, mu: float, stiffness: float, zero: float, backlash: float) -> tuple[Array, Array, Array]:
+        x = self.readings.placed(zero, backlash)[0]
+        unit = self.beam.unit_moment
+        held = self.held._replace(K=scaled(self.held.K[:7, :7], K_theta=stiffness / unit))
+        bare = twisting_stiffness(held.K)
+        paths = real_cycles.paths(self.beam, held, self.plate, mu, x)
+        scales, touching = np.zeros(x.size), np.zeros(x.size, bool)
+        for ways in self.readings.records:
+            nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
+            twists, places = _joined(nodes)
+            real_cycles.check(twists.tolist())
+            rows = real_cycles.rows(paths, twists, INCREMENT)
+            own = (rows[:, 1] - bare * np.abs(twists)) * unit * np.where(twists < 0, -1.0, 1.0)
+            for way, at, place in zip(ways, nodes, places, strict=True):
+                order = np.argsort(at)
+                known, values, force = at[order], own[place][order], rows[place, 2][order]
+                scales[way] = np.interp(x[way], known, values)
+                touching[way] = np.interp(x[way], known, force) > 0
+        return x, scales, touching
+
+
+def _nodes(x: Array, sense: float) -> Array:
+    """Return the twists of a way that are walked to, in the order in which they come."""
+    found = np.unique(x)
+    if found.size > NODES:
+        found = np.linspace(found[0], found[-1], NODES)
+    apart, kept = _APART * float(np.abs(found).max()), [found[-1]]
+    for value in found[-2::-1]:
+        if kept[-1] - value > apart:
+            kept.append(value)
+    return np.array(kept[::-1] if sense > 0 else kept)
+
+
+def _joined(ways: list[Array]) -> tuple[Array, list[Array]]:
+    """Return the twists of a history from rest, and the places of the twists of each way; through 0 where it passes."""
+    found, places = [0.0], []
+    for way in ways:
+        own = []
+        for value in way.tolist():
+            if found[-1] * value < 0:
+                found.append(0.0)
+            if value != found[-1]:
+                found.append(value)
+            own.append(len(found) - 1)
+        places.append(np.array(own))
+    return np.array(found), places

@@ -1,0 +1,149 @@
+"""Figures of many real beams that a target may name: thick, elastic scales on the joint by its law.
+
+Derivatives are central differences of the compiled curves. Their steps are fixed in the twist, so that figures are
+smooth: with shifts of :data:`NEAR` derivatives of a torque, a stress or an engagement are good to some 1e-4 of the
+figure, those of a tangent and of frictional work to 1e-3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.curves import doors
+from squama.curves.labelled import Answer
+from squama.inverse import figures
+from squama.inverse.figures import At, Found, Options, Want
+from squama.model.sensitivity import STEP
+from squama.real import path
+from squama.study import real_columns
+from squama.study.columns import Cells
+from squama.study.real_columns import Figures
+from squama.types import Array
+
+AT_TWIST = {
+    "tangent": ("N m2", "tangent stiffness at the stated twist"),
+    "torque": ("N m", "torque at the stated twist"),
+    "stiffness_ratio": ("1", "tangent stiffness over that without contact at the stated twist"),
+    "stress": ("Pa", "largest stress (von Mises) in a scale at the stated twist"),
+    "strength_share": ("1", "largest stress in a scale over its strength at the stated twist"),
+    "W_fr": ("J/m", "frictional work up to the stated twist"),
+    "RED": ("1", "share of the work up to the stated twist that friction takes"),
+}
+FIGURES = {
+    **AT_TWIST,
+    "stiffness": ("N m2", "stiffness before engagement"),
+    "engagement": ("rad", "twist per pitch at engagement"),
+    "length": ("m", "length of the beam"),
+}
+"""Figures by name: unit, words."""
+NEAR = 2e-3
+"""Shift of the differences: the largest relative change of a column."""
+ROUGH = 0.1
+"""A coefficient of friction is shifted as if it were at least this."""
+_VARIABLES = {"torque": "T", "tangent": "K_t"}
+"""Variables of a response that have other names than the figures."""
+
+
+def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
+    """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.figures.evaluate`.
+
+    Contacts of all plates are always looked for: a curve ends with another contact, and so do its figures.
+    """
+    del plates
+    n, k = c.d.size, len(moved)
+    every, shares = [c], []
+    for m in moved:
+        rates = _each(lambda x: np.imag(x) / STEP, m)
+        share = _share(c, rates)
+        shares.append(share)
+        every += [_each(lambda x, y, h=sign * share: np.real(x) + h * y, c, rates) for sign in (1.0, -1.0)]
+    values, last = _values(_joined(every), wants, options)
+    values = values.reshape(len(wants), 1 + 2 * k, n)
+    middle, up, down = values[:, :1], values[:, 1::2], values[:, 2::2]
+    slopes = np.zeros((len(wants), k, n))
+    if k:
+        h = np.array(shares)
+        # at the end of a curve, or of the law's range, one side is there
+        for rise, run in (((up - middle), h), ((middle - down), h), ((up - down), 2 * h)):
+            slopes = np.where(np.isfinite(rise), rise / run, slopes)
+    # a beam whose joint is not known goes nowhere
+    return Found(values[:, 0], slopes, last.code[:n], last.load_e[:n], np.nan_to_num(last.load_end[:n]))
+
+
+def _each(f: Callable[..., Array], *cells: Cells) -> Cells:
+    """Return cells whose columns are a function of those of others."""
+    first = cells[0]
+    sizes = {
+        table: {key: f(*(c.sizes[table][key] for c in cells)) for key in content}
+        for table, content in first.sizes.items()
+    }
+    found = first.changed({name: f(*(c.arrays[name] for c in cells)) for name in first.arrays}, sizes)
+    return found if first.joint_factor is None else found._replace(joint_factor=f(*(c.joint_factor for c in cells)))
+
+
+def _share(c: Cells, rates: Cells) -> Array:
+    """Return by how much of its rates each design is shifted (n,)."""
+    most = np.full(c.d.size, 1e-30)
+
+    def look(x: Array, rate: Array) -> Array:
+        with np.errstate(all="ignore"):
+            change = np.abs(rate / x)
+        np.maximum(most, np.where(np.isfinite(change), change, 0.0), out=most)
+        return x
+
+    _each(look, c.changed({"mu": np.maximum(c.mu, ROUGH)}, c.sizes), rates)
+    return NEAR / most
+
+
+def _joined(cells: Sequence[Cells]) -> Cells:
+    """Return the designs of several cells one after the other."""
+    return cells[0] if len(cells) == 1 else _each(lambda *columns: np.concatenate(columns), *cells)
+
+
+def _values(c: Cells, wants: Sequence[Want], options: Options) -> tuple[Array, Figures]:
+    """Return the wanted figures (wants, n), and all there are at the farthest twist that is asked for."""
+    twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
+    twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d))))
+    by_twist = {at: real_columns.solved(c, at.per_pitch(c.d), sense=options.sense) for at in twists}
+    last = by_twist[twists[-1]]
+    found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last), options) for want in wants]
+    return np.array(found).reshape(len(wants), c.d.size), last
+
+
+def _figure(c: Cells, name: str, f: Figures, options: Options) -> Array:
+    if name == "engagement":
+        return np.where(np.isfinite(f.load_e), f.load_e, np.nan)
+    if name == "stiffness":
+        return f.rigidity
+    if name == "length":
+        return options.pitches * c.d
+    if name == "strength_share":
+        return np.asarray(f.stress / c.sizes["scale"].get("strength", np.nan))
+    return np.asarray(getattr(f, name))
+
+
+def followed(beam: Beam, wants: Sequence[Want], options: Options) -> tuple[list[float], Answer]:
+    """Return the wanted figures of one beam as :func:`squama.twist` has them, with all contacts, and its response."""
+    rates = sorted({float(w.at.per_pitch(beam.pitch)) / beam.pitch for w in wants if w.at is not None})
+    asked: dict[str, Any] = {"at": rates} if rates else {"points": 3}
+    answer = doors.respond(beam, options.load, sense=options.sense, joint="compliant", **asked)
+    alone = {"engagement": float(answer["phi_e"]), "stiffness": float(answer.attrs["rigidity"])}
+    alone["length"] = options.pitches * beam.pitch
+    strength = np.nan if beam.scale.strength is None else beam.scale.strength
+    found = []
+    for want in wants:
+        if want.at is None:
+            found.append(alone[want.figure])
+            continue
+        i = rates.index(float(want.at.per_pitch(beam.pitch)) / beam.pitch)
+        name = "stress" if want.figure == "strength_share" else _VARIABLES.get(want.figure, want.figure)
+        found.append(float(answer[name][i]) / (strength if want.figure == "strength_share" else 1.0))
+    return found, answer
+
+
+EVALUATE: dict[str, Callable[..., Found]] = {"hinge": figures.evaluate, "compliant": evaluate}
+"""What answers for many designs, by the joint."""

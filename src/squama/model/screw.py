@@ -1,0 +1,286 @@
+r"""Contact of thin, rigid scales on hinges, the beam bent and twisted at once (docs, theory: bending and twisting).
+
+Scale 1 + k is scale 1 moved by g^k, g the screw exp(-(psi, 0, phi), (0, 0, 1 + psi y_n)) with y_n the height of the
+line that keeps its length. Lengths in pitches, moments in K_theta; vectors are arrays (3, n). With c, s the cosine and
+sine of theta, n_X = c a + s b and n_Z = c b - s a. Every contact of :data:`CONTACTS` is a gap
+
+    F = (q + e n_X) . (c P + s Q) >= 0
+
+over the length of its normal c P + s Q. Where it closes, with V the velocities at the contact and t the direction of
+slip along the way (psi', phi'),
+
+    theta' = -(g_psi psi' + g_phi phi') / g_theta        N = (theta - theta_0) / (g_theta - mu t . V_theta)
+    M = N (mu t . V_psi - g_psi)                         T = N (mu t . V_phi - g_phi)
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.types import Array
+
+_SERIES = 0.01
+"""Angle of the screw below which its coefficients are series."""
+_SAMPLES, _ROUNDS = 48, 8
+NONE, LOCKED = "", "locked"
+"""Words in place of a contact: nothing touches; beyond the lock of the plates."""
+
+
+class Kind(NamedTuple):
+    """A pair that can touch: whether an edge of scale 1 stands on a face or an edge of scale 2, or the other way.
+
+    ``tip``: at the tip of scale 1 (k_ZX > 0), else at the base of scale 2; ``face``: a corner on a face, else two
+    edges; ``side``: -1 where the side D-C (y = -beta) takes part, 1 where A-B does; ``rolling``: sign of k_YZ there.
+    """
+
+    tip: bool
+    face: bool
+    side: int
+    rolling: int
+
+
+CONTACTS = {
+    "TS": Kind(True, False, -1, 1),
+    "CF": Kind(True, True, -1, 1),
+    "BF": Kind(True, True, 1, -1),
+    "TA": Kind(True, False, 1, -1),
+    "DF": Kind(False, True, -1, 0),
+    "AF": Kind(False, True, 1, 0),
+    "SB": Kind(False, False, 1, 0),
+    "SD": Kind(False, False, -1, 0),
+}
+"""Tip edge on the side edges D-C and A-B (TS, TA), corners B, C of the tip on the face (BF, CF), corners D, A of the
+next scale's base under the face (DF, AF), side edges A-B, D-C on the next scale's base edge (SB, SD)."""
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return a . b."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return a x b."""
+    x, y, z = a
+    u, v, w = b
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
+class Screw(NamedTuple):
+    """The screw g from one scale to the next: w, v, and sin(rho)/rho, (1 - cos(rho))/rho^2, (rho - sin(rho))/rho^3."""
+
+    w: Array
+    v: Array
+    a: Array
+    b: Array
+    c: Array
+
+    @classmethod
+    def of(cls, psi: Array, phi: Array, y_n: Array) -> Screw:
+        """Return that of bend and twist per pitch, rad."""
+        zero = 0.0 * psi
+        q = psi * psi + phi * phi
+        small = q < _SERIES**2
+        rho = np.sqrt(np.where(small, 1.0, q))
+        sin, cos = np.sin(rho), np.cos(rho)
+        a = np.where(small, 1 - q / 6 * (1 - q / 20 * (1 - q / 42)), sin / rho)
+        b = np.where(small, 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56)), (1 - cos) / rho**2)
+        c = np.where(small, 1 / 6 - q / 120 * (1 - q / 42 * (1 - q / 72)), (rho - sin) / rho**3)
+        return cls(np.array([-psi, zero, -phi]), np.array([zero, zero, 1 + psi * y_n]), a, b, c)
+
+    def turned(self, x: Array) -> Array:
+        """Return R x."""
+        once = cross(self.w, x)
+        return np.asarray(x + self.a * once + self.b * cross(self.w, once))
+
+    @property
+    def shift(self) -> Array:
+        """The translation t."""
+        once = cross(self.w, self.v)
+        return np.asarray(self.v + self.b * once + self.c * cross(self.w, once))
+
+    def rates(self, x: Array, dw: Array, dv: Array) -> Array:
+        """Return the derivative of g(x) where w and v change by dw and dv."""
+        q, s = dot(self.w, self.w), dot(self.w, dw)
+        small = q < _SERIES**2
+        over = np.where(small, 1.0, q)
+        cos = 1 - self.b * q
+        da = np.where(small, -1 / 3 + q / 30 - q * q / 840, (cos - self.a) / over) * s
+        db = np.where(small, -1 / 12 + q / 180 - q * q / 6720, (self.a - 2 * self.b) / over) * s
+        dc = np.where(small, -1 / 60 + q / 1260 - q * q / 60480, (self.b - 3 * self.c) / over) * s
+        wx, wv, dwx, dwv = cross(self.w, x), cross(self.w, self.v), cross(dw, x), cross(dw, self.v)
+        turn = da * wx + self.a * dwx + db * cross(self.w, wx) + self.b * (cross(dw, wx) + cross(self.w, dwx))
+        once = dwv + cross(self.w, dv)
+        move = dv + db * wv + self.b * once + dc * cross(self.w, wv) + self.c * (cross(dw, wv) + cross(self.w, once))
+        return np.asarray(turn + move)
+
+
+class Pair(NamedTuple):
+    """Two scales: numbers (n,), axes (3, n) of the one at no inclination, those of the other, both base midpoints."""
+
+    eta: Array
+    beta: Array
+    theta0: Array
+    a: Array
+    b: Array
+    y: Array
+    Ra: Array
+    Rb: Array
+    Ry: Array
+    base: Array
+    there: Array
+
+    @classmethod
+    def of(cls, g: Screw, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array) -> Pair:
+        """Return scales of lengths in pitches and angles in rad, with the screw from one to the next."""
+        sin, cos, zero = np.sin(alpha), np.cos(alpha), 0.0 * eta
+        a, b, y = np.array([-sin, zero, cos]), np.array([zero, zero + 1, zero]), np.array([cos, zero, sin])
+        Ra, Rb, Ry = g.turned(a), g.turned(b), g.turned(y)
+        return cls(eta, beta, theta0, a, b, y, Ra, Rb, Ry, lam * b, lam * Rb + g.shift)
+
+    def take(self, i: Array) -> Pair:
+        """Return some of them."""
+        return Pair._make(v[..., i] for v in self)
+
+    def axes(self, theta: Array) -> tuple[Array, Array, Array, Array]:
+        """Return n_X and n_Z of the one and of the other at an inclination."""
+        c, s = np.cos(theta), np.sin(theta)
+        return c * self.a + s * self.b, c * self.b - s * self.a, c * self.Ra + s * self.Rb, c * self.Rb - s * self.Ra
+
+
+def gap(kind: Kind, d: Pair) -> Array:
+    """Return F (1 + u^2)^2 of a contact as a polynomial (5, n) of u = tan(theta / 2), lowest power first."""
+    edge = kind.side * d.beta
+    # what of scale 1 touches takes the side with it where it is a corner or a side edge
+    q = d.base - d.there + (edge * d.y if kind.tip == kind.face else -edge * d.Ry)
+    if kind.face:
+        P, Q = (d.Rb, -d.Ra) if kind.tip else (d.b, -d.a)
+    elif kind.tip:
+        P, Q = cross(d.Ra, d.y), cross(d.Rb, d.y)
+    else:
+        P, Q = cross(d.a, d.Ry), cross(d.b, d.Ry)
+    c, s = dot(q, P), dot(q, Q)
+    if not kind.tip:
+        return np.array([c, 2 * s, 0 * c, 2 * s, -c])
+    cc, cs, ss = (d.eta * x for x in (dot(d.a, P), dot(d.a, Q) + dot(d.b, P), dot(d.b, Q)))
+    return np.array([c + cc, 2 * (s + cs), 4 * ss - 2 * cc, 2 * (s - cs), cc - c])
+
+
+def at(F: Array, u: Array) -> Array:
+    """Return the value of polynomials (5, n)."""
+    return np.asarray((((F[4] * u + F[3]) * u + F[2]) * u + F[1]) * u + F[0])
+
+
+def opening(F: Array, start: Array) -> Array:
+    """Return the least u > start at which a gap opens that is closed there; NaN where none is below 1 (90 deg)."""
+    step = (1 - start) / _SAMPLES
+    above = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None]) >= 0
+    low = start + step * above.argmax(axis=0)
+    high, u = low + step, low + step / 2
+    for _ in range(_ROUNDS):
+        value = at(F, u)
+        slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
+        low, high = np.where(value < 0, u, low), np.where(value < 0, high, u)
+        near = u - value / np.where(slope == 0, 1.0, slope)
+        u = np.where((near >= low) & (near <= high), near, (low + high) / 2)
+    return np.where(above.any(axis=0), u, np.nan)
+
+
+class Place(NamedTuple):
+    """Where a contact is: within its edges and faces or not, point of scale 2 before it is moved, normal, V_theta."""
+
+    inside: Array
+    point: Array
+    normal: Array
+    V_theta: Array
+
+
+def place(kind: Kind, d: Pair, theta: Array) -> Place:
+    """Return the place of a contact at an inclination."""
+    nX, nZ, RX, RZ = d.axes(theta)
+    side, tip = kind.side * d.beta, d.base + d.eta * nX
+    if kind.face:
+        # a corner, seen from the base midpoint of the plate on whose face it is
+        seen = tip + side * d.y - d.there if kind.tip else d.there + side * d.Ry - d.base
+        along, across = (dot(seen, RX), dot(seen, d.Ry)) if kind.tip else (dot(seen, nX), dot(seen, d.y))
+        normal = RZ if kind.tip else nZ
+        point = d.base + (along * nX + across * d.y if kind.tip else side * d.y)
+    else:
+        start, other = (tip, d.there + side * d.Ry) if kind.tip else (d.there, d.base + side * d.y)
+        u, v = (d.y, RX) if kind.tip else (d.Ry, nX)
+        between, k = other - start, dot(u, v)
+        across = (dot(between, u) - k * dot(between, v)) / (1 - k * k)
+        along = across * k - dot(between, v)
+        normal = cross(RX, d.y) if kind.tip else cross(nX, d.Ry)
+        normal = normal / np.sqrt(dot(normal, normal))
+        point = d.base + (along * nX + side * d.y if kind.tip else across * d.y)
+    inside = (np.abs(across) <= d.beta) & (along >= 0) & (along <= d.eta)
+    V_theta = d.eta * nZ - along * RZ if kind.tip else along * nZ
+    return Place(inside, point, normal, V_theta)
+
+
+class State(NamedTuple):
+    """States (n,): see :func:`squama.combined`."""
+
+    theta: Array
+    contact: Array
+    normal: Array
+    bending_moment: Array
+    torque: Array
+    mu_lock: Array
+
+
+@np.errstate(all="ignore")
+def state(
+    d: Pair, g: Screw, closing: Array, rolling: Array, mu: Array, toward: tuple[Array, Array], y_n: Array
+) -> State:
+    """Return the states of pairs, reached along directions (psi', phi')."""
+    theta, n = d.theta0.copy(), d.theta0.size
+    contact, locked = np.full(n, NONE, "U6"), np.zeros(n, bool)
+    rest, (point, normal, V_theta) = np.tan(theta / 2), np.zeros((3, 3, n))
+    normal[1] = V_theta[1] = 1.0
+    for name, kind in CONTACTS.items():
+        F = gap(kind, d)
+        closed = at(F, rest) < 0
+        if kind.tip:
+            closed &= (rolling >= 0) == (kind.rolling > 0)
+        i = np.flatnonzero(closed)
+        one, turn = d.take(i), (closing[i], rolling[i])
+        found = 2 * np.arctan(opening(F[:, i], rest[i]))
+        here = place(kind, one, found)
+        better = here.inside & (found > theta[i]) & counts(kind, found, one, *turn)
+        # closed at rest and never opened: nothing leads there
+        locked[i] |= place(kind, one, one.theta0).inside & counts(kind, one.theta0, one, *turn)
+        to = i[better]
+        theta[to], contact[to] = found[better], name
+        for whole, part in ((point, here.point), (normal, here.normal), (V_theta, here.V_theta)):
+            whole[:, to] = part[:, better]
+    touching = contact != NONE
+    locked &= ~touching
+    zero = 0.0 * theta
+    ones, none = zero + 1, np.array([zero, zero, zero])
+    V_psi = -g.rates(point, np.array([-ones, zero, zero]), np.array([zero, zero, zero + y_n]))
+    V_phi = -g.rates(point, np.array([zero, zero, -ones]), none)
+    g_theta, g_psi, g_phi = (dot(normal, v) for v in (V_theta, V_psi, V_phi))
+    V = V_psi * toward[0] + V_phi * toward[1] - V_theta * (g_psi * toward[0] + g_phi * toward[1]) / g_theta
+    speed = np.sqrt(dot(V, V))
+    t = V / np.where(speed > 0, speed, 1.0)
+    drag = dot(t, V_theta)
+    D = g_theta - mu * drag
+    N = np.where(touching, np.where(D > 0, (theta - d.theta0) / D, np.nan), np.where(locked, np.nan, 0.0))
+    M, T = (N * (mu * dot(t, v) - rate) for v, rate in ((V_psi, g_psi), (V_phi, g_phi)))
+    lock = np.where(touching, np.where(drag == 0, np.inf, g_theta / drag), np.nan)
+    return State(np.where(locked, np.nan, theta), np.where(locked, LOCKED, contact), N, M, T, lock)
+
+
+def counts(kind: Kind, theta: Array, d: Pair, closing: Array, rolling: Array) -> Array:
+    """Say at which inclinations a contact is at the end of the overlap that counts, by k_ZX and k_YZ."""
+    _, nZ, RX, _ = d.axes(theta)
+    over = dot(nZ, RX)
+    if not kind.tip:
+        return np.asarray(over <= 0)
+    # k_YZ is rolling / rho times a bracket that is 0 where the edge lies in the face
+    rho = np.sqrt(closing**2 + rolling**2)
+    turn = (1 - np.cos(rho)) * closing / np.where(rho > 0, rho, 1.0)
+    return np.asarray((over > 0) & (np.sin(rho) * np.cos(theta) > turn * np.sin(theta)))

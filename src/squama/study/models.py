@@ -1,0 +1,165 @@
+"""By which model the beams of a study are answered: the joint, its scales, and the twist at which figures are taken.
+
+Many beams on compliant joints are followed by :mod:`squama.study.real_columns`, which knows the joint by a beam's
+matrix or the law; those on hinges are solved in closed form, by :func:`squama.study.columns.solved`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.curves import follow, real
+from squama.curves.path import idealisation, thin
+from squama.errors import naming, refuse
+from squama.joints import choice
+from squama.loads import LOADS
+from squama.model.outcome import End
+from squama.real.path import RANGE
+from squama.study import real_columns
+from squama.study.columns import columns
+from squama.types import Array
+from squama.units import shown
+
+AHEAD = 2.0
+"""Twist at which figures are taken unless another is given, over that at which the beam itself engages."""
+
+
+class Twist(NamedTuple):
+    """A twist (curvature in bending) above 0: ``unit`` "rad/pitch", for all pitches, or "rad/m"."""
+
+    value: float
+    unit: str
+
+    @classmethod
+    def read(cls, name: str, given: float | str, load: str, beam: Beam) -> Twist:
+        """Read a rate in rad/m or a text, of an argument's name; an angle per pitch or in total is one per pitch."""
+        with naming(name):
+            one, two = (float(LOADS[load].read(given, pitch=d, scales=beam.scales)) for d in (1.0, 2.0))
+        if one <= 0:
+            refuse(name, shown(given), "must be more than 0", 'write e.g. "0.2 rad/pitch"')
+        # what depends on the pitch is an angle over it
+        return cls(one, "rad/m" if one == two else "rad/pitch")
+
+    @classmethod
+    def from_text(cls, text: str) -> Twist:
+        """Read back :attr:`text`."""
+        value, unit = text.split()
+        return cls(float(value), unit)
+
+    @property
+    def text(self) -> str:
+        """The twist to the last digit."""
+        return f"{self.value!r} {self.unit}"
+
+    @property
+    def shown(self) -> str:
+        """The twist for people."""
+        return f"{self.value:.6g} {self.unit}"
+
+    def per_pitch(self, d: Array | float) -> Array:
+        """Return the load angle per pitch of beams of some pitches."""
+        return np.asarray(self.value * d if self.unit == "rad/m" else self.value)
+
+
+class Model(NamedTuple):
+    """A kind of joint, whether scales are thin and rigid, and where figures are taken (None: at the cut-off)."""
+
+    joint: str = "hinge"
+    ideal: bool = True
+    at: Twist | None = None
+
+    @classmethod
+    def chosen(
+        cls, beam: Beam, load: str, laws: Sequence[str], sense: str, joint: str | None, ideal: bool | None,
+        at: float | str | None,
+    ) -> Model:  # fmt: skip
+        """Return what is meant, as :func:`squama.twist` means it; see :func:`note`.
+
+        Raises
+        ------
+        InputError
+            The joint does not cover the load or the law, or ``at`` is no twist of it.
+        """
+        # of both it is the plate law that says what covers them
+        law = max(laws)
+        held, ideal, _ = follow.meant(beam, load, law, joint, ideal, elements=False)
+        follow.covering(held, load, law)
+        if held == "hinge":
+            if at is not None:
+                refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
+            return cls(held, thin(LOADS[load], law, ideal=ideal))
+        if at is not None:
+            twist = Twist.read("at", at, load, beam)
+        elif 0 < (engaged := _engagement(beam, sense, ideal=ideal)) < RANGE:
+            twist = Twist(AHEAD * engaged, "rad/pitch")
+        else:
+            refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
+        if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
+            refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
+        return cls(held, ideal, twist)
+
+    @property
+    def real(self) -> bool:
+        """Whether joints are compliant."""
+        return self.joint == "compliant"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The model as plain data; nothing of the paper's."""
+        if self == Model():
+            return {}
+        return {"joint": self.joint, "ideal": self.ideal, "at": self.at and self.at.text}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Model:
+        """Read back :attr:`record`, from among other data."""
+        if "joint" not in record:
+            return cls()
+        at = record["at"]
+        return cls(record["joint"], record["ideal"], at and Twist.from_text(at))
+
+    def attrs(self, beam: Beam) -> dict[str, str]:
+        """Return what datasets say of it."""
+        found = {"joint": self.joint, "scales": idealisation(beam, self.joint, ideal=self.ideal)}
+        return found | ({"at": self.at.text} if self.at else {})
+
+    def warnings(self, beam: Beam, load: str, sense: str) -> list[str]:
+        """Say where the beam itself leaves what the model was compared with."""
+        lines = beam.warnings(load, sense, self.joint)
+        if self.at and choice.known(beam):
+            far = float(self.at.per_pitch(beam.pitch))
+            lines += real.notes(real.Held.of(beam), beam, far, ideal=self.ideal)
+        return lines
+
+
+def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None) -> str:
+    """Return a warning where the compliant joint is meant and not known, empty elsewhere."""
+    return follow.meant(beam, load, max(laws), joint, elements=False)[2]
+
+
+def _engagement(beam: Beam, sense: str, *, ideal: bool) -> float:
+    """Return the twist per pitch at which a beam engages, inf where it does not below :data:`squama.real.path.RANGE`.
+
+    Raises InputError: its joint is not known.
+    """
+    if why := choice.unknown(beam):
+        refuse("joint", '"compliant"', why, "give at, the twist at which figures are taken")
+    return float(real_columns.solved(columns(beam, {}), RANGE, sense=sense, ideal=ideal).load_e[0])
+
+
+def shares(counts: Array) -> list[str]:
+    """Say how many beams of the real model have no figures, or not all, by the counts of their ends' codes."""
+    lines = []
+    of = {
+        real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",
+        End.OTHER: "another contact comes in before the twist, where figures end; squama.twist goes on there",
+    }
+    for end, what in of.items():
+        share = counts[real_columns.ENDS.index(end)] / max(1, counts.sum())
+        if share:
+            lines.append(f"{100 * share:.3g} % of the beams: {what}")
+    return lines

@@ -1,0 +1,166 @@
+"""Columns of real beams: thick, elastic scales on a joint that gives, followed to a twist, with figures in SI units.
+
+The counterpart of :func:`squama.study.columns.solved` for the real model.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.arrays.real_beams import Designs, follow
+from squama.beam.parts import PLASTIC
+from squama.joints import law
+from squama.joints.factor import K_THETA, pivots, scaled
+from squama.model.outcome import End
+from squama.real import path
+from squama.study.columns import Cells
+from squama.types import Array
+
+STEPS = 41
+"""Steps of a curve up to the twist at which figures are taken; one more tells the slope there.
+
+An odd number: a beam that engages at half the twist, or near it, does so between two of them.
+"""
+UNKNOWN = "joint unknown"
+"""How a beam ends whose joint the law does not know."""
+ENDS = (*path.WORDS.tolist(), UNKNOWN)
+"""Ends in words, by their codes."""
+_RANGE, _NONE = ENDS.index(End.RANGE), ENDS.index(End.NONE)
+AT_ONCE = 4096
+"""Beams that are followed at once."""
+_GRID = np.arange(STEPS + 2) / STEPS
+LEVELS = {"twofold": 2.0, "fivefold": 5.0}
+"""Tangent stiffness over that without contact whose twist is a figure."""
+
+
+class Figures(NamedTuple):
+    """What is known of n real beams, arrays (n,); NaN where a beam has no such figure.
+
+    ``load_e`` (inf: no engagement), ``load_end`` and the ``load_*`` at which the tangent stiffness is twice and five
+    times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than the twist
+    asked for; ``code`` of :data:`ENDS`; at that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``,
+    ``N`` (N), ``stress`` (Pa), ``W_fr``, ``U_el`` (J/m), ``RED``. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the
+    joint.
+    """
+
+    load_e: Array
+    load_end: Array
+    code: Array
+    torque: Array
+    tangent: Array
+    stiffness_ratio: Array
+    N: Array
+    stress: Array
+    W_fr: Array
+    U_el: Array
+    RED: Array
+    load_twofold: Array
+    load_fivefold: Array
+    load_strength: Array
+    K_theta: Array
+    rigidity: Array
+
+
+class _Beams(NamedTuple):
+    """Flat columns of beams: what :func:`squama.arrays.real_beams.follow` takes, and what has units."""
+
+    designs: Designs
+    unit: Array
+    pitch: Array
+    to: Array
+    strength: Array
+    K_theta: Array
+    rigidity: Array
+    factor: Array
+
+
+def solved(
+    c: Cells, at: Array | float, *, sense: str = "+", ideal: bool = False, threads: int | None = None
+) -> Figures:
+    """Follow beams to the twists ``at`` (rad per pitch); all arrays broadcast, the result is flat.
+
+    The joint is that of the beam's matrix or the law's, with a stiffness and an inclusion factor as they are given, its
+    K_theta times the cells' ``joint_factor``; ``ideal``: scales are thin and rigid. Memory is that of
+    :data:`AT_ONCE` curves, whatever n is.
+    """
+    scale, bar = c.sizes["scale"], c.sizes["substrate"]
+    E, d = bar["youngs_modulus"], c.d
+    columns = (
+        c.eta, c.beta, c.lam, scale["embedded"] / d, c.alpha, c.theta0, scale["thickness"] / d, bar["width"] / d,
+        bar["poisson_ratio"], c.mu, scale.get("youngs_modulus", np.inf) / E, scale.get("poisson_ratio", PLASTIC),
+        E * d**3, d, at, scale.get("strength", np.inf) / E, c.K / (E * d**3), c.rigidity / (E * d**4),
+        1.0 if c.joint_factor is None else c.joint_factor,
+    )  # fmt: skip
+    flat = [v.ravel() for v in np.broadcast_arrays(*columns)]
+    ratios = len(Designs._fields)
+
+    def part(low: int) -> Figures:
+        some = [np.ascontiguousarray(v[low : low + AT_ONCE]) for v in flat]
+        return _part(c, _Beams(Designs(*some[:ratios]), *some[ratios:]), -1 if sense == "-" else 1, ideal, threads)
+
+    parts = [part(low) for low in range(0, max(1, flat[0].size), AT_ONCE)]
+    return Figures(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _joints(c: Cells, b: _Beams, i: Array) -> Array:
+    """Return the joints of some of the beams."""
+    stiffness, inclusion, matrix = c.given
+    K = law.stiffness(b.designs.shape.at(i)) if matrix is None else np.broadcast_to(matrix.K, (i.size, *matrix.K.shape))
+    K_theta = None if stiffness is None else b.K_theta[i]
+    if c.joint_factor is not None:
+        K_theta = b.factor[i] * (pivots(K)[:, K_THETA] if K_theta is None else K_theta)
+    rigidity = None if inclusion is None else b.rigidity[i]
+    return K if K_theta is None and rigidity is None else scaled(K, K_theta=K_theta, rigidity=rigidity)
+
+
+def _part(c: Cells, b: _Beams, sense: int, ideal: bool, threads: int | None) -> Figures:
+    """Return the figures of so many beams as are followed at once."""
+    _, unit, pitch, to, strength, *_ = b
+    known = law.within(b.designs.shape) if c.given.matrix is None else np.ones(unit.size, bool)
+    twists = to[:, None] * _GRID
+    r = follow(
+        b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to, path.RANGE), ideal=ideal,
+        sense=sense, threads=threads,
+    )  # fmt: skip
+    code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
+    # what comes behind the twist is of no interest
+    code = np.where(r.phi_end >= to, np.where(r.phi_e <= to, _RANGE, _NONE), code)
+    last = {name: getattr(r, name)[:, STEPS] for name in ("torque", "stiffness_ratio", "N", "stress", "W_fr", "W")}
+    rigidity = r.rigidity * unit * pitch
+    with np.errstate(all="ignore"):
+        RED = last["W_fr"] / last["W"]
+    ratio = np.where(twists >= r.phi_e[:, None], r.stiffness_ratio, np.nan)[:, : STEPS + 1]
+    return Figures(
+        load_e=r.phi_e,
+        load_end=np.minimum(r.phi_end, to),
+        code=code,
+        torque=last["torque"] * unit,
+        tangent=last["stiffness_ratio"] * rigidity,
+        stiffness_ratio=last["stiffness_ratio"],
+        N=last["N"] * unit / pitch,
+        stress=last["stress"] * unit / pitch**3,
+        W_fr=last["W_fr"] * unit / pitch,
+        U_el=(last["W"] - last["W_fr"]) * unit / pitch,
+        RED=RED,
+        **{f"load_{name}": first(twists, ratio, np.full(to.size, level), r.phi_e) for name, level in LEVELS.items()},
+        load_strength=first(twists, r.stress[:, : STEPS + 1], strength, r.phi_e),
+        K_theta=r.K_theta * unit,
+        rigidity=rigidity,
+    )
+
+
+def first(x: Array, y: Array, level: Array, start: Array) -> Array:
+    """Return where y (n, m) first comes to a level (n,), linear between the x (n, m or more); NaN where it does not.
+
+    Where it is known from there on only, that is ``start`` (n,).
+    """
+    above, rows = y >= level[:, None], np.arange(len(y))
+    i = above.argmax(axis=1)
+    before = np.maximum(i - 1, 0)
+    low, high = y[rows, before], y[rows, i]
+    with np.errstate(all="ignore"):
+        found = x[rows, before] + (level - low) / (high - low) * (x[rows, i] - x[rows, before])
+    found = np.where((i > 0) & np.isfinite(low), found, start)
+    return np.where(above.any(axis=1), found, np.nan)

@@ -1,0 +1,67 @@
+"""The plots of the page as one figure for print, with what its lines are and the model they are of."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from squama.plot.palette import THEMES
+from squama.plot.style import PAGE, headline, key, letters, new_figure, save_figure, styled
+from squama.web import charts, live
+from squama.web.charts import Line
+from squama.web.state import State
+from squama.web.tables import Table
+
+NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
+"""The current point."""
+POINT = 0.75
+"""Points of a printed line for a pixel of the page's."""
+
+
+def made(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
+    """Return name and content of a picture of the plots, "svg" or "png"."""
+    name = f"plots.{kind}"
+    with tempfile.TemporaryDirectory() as folder:
+        return name, save_figure(figure(state, table), Path(folder) / name).read_bytes()
+
+
+@styled
+def figure(state: State, table: Table | None = None) -> Figure:
+    """Draw the plots of a state in the width of a page, their axes as on the screen, with one legend.
+
+    The current point is marked; of a kept design and the one that is shown the legend tells the values.
+    """
+    plots = (*charts.PLOTS, *[charts.RESIDUAL] * bool(table))
+    drawn = new_figure(PAGE, 4.6 if table else 2.9)
+    axes = drawn.subplots(*((2, 2) if table else (1, 3))).flat
+    rows = live.compared(state)
+    told = [f"{row['what']}; {row['model']}" for row in rows]
+    words = {"this design": told[-1]} | {row["name"]: f"{row['name']}: {t}" for row, t in zip(rows, told, strict=True)}
+    handles: dict[str, Any] = {}
+    for ax, plot in zip(axes, plots, strict=True):
+        ends = charts.frame(state, plot, table)
+        across, up, factor = charts.labels(state, plot, ends)
+        for line in charts.lines(state, plot, dark=False, table=table):
+            look = _look(line)
+            ax.plot(line.x, factor * line.y, **look)
+            handles.setdefault(line.name, key(words.get(line.name, line.name), **look))
+        if plot != charts.RESIDUAL:
+            left, down = charts.point(state, plot, table)
+            ax.plot(left, 1 - down, "o", transform=ax.transAxes, clip_on=False, **NOW)
+        ax.set(xlim=(0, ends.right), ylim=(factor * ends.low, factor * ends.top), xlabel=across, ylabel=up)
+    letters(drawn.axes)
+    last = handles.pop("this design")
+    ordered = [last, *handles.values(), key("the state that is shown", linestyle="", marker="o", **NOW)]
+    drawn.legend(handles=ordered, loc="outside lower left", ncols=1 if state.kept else 2)
+    headline(drawn, f"{state.load.capitalize()}: {live.motion(state.setting).model}")
+    return drawn
+
+
+def _look(line: Line) -> dict[str, Any]:
+    if line.points:
+        return {"color": line.colour, "linestyle": "", "marker": ".", "markersize": 3}
+    dashes = [POINT * n for n in line.dashes]
+    return {"color": line.colour, "linewidth": POINT * line.width, "linestyle": (0, dashes) if dashes else "-"}

@@ -1,0 +1,204 @@
+"""Files that are opened on the page: a beam, or a measured table beside the curve; what they bring is bounded.
+
+A file comes from the person at the page as bytes; it is read here under a name of its own in a folder of its own, and
+names no other file. A fit runs in a process of its own, which is ended when it takes too long.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import warnings
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.curves.labelled import Answer
+from squama.errors import InputError, TableWarning, refuse
+from squama.identify import records
+from squama.io import files, measured
+from squama.io.measured import Measured
+from squama.loads import LOADS
+from squama.types import Array
+from squama.web import live
+from squama.web.state import State, of
+
+LARGEST = {"beam": 64 * 1024, "table": 512 * 1024}
+"""Bytes of a file at most; the script that sends it says so first."""
+MOST_POINTS = 600
+"""Points that are drawn; of more every n-th."""
+MOST_TURNS = 12
+"""Turns of the twist up to which a table is followed."""
+SAME = 0.02
+"""Way back that is noise of the twist, over the largest twist."""
+SECONDS = 60
+"""Within which a fit must be found."""
+
+
+class Table(NamedTuple):
+    """Measured points and what they are called; ``load`` is the kind of loading in which they were read.
+
+    ``said`` is what was guessed in reading them.
+    """
+
+    name: str
+    points: Measured
+    load: str
+    said: str = ""
+
+
+class Residual(NamedTuple):
+    """Measured less computed torque (N m) at load angles per pitch, of the points that the curve covers."""
+
+    load: Array
+    torque: Array
+    words: str
+
+
+def opened(name: str, content: bytes, state: State) -> State | Table:
+    """Return the state that shows a beam file (.toml), or the points of a measured table.
+
+    Raises InputError: the file is too large, or cannot be read; one line.
+    """
+    plain = re.sub(r"[^\w.+-]+", "_", Path(name).name)[-60:].lstrip("._") or "table.csv"
+    kind = "beam" if plain.lower().endswith(".toml") else "table"
+    if len(content) > LARGEST[kind]:
+        refuse("", "", f"is larger than {LARGEST[kind] // 1024} KiB", "thin it out", plain)
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / plain
+        place.write_bytes(content)
+        try:
+            if kind == "beam":
+                beam = Beam.from_toml_text(files.read_text(place), source=plain)
+                return of(beam)._replace(kept=state.kept)
+            beam = state.beam
+            with warnings.catch_warnings(record=True) as guessed:
+                warnings.simplefilter("always", TableWarning)
+                points = measured.read(place, pitch=beam.pitch, scales=beam.scales, load=state.load)
+        except InputError as error:
+            # where the file lies for a moment is nobody's business
+            first, *more = (p._replace(source=p.source.replace(str(place), plain)) for p in error.problems)
+            others = f"; and {len(more)} more mistakes" if more else ""
+            raise InputError(first._replace(remedy=first.remedy + others)) from None
+    said = "; ".join(str(w.message).replace(str(place), plain) for w in guessed)
+    return Table(plain, points._replace(label=plain), state.load, said)
+
+
+def _signed(table: Table, state: State) -> Array:
+    """Return the load angles per pitch, positive in the sense that is shown."""
+    sided = LOADS[state.load].sided
+    return table.points.rate * state.beam.pitch * (-1 if sided and state.sense == "-" else 1)
+
+
+def shown(table: Table, state: State) -> tuple[Array, Array]:
+    """Return load angles and torques of the points in the sense that is shown, to be drawn."""
+    load = _signed(table, state)
+    if table.load != state.load:
+        load = load[:0]
+    torque = np.copysign(1.0, table.points.rate[: load.size] * load) * table.points.load[: load.size]
+    there = np.flatnonzero(load >= 0)[:: 1 + load.size // MOST_POINTS]
+    return load[there], torque[there]
+
+
+def residual(table: Table, state: State) -> Residual | None:
+    """Return what is left of the measured torque when the curve along the measured history is taken away."""
+    load, m = _signed(table, state), live.motion(state.setting)
+    if table.load != state.load or not load.size:
+        return None
+    sign = -1 if state.sense == "-" and m.kind.sided else 1
+    ways = records.ways(load, tolerance=SAME * float(np.abs(load).max()))
+    turns = ways.turns[:MOST_TURNS]
+    ends, most = [*turns, load.size - 1], (1 - live.NEAR) * m.last
+    goals = np.clip(load[ends], 0.0, most).tolist()
+    left, start, legs = np.full(load.size, np.nan), 0, [0.0]
+    legs += [b for a, b in zip([0.0, *goals], goals, strict=False) if a != b]
+    if len(legs) < 2:
+        return None
+    try:
+        answer = live.history(state.setting, tuple(sign * v for v in legs))
+    except InputError as error:
+        return Residual(load[:0], load[:0], f"no residual: {error}")
+    leg, before = 0, 0.0
+    for end, goal in zip(ends, goals, strict=True):
+        part, start = slice(start, end + 1), end + 1
+        leg += goal != before
+        before = goal
+        left[part] = sign * table.points.load[part] - _computed(answer, state, leg, sign, load[part])
+    # where the contact may stick any torque between both branches is possible
+    covered = np.isfinite(left) & (load <= most) & (load >= 0) & ~ways.stuck
+    x, y = load[covered], left[covered]
+    if not x.size:
+        return Residual(x, y, "no point lies on the curve")
+    rms, largest = float(np.sqrt(np.mean(y**2))), float(np.abs(table.points.load[covered]).max())
+    share = f", {100 * rms / largest:.2g} % of the largest torque" if largest else ""
+    words = f"residual rms {live.quantity(rms, 'N m')}{share}; {x.size} of {load.size} points"
+    every = slice(None, None, 1 + x.size // MOST_POINTS)
+    return Residual(x[every], y[every], words)
+
+
+def _computed(answer: Answer, state: State, leg: int, sign: int, load: Array) -> Array:
+    """Return the computed torque on a leg of a history."""
+    names, mine = LOADS[state.load], np.flatnonzero(answer["leg"] == leg)
+    # a leg begins where the one before it ended
+    mine = np.concatenate([[max(mine[0] - 1, 0)], mine])
+    x, y = sign * answer[names.angle][mine], sign * answer[names.torque][mine]
+    order = np.argsort(x, kind="stable")
+    return np.asarray(np.interp(load, x[order], y[order]))
+
+
+def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
+    """Return the beam that :func:`squama.fit` finds for a table by the model that is shown, and its summary.
+
+    It runs in another process, which ends with this one. Raises InputError: there is no fit, or it takes too long.
+    """
+    names = LOADS[state.load]
+    every = table.points.specimens()
+    data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]
+    asked = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
+    asked["joint"] = live.motion(state.setting).joint
+    command = [sys.executable, "-c", "from squama.web import tables; tables.answer()"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin
+        assert process.stdout
+        end = threading.Timer(SECONDS, process.kill)
+        end.start()
+        try:
+            process.stdin.write(json.dumps(asked) + "\n")
+            process.stdin.flush()
+            said = process.stdout.readline()
+        except BrokenPipeError:
+            said = ""
+        finally:
+            end.cancel()
+            process.kill()
+    if not said:
+        refuse("", "", f"no fit is found within {SECONDS} s", "thin the table out, or use squama fit")
+    found = json.loads(said)
+    if "error" in found:
+        refuse("", "", found["error"])
+    return Beam.from_toml_text(found["beam"], source="fit"), found["lines"]
+
+
+def answer() -> None:
+    """Fit what one line of the standard input asks for; as soon as the input is closed this process ends."""
+    import os
+
+    from squama.identify.fitting import fit
+
+    asked = json.loads(sys.stdin.readline())
+    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()
+    try:
+        beam = Beam.from_toml_text(asked["beam"], source="beam")
+        found = fit(asked["data"], beam, load=asked["load"], law=asked["law"], joint=asked["joint"])
+        told: dict[str, object] = {"beam": found.beam.to_toml(), "lines": found.summary().splitlines()}
+    except InputError as error:
+        told = {"error": str(error)}
+    print(json.dumps(told), flush=True)
+    # reading the input ends with the process only
+    os._exit(0)

@@ -1,0 +1,163 @@
+"""Fits of loops with what tests bring: errors that cover, nuisances, stray points, two models that disagree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import squama
+from campaigns import fits
+from campaigns.fits import CASES, NOISE
+from squama.identify import noise
+from squama.identify.readings import Readings
+from squama.plot import fit_figure
+
+RIGID = "rigid scales"
+DEGREE = np.radians(1)
+
+
+def loop(kind: str, seed: int = 100, beam: str = RIGID):
+    return fits.measured((beam, kind), np.random.default_rng([2014, CASES.index((beam, kind)), seed]))
+
+
+@pytest.mark.parametrize("kind", fits.KINDS)
+def test_intervals_hold(kind):
+    """A short version of the campaign: of six right intervals two miss once in a hundred times."""
+    inside = [fits.fitted((RIGID, kind), 100 + seed) for seed in range(3)]
+    assert sum(yes or not fit.holds for fit, covers, _ in inside for yes in covers.values()) >= 4
+    assert max(took for _, _, took in inside) < fits.SECONDS
+
+
+def test_a_loop_of_the_real_beam_on_hinges_is_not_believed():
+    start, data, true = loop("white noise")
+    hinged, real = squama.fit(data, start, joint="hinge"), squama.fit(data, start)
+    assert (hinged.joint, real.joint) == ("hinge", "compliant")
+    assert not hinged.holds
+    assert real.holds
+    first = hinged.summary().splitlines()[0]
+    assert first == hinged.disagreement
+    assert "the models disagree on" in first
+    assert first.endswith("describe the points better")
+    assert real.rival.found.best.square > 100 * real.rms**2 * np.count_nonzero(real.used)
+    for name, value in true.items():
+        i = real.rival.found.asked.names.index(name)
+        assert real.rival.found.best.values[i] != pytest.approx(value, rel=0.05)
+        assert abs(real.values[name] - value) < 3 * real.errors[name]
+
+
+def test_a_loop_on_hinges_by_default_is_doubted():
+    start, data, _ = loop("white noise", beam="hinges")
+    fit = squama.fit(data, start)
+    assert fit.joint == "compliant"
+    assert not fit.holds
+    assert fit.disagreement.endswith("describe the points better")
+    assert squama.fit(data, start, joint="hinge").holds
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "near"),
+    [
+        ("drift", "drift", fits.DRIFT, 8e-3),
+        ("twist zero", "twist_zero", fits.TWIST_ZERO * DEGREE, 0.5 * DEGREE),
+        ("backlash", "backlash", fits.BACKLASH * DEGREE, 0.5 * DEGREE),
+    ],
+)
+def test_a_nuisance_is_found_and_said(kind, name, value, near):
+    start, data, _ = loop(kind, seed=101)
+    fit = squama.fit(data, start)
+    assert name in fit.added
+    assert abs(fit.values[name]) == pytest.approx(value, abs=near)
+    assert any(note.startswith(f"{name} is found too: the residual ") for note in fit.notes)
+    alone = squama.fit(data, start, nuisances="none")
+    assert alone.parameters == ("mu", "K_theta")
+    assert not alone.added
+    # asked for it is found with what else the residual shows
+    told = squama.fit(data, start, ("mu", "K_theta", *fit.added), nuisances="none")
+    for name, error in fit.errors.items():
+        assert abs(told.values[name] - fit.values[name]) < 0.3 * error, name
+
+
+def test_a_stray_point_is_named_by_its_line(tmp_path):
+    start, data, true = loop("white noise")
+    T = data["T"].copy()
+    T[[40, 250]] += 20 * NOISE, -30 * NOISE
+    rows = "".join(f"{x:.9g},{t:.6g}\n" for x, t in zip(data["phi"], T, strict=True))
+    (tmp_path / "test.csv").write_text("phi (rad),T (N m)\n" + rows)
+    fit = squama.fit(tmp_path / "test.csv", start)
+    assert np.flatnonzero(fit.branch == "stray").tolist() == [40, 250]
+    assert not fit.used[[40, 250]].any()
+    said = [note for note in fit.notes if note.startswith("stray")]
+    assert [note.rpartition(" ")[2] for note in said] == ["42", "252"]
+    clean = squama.fit(data, start)
+    for name in true:
+        assert abs(fit.values[name] - clean.values[name]) < 0.5 * clean.errors[name]
+    assert len(fit.plot().axes) == len(fit_figure(fit.dataset()).axes) == 2
+
+
+def test_specimens_and_a_record_that_begins_with_unloading():
+    start, data, true = loop("white noise")
+    down = {name: values[fits.POINTS :] for name, values in data.items()}
+    fit = squama.fit([data, down], start)
+    for name, value in true.items():
+        assert abs(fit.values[name] - value) < 4 * fit.errors[name]
+    assert all(s.values is not None for s in fit.specimens)
+
+
+def test_noise_of_the_twist_that_turns_it_round_is_no_reversal():
+    start, data, true = loop("white noise")
+    phi = data["phi"] + np.random.default_rng(4).normal(0, 1e-3, data["phi"].size)
+    fit = squama.fit({"phi": phi, "T": data["T"]}, start)
+    assert len(np.unique(fit.forward.readings.numbers)) == 2
+    assert fit.uneven
+    for name, value in true.items():
+        assert abs(fit.values[name] - value) < 3 * fit.errors[name]
+
+
+def test_a_loop_of_hinges_beyond_what_the_real_beam_follows_is_fitted_on_hinges():
+    start, *_ = loop("white noise")
+    far = {"phi": np.linspace(0, 0.155, 60), "T": np.linspace(0, 3, 60)}
+    fit = squama.fit(far, start.replace(friction={"mu": 0.1}), ("mu", "theta0"))
+    assert fit.joint == "hinge"
+    assert fit.notes[0].startswith("theta0 is found on hinges only")
+    assert fit.rival is None
+
+
+def test_correlated_residuals_are_worth_fewer_points():
+    r, way = np.random.default_rng(8), np.zeros(20_000, int)
+    white = r.normal(size=way.size)
+    slow = np.zeros(way.size)
+    for i in range(1, way.size):
+        slow[i] = 0.8 * slow[i - 1] + white[i]
+    # of an autoregressive process (1 + r) / (1 - r)
+    assert noise.dependence(slow, way) == pytest.approx(9, rel=0.15)
+    assert noise.dependence(white, way) < 1.1
+    # from one way to the next nothing is correlated
+    assert noise.dependence(np.repeat(white[:500], 40), np.arange(20_000)) == 1
+    assert noise.uneven(white * np.linspace(0, 1, way.size), np.linspace(0, 1, way.size))
+    assert not noise.uneven(white, np.linspace(0, 1, way.size))
+
+
+def test_sandwich_is_the_covariance_of_uneven_noise():
+    r, n = np.random.default_rng(9), 60
+    J = np.stack([np.ones(n), np.linspace(0, 1, n)], axis=1)
+    sigma = np.linspace(0.1, 2, n)
+    inner = np.linalg.inv(J.T @ J)
+    found, said = [], []
+    for _ in range(2000):
+        y = sigma * r.normal(size=n)
+        p = inner @ J.T @ y
+        found.append(p)
+        said.append(noise.sandwich(J, y - J @ p, inner))
+    np.testing.assert_allclose(np.cov(np.array(found).T), np.mean(said, axis=0), rtol=0.12)
+
+
+def test_readings_and_twists():
+    """By hand: 10 scales; zero 1, play 2 over the whole beam."""
+    load = np.array([0.0, 1, 2, 3, 2.9, 2, 1, 2, 3])
+    way = np.array([1, 1, 1, 1, -1, -1, -1, 1, 1])
+    readings = Readings.of(load, way, np.zeros(9, int), 10)
+    x, branch = readings.placed(1.0, 2.0)
+    # on the way back the play is taken up first; what lies in it stays on the branch before
+    np.testing.assert_allclose(x, [-0.1, 0.9, 1.9, 2.9, 2.9, 2.1, 1.1, 1.9, 2.9])
+    assert branch.tolist() == [-1, 1, 1, 1, 1, -1, -1, 1, 1]
+    assert readings.order[[0, -1]].tolist() == [0, 1]

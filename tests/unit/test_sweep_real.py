@@ -1,0 +1,283 @@
+"""Sweeps and tolerances of real beams: each cell is its own beam's curve; what is chosen, said, kept and refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import squama
+from squama.cli import main
+from squama.errors import InputError
+from squama.joints import law
+from squama.study import slices
+from squama.study.models import Model
+from squama.study.plan import VARIABLES
+from squama.study.sweeping import make_plan, run
+
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scale={"strength": 1e8})
+RANGES = {"mu": (0.1, 0.5, 5), "scale.length": ("36 mm", "52 mm", 4)}
+AT = "0.09 rad/pitch"
+FIGURES = {
+    "torque": "T", "tangent": "K_t", "stiffness_ratio": "stiffness_ratio", "N": "N", "stress": "stress", "W_fr": "W_fr",
+    "U_el": "U_el", "RED": "RED",
+}  # fmt: skip
+UNKNOWN = squama.Beam.from_ratios(theta0="2 deg", mu=0.3)
+
+
+def contents(store: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(store)): p.read_bytes() for p in sorted(store.rglob("*")) if p.is_file()}
+
+
+def swept(beam: squama.Beam, length: float, mu: float) -> squama.Beam:
+    return beam.replace(scale={"length": length}, friction={"mu": mu})
+
+
+@pytest.mark.parametrize("how", [{}, {"ideal": True}, {"sense": "-"}], ids=str)
+def test_every_cell_is_the_curve_of_its_beam(how: dict[str, object], tmp_path: Path) -> None:
+    data = squama.sweep(BEAM, RANGES, at=AT, out=tmp_path / "map.zarr", **how)
+    for i, j in ((0, 0), (4, 1), (2, 3)):
+        cell = data.isel({"mu": i, "scale.length": j})
+        r = squama.twist(swept(BEAM, float(cell["scale.length"]), float(cell.mu)), to=AT, points=181, **how)
+        assert slices.ends(cell) == r.end.item()
+        for name, own in FIGURES.items():
+            rel = 4e-3 if name in ("tangent", "stiffness_ratio") else 1e-3
+            assert float(cell[name]) == pytest.approx(float(r[own][-1]), rel=rel, nan_ok=True), name
+        if r.end.item() != "no engagement":
+            assert float(cell.phi_e) == pytest.approx(float(r.phi_e))
+
+
+def test_labels_and_attributes(tmp_path: Path) -> None:
+    place = tmp_path / "map.zarr"
+    data = squama.sweep(BEAM, RANGES, out=place)
+    assert list(data.data_vars) == [*VARIABLES["compliant", "twisting"], "status"]
+    units = {
+        name: data[name].attrs["units"] for name in ("phi_e", "torque", "tangent", "stress", "K_theta", "rigidity")
+    }
+    assert list(units.values()) == ["rad", "N m", "N m2", "Pa", "N m", "N m2"]
+    meanings = data.end.attrs["flag_meanings"].split()
+    assert (meanings[0], meanings[-1]) == ("not_computed", "joint_unknown")
+    assert (data.attrs["joint"], data.attrs["scales"]) == ("compliant", "thick, elastic scales")
+    assert "margin" not in data.attrs
+    # twice its own engagement, to the last digit
+    phi_e = float(squama.twist(BEAM, points=3).phi_e)
+    value, unit = data.attrs["at"].split()
+    assert (float(value), unit) == (pytest.approx(2 * phi_e), "rad/pitch")
+    opened = squama.open_sweep(place)
+    assert opened.identical(data.assign_attrs(warnings=opened.attrs["warnings"]))
+    # the same call goes on, the resolved twist is the same too
+    assert squama.sweep(BEAM, RANGES, out=place, at=data.attrs["at"]).identical(data)
+
+
+def test_the_beam_itself_is_one_of_its_cells(tmp_path: Path) -> None:
+    # it engages at half the twist, where no step may be all but nothing
+    data = squama.sweep(BEAM, {"mu": [0.2, 0.25]}, out=tmp_path / "map.zarr")
+    r = squama.twist(BEAM, mu=0.25, to=data.attrs["at"], points=181)
+    assert float(data.torque[1]) == pytest.approx(float(r["T"][-1]), rel=1e-3)
+
+
+def test_a_rate_changes_with_the_pitch_and_an_angle_does_not(tmp_path: Path) -> None:
+    d = BEAM.pitch
+    over = {"beam.pitch": [0.95 * d, 1.05 * d]}
+    rate, angle = (
+        squama.sweep(BEAM, over, at=text, out=tmp_path / f"{i}.zarr")
+        for i, text in enumerate((f"{0.09 / d} rad/m", AT))
+    )
+    for data, twists in ((rate, (0.0855, 0.0945)), (angle, (0.09, 0.09))):
+        for i, twist in enumerate(twists):
+            beam = BEAM.replace(pitch=over["beam.pitch"][i])
+            r = squama.twist(beam, to=f"{twist} rad/pitch", points=181)
+            assert float(data.torque[i]) == pytest.approx(float(r["T"][-1]), rel=1e-3)
+
+
+def test_material_of_the_scales_and_factor_of_the_joint(tmp_path: Path) -> None:
+    moduli = [BEAM.scale.youngs_modulus / 2, BEAM.scale.youngs_modulus]
+    data = squama.sweep(
+        BEAM, {"scale.youngs_modulus": moduli, "joint.factor": [0.8, 1.0]}, at=AT, out=tmp_path / "m.zarr"
+    )
+    r = squama.twist(BEAM.replace(scale={"youngs_modulus": moduli[0]}), to=AT, points=181)
+    assert float(data.torque[0, 1]) == pytest.approx(float(r["T"][-1]), rel=1e-3)
+    np.testing.assert_allclose(data.K_theta[:, 0], 0.8 * data.K_theta[:, 1], rtol=1e-9)
+
+
+def test_a_run_that_was_stopped_goes_on_byte_for_byte(tmp_path: Path) -> None:
+    # strength is not reached and nothing is known of some: chunks of nothing but NaN, too
+    ranges = {"mu": (0.1, 0.5, 12), "theta0": ("2 deg", "20 deg", 40)}
+    whole, parts = tmp_path / "whole.zarr", tmp_path / "parts.zarr"
+    data = squama.sweep(BEAM, ranges, at=AT, out=whole, tile=100)
+    plan = make_plan(BEAM, ranges, at=AT, tile=100)
+    assert run(plan, parts, shard="2/3")[0] < data.status.size
+    assert run(plan, parts) == (data.status.size, data.status.size)
+    assert contents(whole) == contents(parts)
+    unknown = slices.ends(data) == "joint unknown"
+    assert 0 < unknown.mean() < 1
+    assert np.isnan(data.torque.values[unknown]).all()
+    line = data.attrs["warnings"].splitlines()[0]
+    assert (
+        line
+        == f"{100 * unknown.mean():.3g} % of the beams: the law of the joint does not know them: they have no figures"
+    )
+
+
+def test_a_plan_of_thin_scales_on_hinges_is_written_as_ever() -> None:
+    plan = make_plan(BEAM, RANGES, joint="hinge")
+    assert plan.model == Model()
+    keys = {"format", "load", "law", "sense", "margin", "over", "tile", "versions", "beam"}
+    assert set(plan.configuration) == keys
+    real = make_plan(BEAM, RANGES)
+    assert set(real.configuration) == {*keys, "joint", "ideal", "at"}
+    assert type(plan).from_text(real.text).text == real.text
+
+
+def test_thick_scales_on_hinges(tmp_path: Path) -> None:
+    data = squama.sweep(BEAM, {"mu": [0.2, 0.4]}, joint="hinge", ideal=False, out=tmp_path / "m.zarr")
+    r = squama.twist(BEAM, mu=0.4, joint="hinge", ideal=False, points=3)
+    assert (data.attrs["joint"], data.attrs["scales"]) == ("hinge", r.attrs["scales"])
+    assert float(data.phi_e[1]) == pytest.approx(float(r.phi_e))
+    u = squama.uncertainty(BEAM, {"mu": "+- 0.01"}, joint="hinge", ideal=False, samples=3200)
+    near = float(r.Phi_e) * (1 + np.array([1e-4, 2e-4]))
+    curve = squama.twist(BEAM, at=near, joint="hinge", ideal=False)
+    slope = float(2 * curve.K_t[0] - curve.K_t[1])
+    assert float(u.nominal.sel(figure="K_e")) == pytest.approx(slope, rel=1e-4)
+
+
+def test_without_a_joint_that_is_known_scales_are_on_hinges_and_it_is_said(tmp_path: Path) -> None:
+    data = squama.sweep(UNKNOWN, {"mu": [0.1, 0.2]}, out=tmp_path / "m.zarr")
+    assert data.attrs["joint"] == "hinge"
+    assert data.attrs["warnings"].startswith("the scales are on hinges, not as in the beam: ")
+    u = squama.uncertainty(UNKNOWN, {"mu": "+- 0.01"}, samples=3200)
+    assert u.attrs["joint"] == "hinge"
+    assert u.attrs["notes"].startswith("the scales are on hinges, not as in the beam: ")
+
+
+Asked = Callable[..., object]
+ASKED: dict[str, Asked] = {
+    "sweep": lambda how: squama.sweep(BEAM, {"mu": [0.1, 0.2]}, out="m.zarr", **how),
+    "uncertainty": lambda how: squama.uncertainty(BEAM, {"mu": "+- 0.1"}, samples=3200, **how),
+}
+
+
+@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"joint": "glue"}, 'joint = "glue": must be'),
+        ({"joint": "compliant", "law": "plate"}, 'law = "plate": is not covered by joint="compliant"'),
+        ({"joint": "compliant", "load": "bending"}, 'load = "bending": is not covered'),
+        ({"joint": "hinge", "at": AT}, 'at = "0.09 rad/pitch": is of compliant joints'),
+        ({"at": "5 deg"}, 'at = "5 deg": does not say over which length'),
+        ({"at": 0.0}, "at = 0: must be more than 0"),
+        ({"at": "200 deg/pitch"}, "must be below half a turn per pitch"),
+        ({"sense": "-"}, "at: the beam itself does not engage below 0.3 rad/pitch; give the twist"),
+    ],
+)
+def test_what_is_refused(
+    asked: str, how: dict[str, object], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        ASKED[asked](how)
+    assert words in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_that_belong_to_the_other_model(tmp_path: Path) -> None:
+    for over, how, words in (
+        ({"margin": [0.01, 0.1]}, {}, r"margin: is of hinges' locks"),
+        ({"joint.factor": [0.9, 1.1]}, {"joint": "hinge"}, r"joint\.factor: is of the compliant joint"),
+    ):
+        with pytest.raises(InputError, match=words):
+            squama.sweep(BEAM, over, out=tmp_path / "m.zarr", **how)
+    with pytest.raises(InputError, match=r"joint\.factor: is of the compliant joint"):
+        squama.uncertainty(BEAM, {"joint.factor": "+- 1 %"}, joint="hinge")
+    with pytest.raises(InputError, match=r"before = .*: is for locks"):
+        squama.uncertainty(BEAM, {"mu": "+- 0.1"}, before=AT)
+
+
+def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    BEAM.to_toml("beam.toml")
+    flags = ["--over", "mu=0.1:0.5:5", "--over", "theta0=2deg:20deg:6"]
+    assert main(["sweep", "beam.toml", *flags, "-o", "map.zarr", "--at", "2.25 deg total"]) == 0
+    first, warning = capsys.readouterr().out.splitlines()
+    assert "thick, elastic scales on compliant joints, figures at 0.00" in first
+    assert warning.endswith("the law of the joint does not know them: they have no figures")
+    assert main(["sweep", "beam.toml", *flags, "-o", "map.zarr", "--at", "2.25 deg total", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["joint"] == "compliant"
+    assert len(facts["notes"]) == 1
+    assert main(["map", "map.zarr", "--plot", "map.png", "--csv", "map.csv", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["variable"] == "stiffness_ratio"
+    table = squama.read("map.csv")
+    assert {"joint unknown", "no engagement"} <= set(table.end.values.ravel())
+    for variable in ("end", "K_theta", "stress"):
+        assert main(["map", "map.zarr", "--variable", variable, "--plot", f"{variable}.svg"]) == 0
+    assert main(["map", "map.zarr", "--variable", "end", "--at", "mu=0.3", "--plot", "line.svg"]) == 0
+    capsys.readouterr()
+    assert main(["map", "map.zarr", "--variable", "lock", "--plot", "lock.png"]) == 2
+    assert "--variable = lock: must be one of phi_e, phi_end, torque" in capsys.readouterr().err
+    vary = ["--vary", "scale.alpha=+- 1 deg", "--samples", "3200", "--indices", "64"]
+    assert main(["uncertainty", "beam.toml", *vary, "--at", AT, "--plot", "u.png", "--csv", "u.csv"]) == 0
+    out = capsys.readouterr().out
+    assert "thick, elastic scales on compliant joints, figures at 0.09 rad/pitch" in out
+    assert "note: joint.factor = normal(1, 0.01" in out
+    assert "stiffness_ratio" in out
+    assert "locked" not in out
+
+
+# ---- tolerances ----------------------------------------------------------------------------------------------------
+
+
+def test_samples_are_beams() -> None:
+    vary = {"scale.alpha": "+- 2 deg", "scale.youngs_modulus": "+- 10 %", "mu": "+- 0.1", "joint.factor": "+- 5 %"}
+    u = squama.uncertainty(BEAM, vary, at=AT, samples=3200, keep=True)
+    for i in (0, 77, 3000):
+        s = u.isel(sample=i)
+        beam = BEAM.replace(
+            scale={"alpha": float(s["scale.alpha"]), "youngs_modulus": float(s["scale.youngs_modulus"])},
+            friction={"mu": float(s["friction.mu"])},
+        )
+        held = squama.twist(beam, points=3).attrs["K_theta"] * float(s["joint.factor"])
+        assert float(s.K_theta) == pytest.approx(held, rel=1e-6)
+        r = squama.twist(beam.replace(joint={"stiffness": held}), to=AT, points=181)
+        assert s.sample_end.item() == r.end.item()
+        for name, own in FIGURES.items():
+            assert float(s[name]) == pytest.approx(float(r[own][-1]), rel=4e-3), name
+    assert u.attrs["notes"] == "" or "joint.factor" not in u.attrs["notes"]
+
+
+def test_the_error_of_the_joints_law_scatters_too() -> None:
+    vary = {"mu": "+- 0.05"}
+    u = squama.uncertainty(BEAM, vary, at=AT, samples=3200, indices=256)
+    rms = law.errors().K_theta.rms
+    assert list(u.parameter.values) == ["friction.mu", "joint.factor"]
+    assert u.attrs["notes"].startswith(f"joint.factor = normal(1, {rms:.6g}): how far the law of the joint was off")
+    held = u.sel(figure="K_theta")
+    assert float(held["sd"] / held["mean"]) == pytest.approx(rms, rel=0.01)
+    np.testing.assert_allclose(u.ST.sel(indexed="K_theta"), [0, 1], atol=0.02)
+    assert 0 < float(u.ST.sel(indexed="torque", parameter="joint.factor")) < 1
+    # its own share of the torque's scatter, by difference
+    more = squama.uncertainty(BEAM, vary | {"joint.factor": "normal(1, 0.1)"}, at=AT, samples=3200)
+    assert float(more["sd"].sel(figure="torque")) > float(u["sd"].sel(figure="torque"))
+    for known in (BEAM.replace(joint={"stiffness": 0.06}), BEAM):
+        given = vary if known is not BEAM else vary | {"joint.stiffness": "normal(0.06 N m, 1 %)"}
+        assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=3200).parameter.values
+
+
+def test_what_is_not_known_is_a_share() -> None:
+    # the law goes to scales of .45 of the gap
+    least = np.degrees(np.arcsin(BEAM.scale.thickness / BEAM.pitch / (0.45 * np.cos(BEAM.scale.alpha))))
+    limits = f"uniform({least - 1} deg, {least + 2} deg)"
+    u = squama.uncertainty(BEAM, {"theta0": limits}, at=AT, samples=3200, indices=64, keep=True)
+    unknown = float(u.probability.sel(end="joint unknown"))
+    assert unknown == pytest.approx(1 / 3, abs=0.01)
+    assert float(u.share.sel(figure="torque")) <= 1 - unknown
+    assert "the law of the joint does not know them" in u.attrs["notes"]
+    # nothing is said of engagement where the joint is not known
+    assert "engaged" in json.loads(u.attrs["without_indices"])
+    assert float(u.P_engaged) == pytest.approx(np.isfinite(u.phi_e.values).mean())
+    assert (u.phi_e.values[np.isfinite(u.phi_e.values)] <= 0.09).all()
+    assert int(u["count"].sum()) == np.isfinite(u.stiffness_ratio.values).sum()

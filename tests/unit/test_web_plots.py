@@ -1,0 +1,254 @@
+"""What the explorer's plots show without a browser: both models, axes, loops, measured tables, fits, prints."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import squama
+from squama.errors import InputError
+from squama.plot.palette import THEMES
+from squama.web import charts, live, map, prints, state, tables  # noqa: A004
+from squama.web.fields import MATERIALS, made_of, material
+
+REAL = state.preset("pla")
+HINGE = REAL.hinged.started()
+LOOP = Path("examples/measured_loop.csv").read_bytes()
+
+
+def named(now: state.State, plot: str = "torque", table: tables.Table | None = None) -> dict[str, charts.Line]:
+    return {line.name: line for line in charts.lines(now, plot, dark=False, table=table)}
+
+
+def test_real_and_hinge_curves_stand_together() -> None:
+    for now, other, joint in ((REAL, "on hinges", "hinge"), (HINGE, "on compliant joints", "compliant")):
+        shown = named(now)
+        assert list(shown) == ["without contact", other, "this design"]
+        r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"])
+        assert np.interp(0.1, shown[other].x, shown[other].y) == pytest.approx(r["T"].item(), rel=5e-3)
+    # neither is there in bending, nor beside a joint that is not known at once
+    for now in (REAL.change("load", "bending"), state.preset("main").change("theta0", "26")):
+        assert list(named(now)) == ["without contact", "this design"]
+
+
+def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:
+    own = charts.frame(REAL, "torque").top
+    assert own == pytest.approx(1.04 * live.along(REAL.setting).torque.max())
+    # nor does a kept one on hinges, or the place of the current point
+    assert charts.frame(HINGE.keep()._replace(joint="compliant", ideal="no"), "torque").top == pytest.approx(own)
+    last = HINGE.change("twist", "1")
+    assert charts.frame(last, "torque") == charts.frame(HINGE, "torque")
+    assert live.motion(last.setting).state(last.twist).torque > 2 * charts.frame(last, "torque").top
+    assert charts.point(last, "torque")[1] == 0
+    # what is kept and bounded does: it can be read
+    stiff = REAL.change("material", "steel")
+    assert charts.frame(stiff.keep()._replace(beam=REAL.beam), "torque").top > 2 * own
+    # inclinations are bounded, and drawn where they are
+    ends = charts.frame(HINGE, "theta")
+    assert ends.low < math.degrees(REAL.beam.scale.theta0) < live.along(HINGE.setting).theta.max() < ends.top
+    narrow = charts.frame(REAL, "theta")
+    assert narrow.top - narrow.low == pytest.approx(charts.FLAT)
+
+
+def test_a_loop_goes_up_and_back() -> None:
+    for now in (
+        REAL.change("path", "cycle"),
+        HINGE.change("path", "cycle"),
+        REAL.change("path", "cycle").change("sense", "-"),
+    ):
+        m = live.motion(now.setting)
+        sign = "-" if now.sense == "-" else ""
+        c = squama.cycle(now.beam, f"{sign}{now.twist} rad/pitch", joint=m.joint, ideal=now.setting.ideal, points=70)
+        back = live.back(now)
+        assert back
+        down = c.isel(point=c.leg.values == 2)
+        at = 0.8 * now.twist
+        assert np.interp(at, back.load[::-1], back.torque[::-1]) == pytest.approx(
+            np.interp(at, np.abs(down.phi.values[::-1]), np.abs(down["T"].values[::-1])), rel=1e-4
+        )
+        # it begins where the way up ended
+        up = live.along(now.setting)
+        assert (back.load[0], back.torque[0]) == pytest.approx(
+            (now.twist, np.interp(now.twist, up.load, up.torque)), rel=1e-3
+        )
+        assert dict(live.readings(now))["dissipated"] == live.quantity(float(c.W_d[0]), "J/m")
+        assert named(now)["unloading"].y.shape == back.torque.shape
+        assert charts.frame(now, "f").low <= back.f.min() + 1e-12
+        assert (back.f.min() < 0) == m.engaged, "friction has turned round"
+        assert state.read(state.query(now)) == now
+        rows = [row for row in live.make_file(now, "csv")[1].decode().splitlines() if row[0] != "#"]
+        assert "leg (1)" in rows[0].split(",")
+        json.dumps([charts.line_options(now, plot, dark=True) for plot in charts.PLOTS], allow_nan=False)
+    # as far as the curve goes
+    far = REAL.change("path", "cycle").change("twist", "1")
+    assert live.back(far).load[0] == pytest.approx(live.motion(far.setting).last)
+    assert live.loop(REAL.change("path", "cycle").change("twist", "0")) == "nothing moves"
+
+
+def test_a_loop_that_is_refused_is_told(monkeypatch) -> None:
+    def refused(*_: object) -> None:
+        raise InputError("the scales do not slide back")
+
+    # only plates whose other contacts are left out come there
+    monkeypatch.setattr(live, "history", refused)
+    held = HINGE.change("path", "cycle")
+    assert live.back(held) is None
+    assert "no unloading is shown: the scales do not slide back" in live.warnings(held)
+    assert "unloading" not in named(held)
+    with pytest.raises(InputError, match="do not slide back"):
+        live.make_file(held, "csv")
+
+
+@pytest.mark.parametrize("name", list(MATERIALS))
+def test_a_material_gives_its_values(name: str) -> None:
+    now = REAL.change("material", name)
+    assert material(now.beam.scale) == name
+    assert now.beam == REAL.beam.replace(scale=made_of(name))
+    assert state.read(state.query(now)) == now
+    assert ("rigid" if name == "rigid" else "elastic") in live.motion(now.setting).model
+    assert material(now.change("scale_modulus", "7").beam.scale) == "other"
+    with pytest.raises(InputError, match="material"):
+        REAL.change("material", "cheese")
+
+
+def test_marks_of_designs_at_one_place_stand_apart() -> None:
+    now = REAL.keep()
+    for eta in ("2", "2.5"):
+        now = now.change("eta", eta).keep()
+    found = map.marks(now, map.key(now, "mu", "alpha"))
+    assert [mark.letter for mark in found] == ["A", "B", "C", ""]
+    assert len({mark.left for mark in found}) == 1
+    shifts = sorted(mark.shift for mark in found)
+    assert min(b - a for a, b in itertools.pairwise(shifts)) >= 17, "wider than a mark"
+    assert found[-1].shift == 0, "the one that is shown is where it belongs"
+    apart = map.marks(now, map.key(now, "eta", "alpha"))
+    assert [mark.shift for mark in apart if mark.letter != "C"] == [0, 0, 0]
+
+
+def test_a_measured_table_is_laid_beside_the_curve() -> None:
+    found = tables.opened("measured loop.csv", LOOP, HINGE)
+    assert isinstance(found, tables.Table)
+    assert (found.name, found.points.rate.size) == ("measured_loop.csv", 259)
+    load, torque = tables.shown(found, HINGE)
+    assert np.allclose(load, found.points.rate * 0.02)
+    assert np.allclose(torque, found.points.load)
+    assert named(HINGE, table=found)[found.name].points
+    # none of its points is of the other sense, or of another load
+    assert tables.shown(found, HINGE.change("sense", "-"))[0].max(initial=0) == 0
+    assert tables.shown(found, HINGE.change("load", "bending"))[0].size == 0
+    assert tables.residual(found, HINGE.change("load", "bending")) is None
+    # points decide how far a torque near a lock is drawn
+    assert charts.frame(HINGE, "torque", found).top < charts.frame(HINGE, "torque").top
+    assert charts.frame(REAL, "torque", found).top == pytest.approx(3 * charts.frame(REAL, "torque").top)
+    for plot in (*charts.PLOTS, charts.RESIDUAL):
+        json.dumps(charts.line_options(HINGE, plot, dark=False, table=found), allow_nan=False)
+
+
+def test_what_is_guessed_of_a_table_is_said() -> None:
+    found = tables.opened("loop.csv", b"Phi (rad/m);T (N m)\n0;0\n1,5;0,02\n2,5;0,04\n", REAL)
+    assert found.points.rate.tolist() == [0, 1.5, 2.5]
+    assert found.said.startswith("loop.csv is read ")
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+@pytest.mark.parametrize("start", [REAL, HINGE])
+def test_the_residual_is_measured_less_computed_on_every_way(start: state.State, sense: str) -> None:
+    now = start.change("sense", sense)._replace(twist=0.1)
+    joint = live.motion(now.setting).joint
+    sign = "-" if sense == "-" else ""
+    ways = [f"{sign}{phi} rad/pitch" for phi in (0.12, 0.05, 0.13)]
+    c = squama.cycle(now.beam, ["0 rad/pitch", *ways, "0 rad/pitch"], joint=joint, ideal=now.setting.ideal, points=40)
+    added = 0.01
+    rows = [f"{x},{y + added}" for x, y in zip(c.Phi.values.tolist(), c["T"].values.tolist(), strict=True)]
+    found = tables.opened("loop.csv", "\n".join(["Phi (rad/m), T (N m)", *rows]).encode(), now)
+    left = tables.residual(found, now)
+    assert left.torque.size > 0.6 * c.sizes["point"]
+    assert np.allclose(left.torque, -added if sense == "-" else added, atol=2e-3 * np.abs(c["T"].values).max() / 4)
+    assert left.words.startswith("residual rms ")
+
+
+def test_a_fit_is_the_packages_own() -> None:
+    table = tables.opened("loop.csv", LOOP, HINGE)
+    beam, lines = tables.fitted(table, HINGE)
+    own = squama.fit("examples/measured_loop.csv", HINGE.beam, joint="hinge")
+    assert beam == own.beam
+    assert lines == own.summary().splitlines()
+    before, after = (tables.residual(table, one) for one in (HINGE, HINGE._replace(beam=beam)))
+    assert np.sum(after.torque**2) < np.sum(before.torque**2) / 2
+    few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", HINGE)
+    with pytest.raises(InputError, match="usable points"):
+        tables.fitted(few, HINGE)
+
+
+def test_a_fit_is_given_up_in_time(monkeypatch) -> None:
+    monkeypatch.setattr(tables, "SECONDS", 0.01)
+    with pytest.raises(InputError, match=re.escape("no fit is found within 0.01 s")):
+        tables.fitted(tables.opened("loop.csv", LOOP, HINGE), HINGE)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("beam.toml", b"", "beam.toml: is empty"),
+        ("beam.toml", b"x" * 70_000, "beam.toml: is larger than 64 KiB"),
+        ("loop.csv", b"1,2\n" * 200_000, "loop.csv: is larger than 512 KiB"),
+        ("beam.toml", b"[scale\n", "beam.toml: line 1"),
+        ("beam.toml", b"a = " + b"[" * 60_000, "beam.toml"),
+        ("beam.toml", b"\xff\xfe\x00", "beam.toml: is a binary file"),
+        ("../../etc/passwd", b"root:x:0:0\n", "passwd"),
+        ("", b"\n\n", "table.csv"),
+        ("picture.png", b"\x89PNG\r\n\x1a\n\0\0", "picture.png: is a binary file"),
+        ("loop.csv", b"Phi, T\n1,2\n", "has no unit; write a header like: Phi (rad/m), T (N m); and 1 more"),
+        ("loop.csv", b"Phi (rad/m), T (N m)\n1,x\n", "loop.csv: line 2"),
+    ],
+)
+def test_files_that_cannot_be_used_say_why(name: str, content: bytes, words: str) -> None:
+    with pytest.raises(InputError) as error:
+        tables.opened(name, content, REAL)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+    assert "/" not in str(error.value).split(":")[0]
+
+
+def test_a_beam_file_is_opened_and_names_no_other() -> None:
+    text = REAL.beam.replace(scale={"alpha": "50 deg"}).to_toml()
+    found = tables.opened("my beam.toml", text.encode(), REAL.keep())
+    assert math.degrees(found.beam.scale.alpha) == pytest.approx(50)
+    assert len(found.kept) == 1
+    named_file = f'{text}\n[joint]\nmatrix = "/etc/passwd"\n'
+    with pytest.raises(InputError, match="names a file"):
+        tables.opened("my beam.toml", named_file.encode(), REAL)
+
+
+def test_plots_are_printed_with_what_they_show() -> None:
+    now = REAL.change("mu", "0.5").keep().change("mu", "0.25").change("path", "cycle")
+    table = tables.opened("loop.csv", LOOP, now)
+    drawn = prints.figure(now, table)
+    assert drawn.get_figwidth() == pytest.approx(7.2)
+    assert len(drawn.axes) == 4
+    names = [t.get_text() for t in drawn.legends[0].get_texts()]
+    assert "μ = 0.25, η = 3, α = 60°; thick, elastic scales on compliant joints" in names[0]
+    assert names[1].startswith("A: μ = 0.5")
+    assert {"without contact", "on hinges", "unloading", "loop.csv"} < set(names)
+    # nothing is cut off, and the legend is beside the plots
+    drawn.draw_without_rendering()
+    sheet = drawn.bbox
+    for ax in drawn.axes:
+        box = ax.get_tightbbox()
+        assert box.x0 >= 0
+        assert box.x1 <= sheet.x1 + 1
+        assert not box.overlaps(drawn.legends[0].get_window_extent())
+    assert drawn.legends[0].get_window_extent().x1 <= sheet.x1
+    ends = charts.frame(now, "torque", table)
+    assert drawn.axes[0].get_xlim() == pytest.approx((0, ends.right))
+    for kind, start in (("svg", b"<?xml"), ("png", b"\x89PNG")):
+        name, content = prints.made(now, None, kind)
+        assert name == f"plots.{kind}"
+        assert content.startswith(start)
+    assert THEMES["light"]["curve"].encode() in prints.made(now, None, "svg")[1]
