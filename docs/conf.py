@@ -21,7 +21,7 @@ author = "The squama developers"
 copyright = "The squama developers"
 version = release = squama.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 exclude_patterns = ["_build", "api", "images/*.py"]
 nb_execution_mode = "off"
 myst_enable_extensions = ["amsmath", "dollarmath", "deflist"]
@@ -37,6 +37,8 @@ html_theme = "furo"
 html_title = f"squama {version}"
 html_show_sphinx = False
 html_show_copyright = False
+html_static_path = ["static"]
+html_css_files = ["formulas.css"]
 
 
 def symbols() -> list[str]:

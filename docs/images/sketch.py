@@ -91,7 +91,7 @@ def contact_view(ax: plt.Axes) -> None:
         (one, 1, "D", (-0.1, 0.0, -0.12)),
         (one, 1, "A", (0.02, 0.14, -0.02)),
         (two, 2, "C", (0.0, -0.02, 0.16)),
-        (two, 2, "B", (0.0, 0.14, 0.02)),
+        (two, 2, "B", (0.0, 0.1, 0.14)),
         (two, 2, "D", (-0.12, -0.08, -0.04)),
     ):
         ax.text(*place(c[name] + np.array(d)), f"${name}_{k}$", ha="center", va="center", color=BLUE)
@@ -102,7 +102,7 @@ def contact_view(ax: plt.Axes) -> None:
         (np.cross(one["n_X"], one["n_Y"]), "n_{Z1}"),
     ):
         ax.quiver(*place(o), *place(0.6 * vector), color="k", lw=1, arrow_length_ratio=0.18)
-        aside = np.array([0, 0, -0.1]) if name == "n_{Y1}" else 0.12 * vector
+        aside = np.array([0, 0.03, 0.2]) if name == "n_{Y1}" else 0.12 * vector
         ax.text(*place(o + 0.6 * vector + aside), f"${name}$", fontsize=8, ha="center")
     ax.plot(*zip(place(np.array([0, 0, -0.6])), place(np.array([0, 0, 2.3])), strict=True), color=GREY, lw=0.8, ls="-.")
     ax.text(*place(np.array([0, -0.02, 2.4])), "z", color=GREY)
@@ -110,8 +110,9 @@ def contact_view(ax: plt.Axes) -> None:
         f"in contact: the tip edge $C_1B_1$ on the side edge $D_2C_2$,\n"
         rf"$\varphi$ = {phi:.2f}, $\theta$ = {np.degrees(THETA):.0f}°",
         fontsize=9,
+        y=1.03,
     )
-    ax.set_box_aspect((3.0, 2.3, 2.0), zoom=1.22)
+    ax.set_box_aspect((3.0, 2.3, 2.0), zoom=1.08)
     ax.set_xlim(-0.5, 2.5)
     ax.set_ylim(-1.5, 0.8)
     ax.set_zlim(-0.1, 1.9)
