@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,8 @@ import xarray as xr
 
 import squama
 from squama.cli import main
-from squama.cli.app import COMMANDS
+from squama.cli.app import COMMANDS, EXAMPLES, make
+from squama.cli.flags import collecting
 from squama.cli.short import EXAMPLE
 
 ROOT = Path(__file__).parents[2]
@@ -74,6 +76,16 @@ def test_help_of_a_command_explains_every_flag(command, capsys):
     assert flags
     for line in flags:
         assert len(line.strip(" \u2502*").split("  ")) > 1, line
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_ends_with_an_example(command, capsys):
+    example = _out(capsys, command, "--help").rstrip().splitlines()[-1]
+    assert example == f"squama {command} {EXAMPLES[command]}"
+    with collecting():
+        found, bound, _ = make().parse_args(shlex.split(example)[1:], exit_on_error=False, print_error=False)
+    assert found.__name__ == command
+    assert bound.arguments
 
 
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])

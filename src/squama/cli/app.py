@@ -32,6 +32,30 @@ COMMANDS = {
 }
 """Names of the commands and what they do; each is the function of that name in its module (:func:`make`)."""
 
+EXAMPLES = {
+    "new": "beam.toml",
+    "twist": 'beam.toml --to "90 deg total" --plot curve.png --csv curve.csv',
+    "bend": "beam.toml --mu 0,0.3 --plot bend.png",
+    "cycle": 'beam.toml --to "90 deg total" --loops 2 --plot loop.png',
+    "fit": "test.csv beam.toml --plot fit.png",
+    "design": "target.toml -o designs",
+    "pareto": "target.toml --plot front.png --csv front.csv",
+    "row": "beam.toml --scales 9 --plot row.png",
+    "joint": "beam.toml --levels 2",
+    "cell": 'beam.toml --to "0.15 rad/pitch" --mesh coarse --csv cell.csv',
+    "verify": 'beam.toml --to "0.15 rad/pitch" -o verify',
+    "deck": "beam.toml -o beam.inp",
+    "export": "beam.toml -o printed",
+    "ends": "designs.csv -o ends.csv",
+    "sweep": "beam.toml --over mu=0:1:41 --over alpha=15deg:75deg:31 -o map.zarr",
+    "map": "map.zarr --plot map.png",
+    "view": 'beam.toml -o beam.png --twist "60 deg total"',
+    "explore": "beam.toml",
+    "uncertainty": 'beam.toml --vary mu="0.25 +- 0.03" --plot tolerances.png',
+    "paper": "fig4 fig7b -o paper",
+}
+"""What stands under the help of a command, behind its name."""
+
 _ROOMS = {
     "twist": ("bend", "row"),
     "design": ("pareto",),
@@ -55,7 +79,10 @@ def make() -> App:
     )
     for name, text in COMMANDS.items():
         module = _ELSEWHERE.get(name, name)
-        app.command(f"squama.cli.{module}:{name}", name=name, help=text)
+        below = f"Example:\nsquama {name} {EXAMPLES[name]}"
+        app.command(f"squama.cli.{module}:{name}", name=name, help=text, help_epilogue=below)
+    completes = "Let the shell complete commands and flags: bash, zsh, fish, PowerShell."
+    app.register_install_completion_command(group="Shell", help=completes)
     return app
 
 
