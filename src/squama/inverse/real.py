@@ -129,8 +129,12 @@ def _figure(c: Cells, name: str, f: Figures, options: Options) -> Array:
 def followed(beam: Beam, wants: Sequence[Want], options: Options) -> tuple[list[float], Answer]:
     """Return the wanted figures of one beam as :func:`squama.twist` has them, with all contacts, and its response."""
     rates = sorted({float(w.at.per_pitch(beam.pitch)) / beam.pitch for w in wants if w.at is not None})
-    asked: dict[str, Any] = {"at": rates} if rates else {"points": 3}
-    answer = doors.respond(beam, options.load, sense=options.sense, joint="compliant", **asked)
+    common: dict[str, Any] = {"sense": options.sense, "joint": "compliant"}
+    if not rates:
+        # as far as the engagement's own figures are read
+        engaged = float(doors.respond(beam, options.load, at=[0.0], **common)["Phi_e"])
+        rates = [2 * engaged if np.isfinite(engaged) else 0.0]
+    answer = doors.respond(beam, options.load, at=rates, **common)
     alone = {"engagement": float(answer["phi_e"]), "stiffness": float(answer.attrs["rigidity"])}
     alone["length"] = options.pitches * beam.pitch
     strength = np.nan if beam.scale.strength is None else beam.scale.strength
