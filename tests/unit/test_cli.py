@@ -4,7 +4,6 @@ import csv
 import json
 import math
 import os
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +14,6 @@ import xarray as xr
 
 import squama
 from squama.cli import main
-from squama.cli.app import COMMANDS, EXAMPLES, make
-from squama.cli.flags import collecting
 from squama.cli.short import EXAMPLE
 
 ROOT = Path(__file__).parents[2]
@@ -41,72 +38,6 @@ def _json(capsys, *arguments):
         raise AssertionError(token)
 
     return json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
-
-
-def _process(*arguments, code=None):
-    start = ["-c", code] if code else ["-m", "squama"]
-    return subprocess.run(
-        [sys.executable, *start, *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
-    )
-
-
-# ---- help and version -------------------------------------------------------------------------------------
-
-
-def test_version(capsys):
-    assert _out(capsys, "--version").strip() == squama.__version__
-
-
-@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
-def test_help_names_the_commands(arguments, capsys):
-    text = _out(capsys, *arguments)
-    for name, words in COMMANDS.items():
-        assert name in text
-        assert words.split(",")[0].split(":")[0] in " ".join(text.replace("\u2502", " ").split())
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_of_a_command_explains_every_flag(command, capsys):
-    lines = _out(capsys, command, "--help").splitlines()
-    flags = [line for line in lines if " --" in line[:8] and "display this" not in line.lower()]
-    assert flags
-    for line in flags:
-        assert len(line.strip(" \u2502*").split("  ")) > 1, line
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_of_a_command_ends_with_an_example(command, capsys):
-    example = _out(capsys, command, "--help").rstrip().splitlines()[-1]
-    assert example == f"squama {command} {EXAMPLES[command]}"
-    with collecting():
-        found, bound, _ = make().parse_args(shlex.split(example)[1:], exit_on_error=False, print_error=False)
-    assert found.__name__ == command
-    assert bound.arguments
-
-
-@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])
-def test_every_command_that_computes_has_json(command, capsys):
-    assert "--json" in _out(capsys, command, "--help")
-
-
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["twist", "--help"], ["ends", "--help"]])
-def test_help_loads_nothing_heavy(arguments):
-    heavy = ["numpy", "scipy", "xarray", "pandas", "pydantic", "matplotlib", "h5py"]
-    code = (
-        f"import sys; from squama.cli import main; main(sys.argv[1:]); print([m for m in {heavy} if m in sys.modules])"
-    )
-    assert _process(*arguments, code=code).stdout.splitlines()[-1] == "[]"
-
-
-@pytest.mark.parametrize("module", ["squama", "squama.cli"])
-def test_as_a_module(module):
-    code = f"import runpy, sys; sys.argv[0] = 'squama'; runpy.run_module({module!r}, run_name='__main__')"
-    done = _process("--version", code=code)
-    assert (done.returncode, done.stdout.strip()) == (0, squama.__version__)
 
 
 # ---- new --------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import ValidationError, model_validator
 
-from squama.beam import beamfile, validity
+from squama.beam import beamfile, card, validity
 from squama.beam.parts import Assembly, Friction, Joint, Quantity, Scale, Substrate, read_ratios
 from squama.errors import Problem, Problems, naming
 from squama.io import files
@@ -263,3 +263,7 @@ class Beam(Assembly):
             One line per finding; empty if there is none. See `squama.beam.validity`.
         """
         return validity.messages(self, load, sense, joint)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return card.of_beam(self, self.warnings(joint="compliant"))

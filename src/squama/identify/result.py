@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squama._version import __version__
+from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.curves.path import idealisation
 from squama.identify import estimate
@@ -157,6 +158,15 @@ class Fit:
     def __repr__(self) -> str:
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points"
         return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} N m)"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        first = [self.disagreement] * bool(self.disagreement)
+        notes = [*first, *(f"the errors do not hold: {doubt}" for doubt in self.doubts), *self.notes]
+        rows = zip(self.asked.rows, self.estimates, np.sqrt(np.diag(self.covariance)), strict=True)
+        found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
+        used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
+        return card(f"Fit: {used}; {self.scales}", found, notes)
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from squama import arguments
 from squama._version import __version__
+from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.curves.path import idealisation
@@ -60,6 +61,9 @@ class Reached:
     effects: dict[str, float] = field(repr=False)
 
 
+_SHORT = {name: key for key, name in FULL.items()}
+
+
 @dataclass(frozen=True)
 class Design:
     """A beam that was found.
@@ -81,6 +85,13 @@ class Design:
     other_contact: str
     refused: tuple[str, ...]
     warnings: tuple[str, ...] = field(repr=False)
+
+    @property
+    def words(self) -> str:
+        """What it reaches of each goal, and with which values."""
+        goals = (f"{goal.name} {goal.reached:.4g} {goal.unit}".strip() for goal in self.goals)
+        values = (f"{name} {text_of(_SHORT.get(name, name), value)}" for name, value in self.values.items())
+        return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
     def to_toml(self, title: str = "") -> str:
         """Return the text of a beam file, with what it is to do as a comment."""
@@ -113,6 +124,12 @@ class InverseDesign:
 
     def __getitem__(self, i: int) -> Design:
         return self.designs[i]
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the designs, each with what it reaches."""
+        rows = [(f"design {i + 1}{'' if d.met else ', not on target'}", d.words) for i, d in enumerate(self.designs)]
+        met = "target met" if self.met else "target not reached, nearest attainable"
+        return card(f"{met}; {self.settings['scales']}", rows, self.notes)
 
 
 def inverse_design(

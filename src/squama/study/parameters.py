@@ -20,7 +20,7 @@ from squama.io.tabular import close
 from squama.loads import LOADS
 from squama.symbols import SYMBOLS, Symbol
 from squama.types import Array
-from squama.units import MARGIN, Bounds, Dimension, as_text, bounded, shown, si_unit
+from squama.units import MARGIN, Bounds, Dimension, as_text, bounded, for_people, shown, si_unit
 
 MOST_VALUES, LONGEST_LIST = 10_000_000, 100_000
 """Values of a range, and of a list."""
@@ -112,9 +112,8 @@ def text_of(name: str, value: float) -> str:
     text = as_text(float(value), dimension)
     if len(text) <= 14 and dimension is not Dimension.RATIO:
         return text
-    unit = "deg" if dimension is Dimension.ANGLE else PARAMETERS[name].symbol.unit.replace("1", "")
-    number = np.degrees(value) if dimension is Dimension.ANGLE else value
-    return f"{number:.6g} {unit}".strip()
+    factor, unit = for_people(PARAMETERS[name].symbol.unit)
+    return f"{factor * value:.6g} {unit}".strip()
 
 
 def own(beam: Beam, name: str) -> float | None:
