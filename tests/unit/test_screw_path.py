@@ -1,0 +1,198 @@
+"""Paths in the plane of bend and twist: independent figures, work, symmetry, and what other plates do."""
+
+import itertools
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import squama
+from squama.model import energy, screw
+from squama.model.outcome import End
+from squama.model.screw_path import Design, Leg, follow, followed
+
+FILE = Path(__file__).parents[1] / "reference" / "combined.json"
+PATHS = [case for case in json.loads(FILE.read_text())["cases"] if "segments" in case]
+MAIN = Design(3.0, 1.25, 0.45, np.radians(45), np.radians(10), 0.3)
+FAR = 1.2
+EVENTS = {
+    "frictional lock": "friction", "kinematic lock (line contact)": "turn", "line": "line", "p+": "left",
+    "p-": "right", "base": "base",
+}  # fmt: skip
+
+
+def read(case):
+    """Return design, points and the reference's segments, its places as parts of the last leg."""
+    design = Design(*(float(v) for k, v in case["design"].items() if k != "neutral_height"), float(case["mu"]))
+    design = design._replace(y_n=float(case["design"]["neutral_height"]))
+    psi0, phi0, dpsi, dphi = (float(v) for v in case["path"].values())
+    held = [(psi0, phi0)] if psi0 or phi0 else []
+    return design, [*held, (psi0 + FAR * dpsi, phi0 + FAR * dphi)], case["segments"]
+
+
+@pytest.mark.parametrize("case", PATHS, ids=[case["id"] for case in PATHS])
+def test_paths_are_those_of_the_reference(case):
+    design, points, segments = read(case)
+    pieces = list(followed(design, points))
+    last = [p for p in pieces if p.leg == pieces[-1].leg and p.contact]
+    # the reference stops where it leaves the tip
+    assert [p.contact for p in last][: len(segments)] == [s["kind"] for s in segments]
+    for piece, segment in zip(last, segments, strict=False):
+        x0, x1 = FAR * piece.x0, FAR * piece.x1
+        assert x0 == pytest.approx(float(segment["start"]["sigma"]), abs=2e-12)
+        end = float(segment["end_at"]["sigma"])
+        if segment["end"] == "base" and piece.contact == "BF":
+            # it looks at the face of scale 1; a corner on that of scale 2 leaves where an edge lies in that one
+            assert end < x1
+            posed, theta, _, _ = piece.places(np.array([end / FAR]))
+            _, nZ, RX, _ = posed.d.axes(theta)
+            assert screw.dot(nZ, RX)[0] == pytest.approx(0, abs=1e-12)
+        else:
+            assert x1 == pytest.approx(end, abs=2e-12)
+            assert EVENTS[segment["end"]] == piece.event
+            ends = {"frictional lock": End.FRICTIONAL, "kinematic lock (line contact)": End.LINE}
+            assert piece.end == ends.get(segment["end"], piece.end)
+        half = segment["half"]
+        at = {"psi": piece.leg.step[0], "phi": piece.leg.step[1]}
+        axis = max(at, key=lambda name: abs(at[name]))
+        start = piece.leg.start[("psi", "phi").index(axis)]
+        state = piece.states(np.array([(float(half[axis]) - start) / at[axis]]))
+        for name in ("theta", "N", "M", "T", "mu_lock"):
+            if name in half and abs(float(half[name])) < 1e10:
+                assert state[name][0] == pytest.approx(float(half[name]), rel=1e-10), name
+        if "W_fr_to_0.8" in segment:
+            x = piece.x0 + 0.8 * (end / FAR - piece.x0)
+            pole = float(energy.pole(piece, np.array([x]), np.array([design.mu]), "", np.array([piece.x0]))[0])
+            work = energy.work(piece, piece.x0, x, pole, design.mu, "")(x)
+            assert work == pytest.approx(float(segment["W_fr_to_0.8"]), rel=1e-10)
+    others = [s["no_other_pair_crosses"] for s in segments]
+    found = [p for p in follow(design, points) if p.other]
+    if all(other is True for other in others) and piece.end:
+        assert not found
+    for theta, sigma, k in (other for other in others if other is not True):
+        # its samples lie behind the touch
+        assert found[0].other.endswith(f"(k = {k})")
+        assert FAR * found[0].x1 == pytest.approx(sigma, abs=3e-3)
+        assert found[0].states(np.array([found[0].x1]))["theta"][0] == pytest.approx(theta, abs=3e-3)
+
+
+def test_twist_alone_is_the_twisting_kernel():
+    r = np.random.default_rng(4)
+    seen = 0
+    for _ in range(40):
+        lengths = (r.uniform(*at) for at in ((1.5, 5), (0.3, 2), (0.1, 1)))
+        design = Design(*lengths, np.radians(r.uniform(20, 70)), np.radians(r.uniform(3, 15)), 0.3)
+        names = ("eta", "beta", "lam", "alpha", "theta0", "mu")
+        one = squama.ends(**dict(zip(names, design, strict=False)), law="edge")
+        last = [p for p in followed(design, [(0.0, 1.0)]) if p.contact]
+        if not last or one.neighbour != 1 or last[0].contact != "TS" or one.end == End.OTHER:
+            continue
+        assert last[0].x0 == pytest.approx(float(one.phi_e), rel=1e-12)
+        if one.end == End.FRICTIONAL and last[0].event == "friction":
+            assert last[0].x1 == pytest.approx(float(one.phi_end), rel=1e-12)
+            seen += 1
+    assert seen > 8
+
+
+def test_work_of_the_loads_is_stored_or_rubbed_away():
+    """M dpsi + T dphi around a polygon in contact: elastic energy and frictional work, by another quadrature."""
+    stored = done = given = 0.0
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    for piece in follow(MAIN, [(0.1, 0.0), (0.1, 0.15), (0.06, 0.15), (0.06, 0.08)]):
+        assert not piece.end
+        x = (piece.x0 + piece.x1) / 2 + (piece.x1 - piece.x0) / 2 * nodes
+        w = weights * (piece.x1 - piece.x0) / 2
+        state, (psi, phi) = piece.states(x), piece.leg.step
+        given += w @ (state["M"] * psi + state["T"] * phi)
+        if piece.contact:
+            done += energy.work(piece, piece.x0, piece.x1, piece.x1 + 1, MAIN.mu, "")(piece.x1)
+            stored = (piece.states(np.array([piece.x1]))["theta"][0] - MAIN.theta0) ** 2 / 2
+    assert done > 0.05
+    assert given == pytest.approx(stored + done, rel=1e-8)
+
+
+def test_corners_and_the_line_jump_at_one_inclination():
+    pieces = list(follow(MAIN, [(0.1, 0.0), (0.1, 0.15), (0.1, 0.05)]))
+    assert [p.contact for p in pieces] == ["", "BF", "BF", "TS", "TS", "BF"]
+    assert [p.event for p in pieces] == ["closed", "", "line", "", "line", ""]
+    for before, after in itertools.pairwise(pieces[1:]):
+        a, b = (p.states(np.array([x])) for p, x in ((before, before.x1), (after, after.x0)))
+        assert a["theta"] == pytest.approx(b["theta"], abs=1e-9)
+        assert abs(a["M"] - b["M"]) > 0.05
+        assert abs(a["T"] - b["T"]) > 0.05
+    # along and against the line phi = psi tan(alpha) the two contacts share: the bend alone of scales across has no T
+    across = MAIN._replace(alpha=0.0)
+    (free, flush) = follow(across, [(0.2, 0.0)])
+    assert flush.leg.flush
+    np.testing.assert_allclose(flush.states(np.linspace(free.x1 + 0.01, 1, 9))["T"], 0, atol=1e-12)
+    lock = list(follow(across._replace(mu=0.0, y_n=0.45), [(0.5, 0.0)]))[-1]
+    assert lock.end is End.KINEMATIC
+    assert lock.x1 * 0.5 == pytest.approx(0.33816, abs=1e-5)
+
+
+def test_a_direction_that_friction_locks_ends_at_the_corner():
+    """At psi = .08, phi = .15 the ray locks at mu = .848, bending alone at 1.037: the state is the same."""
+    held = MAIN._replace(mu=0.9)
+    ends = {}
+    for name, points in {"ray": [(0.16, 0.3)], "bent": [(0.0, 0.15), (0.08, 0.15)]}.items():
+        ends[name] = list(follow(held, points))[-1]
+    assert (ends["ray"].end, ends["bent"].end) == (End.FRICTIONAL, "")
+    assert ends["ray"].leg.loads(np.array(ends["ray"].x1))[0] < 0.08
+    on = list(follow(held, [(0.0, 0.15), (0.08, 0.15), (0.16, 0.3)]))[-1]
+    assert (on.end, on.x0, on.x1) == (End.FRICTIONAL, 0.0, 0.0)
+
+
+def test_no_pair_of_plates_crosses_along_random_paths():
+    r = np.random.default_rng(12)
+    contacts = set()
+    for _ in range(200):
+        lengths = (r.uniform(*at) for at in ((1.5, 4), (0.3, 1.5), (0.1, 0.8)))
+        alpha, theta0, w = np.radians(r.uniform(1, 65)), np.radians(r.uniform(4, 15)), r.uniform(0, 2 * np.pi)
+        design = Design(*lengths, alpha, theta0, r.choice([0.0, 0.4]), r.uniform(-0.5, 0.5))
+        for piece in follow(design, [(0.5 * np.cos(w), 0.5 * np.sin(w))]):
+            contacts.add(piece.contact)
+            if piece.x1 - piece.x0 < 1e-6:
+                continue
+            x = r.uniform(piece.x0, piece.x1, 20)
+            theta = piece.states(x)["theta"]
+            d = piece.leg.posed(x).d
+            assert not crossing(design, d, theta).any(), (design, piece)
+    assert contacts >= {"", "TS", "BF", "TA", "DF", "SB"}
+
+
+def crossing(design, d, theta):
+    """Say where an edge of one rectangle passes through the other, by corners and edges in space alone."""
+    nX, nZ, RX, RZ = d.axes(theta)
+    hit_any = np.zeros(theta.size, bool)
+    corners = [(0, -1), (0, 1), (1, 1), (1, -1)]
+    for base, (x, y), other, (u, v, m) in (
+        (d.base, (nX, d.y), d.there, (RX, d.Ry, RZ)), (d.there, (RX, d.Ry), d.base, (nX, d.y, nZ)),
+    ):  # fmt: skip
+        at = [base + i * design.eta * x + j * design.beta * y - other for i, j in corners]
+        for one, two in zip(at, [*at[1:], at[0]], strict=True):
+            high, low = screw.dot(one, m), screw.dot(two, m)
+            with np.errstate(all="ignore"):
+                hit = one + (two - one) * (high / (high - low))
+            inside = (screw.dot(hit, u) > 1e-5) & (screw.dot(hit, u) < design.eta - 1e-5)
+            inside &= np.abs(screw.dot(hit, v)) < design.beta - 1e-5
+            hit_any |= (np.minimum(abs(high), abs(low)) > 1e-7) & (high * low < 0) & inside
+    return hit_any
+
+
+def test_a_path_is_followed_in_time():
+    def once():
+        start = time.process_time()
+        for piece in follow(MAIN, [(0.08, 0.15)]):
+            piece.states(np.linspace(piece.x0, piece.x1, 100))
+        return time.process_time() - start
+
+    once()
+    assert min(once() for _ in range(5)) < 0.02
+
+
+def test_the_leg_along_the_line_is_flush():
+    assert Leg(MAIN, (0.0, 0.0), (0.1, 0.1 * np.tan(MAIN.alpha))).flush
+    assert not Leg(MAIN, (0.0, 0.0), (0.1, 0.1001)).flush
+    assert not Leg(MAIN, (0.1, 0.0), (0.1, 0.1)).flush
