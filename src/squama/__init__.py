@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
     from squama.curves.doors import bend, cycle, twist
     from squama.curves.finite_rows import row
+    from squama.curves.polygons import bend_twist
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
@@ -47,6 +48,7 @@ _NAMES = {
     "model.outcome": "End",
     "curves.doors": "twist bend cycle",
     "curves.finite_rows": "row",
+    "curves.polygons": "bend_twist",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -88,6 +90,7 @@ __all__ = [
     "ValidityWarning",
     "__version__",
     "bend",
+    "bend_twist",
     "cell",
     "combined",
     "contact",

@@ -12,6 +12,7 @@ COMMANDS = {
     "new": "Write a commented example of a beam file.",
     "twist": "Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction.",
     "bend": "Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file.",
+    "bend-twist": "Bend and twist a beam of hinged scales along a path: contacts, jumps, locks, moment and torque.",
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
     "fit": "Find friction, joint stiffness and other parameters of a beam from measured torque and twist.",
     "design": "Find beams of hinged scales that lock, bear or dissipate as asked, from a target file.",
@@ -30,7 +31,7 @@ COMMANDS = {
     "uncertainty": "Say what tolerances do to hinged scales: Monte Carlo, probability of locking, Sobol indices.",
     "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",
 }
-"""Names of the commands and what they do; each is the function of that name in its module (:func:`make`)."""
+"""Names of the commands and what they do; each is the function of that name, "_" for "-", in its module."""
 
 _ROOMS = {
     "twist": ("bend", "row"),
@@ -54,8 +55,9 @@ def make() -> App:
         suppress_keyboard_interrupt=False,
     )
     for name, text in COMMANDS.items():
-        module = _ELSEWHERE.get(name, name)
-        app.command(f"squama.cli.{module}:{name}", name=name, help=text)
+        function = name.replace("-", "_")
+        module = _ELSEWHERE.get(name, function)
+        app.command(f"squama.cli.{module}:{function}", name=name, help=text)
     return app
 
 

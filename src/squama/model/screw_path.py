@@ -341,13 +341,17 @@ def _next(piece: Piece) -> str | End:
     """Return the contact that goes on behind a piece, or the end."""
     if not piece.event:
         return NONE
+    if piece.event == "friction" and piece.x1 == piece.x0 and _theta(piece) - piece.theta0 <= SAME:
+        return End.STATIC
     if piece.event in ("friction", "fold"):
         return _ENDS[piece.event]
     behind = piece.leg.touching(np.array([min(1.0, piece.x1 + STEP)]))
     contact, theta = str(behind.contact[0]), float(behind.theta[0])
-    before = piece.theta0
-    if piece.contact != NONE:
-        before = float(piece.margins(np.array([piece.x1]))["theta"][0])
-    if not behind.locked[0] and abs(theta - before) <= SAME:
+    if not behind.locked[0] and abs(theta - _theta(piece)) <= SAME:
         return contact
     return _ENDS.get(piece.event, End.OTHER)
+
+
+def _theta(piece: Piece) -> float:
+    """Return the inclination at the end of a piece."""
+    return float(piece.states(np.array([piece.x1]))["theta"][0])
