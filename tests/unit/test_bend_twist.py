@@ -81,6 +81,44 @@ def test_pairs_and_words_are_one_path():
     assert "bears on the root" in back.warnings
 
 
+def test_nothing_warns_of_what_is_taken_in():
+    for path in ("bend 5 rad/m", "twist 5 rad/m", PATH):
+        assert "alpha = " not in squama.bend_twist(BEAM, path).warnings
+
+
+@pytest.mark.parametrize(("free", "path"), [("twisting", "bend 0.1 rad/pitch"), ("bending", "twist 0.1 rad/pitch")])
+def test_what_is_free_has_no_moment_and_takes_the_least_energy(free, path):
+    r = squama.bend_twist(BEAM, path, mu=0, free=free, points=40)
+    assert r.end.item() == "range end"
+    name, other, angle = ("T", "M", "phi") if free == "twisting" else ("M", "T", "psi")
+    np.testing.assert_array_equal(r[name], 0)
+    # the bar's and the scales' part cancel
+    bar = {"M": BEAM.bending_rigidity * r.kappa, "T": BEAM.torsional_rigidity * r.Phi}
+    size = float(abs(r[f"{other}_scales"]).max())
+    np.testing.assert_allclose(bar[name] + r[f"{name}_scales"], 0, atol=1e-6 * size)
+    assert abs(r[angle].values[-1]) > 1e-4
+    # work of the imposed load alone is what is stored
+    rate = r.kappa if free == "twisting" else r.Phi
+    given = np.trapezoid(r[other], rate)
+    assert given == pytest.approx(float(r.U_el[-1]), rel=2e-3)
+    # less than with the other load held at zero
+    held = squama.bend_twist(BEAM, path, mu=0)
+    assert float(r.U_el[-1]) < float(held.U_el[-1])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"mu": 0.1}, "mu = 0.1: must be 0"), ({"path": PATH}, "one way"), ({"free": "bending"}, "one way"),
+        ({"free": "both"}, "free"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_free_is_one_line(given, words):
+    with pytest.raises(InputError) as error:
+        squama.bend_twist(BEAM, **{"path": "bend 5 rad/m", "mu": 0, "free": "twisting"} | given)
+    assert words in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("path", "words"),
     [

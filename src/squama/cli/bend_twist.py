@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.loads import NEUTRAL, PAPER, THIN
+from squama.loads import LOADS, NEUTRAL, PAPER, THIN
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
 _NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (middle)."
-_KEYS = "load law joint scales neutral margin path squama_version"
+_FREE = "Load that is left free, twisting or bending, while the other is imposed; without friction (--mu 0)."
+_KEYS = "load free law joint scales neutral margin path squama_version"
 
 
 def bend_twist(
@@ -32,6 +33,7 @@ def bend_twist(
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(200)] = 200,
     neutral: Annotated[str, flag(_NEUTRAL, read=one_of(*NEUTRAL))] = "middle",
+    free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Bend and twist a beam of hinged scales along a path: contacts, jumps, locks, moment and torque."""
@@ -40,8 +42,8 @@ def bend_twist(
 
     from squama.curves.polygons import bent_and_twisted
 
-    with flags.laid(flags.arguments("path", "neutral")):
-        data = bent_and_twisted(described, path, margin=margin, points=points, neutral=neutral)
+    with flags.laid(flags.arguments("path", "neutral", "free")):
+        data = bent_and_twisted(described, path, margin=margin, points=points, neutral=neutral, free=free)
     written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"))
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
 
@@ -54,29 +56,40 @@ def _record(beam: Beam, data: Answer) -> dict[str, object]:
 
 def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Return the summary: what happens on the way, and how it ends."""
+    freed = f"; {data.attrs['free']} is left free" if "free" in data.attrs else ""
     yield (
         f" bent and twisted: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {float(data['mu']):g}, "
         f"{THIN} on {PAPER['joint']}s, edge law; the line in the {data.attrs['neutral']} of the bar keeps its length"
+        f"{freed}"
     )
     yield ""
     pairs = [[data[f"{name}_event"] for name in names] for names in (("psi", "phi"), ("kappa", "Phi"))]
+    jumps = [data[name] for name in ("M_jump", "T_jump") if name in data.variables]
     rows = (
         (
             str(data["event"][i]),
             str(data["event_leg"][i]),
             *(", ".join(number(float(v[i])) for v in pair) for pair in pairs),
             number(math.degrees(data["theta_event"][i])),
-            *(moment(float(v)) if v else "" for v in (data["M_jump"][i], data["T_jump"][i])),
+            *(moment(float(jump[i])) if jump[i] else "" for jump in jumps),
         )
         for i in range(data["event"].size)
     )
-    head = ("", "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg", "M jumps by", "T jumps by")
+    head = (
+        "",
+        "way",
+        "psi, phi rad/pitch",
+        "kappa, Phi rad/m",
+        "theta deg",
+        *("M jumps by", "T jumps by")[: len(jumps)],
+    )
     yield output.table(head, rows, gap=1)
     yield ""
     end, other = data["end"].item(), data["other_contact"].item()
     yield f"{SENTENCES[End(end)]}{f' ({other})' if other else ''}"
+    near = f" (margin {data.attrs['margin']:g} before a lock)" if "margin" in data.attrs else ""
     yield (
-        f"there (margin {data.attrs['margin']:g} before a lock): M = {moment(float(data['M_c']))}, "
+        f"there{near}: M = {moment(float(data['M_c']))}, "
         f"T = {moment(float(data['T_c']))}, frictional work {number(float(data['W_fr_c']), 'J/m')}, "
         f"RED = {float(data['RED_c']):.4g}"
     )

@@ -6,7 +6,8 @@ One hinge has one stiffness: K_theta is that of twisting, in bend and in twist.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from squama.loads import LOADS, neutral_height
 from squama.model import energy
 from squama.model.outcome import End
 from squama.model.screw import CONTACTS, NONE
+from squama.model.screw_free import relaxed
 from squama.model.screw_path import Design, Piece, follow
 from squama.types import Array
 
@@ -81,19 +83,59 @@ def _evaluate(asked: Asked, piece: Piece, done: float) -> dict[str, Array]:
     if piece.contact and mu and x1 > x0:
         pole = energy.pole(piece, np.array([piece.x1]), np.array([mu]), "", np.array([x0]))
         work = energy.work(piece, x0, x1, float(pole[0]), mu, "")(x)
+    return _in_si(asked, np.full(x.size, piece.contact, "U5"), psi, phi, state, done + work * K / d)
+
+
+def _in_si(
+    asked: Asked, contact: Array, psi: Array, phi: Array, state: Mapping[str, Array], W_fr: Array
+) -> dict[str, Array]:
+    """Give states their units, with the bar's part, energies and RED."""
+    beam, mu = asked.beam, float(asked.mus)
+    d, K = beam.pitch, LOADS["twisting"].stiffness(beam)
     kappa, Phi = psi / d, phi / d
     bar = {"M": LOADS["bending"].rigidity(beam) * kappa, "T": LOADS["twisting"].rigidity(beam) * Phi}
-    joints = K / d * (state["theta"] - piece.theta0) ** 2
-    W_fr, U_el = done + work * K / d, (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
+    joints = K / d * (state["theta"] - beam.scale.theta0) ** 2
+    U_el = (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
     total = U_el + W_fr
     return {
-        "contact": np.full(x.size, piece.contact, "U2"),
+        "contact": contact,
         "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, "theta": state["theta"],
         "M": bar["M"] + K * state["M"], "M_scales": K * state["M"],
         "T": bar["T"] + K * state["T"], "T_scales": K * state["T"],
         "N": K / d * state["N"], "f": mu * K / d * state["N"], "mu_lock": state["mu_lock"],
-        "U_el": U_el, "W_fr": W_fr, "RED": np.divide(W_fr, total, out=np.zeros(x.size), where=total > 0),
+        "U_el": U_el, "W_fr": W_fr, "RED": np.divide(W_fr, total, out=np.zeros(psi.size), where=total > 0),
     }  # fmt: skip
+
+
+def relax(asked: Asked, free: int) -> States:
+    """Return the states of one load imposed and the other left free (axis ``free``), up to where it has no value."""
+    beam = asked.beam
+    load = LOADS["twisting" if free else "bending"]
+    K, d = LOADS["twisting"].stiffness(beam), beam.pitch
+    imposed = np.linspace(0.0, asked.path.points[0][1 - free], asked.points)
+    found = relaxed(of(asked), imposed, load.rigidity(beam) / (K * d), free=free)
+    kept = np.isfinite(found.theta)
+    psi, phi, contact = found.psi[kept], found.phi[kept], found.contact[kept]
+    none = np.full(psi.size, np.nan)
+    state = {"theta": found.theta[kept], "N": found.N[kept], "M": found.M[kept], "T": found.T[kept], "mu_lock": none}
+    along = _in_si(asked, contact, psi, phi, state, 0 * psi) | {"leg": np.ones(psi.size, int)}
+    # rounding of the balance
+    along["T" if free else "M"] *= 0
+    changed = np.flatnonzero(contact[1:] != contact[:-1]) + 1
+    end = str(End.RANGE if kept.all() else End.STOPPED)
+    words = [
+        f"engagement ({b})" if not a else f"{a} to {b}" if b else "release" for a, b in pairwise(contact[[0, *changed]])
+    ]
+    places = np.append(changed, psi.size - 1)
+    events = {name: along[name.removesuffix("_event")][places] for name in (f"{n}_event" for n in _FIGURES)}
+    events |= {"event": np.array([*words, end]), "event_leg": np.ones(places.size, int)}
+    first = changed[0] if changed.size else None
+    figures = {"end": np.asarray(end), "other_contact": np.asarray(""), "K_theta": np.asarray(K)}
+    figures |= {f"{name}_end": along[name][-1] for name in _FIGURES}
+    figures |= {f"{n}_e": np.asarray(math.nan) if first is None else along[n][first] for n in _FIGURES[:-1]}
+    figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
+    attrs = {"neutral": asked.neutral, "load": "bending and twisting", "free": load.name}
+    return States({("point",): along, ("event",): events, (): figures}, attrs)
 
 
 def _events(asked: Asked, pieces: Sequence[Piece], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:

@@ -33,6 +33,7 @@ def bend_twist(
     margin: float = 0.01,
     points: int = 200,
     neutral: str = "middle",
+    free: str | None = None,
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
@@ -56,6 +57,10 @@ def bend_twist(
     neutral
         Which line of the bar keeps its length: "middle" (a homogeneous bar without axial force) or "face" (that of the
         scales, as the theory of bending alone takes it).
+    free
+        "twisting" leaves the twist of a beam that is bent free, "bending" the bend of one that is twisted: its moment
+        is zero, the bar's and the scales' together. One way from rest, without friction (``mu=0``); contacts that share
+        the force have both names ("BF+TS"), and events are at the next point.
 
     Returns
     -------
@@ -82,7 +87,7 @@ def bend_twist(
     BF to TS at phi = 0.1000
     frictional lock at phi = 0.1868
     """
-    return bent_and_twisted(beam, path, mu=mu, margin=margin, points=points, neutral=neutral).dataset()
+    return bent_and_twisted(beam, path, mu=mu, margin=margin, points=points, neutral=neutral, free=free).dataset()
 
 
 def bent_and_twisted(
@@ -93,6 +98,7 @@ def bent_and_twisted(
     margin: float = 0.01,
     points: int = 200,
     neutral: str = "middle",
+    free: str | None = None,
 ) -> Answer:
     """Return what :func:`bend_twist` returns, before it is a dataset."""
     way = read(path, beam)
@@ -100,10 +106,23 @@ def bent_and_twisted(
     points = arguments.whole("points", points, 3, 1e5)
     line = arguments.one_of("neutral", neutral, tuple(NEUTRAL))
     asked = Asked(beam, way, m, "edge", margin, points, ideal=True, neutral=line)
-    states = hinge_polygons.walk(asked)
-    attrs = attributes(asked, "bending and twisting of a scale-covered beam", "+", "hinge", states.notes)
+    states = hinge_polygons.walk(asked) if free is None else hinge_polygons.relax(asked, _freed(free, asked))
+    twisting = LOADS["twisting"]
+    attrs = attributes(asked, "bending and twisting of a scale-covered beam", "+", notes=states.notes, load=twisting)
     attrs |= {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in way.points], **states.attrs}
-    return Answer(labelled(LOADS["twisting"], states, m), attrs)
+    return Answer(labelled(twisting, states, m), attrs)
+
+
+def _freed(free: str, asked: Asked) -> int:
+    """Return the axis of the load that is left free, checked against the rest."""
+    axis = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis
+    if float(asked.mus):
+        refuse(
+            "mu", f"{float(asked.mus):g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0"
+        )
+    if len(asked.path.points) > 1 or asked.path.points[0][axis]:
+        refuse("path", "", f'must be one way of the other load with free="{free}"', 'write e.g. "bend 5 rad/m"')
+    return axis
 
 
 def read(path: Stations, beam: Beam) -> LoadPath:
