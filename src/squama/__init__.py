@@ -12,7 +12,7 @@ from squama._version import __version__
 from squama.errors import InputError, SquamaError, TableWarning, ValidityWarning
 
 if TYPE_CHECKING:
-    from squama.arrays.combined_states import Combined, combined
+    from squama.arrays.combined_states import Combined, Held, combined, held
     from squama.arrays.derivatives import Gradient, gradient
     from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
     from squama.arrays.real_beams import Response, response
@@ -42,7 +42,7 @@ _NAMES = {
     "beam.design": "Scale Substrate Joint Friction Beam",
     "arrays.edge_contacts": "contact Contact forces Forces ends Ends",
     "arrays.real_beams": "response Response",
-    "arrays.combined_states": "combined Combined",
+    "arrays.combined_states": "combined Combined held Held",
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",
     "model.outcome": "End",
@@ -79,6 +79,7 @@ __all__ = [
     "Forces",
     "Friction",
     "Gradient",
+    "Held",
     "InputError",
     "Joint",
     "Response",
@@ -100,6 +101,7 @@ __all__ = [
     "fit",
     "forces",
     "gradient",
+    "held",
     "inverse_design",
     "joint",
     "open_sweep",

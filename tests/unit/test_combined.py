@@ -193,3 +193,33 @@ def test_bad_input_is_one_line(change, words):
         squama.combined(**given)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_what_sliding_needs_is_the_border_of_what_rest_bears():
+    """Moments while sliding in any direction lie on the border; the cone ends where a direction just locks."""
+    r = np.random.default_rng(6)
+    w = r.uniform(0, 2 * np.pi, 50)
+    place = 0.08, 0.15
+    slid = squama.combined(*place, mu=0.3, toward=(np.cos(w), np.sin(w)), **MAIN)
+    rest = squama.held(*place, mu=0.3, points=4000, **MAIN)
+    M, T = rest.bending_moment, rest.torque
+    gaps = np.hypot(slid.bending_moment[:, None] - M, slid.torque[:, None] - T).min(axis=1)
+    assert gaps.max() < 3e-3
+    assert np.ptp(T) > 1
+    assert np.isnan(rest.cone).all()
+    # convex: it turns one way all along
+    dM, dT = np.roll(M, -1) - M, np.roll(T, -1) - T
+    turn = dM * np.roll(dT, -1) - dT * np.roll(dM, -1)
+    assert (np.sign(turn) == np.sign(turn[0])).all()
+    locked = squama.held(*place, mu=0.9, **MAIN)
+    edge = squama.combined(*place, mu=0.9, toward=(locked.cone[:, 0], locked.cone[:, 1]), **MAIN)
+    np.testing.assert_allclose(edge.mu_lock, 0.9, rtol=1e-10)
+    low, high = np.sort(np.arctan2(locked.cone[:, 1], locked.cone[:, 0]))
+    inside = (w > low) & (w < high)
+    free = squama.combined(*place, mu=0.9, toward=(np.cos(w), np.sin(w)), **MAIN)
+    assert inside.any()
+    np.testing.assert_array_equal(np.isnan(free.torque), inside)
+    # frictions that hold by themselves have no border all round
+    assert np.isnan(locked.torque).any()
+    assert np.isnan(squama.held(0.0, 0.01, mu=0.3, **MAIN).torque).all()
+    assert squama.held([0.05, 0.08], [[0.1], [0.15]], mu=0.3, points=7, **MAIN).torque.shape == (2, 2, 7)

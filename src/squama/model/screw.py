@@ -294,6 +294,39 @@ class Velocities(NamedTuple):
         M, T = (N * (mu * dot(t, v) - slope) for v, slope in ((self.psi, g_psi), (self.phi, g_phi)))
         return Sliding(N, M, T, np.where(drag == 0, np.inf, g_theta / drag), D, g_theta, rate, speed)
 
+    def held(self, lift: Array, mu: Array, angles: Array) -> Held:
+        """Return what friction holds where scales are lifted by theta - theta_0; ``angles`` (m,) of the friction."""
+        g_theta, g_psi, g_phi = (dot(self.normal, v) for v in self[:3])
+        u = self.theta - g_theta * self.normal
+        size = np.sqrt(dot(u, u))
+        along = u / size
+        aside = cross(self.normal, along)
+        # friction per normal force at its limit, in all directions of the tangent plane
+        drag = mu * size * np.cos(angles)[:, None]
+        N = np.where(g_theta > drag, lift / (g_theta - drag), np.inf)
+        moments = (
+            N * (mu * (np.cos(angles)[:, None] * dot(along, v) + np.sin(angles)[:, None] * dot(aside, v)) - slope)
+            for v, slope in ((self.psi, g_psi), (self.phi, g_phi))
+        )
+        # directions whose slip is at the angle to u at which D is zero
+        turn = np.arccos(g_theta / (mu * size))
+        slips = [np.cos(turn) * along + sign * np.sin(turn) * aside for sign in (-1, 1)]
+        psi, phi = (v - self.theta * slope / g_theta for v, slope in ((self.psi, g_psi), (self.phi, g_phi)))
+        area = dot(cross(psi, phi), self.normal)
+        ways = np.array(
+            [[dot(cross(t, phi), self.normal) / area, dot(cross(psi, t), self.normal) / area] for t in slips]
+        )
+        M, T = (np.where(np.isfinite(N), v, np.nan) for v in moments)
+        return Held(M, T, ways / np.sqrt((ways**2).sum(axis=1, keepdims=True)))
+
+
+class Held(NamedTuple):
+    """Border (m, n) of the moments M and T that a contact bears at rest, and edges (2, 2, n) of the locked cone."""
+
+    M: Array
+    T: Array
+    cone: Array
+
 
 class Sliding(NamedTuple):
     """Forces of contacts that slide, NaN where one is locked; D, g_theta, and rates of theta and of slip."""
