@@ -7,6 +7,7 @@ import pytest
 
 import squama
 from squama.cli import main
+from squama.curves.polygons import bent_and_twisted, plane
 from squama.errors import InputError
 from squama.plot import path_figure
 
@@ -157,9 +158,15 @@ def test_the_command(tmp_path, capsys):
 
 
 def test_the_picture_has_path_loads_and_inclination():
-    figure = path_figure(squama.bend_twist(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.4))
-    plane, loads, theta = figure.axes
-    labels = [text.get_text() for text in plane.get_legend().get_texts()]
+    answer = bent_and_twisted(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.4)
+    around = plane(answer)
+    # what the map says where the path is
+    at = around.sel(psi=answer["psi"][60:160:20], phi=answer["phi"][60:160:20], method="nearest")
+    assert {"", "BF"} == set(np.diag(at.contact))
+    figure = path_figure(answer.dataset(), plane=around)
+    left, loads, theta = figure.axes
+    assert len(left.get_images()) == 1
+    labels = [text.get_text() for text in left.get_legend().get_texts()]
     assert labels == ["no contact", "BF", "TS", r"$\varphi = \psi\,\tan\alpha$", "frictional lock"]
     assert [line.get_label() for line in loads.get_lines()][:2] == ["$M$", "$T$"]
     assert theta.get_lines()[0].get_ydata().max() > 50

@@ -78,22 +78,64 @@ def test_paths_are_those_of_the_reference(case):
         assert found[0].states(np.array([found[0].x1]))["theta"][0] == pytest.approx(theta, abs=3e-3)
 
 
-def test_twist_alone_is_the_twisting_kernel():
-    r = np.random.default_rng(4)
-    seen = 0
-    for _ in range(40):
-        lengths = (r.uniform(*at) for at in ((1.5, 5), (0.3, 2), (0.1, 1)))
-        design = Design(*lengths, np.radians(r.uniform(20, 70)), np.radians(r.uniform(3, 15)), 0.3)
-        names = ("eta", "beta", "lam", "alpha", "theta0", "mu")
-        one = squama.ends(**dict(zip(names, design, strict=False)), law="edge")
-        last = [p for p in followed(design, [(0.0, 1.0)]) if p.contact]
-        if not last or one.neighbour != 1 or last[0].contact != "TS" or one.end == End.OTHER:
+def test_twist_alone_is_that_of_forty_designs():
+    """The recorded designs of twisting (16 digits): engagement, frictional locks, and a state half way."""
+    locks = halves = 0
+    for one in json.loads((FILE.parent / "twisting.json").read_text()):
+        angles = np.radians(one["alpha_deg"]), np.radians(one["theta0_deg"])
+        design = Design(one["eta"], one["beta"], one["lam"], *angles, one["mu"], 0.3)
+        pieces = list(followed(design, [(0.0, 1.0)]))
+        touching = [p for p in pieces if p.contact]
+        edge = one["edge"]
+        if not touching or touching[0].contact != "TS" or (edge["neighbour"] or {}).get("k"):
             continue
-        assert last[0].x0 == pytest.approx(float(one.phi_e), rel=1e-12)
-        if one.end == End.FRICTIONAL and last[0].event == "friction":
-            assert last[0].x1 == pytest.approx(float(one.phi_end), rel=1e-12)
-            seen += 1
-    assert seen > 8
+        assert touching[0].x0 == pytest.approx(float(one["phi_e"]), rel=1e-13)
+        if edge["end"] == "friction" and touching[0].event == "friction":
+            assert touching[0].x1 == pytest.approx(float(edge["phi_end"]), rel=1e-12)
+            locks += 1
+        mid = {name: float(v) for name, v in edge.get("mid", {}).items()}
+        if mid and mid["phi"] < touching[0].x1:
+            state = touching[0].states(np.array([mid["phi"]]))
+            assert state["theta"][0] == pytest.approx(mid["theta"], rel=1e-13)
+            assert design.eta * state["N"][0] == pytest.approx(mid["N0"], rel=1e-12)
+            assert state["T"][0] == pytest.approx(mid["dT_over_K"], rel=1e-12)
+            halves += 1
+    assert locks > 8
+    assert halves > 20
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3, 1.0])
+def test_across_and_with_the_face_it_is_bending_alone(mu):
+    """The closed form of bending in the plane, which knows neither width nor thickness of the bar."""
+    beam = squama.Beam.from_ratios(eta=5, theta0="5 deg")
+    plane = squama.bend(beam, mu=mu)
+    design = Design(5.0, 0.7, 0.4, 0.0, np.radians(5), mu, 0.4)
+    free, flush = follow(design, [(1.0, 0.0)])
+    assert free.x1 == pytest.approx(float(plane.psi_e), rel=1e-12)
+    assert flush.end == plane.end.item()
+    assert flush.x1 == pytest.approx(float(plane.psi_end), rel=1e-12)
+    psi = plane.psi.values[plane.psi.values > free.x1 * 1.001]
+    state = flush.states(psi[:-1])
+    there = plane.sel(point=slice(-psi.size, -1))
+    np.testing.assert_allclose(state["theta"], there.theta, rtol=1e-12)
+    np.testing.assert_allclose(state["M"], there.M_scales / beam.bending_joint_stiffness, rtol=1e-9)
+    np.testing.assert_allclose(state["T"], 0, atol=1e-12)
+
+
+def test_without_friction_the_stiffness_is_symmetric():
+    design, h, seen = MAIN._replace(mu=0.0, y_n=0.2), 1e-5, set()
+
+    def moments(psi, phi):
+        piece = list(followed(design, [(psi, phi)]))[-1]
+        seen.add(piece.contact)
+        state = piece.states(np.array([1.0]))
+        return state["M"][0], state["T"][0]
+
+    for psi, phi in ((0.08, 0.15), (0.15, 0.05), (-0.1, 0.3)):
+        dT_dpsi = (moments(psi + h, phi)[1] - moments(psi - h, phi)[1]) / (2 * h)
+        dM_dphi = (moments(psi, phi + h)[0] - moments(psi, phi - h)[0]) / (2 * h)
+        assert dT_dpsi == pytest.approx(dM_dphi, rel=1e-6)
+    assert seen == {"TS", "BF"}
 
 
 def test_work_of_the_loads_is_stored_or_rubbed_away():

@@ -40,11 +40,12 @@ def bend_twist(
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
-    from squama.curves.polygons import bent_and_twisted
+    from squama.curves.polygons import bent_and_twisted, plane
 
     with flags.laid(flags.arguments("path", "neutral", "free")):
         data = bent_and_twisted(described, path, margin=margin, points=points, neutral=neutral, free=free)
-    written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"))
+    around = plane(data) if common.plot else None
+    written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), plane=around)
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
 
 
