@@ -35,6 +35,18 @@ def test_a_lock_is_cut_off_as_in_twist():
     assert both.phi.values[-1] == pytest.approx(float(both.phi_e) + 0.99 * float(both.phi_end - both.phi_e))
 
 
+@pytest.mark.parametrize(
+    "path", ["twist 0.2 rad/pitch", "bend 0.1 rad/pitch; bend 0.15 rad/pitch, twist 0.3 rad/pitch"]
+)
+def test_what_locks_at_once_has_no_forces(path):
+    r = squama.bend_twist(BEAM, path, mu=9.0)
+    assert r.end.item() == "static lock"
+    assert float(r.theta_end) == pytest.approx(BEAM.scale.theta0)
+    assert np.isfinite(r.M).all()
+    np.testing.assert_array_equal(r.T_scales, 0)
+    assert r.event.values[-1] == "static lock"
+
+
 def test_work_is_stored_or_rubbed_away():
     r = squama.bend_twist(BEAM, PATH, points=2000)
     assert r.end.item() == "range end"

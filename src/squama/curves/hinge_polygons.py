@@ -31,12 +31,13 @@ def walk(asked: Asked) -> States:
     beam, design = asked.beam, of(asked)
     pieces = list(follow(design, asked.path.points))
     parts: list[dict[str, Array]] = []
-    leg = 0
+    legs: list[int] = []
+    done = 0.0
     for piece in pieces:
-        done = float(parts[-1]["W_fr"][-1]) if parts else 0.0
-        leg += not parts or piece.leg != pieces[len(parts) - 1].leg
+        legs.append(legs[-1] + (piece.leg != pieces[len(parts) - 1].leg) if legs else 1)
         part = _evaluate(asked, piece, done)
-        parts.append(part | {"leg": np.full(part["theta"].size, leg)})
+        done = float(part["W_fr"][-1]) if part["W_fr"].size else done
+        parts.append(part | {"leg": np.full(part["theta"].size, legs[-1])})
     along = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     last = pieces[-1]
     figures: dict[str, Array] = {
@@ -53,7 +54,9 @@ def walk(asked: Asked) -> States:
     bases = dict.fromkeys(p.contact for p in pieces if p.contact and not CONTACTS[p.contact].tip)
     attrs: dict[str, float | str] = {"margin": asked.margin, "neutral": asked.neutral, "load": "bending and twisting"}
     return States(
-        {("point",): along, ("event",): _events(asked, pieces, parts), (): figures}, attrs, [*map(SOFT.format, bases)]
+        {("point",): along, ("event",): _events(asked, pieces, parts, legs), (): figures},
+        attrs,
+        [*map(SOFT.format, bases)],
     )
 
 
@@ -74,13 +77,15 @@ def _evaluate(asked: Asked, piece: Piece, done: float) -> dict[str, Array]:
     """Return every variable on a piece, ends (the cut-off before a lock) included."""
     beam, mu, x0 = asked.beam, float(asked.mus), piece.x0
     d, K = beam.pitch, LOADS["twisting"].stiffness(beam)
-    steep = piece.end in (End.FRICTIONAL, End.KINEMATIC)
-    x1 = float(energy.cutoff(piece, np.array([x0]), np.array([piece.x1]), np.array([steep]), asked.margin)[0])
-    w = np.linspace(0, 1, max(FEWEST, round(asked.points * (piece.x1 - x0))))
-    x = x0 + (x1 - x0) * (1 - (1 - w) ** 2 if steep else w)
+    unbounded = piece.end in (End.FRICTIONAL, End.KINEMATIC)
+    x1 = float(energy.cutoff(piece, np.array([x0]), np.array([piece.x1]), np.array([unbounded]), asked.margin)[0])
+    # what locks as soon as it touches or turns has no forces
+    w = np.linspace(0, 1, max(FEWEST, round(asked.points * (piece.x1 - x0)))) if x1 > x0 else np.zeros(0)
+    # closer together where the curve steepens
+    x = x0 + (x1 - x0) * (1 - (1 - w) ** 2 if piece.end else w)
     state, (psi, phi) = piece.states(x), piece.leg.loads(x)
     work = np.zeros(x.size)
-    if piece.contact and mu and x1 > x0:
+    if piece.contact and mu and x.size:
         pole = energy.pole(piece, np.array([piece.x1]), np.array([mu]), "", np.array([x0]))
         work = energy.work(piece, x0, x1, float(pole[0]), mu, "")(x)
     return _in_si(asked, np.full(x.size, piece.contact, "U5"), psi, phi, state, done + work * K / d)
@@ -138,15 +143,17 @@ def relax(asked: Asked, free: int) -> States:
     return States({("point",): along, ("event",): events, (): figures}, attrs)
 
 
-def _events(asked: Asked, pieces: Sequence[Piece], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:
+def _events(
+    asked: Asked, pieces: Sequence[Piece], parts: Sequence[dict[str, Array]], legs: Sequence[int]
+) -> dict[str, Array]:
     """Return what happens at the ends of pieces, where, and by how much M and T jump there."""
     rows = []
     for i, piece in enumerate(pieces):
         after = pieces[i + 1] if i + 1 < len(pieces) else None
         # no force where scales come together or part
-        held = after and piece.contact and after.contact
+        held = after and piece.contact and after.contact and parts[i + 1]["M"].size
         jumps = [float(parts[i + 1][name][0] - parts[i][name][-1]) if held else 0.0 for name in ("M", "T")]
-        rows.append((_words(piece, after), int(parts[i]["leg"][0]), *_place(asked, piece, piece.x1), *jumps))
+        rows.append((_words(piece, after), legs[i], *_place(asked, piece, piece.x1), *jumps))
     names = ("event", "event_leg", *(f"{name}_event" for name in _FIGURES), "M_jump", "T_jump")
     return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
