@@ -169,6 +169,12 @@ def test_corners_and_the_line_jump_at_one_inclination():
     (free, flush) = follow(across, [(0.2, 0.0)])
     assert flush.leg.flush
     np.testing.assert_allclose(flush.states(np.linspace(free.x1 + 0.01, 1, 9))["T"], 0, atol=1e-12)
+    # just before the fold, where the inclination rises without bound, friction has locked
+    steep = Design(5.0, 1.1, 0.49, np.radians(78), np.radians(4), 0.2)
+    rubbed = list(follow(steep, [(0.17, 0.17 * np.tan(steep.alpha))]))[-1]
+    rho = rubbed.x1 * 0.17 / np.cos(steep.alpha)
+    assert rubbed.end is End.FRICTIONAL
+    assert rubbed.states(np.array([rubbed.x1]))["theta"][0] + rho / 2 == pytest.approx(np.arctan(5), rel=1e-9)
     lock = list(follow(across._replace(mu=0.0, y_n=0.45), [(0.5, 0.0)]))[-1]
     assert lock.end is End.KINEMATIC
     assert lock.x1 * 0.5 == pytest.approx(0.33816, abs=1e-5)

@@ -177,16 +177,37 @@ def at(F: Array, u: Array) -> Array:
 def opening(F: Array, start: Array) -> Array:
     """Return the least u > start at which a gap opens that is closed there; NaN where none is below 1 (90 deg)."""
     step = (1 - start) / _SAMPLES
-    above = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None]) >= 0
+    samples = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None])
+    above = samples >= 0
     low = start + step * above.argmax(axis=0)
-    high, u = low + step, low + step / 2
+    high, found = low + step, above.any(axis=0)
+    missed = np.flatnonzero(~found)
+    if missed.size:
+        # near a fold it opens and closes again between two samples
+        top = start[missed] + step[missed] * (1 + samples[:, missed].argmax(axis=0))
+        low[missed] = top - step[missed]
+        high[missed] = _highest(F[:, missed], low[missed], np.minimum(top + step[missed], 1.0))
+        found[missed] = at(F[:, missed], high[missed]) >= 0
+    u = (low + high) / 2
     for _ in range(_ROUNDS):
         value = at(F, u)
         slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
         low, high = np.where(value < 0, u, low), np.where(value < 0, high, u)
         near = u - value / np.where(slope == 0, 1.0, slope)
         u = np.where((near >= low) & (near <= high), near, (low + high) / 2)
-    return np.where(above.any(axis=0), u, np.nan)
+    return np.where(found, u, np.nan)
+
+
+def _highest(F: Array, low: Array, high: Array) -> Array:
+    """Return where between two places a gap is largest."""
+    u = (low + high) / 2
+    for _ in range(_ROUNDS):
+        slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
+        bend = (12 * F[4] * u + 6 * F[3]) * u + 2 * F[2]
+        low, high = np.where(slope > 0, u, low), np.where(slope > 0, high, u)
+        near = u - slope / np.where(bend == 0, 1.0, bend)
+        u = np.where((near >= low) & (near <= high), near, (low + high) / 2)
+    return u
 
 
 class Place(NamedTuple):

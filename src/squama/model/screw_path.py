@@ -295,9 +295,10 @@ def _lost(piece: Piece, low: float, high: float) -> tuple[float, str]:
 
     fine = np.linspace(low, high, FINER + 1)
     margins, fold = piece.margins(fine), np.inf
-    if np.isnan(margins["fold"]).any():
+    beyond = ~(margins["fold"] >= 0)
+    if beyond.any():
         # beyond a fold there is no inclination; just before it all other margins are numbers
-        i = int(np.isnan(margins["fold"]).argmax())
+        i = int(beyond.argmax())
         fold = _root(functools.partial(margin, "fold"), fine[i - 1 : i + 1], margins["fold"][i - 1 : i + 1])
         fine = np.linspace(low, fold - STEP * (high - low), FINER + 1)
         margins = piece.margins(fine)
