@@ -62,8 +62,8 @@ def bend_twist(
         scales, as the theory of bending alone takes it).
     free
         "twisting" leaves the twist of a beam that is bent free, "bending" the bend of one that is twisted: its moment
-        is zero, the bar's and the scales' together. One way from rest, without friction (``mu=0``); contacts that share
-        the force have both names ("BF+TS"), and events are at the next point.
+        is zero, the bar's and the scales' together. One way from rest, without friction (``mu=0``), on the next scale's
+        eight contacts alone; contacts that share the force have both names ("BF+TS"), events are at the next point.
 
     Returns
     -------

@@ -180,7 +180,7 @@ def opening(F: Array, start: Array) -> Array:
     samples = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None])
     above = samples >= 0
     low = start + step * above.argmax(axis=0)
-    high, found = low + step, above.any(axis=0)
+    high, found = low + step, np.asarray(above.any(axis=0))
     missed = np.flatnonzero(~found)
     if missed.size:
         # near a fold it opens and closes again between two samples

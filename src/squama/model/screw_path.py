@@ -22,7 +22,7 @@ from squama.model.screw import CONTACTS, NONE, Pair, Screw, Sliding, Touching
 from squama.types import Array
 
 GRID = 64
-"""Places on a way at which the contact is looked for."""
+"""Parts of a way between whose ends the contact is looked for; what comes and goes within one of them is not seen."""
 FINER = 8
 """Parts of a step of the grid, where something happens on it."""
 STEP = 1e-9
@@ -136,21 +136,22 @@ class Piece(NamedTuple):
         theta = np.where(shut < 0, 2 * np.arctan(screw.opening(F, rest)), posed.d.theta0)
         return posed, theta, screw.place(kind, posed.d, theta), shut
 
-    def slid(self, x: Array, mu: float | None = None) -> tuple[Array, screw.Velocities, Sliding]:
-        """Return inclination, velocities and forces."""
-        s = self.leg.design
+    def slid(self, x: Array, mu: float | None = None) -> tuple[Array, Sliding]:
+        """Return inclination and forces."""
         posed, theta, here, _ = self.places(x)
-        V = screw.Velocities.of(posed.g, s.y_n + 0 * theta, here)
-        step = self.leg.step[0] + 0 * theta, self.leg.step[1] + 0 * theta
-        return theta, V, V.sliding(theta - s.theta0, (s.mu if mu is None else mu) + 0 * theta, step)
+        return theta, self._sliding(posed, theta, here, self.leg.design.mu if mu is None else mu)
+
+    def _sliding(self, posed: Posed, theta: Array, here: screw.Place, mu: float) -> Sliding:
+        s, same, (psi, phi) = self.leg.design, 1 + 0 * theta, self.leg.step
+        V = screw.Velocities.of(posed.g, s.y_n * same, here)
+        return V.sliding(theta - s.theta0, mu * same, (psi * same, phi * same))
 
     @np.errstate(all="ignore")
     def margins(self, x: Array) -> dict[str, Array]:
         """Return what is above 0 as long as the contact is followed, by event; and the inclination."""
         s, kind = self.leg.design, CONTACTS[self.contact]
         posed, theta, here, shut = self.places(x)
-        V = screw.Velocities.of(posed.g, s.y_n + 0 * theta, here)
-        slid = V.sliding(theta - s.theta0, s.mu + 0 * theta, tuple(v + 0 * theta for v in self.leg.step))  # type: ignore[arg-type]
+        slid = self._sliding(posed, theta, here, s.mu)
         near = screw.NEAR
         found = {
             "theta": theta,
@@ -186,14 +187,14 @@ class Piece(NamedTuple):
         if not self.contact:
             zero = 0.0 * x
             return {"theta": zero + self.theta0, "N": zero, "M": zero, "T": zero, "mu_lock": zero + np.nan}
-        theta, _, slid = self.slid(x)
-        found = np.mean([slid[:4], *(one.slid(x)[2][:4] for one in self.both[1:])], axis=0)
+        theta, slid = self.slid(x)
+        found = np.mean([slid[:4], *(one.slid(x)[1][:4] for one in self.both[1:])], axis=0)
         return {"theta": theta, **dict(zip(Sliding._fields, found, strict=False))}
 
     def point(self, x: Array, law: str, ops: Ops) -> Point:  # noqa: ARG002
         """Return the contact as a row does; the load is the way itself."""
         with np.errstate(all="ignore"):
-            theta, _, slid = self.slid(x, 0.0)
+            theta, slid = self.slid(x, 0.0)
             drag = slid.g_theta / slid.mu_lock
         none = np.nan * theta
         return Point(theta, x, slid.theta_rate, 1.0, slid.slip_rate, -slid.g_theta, drag, none, none, none, 1.0)
@@ -225,11 +226,9 @@ def _alone(piece: Piece) -> Piece:
     x = np.linspace(piece.x0 + near, piece.x1 - near, SEEN)
     with np.errstate(all="ignore"):
         hit = first_touch(shape, at, x, follows=len(own), mirrored=False, own=own)
-    return (
-        piece
-        if hit is None
-        else piece._replace(x1=hit.x, event="other", end=End.OTHER, other=f"{hit.pair} (k = {hit.k})")
-    )
+    if hit is None:
+        return piece
+    return piece._replace(x1=hit.x, event="other", end=End.OTHER, other=f"{hit.pair} (k = {hit.k})")
 
 
 def followed(design: Design, points: Sequence[tuple[float, float]]) -> Iterator[Piece]:
