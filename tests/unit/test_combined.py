@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import squama
 from squama.errors import InputError
@@ -135,6 +136,40 @@ def test_moments_are_the_slopes_of_the_energy_for_every_contact():
                 good = np.isfinite(difference) & (np.abs(slope) < 20)
                 assert good.sum() > 100, name
                 np.testing.assert_allclose(slope[good], difference[good], rtol=1e-6, atol=1e-7, err_msg=name)
+
+
+@pytest.mark.parametrize(("psi", "phi", "kind"), [(0.08, 0.15, "TS"), (0.15, 0.05, "BF"), (-0.3, 0.15, "DF"), (0.1, -0.11, "SB")])
+def test_loads_are_those_of_the_sections_between_two_scales(psi, phi, kind):
+    """The contact force's moments about the axes of each section between the scales, averaged: M, T with friction."""
+    y_n, mu, way = 0.2, 0.3, (0.6, 0.8)
+    one = np.ones(1)
+    s = squama.combined(psi, phi, mu=mu, toward=way, neutral_height=y_n, **MAIN)
+    assert s.contact == kind
+    g = screw.Screw.of(psi * one, phi * one, y_n * one)
+    d = screw.Pair.of(g, *(v * one for v in MAIN.values()))
+    here = screw.touching(d, s.closing * one, s.rolling * one)
+
+    def pose(share: float, psi: float = psi, phi: float = phi) -> np.ndarray:
+        w, v = -np.array([psi, 0, phi]), np.array([0, 0, 1 + psi * y_n])
+        spin = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+        return expm(share * np.block([[spin, v[:, None]], [np.zeros((1, 4))]]))
+
+    point = np.append(here.point[:, 0], 1.0)
+    P = (pose(1) @ point)[:3]
+    # slip by differences: the place on scale 2 moves, and scale 1 is lifted about its base
+    h, n = 1e-6, here.normal[:, 0]
+    moved = ((pose(1, psi + h * way[0], phi + h * way[1]) - pose(1, psi - h * way[0], phi - h * way[1])) @ point)[:3]
+    V = here.V_theta[:, 0]
+    slip = -moved / (2 * h)
+    slip -= V * (n @ slip) / (n @ V)
+    F = s.normal * (n - mu * slip / np.linalg.norm(slip))
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    mean = np.zeros(2)
+    for node, weight in zip(nodes, weights / 2, strict=True):
+        at = pose((1 + node) / 2)
+        turn, force = at[:3, :3].T @ np.cross(P - at[:3, 3], F), at[:3, :3].T @ F
+        mean += weight * np.array([-turn[0] + y_n * force[2], -turn[2]])
+    np.testing.assert_allclose(mean, [s.bending_moment, s.torque], rtol=1e-7)
 
 
 def test_no_contact_is_missed_by_rectangles():
