@@ -138,7 +138,9 @@ def test_moments_are_the_slopes_of_the_energy_for_every_contact():
                 np.testing.assert_allclose(slope[good], difference[good], rtol=1e-6, atol=1e-7, err_msg=name)
 
 
-@pytest.mark.parametrize(("psi", "phi", "kind"), [(0.08, 0.15, "TS"), (0.15, 0.05, "BF"), (-0.3, 0.15, "DF"), (0.1, -0.11, "SB")])
+@pytest.mark.parametrize(
+    ("psi", "phi", "kind"), [(0.08, 0.15, "TS"), (0.15, 0.05, "BF"), (-0.3, 0.15, "DF"), (0.1, -0.11, "SB")]
+)
 def test_loads_are_those_of_the_sections_between_two_scales(psi, phi, kind):
     """The contact force's moments about the axes of each section between the scales, averaged: M, T with friction."""
     y_n, mu, way = 0.2, 0.3, (0.6, 0.8)
