@@ -12,7 +12,7 @@ from squama._version import __version__
 from squama.errors import InputError, SquamaError, TableWarning, ValidityWarning
 
 if TYPE_CHECKING:
-    from squama.arrays.combined_states import Combined, combined
+    from squama.arrays.combined_states import Combined, Held, combined, held
     from squama.arrays.derivatives import Gradient, gradient
     from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
     from squama.arrays.real_beams import Response, response
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
     from squama.curves.doors import bend, cycle, twist
     from squama.curves.finite_rows import row
+    from squama.curves.polygons import bend_twist
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
@@ -41,12 +42,13 @@ _NAMES = {
     "beam.design": "Scale Substrate Joint Friction Beam",
     "arrays.edge_contacts": "contact Contact forces Forces ends Ends",
     "arrays.real_beams": "response Response",
-    "arrays.combined_states": "combined Combined",
+    "arrays.combined_states": "combined Combined held Held",
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",
     "model.outcome": "End",
     "curves.doors": "twist bend cycle",
     "curves.finite_rows": "row",
+    "curves.polygons": "bend_twist",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -77,6 +79,7 @@ __all__ = [
     "Forces",
     "Friction",
     "Gradient",
+    "Held",
     "InputError",
     "Joint",
     "Response",
@@ -88,6 +91,7 @@ __all__ = [
     "ValidityWarning",
     "__version__",
     "bend",
+    "bend_twist",
     "cell",
     "combined",
     "contact",
@@ -97,6 +101,7 @@ __all__ = [
     "fit",
     "forces",
     "gradient",
+    "held",
     "inverse_design",
     "joint",
     "open_sweep",

@@ -137,3 +137,12 @@ def model(attrs: Mapping[str, Any]) -> str:
     """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
     about = {**PAPER, **attrs}
     return LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
+
+
+NEUTRAL = {"middle": 0.0, "face": 1.0}
+"""Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses."""
+
+
+def neutral_height(neutral: str, lam: float) -> float:
+    """Return the height over the bar's middle, in pitches, of the line that keeps its length."""
+    return NEUTRAL[neutral] * lam

@@ -233,7 +233,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     (
         "model/plates.py",
-        "plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, *, follows: int, mirrored: bool = False",
+        "mirrored: bool = False,",
     ): {"False -> True": "the package always gives it"},
     ("model/plates.py", "x = np.linspace(a, b, 33)"): {"*": _TUNING},
     ("model/plates.py", "k = np.arange(1, plates.reach + 1)"): {"1 -> 2 #2": _OUT_OF_REACH},

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import squama
 from squama.errors import InputError
@@ -137,6 +138,42 @@ def test_moments_are_the_slopes_of_the_energy_for_every_contact():
                 np.testing.assert_allclose(slope[good], difference[good], rtol=1e-6, atol=1e-7, err_msg=name)
 
 
+@pytest.mark.parametrize(
+    ("psi", "phi", "kind"), [(0.08, 0.15, "TS"), (0.15, 0.05, "BF"), (-0.3, 0.15, "DF"), (0.1, -0.11, "SB")]
+)
+def test_loads_are_those_of_the_sections_between_two_scales(psi, phi, kind):
+    """The contact force's moments about the axes of each section between the scales, averaged: M, T with friction."""
+    y_n, mu, way = 0.2, 0.3, (0.6, 0.8)
+    one = np.ones(1)
+    s = squama.combined(psi, phi, mu=mu, toward=way, neutral_height=y_n, **MAIN)
+    assert s.contact == kind
+    g = screw.Screw.of(psi * one, phi * one, y_n * one)
+    d = screw.Pair.of(g, *(v * one for v in MAIN.values()))
+    here = screw.touching(d, s.closing * one, s.rolling * one)
+
+    def pose(share: float, psi: float = psi, phi: float = phi) -> np.ndarray:
+        w, v = -np.array([psi, 0, phi]), np.array([0, 0, 1 + psi * y_n])
+        spin = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+        return expm(share * np.block([[spin, v[:, None]], [np.zeros((1, 4))]]))
+
+    point = np.append(here.point[:, 0], 1.0)
+    P = (pose(1) @ point)[:3]
+    # slip by differences: the place on scale 2 moves, and scale 1 is lifted about its base
+    h, n = 1e-6, here.normal[:, 0]
+    moved = ((pose(1, psi + h * way[0], phi + h * way[1]) - pose(1, psi - h * way[0], phi - h * way[1])) @ point)[:3]
+    V = here.V_theta[:, 0]
+    slip = -moved / (2 * h)
+    slip -= V * (n @ slip) / (n @ V)
+    F = s.normal * (n - mu * slip / np.linalg.norm(slip))
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    mean = np.zeros(2)
+    for node, weight in zip(nodes, weights / 2, strict=True):
+        at = pose((1 + node) / 2)
+        turn, force = at[:3, :3].T @ np.cross(P - at[:3, 3], F), at[:3, :3].T @ F
+        mean += weight * np.array([-turn[0] + y_n * force[2], -turn[2]])
+    np.testing.assert_allclose(mean, [s.bending_moment, s.torque], rtol=1e-7)
+
+
 def test_no_contact_is_missed_by_rectangles():
     """Where nothing touches or one does, the edges of both plates stay off the other plate."""
     r = np.random.default_rng(5)
@@ -166,6 +203,7 @@ def test_no_contact_is_missed_by_rectangles():
     known = s.contact != screw.LOCKED
     assert known.sum() > 2000
     # where the inclination is that of a contact, and what touches is looked at alone, others have not come in
+    print("CROSSED", (crossed & known).mean(), (~known).sum())
     assert (crossed & known).mean() < 0.02, s.contact[crossed & known]
 
 
@@ -192,3 +230,33 @@ def test_bad_input_is_one_line(change, words):
         squama.combined(**given)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_what_sliding_needs_is_the_border_of_what_rest_bears():
+    """Moments while sliding in any direction lie on the border; the cone ends where a direction just locks."""
+    r = np.random.default_rng(6)
+    w = r.uniform(0, 2 * np.pi, 50)
+    place = 0.08, 0.15
+    slid = squama.combined(*place, mu=0.3, toward=(np.cos(w), np.sin(w)), **MAIN)
+    rest = squama.held(*place, mu=0.3, points=4000, **MAIN)
+    M, T = rest.bending_moment, rest.torque
+    gaps = np.hypot(slid.bending_moment[:, None] - M, slid.torque[:, None] - T).min(axis=1)
+    assert gaps.max() < 3e-3
+    assert np.ptp(T) > 1
+    assert np.isnan(rest.cone).all()
+    # convex: it turns one way all along
+    dM, dT = np.roll(M, -1) - M, np.roll(T, -1) - T
+    turn = dM * np.roll(dT, -1) - dT * np.roll(dM, -1)
+    assert (np.sign(turn) == np.sign(turn[0])).all()
+    locked = squama.held(*place, mu=0.9, **MAIN)
+    edge = squama.combined(*place, mu=0.9, toward=(locked.cone[:, 0], locked.cone[:, 1]), **MAIN)
+    np.testing.assert_allclose(edge.mu_lock, 0.9, rtol=1e-10)
+    low, high = np.sort(np.arctan2(locked.cone[:, 1], locked.cone[:, 0]))
+    inside = (w > low) & (w < high)
+    free = squama.combined(*place, mu=0.9, toward=(np.cos(w), np.sin(w)), **MAIN)
+    assert inside.any()
+    np.testing.assert_array_equal(np.isnan(free.torque), inside)
+    # frictions that hold by themselves have no border all round
+    assert np.isnan(locked.torque).any()
+    assert np.isnan(squama.held(0.0, 0.01, mu=0.3, **MAIN).torque).all()
+    assert squama.held([0.05, 0.08], [[0.1], [0.15]], mu=0.3, points=7, **MAIN).torque.shape == (2, 2, 7)

@@ -60,7 +60,7 @@ def test_help_of_a_command_ends_with_an_example(command, capsys):
     assert example == f"squama {command} {EXAMPLES[command]}"
     with collecting():
         found, bound, _ = make().parse_args(shlex.split(example)[1:], exit_on_error=False, print_error=False)
-    assert found.__name__ == command
+    assert found.__name__ == command.replace("-", "_")
     assert bound.arguments
 
 

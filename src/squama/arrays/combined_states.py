@@ -36,6 +36,19 @@ class Combined(NamedTuple):
     rolling: Array
 
 
+class Held(NamedTuple):
+    """What friction holds in states of beams at rest; moments in K_theta.
+
+    ``bending_moment`` and ``torque`` (..., n): border of the scales' parts at which nothing moves, a closed curve; NaN
+    where friction alone holds, however large they are. ``cone`` (..., 2, 2): the two directions (dpsi, dphi), of length
+    1, between which every motion is locked; NaN where none is.
+    """
+
+    bending_moment: Array
+    torque: Array
+    cone: Array
+
+
 def combined(
     psi: ArrayLike,
     phi: ArrayLike,
@@ -106,3 +119,69 @@ def _states(
     turn = psi * cos + phi * sin, phi * cos - psi * sin
     pair = screw.Pair.of(g, eta, beta, lam, alpha, theta0)
     return Combined(*screw.state(pair, g, *turn, mu, (dpsi, dphi), y_n), *turn)
+
+
+def held(
+    psi: ArrayLike,
+    phi: ArrayLike,
+    *,
+    eta: ArrayLike,
+    beta: ArrayLike,
+    lam: ArrayLike,
+    alpha: ArrayLike,
+    theta0: ArrayLike,
+    mu: ArrayLike,
+    neutral_height: ArrayLike = 0.0,
+    points: int = 64,
+) -> Held:
+    """Return the moments under which bent and twisted beams stay at rest, and the directions that are locked.
+
+    The contact force is N (n + m) with m in the tangent plane, at most mu: the moments M, T of all m fill a region,
+    within which nothing moves; at its border the contact slides (docs, theory: bending and twisting).
+
+    Parameters
+    ----------
+    psi, phi, eta, beta, lam, alpha, theta0, mu, neutral_height
+        As in :func:`squama.combined`.
+    points
+        Points of the border.
+
+    Returns
+    -------
+    Held
+        NaN where nothing touches or the plates are locked.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, squama
+    >>> h = squama.held(0.08, 0.15, eta=3, beta=1.25, lam=0.45, alpha=np.radians(45), theta0=np.radians(10), mu=0.9)
+    >>> print(np.degrees(np.arctan2(h.cone[:, 1], h.cone[:, 0])).round(1))
+    [77.2 14.5]
+    """
+    n = arguments.whole("points", points, 3, 1e5)
+    columns, shape = arguments.designs(
+        psi=psi, phi=phi, neutral_height=neutral_height, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu
+    )
+    angles = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
+    parts = [_held(angles, *(v[i : i + PART] for v in columns)) for i in range(0, max(1, columns[0].size), PART)]
+    M, T, cone = (np.concatenate(v, axis=-1) for v in zip(*parts, strict=True))
+    last = np.moveaxis(cone, -1, 0).reshape(*shape, 2, 2)
+    return Held(M.T.reshape(*shape, n), T.T.reshape(*shape, n), last)
+
+
+@np.errstate(all="ignore")
+def _held(
+    angles: Array, psi: Array, phi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array,
+    mu: Array,
+) -> screw.Held:  # fmt: skip
+    g = screw.Screw.of(psi, phi, y_n)
+    cos, sin = np.cos(alpha), np.sin(alpha)
+    pair = screw.Pair.of(g, eta, beta, lam, alpha, theta0)
+    here = screw.touching(pair, psi * cos + phi * sin, phi * cos - psi * sin)
+    found = screw.Velocities.of(g, y_n, here).held(here.theta - theta0, mu, angles)
+    return screw.Held(*(np.where(here.contact == screw.NONE, np.nan, v) for v in found))

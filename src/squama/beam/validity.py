@@ -70,7 +70,7 @@ def _slanted(beam: Assembly, load: Load) -> list[str]:
     if load.slant(alpha) == alpha:
         return []
     taken = f"alpha = {math.degrees(alpha):.4g} deg is not in {load.name}: edges are taken as across the beam"
-    return [f"{taken}, so engagement and all that follows are not right"]
+    return [f"{taken}, so engagement and all that follows are not right; bend_twist takes it in"]
 
 
 def _overlap(beam: Assembly) -> list[str]:

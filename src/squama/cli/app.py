@@ -12,6 +12,7 @@ COMMANDS = {
     "new": "Write a commented example of a beam file.",
     "twist": "Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction.",
     "bend": "Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file.",
+    "bend-twist": "Bend and twist a beam of hinged scales along a path: contacts, jumps, locks, moment and torque.",
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
     "fit": "Find friction, joint stiffness and other parameters of a beam from measured torque and twist.",
     "design": "Find beams that engage, stiffen, bear or dissipate as asked, from a target file.",
@@ -30,12 +31,13 @@ COMMANDS = {
     "uncertainty": "Say what tolerances do to a beam: Monte Carlo, probabilities, Sobol indices.",
     "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",
 }
-"""Names of the commands and what they do; each is the function of that name in its module (:func:`make`)."""
+"""Names of the commands and what they do; each is the function of that name, "_" for "-", in its module."""
 
 EXAMPLES = {
     "new": "beam.toml",
     "twist": 'beam.toml --to "90 deg total" --plot curve.png --csv curve.csv',
     "bend": "beam.toml --mu 0,0.3 --plot bend.png",
+    "bend-twist": 'beam.toml --path "bend 4 rad/m; twist 8 rad/m" --plot path.png',
     "cycle": 'beam.toml --to "90 deg total" --loops 2 --plot loop.png',
     "fit": "test.csv beam.toml --plot fit.png",
     "design": "target.toml -o designs",
@@ -78,9 +80,9 @@ def make() -> App:
         suppress_keyboard_interrupt=False,
     )
     for name, text in COMMANDS.items():
-        module = _ELSEWHERE.get(name, name)
+        module = _ELSEWHERE.get(name, name).replace("-", "_")
         below = f"Example:\nsquama {name} {EXAMPLES[name]}"
-        app.command(f"squama.cli.{module}:{name}", name=name, help=text, help_epilogue=below)
+        app.command(f"squama.cli.{module}:{name.replace('-', '_')}", name=name, help=text, help_epilogue=below)
     completes = "Let the shell complete commands and flags: bash, zsh, fish, PowerShell."
     app.register_install_completion_command(group="Shell", help=completes)
     return app

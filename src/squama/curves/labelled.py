@@ -82,9 +82,11 @@ def labelled(load: Load, states: States, mus: Array) -> dict[str, Labelled]:
     }
 
 
-def attributes(asked: Asked, title: str, sense: str, joint: str = "hinge", notes: Sequence[str] = ()) -> dict[str, Any]:
-    """Return what every answer says of the beam and of how it was loaded."""
-    load = asked.path.load
+def attributes(
+    asked: Asked, title: str, sense: str, joint: str = "hinge", notes: Sequence[str] = (), load: Load | None = None
+) -> dict[str, Any]:
+    """Return what every answer says of the beam and of how it was loaded, by the path unless ``load`` says it."""
+    load = load or asked.path.load
     return {
         "title": title,
         "load": load.name,

@@ -29,10 +29,9 @@ class LoadPath(NamedTuple):
 
     @property
     def load(self) -> Load:
-        """The one load that changes along the path; twisting if none does."""
+        """The one load that changes along the path; twisting if none does, or both do."""
         used = [load for load in LOADS.values() if any(point[load.axis] for point in self.points)]
-        assert len(used) < 2, "no model follows both at once"
-        return used[0] if used else LOADS["twisting"]
+        return used[0] if len(used) == 1 else LOADS["twisting"]
 
     @property
     def values(self) -> list[float]:
@@ -50,7 +49,8 @@ class Asked(NamedTuple):
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
-    warning that goes along; ``onward``: where another contact comes in the curve goes on by general contact.
+    warning that goes along; ``onward``: where another contact comes in the curve goes on by general contact;
+    ``neutral``: which line keeps its length in bending.
     """
 
     beam: Beam
@@ -63,6 +63,7 @@ class Asked(NamedTuple):
     ideal: bool = False
     note: str = ""
     onward: bool = True
+    neutral: str = "middle"
 
     @property
     def thickness(self) -> float:

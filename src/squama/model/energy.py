@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.errors import ValidityWarning
-from squama.model.mechanics import Row, forces
+from squama.model.mechanics import forces
 from squama.model.paths import ARRAY, FoldedTwist, Ops
 from squama.types import Array
 
@@ -54,7 +54,7 @@ def _rule(n: int) -> tuple[Array, Array]:
     return (1 + np.cos(angle)) / 2, integral / 2
 
 
-def pole(row: Row, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
+def pole(row: Any, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
     """Where the friction force has its pole, at or (estimated by the slope of D) beyond the end of the path."""
     h = 1e-4 * (x_end - x0)
     with np.errstate(all="ignore"):

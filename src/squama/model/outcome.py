@@ -14,6 +14,7 @@ class End(StrEnum):
 
     FRICTIONAL = "frictional lock"
     KINEMATIC = "kinematic lock"
+    LINE = "kinematic lock (line contact)"
     STATIC = "static lock"
     OFF_TIP = "off tip edge"
     OFF_SIDE = "off side edge"
@@ -28,15 +29,17 @@ class End(StrEnum):
     @property
     def locks(self) -> bool:
         """Whether the beam is locked there."""
-        return self in (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
+        return self in (End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC)
 
 
-CODES: tuple[End, ...] = tuple(end for end in End if end not in (End.SNAP, End.STOPPED))
-"""Ends of the closed form in the order of their integer codes (position = code); the others need general contact."""
+CODES: tuple[End, ...] = tuple(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED))
+"""Ends of the closed form in the order of their integer codes (position = code); the others need general contact, or
+bend and twist at once."""
 
 SENTENCES: dict[End, str] = {
     End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",
     End.KINEMATIC: "the geometry allows no further rotation of the scales: the beam is locked",
+    End.LINE: "the tip edge of a scale lies flush in the next one's face and can go neither way: the beam is locked",
     End.STATIC: "friction holds the contact as soon as the scales touch: the beam locks at engagement",
     End.OFF_TIP: "the contact runs off the end of the tip edge before any lock; the model ends here",
     End.OFF_SIDE: "the contact runs off the end of the side edge before any lock; the model ends here",

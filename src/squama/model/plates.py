@@ -8,12 +8,13 @@ the meeting place lies within both features. Along a path the first such change 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from squama.model import boxes
+from squama.model.screw import Screw, dot
 from squama.types import Array
 
 CORNERS = ("D", "A", "C", "B")
@@ -40,7 +41,7 @@ class Touch(NamedTuple):
 
 
 class Plates(NamedTuple):
-    """Shape and place of the scales: ratios with lengths in pitches, sine and cosine of alpha."""
+    """Shape and place of the scales: ratios with lengths in pitches, sine and cosine of alpha; y_n of bent ones."""
 
     eta: float
     beta: float
@@ -48,6 +49,7 @@ class Plates(NamedTuple):
     sa: float
     ca: float
     thickness: float = 0.0
+    y_n: float = 0.0
 
     @property
     def reach(self) -> int:
@@ -56,7 +58,12 @@ class Plates(NamedTuple):
 
 
 def axes(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
-    """Return base midpoint (3, n, m) and axes (3, 3, n, m; columns) of the others in the axes of scale 1."""
+    """Return base midpoint (3, n, m) and axes (3, 3, n, m; columns) of the others in the axes of scale 1.
+
+    ``phi`` are twists (m,), or bends and twists (2, m).
+    """
+    if phi.ndim == 2:
+        return _screwed(plates, theta, phi, k)
     lam, sa, ca, k = plates.lam, plates.sa, plates.ca, k[:, None]
     st, ct = np.sin(theta), np.cos(theta)
     S, C1 = np.sin(k * phi), -2 * np.sin(k * phi / 2) ** 2
@@ -71,11 +78,26 @@ def axes(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Arr
     return o, M
 
 
+def _screwed(plates: Plates, theta: Array, loads: Array, k: Array) -> tuple[Array, Array]:
+    """Return the same of scales that are bent and twisted."""
+    k = k[:, None]
+    one = np.ones((k.size, theta.size))
+    g = Screw.of(k * loads[0], k * loads[1], plates.y_n / k * one)
+    g = g._replace(v=k * g.v)
+    st, ct, zero, sa, ca = np.sin(theta) * one, np.cos(theta) * one, 0 * one, plates.sa * one, plates.ca * one
+    own = [np.array(v) for v in ((-sa * ct, st, ca * ct), (ca, zero, sa), (sa * st, ct, -ca * st))]
+    other = [g.turned(v) for v in own]
+    up = np.array([zero, plates.lam * one, zero])
+    away = g.turned(up) + g.shift - up
+    return np.array([dot(away, v) for v in own]), np.array([[dot(v, u) for u in other] for v in own])
+
+
 def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
     """Signed gaps of the 24 feature pairs and whether the meeting place lies within both features.
 
-    At inclinations and twists per pitch (m,), of neighbours k (n,). Both have the shape (24, n, m): 4 corners of the
-    other scale on the face of scale 1, 4 corners of scale 1 on the other face, 16 edges on edges (of scale 1 first).
+    At inclinations and twists per pitch (m,), or bends and twists (2, m), of neighbours k (n,). Both have the shape
+    (24, n, m): 4 corners of the other scale on the face of scale 1, 4 corners of scale 1 on the other face, 16 edges on
+    edges (of scale 1 first).
     Of thick plates they are those of :func:`squama.model.boxes.gaps`, (5, n, m).
     """
     o, M = axes(plates, theta, phi, k)
@@ -124,16 +146,23 @@ def name(pair: int, k: int, mirrored: bool) -> str:
 
 
 def first_touch(
-    plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, *, follows: int, mirrored: bool = False
+    plates: Plates,
+    at: Callable[[Array], tuple[Array, Array]],
+    x: Array,
+    *,
+    follows: int,
+    mirrored: bool = False,
+    own: Sequence[int] = (TIP_SIDE,),
 ) -> Touch | None:
     """Find the first contact that comes in along a path, other than the one that is followed.
 
-    ``at`` gives inclination and twist at path parameters, ``x`` samples of it, ascending from a small positive twist;
-    ``follows`` is the neighbour whose tip-side contact is followed from x = 0 on, 0 for none.
+    ``at`` gives inclination and twist (or bend and twist) at path parameters, ``x`` samples of it, ascending from a
+    small positive twist; ``follows`` is the neighbour whose contact is followed from x = 0 on, 0 for none, ``own`` the
+    feature pairs of that contact.
     """
     k = np.arange(1, plates.reach + 1)
     best: tuple[float, int, int] | None = None
-    x, gap, inside = _seen(plates, at, x, k, follows)
+    x, gap, inside = _seen(plates, at, x, k, follows, own)
     for i, n, j in _changes(gap, inside):
         if best is not None and x[j] > best[0]:
             continue
@@ -143,21 +172,25 @@ def first_touch(
     if best is None:
         return None
     theta, phi = at(np.array([best[0]]))
-    return Touch(
-        best[2], _words(plates, theta[0], phi[0], best[1], best[2], mirrored), best[0], float(theta[0]), float(phi[0])
-    )
+    words = _words(plates, theta, phi, best[1], best[2], mirrored)
+    return Touch(best[2], words, best[0], float(theta[0]), float(phi.flat[-1]))
 
 
-def _words(plates: Plates, theta: float, phi: float, pair: int, k: int, mirrored: bool) -> str:
+def _words(plates: Plates, theta: Array, phi: Array, pair: int, k: int, mirrored: bool) -> str:
     if plates.thickness == 0:
         return name(pair, k, mirrored)
-    o, M = axes(plates, np.array([theta]), np.array([phi]), np.array([k]))
+    o, M = axes(plates, theta, phi, np.array([k]))
     half = (plates.eta / 2, plates.beta, plates.thickness / 2)
     return boxes.name(half, o[:, 0, 0], M[:, :, 0, 0], pair, k, mirrored)
 
 
 def _seen(
-    plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, k: Array, follows: int
+    plates: Plates,
+    at: Callable[[Array], tuple[Array, Array]],
+    x: Array,
+    k: Array,
+    follows: int,
+    own: Sequence[int],
 ) -> tuple[Array, Array, Array]:
     """Return samples, gaps and whether they count; with more samples where a gap turns back near zero."""
     for finer in range(_FINER + 1):
@@ -165,7 +198,7 @@ def _seen(
         if plates.thickness > 0:
             boxes.leave_out(gap, follows, x >= 0)
         elif follows:
-            gap[TIP_SIDE, follows - 1] = 1.0
+            gap[list(own), follows - 1] = 1.0
         near = _turns(gap, inside) if finer < _FINER and x.size > 2 else np.empty(0, int)
         if not near.size:
             break

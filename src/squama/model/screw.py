@@ -24,6 +24,8 @@ from squama.types import Array
 _SERIES = 0.01
 """Angle of the screw below which its coefficients are series."""
 _SAMPLES, _ROUNDS = 48, 8
+NEAR = 1e-12
+"""How far rounding may put a contact beyond its edge, in pitches."""
 NONE, LOCKED = "", "locked"
 """Words in place of a contact: nothing touches; beyond the lock of the plates."""
 
@@ -175,21 +177,47 @@ def at(F: Array, u: Array) -> Array:
 def opening(F: Array, start: Array) -> Array:
     """Return the least u > start at which a gap opens that is closed there; NaN where none is below 1 (90 deg)."""
     step = (1 - start) / _SAMPLES
-    above = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None]) >= 0
+    samples = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None])
+    above = samples >= 0
     low = start + step * above.argmax(axis=0)
-    high, u = low + step, low + step / 2
+    high, found = low + step, np.asarray(above.any(axis=0))
+    missed = np.flatnonzero(~found)
+    if missed.size:
+        # near a fold it opens and closes again between two samples
+        top = start[missed] + step[missed] * (1 + samples[:, missed].argmax(axis=0))
+        low[missed] = top - step[missed]
+        high[missed] = _highest(F[:, missed], low[missed], np.minimum(top + step[missed], 1.0))
+        found[missed] = at(F[:, missed], high[missed]) >= 0
+    u = (low + high) / 2
     for _ in range(_ROUNDS):
         value = at(F, u)
         slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
         low, high = np.where(value < 0, u, low), np.where(value < 0, high, u)
         near = u - value / np.where(slope == 0, 1.0, slope)
         u = np.where((near >= low) & (near <= high), near, (low + high) / 2)
-    return np.where(above.any(axis=0), u, np.nan)
+    return np.where(found, u, np.nan)
+
+
+def _highest(F: Array, low: Array, high: Array) -> Array:
+    """Return where between two places a gap is largest."""
+    u = (low + high) / 2
+    for _ in range(_ROUNDS):
+        slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
+        bend = (12 * F[4] * u + 6 * F[3]) * u + 2 * F[2]
+        low, high = np.where(slope > 0, u, low), np.where(slope > 0, high, u)
+        near = u - slope / np.where(bend == 0, 1.0, bend)
+        u = np.where((near >= low) & (near <= high), near, (low + high) / 2)
+    return u
 
 
 class Place(NamedTuple):
-    """Where a contact is: within its edges and faces or not, point of scale 2 before it is moved, normal, V_theta."""
+    """Where a contact is: within its edges and faces or not, point of scale 2 before it is moved, normal, V_theta.
 
+    ``along`` and ``across`` a scale, from the middle of its base: within 0 and eta, within -beta and beta.
+    """
+
+    along: Array
+    across: Array
     inside: Array
     point: Array
     normal: Array
@@ -215,9 +243,123 @@ def place(kind: Kind, d: Pair, theta: Array) -> Place:
         normal = cross(RX, d.y) if kind.tip else cross(nX, d.Ry)
         normal = normal / np.sqrt(dot(normal, normal))
         point = d.base + (along * nX + side * d.y if kind.tip else across * d.y)
-    inside = (np.abs(across) <= d.beta) & (along >= 0) & (along <= d.eta)
+    inside = (np.abs(across) <= d.beta + NEAR) & (along >= -NEAR) & (along <= d.eta + NEAR)
     V_theta = d.eta * nZ - along * RZ if kind.tip else along * nZ
-    return Place(inside, point, normal, V_theta)
+    return Place(along, across, inside, point, normal, V_theta)
+
+
+class Touching(NamedTuple):
+    """What touches (n,): inclination, name of the contact or "", whether locked; place as in :class:`Place`."""
+
+    theta: Array
+    contact: Array
+    locked: Array
+    point: Array
+    normal: Array
+    V_theta: Array
+
+
+def touching(d: Pair, closing: Array, rolling: Array) -> Touching:
+    """Return the contact that asks for the largest inclination, of pairs that close and roll by omega_Y, omega_X."""
+    theta, n = d.theta0.copy(), d.theta0.size
+    contact, locked = np.full(n, NONE, "U6"), np.zeros(n, bool)
+    rest, (point, normal, V_theta) = np.tan(theta / 2), np.zeros((3, 3, n))
+    normal[1] = V_theta[1] = 1.0
+    for name, kind in CONTACTS.items():
+        F = gap(kind, d)
+        closed = at(F, rest) < 0
+        if kind.tip:
+            closed &= (rolling >= 0) == (kind.rolling > 0)
+        i = np.flatnonzero(closed)
+        if not i.size:
+            continue
+        one, turn = d.take(i), (closing[i], rolling[i])
+        found = 2 * np.arctan(opening(F[:, i], rest[i]))
+        here = place(kind, one, found)
+        better = here.inside & (found > theta[i]) & counts(kind, found, one, *turn)
+        # closed at rest and never opened: nothing leads there
+        locked[i] |= place(kind, one, one.theta0).inside & counts(kind, one.theta0, one, *turn)
+        to = i[better]
+        theta[to], contact[to] = found[better], name
+        for whole, part in ((point, here.point), (normal, here.normal), (V_theta, here.V_theta)):
+            whole[:, to] = part[:, better]
+    return Touching(theta, contact, locked & (contact == NONE), point, normal, V_theta)
+
+
+class Velocities(NamedTuple):
+    """Velocities (3, n) at contacts of the one scale against the other, where theta, psi or phi grow; the normals."""
+
+    theta: Array
+    psi: Array
+    phi: Array
+    normal: Array
+
+    @classmethod
+    def of(cls, g: Screw, y_n: Array, here: Touching | Place) -> Velocities:
+        """Return those at places."""
+        zero = 0.0 * here.normal[0]
+        one, none = zero + 1, np.array([zero, zero, zero])
+        psi = -g.rates(here.point, np.array([-one, zero, zero]), np.array([zero, zero, zero + y_n]))
+        return cls(here.V_theta, psi, -g.rates(here.point, np.array([zero, zero, -one]), none), here.normal)
+
+    def sliding(self, lift: Array, mu: Array, toward: tuple[Array, Array]) -> Sliding:
+        """Return forces where scales are lifted by theta - theta_0 and move along (psi', phi')."""
+        g_theta, g_psi, g_phi = (dot(self.normal, v) for v in self[:3])
+        rate = -(g_psi * toward[0] + g_phi * toward[1]) / g_theta
+        V = self.psi * toward[0] + self.phi * toward[1] + self.theta * rate
+        speed = np.sqrt(dot(V, V))
+        t = V / np.where(speed > 0, speed, 1.0)
+        drag = dot(t, self.theta)
+        D = g_theta - mu * drag
+        N = np.where(D > 0, lift / D, np.nan)
+        M, T = (N * (mu * dot(t, v) - slope) for v, slope in ((self.psi, g_psi), (self.phi, g_phi)))
+        return Sliding(N, M, T, np.where(drag == 0, np.inf, g_theta / drag), D, g_theta, rate, speed)
+
+    def held(self, lift: Array, mu: Array, angles: Array) -> Held:
+        """Return what friction holds where scales are lifted by theta - theta_0; ``angles`` (m,) of the friction."""
+        g_theta, g_psi, g_phi = (dot(self.normal, v) for v in self[:3])
+        u = self.theta - g_theta * self.normal
+        size = np.sqrt(dot(u, u))
+        along = u / size
+        aside = cross(self.normal, along)
+        # friction per normal force at its limit, in all directions of the tangent plane
+        drag = mu * size * np.cos(angles)[:, None]
+        N = np.where(g_theta > drag, lift / (g_theta - drag), np.inf)
+        moments = (
+            N * (mu * (np.cos(angles)[:, None] * dot(along, v) + np.sin(angles)[:, None] * dot(aside, v)) - slope)
+            for v, slope in ((self.psi, g_psi), (self.phi, g_phi))
+        )
+        # directions whose slip is at the angle to u at which D is zero
+        turn = np.arccos(g_theta / (mu * size))
+        slips = [np.cos(turn) * along + sign * np.sin(turn) * aside for sign in (-1, 1)]
+        psi, phi = (v - self.theta * slope / g_theta for v, slope in ((self.psi, g_psi), (self.phi, g_phi)))
+        area = dot(cross(psi, phi), self.normal)
+        ways = np.array(
+            [[dot(cross(t, phi), self.normal) / area, dot(cross(psi, t), self.normal) / area] for t in slips]
+        )
+        M, T = (np.where(np.isfinite(N), v, np.nan) for v in moments)
+        return Held(M, T, ways / np.sqrt((ways**2).sum(axis=1, keepdims=True)))
+
+
+class Held(NamedTuple):
+    """Border (m, n) of the moments M and T that a contact bears at rest, and edges (2, 2, n) of the locked cone."""
+
+    M: Array
+    T: Array
+    cone: Array
+
+
+class Sliding(NamedTuple):
+    """Forces of contacts that slide, NaN where one is locked; D, g_theta, and rates of theta and of slip."""
+
+    N: Array
+    M: Array
+    T: Array
+    mu_lock: Array
+    D: Array
+    g_theta: Array
+    theta_rate: Array
+    slip_rate: Array
 
 
 class State(NamedTuple):
@@ -236,51 +378,31 @@ def state(
     d: Pair, g: Screw, closing: Array, rolling: Array, mu: Array, toward: tuple[Array, Array], y_n: Array
 ) -> State:
     """Return the states of pairs, reached along directions (psi', phi')."""
-    theta, n = d.theta0.copy(), d.theta0.size
-    contact, locked = np.full(n, NONE, "U6"), np.zeros(n, bool)
-    rest, (point, normal, V_theta) = np.tan(theta / 2), np.zeros((3, 3, n))
-    normal[1] = V_theta[1] = 1.0
-    for name, kind in CONTACTS.items():
-        F = gap(kind, d)
-        closed = at(F, rest) < 0
-        if kind.tip:
-            closed &= (rolling >= 0) == (kind.rolling > 0)
-        i = np.flatnonzero(closed)
-        one, turn = d.take(i), (closing[i], rolling[i])
-        found = 2 * np.arctan(opening(F[:, i], rest[i]))
-        here = place(kind, one, found)
-        better = here.inside & (found > theta[i]) & counts(kind, found, one, *turn)
-        # closed at rest and never opened: nothing leads there
-        locked[i] |= place(kind, one, one.theta0).inside & counts(kind, one.theta0, one, *turn)
-        to = i[better]
-        theta[to], contact[to] = found[better], name
-        for whole, part in ((point, here.point), (normal, here.normal), (V_theta, here.V_theta)):
-            whole[:, to] = part[:, better]
-    touching = contact != NONE
-    locked &= ~touching
-    zero = 0.0 * theta
-    ones, none = zero + 1, np.array([zero, zero, zero])
-    V_psi = -g.rates(point, np.array([-ones, zero, zero]), np.array([zero, zero, zero + y_n]))
-    V_phi = -g.rates(point, np.array([zero, zero, -ones]), none)
-    g_theta, g_psi, g_phi = (dot(normal, v) for v in (V_theta, V_psi, V_phi))
-    V = V_psi * toward[0] + V_phi * toward[1] - V_theta * (g_psi * toward[0] + g_phi * toward[1]) / g_theta
-    speed = np.sqrt(dot(V, V))
-    t = V / np.where(speed > 0, speed, 1.0)
-    drag = dot(t, V_theta)
-    D = g_theta - mu * drag
-    N = np.where(touching, np.where(D > 0, (theta - d.theta0) / D, np.nan), np.where(locked, np.nan, 0.0))
-    M, T = (N * (mu * dot(t, v) - rate) for v, rate in ((V_psi, g_psi), (V_phi, g_phi)))
-    lock = np.where(touching, np.where(drag == 0, np.inf, g_theta / drag), np.nan)
-    return State(np.where(locked, np.nan, theta), np.where(locked, LOCKED, contact), N, M, T, lock)
+    here = touching(d, closing, rolling)
+    slid = Velocities.of(g, y_n, here).sliding(here.theta - d.theta0, mu, toward)
+    free, locked = here.contact == NONE, here.locked
+    N, M, T = (np.where(free, np.where(locked, np.nan, 0.0), v) for v in slid[:3])
+    contact = np.where(locked, LOCKED, here.contact)
+    return State(np.where(locked, np.nan, here.theta), contact, N, M, T, np.where(free, np.nan, slid.mu_lock))
 
 
 def counts(kind: Kind, theta: Array, d: Pair, closing: Array, rolling: Array) -> Array:
-    """Say at which inclinations a contact is at the end of the overlap that counts, by k_ZX and k_YZ."""
-    _, nZ, RX, _ = d.axes(theta)
-    over = dot(nZ, RX)
-    if not kind.tip:
-        return np.asarray(over <= 0)
-    # k_YZ is rolling / rho times a bracket that is 0 where the edge lies in the face
+    """Say at which inclinations a contact is at the end of the overlap that counts."""
+    over = overlap(kind, d, theta)
+    return np.asarray(over <= 0 if not kind.tip else (over > 0) & (turning(theta, closing, rolling) > 0))
+
+
+def overlap(kind: Kind, d: Pair, theta: Array) -> Array:
+    """Return k_ZX, or -k_XZ where the face of scale 2 counts: above 0 the contact is at the tip, below at the base.
+
+    Where it is 0 an edge lies in the face, and the contacts at both its ends are one.
+    """
+    nX, nZ, RX, RZ = d.axes(theta)
+    return -dot(RZ, nX) if kind.tip == kind.face else dot(nZ, RX)
+
+
+def turning(theta: Array, closing: Array, rolling: Array) -> Array:
+    """Return k_YZ rho / rolling, 0 where the tip edge lies in the face of the next scale: the lock of the plates."""
     rho = np.sqrt(closing**2 + rolling**2)
     turn = (1 - np.cos(rho)) * closing / np.where(rho > 0, rho, 1.0)
-    return np.asarray((over > 0) & (np.sin(rho) * np.cos(theta) > turn * np.sin(theta)))
+    return np.asarray(np.sin(rho) * np.cos(theta) - turn * np.sin(theta))

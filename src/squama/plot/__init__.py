@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from squama.plot.inverse import front_figure as front_figure
     from squama.plot.inverse import inverse_figure as inverse_figure
     from squama.plot.maps import red_figure as red_figure
+    from squama.plot.path import path_figure as path_figure
     from squama.plot.regimes import lock_lines_figure as lock_lines_figure
     from squama.plot.regimes import regime_figure as regime_figure
     from squama.plot.response import response_figure as response_figure
@@ -34,6 +35,7 @@ _NAMES = {
     "fit": "corner_figure fit_figure",
     "cycle": "cycle_figure",
     "row": "finite_figure row_figure",
+    "path": "path_figure",
     "inverse": "front_figure inverse_figure",
     "regimes": "lock_lines_figure regime_figure",
     "sweep": "map_figure",

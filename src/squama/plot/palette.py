@@ -16,6 +16,7 @@ KEPT = ("#0072b2", "#b5651d", "#8a63b0")
 ENDS = {
     End.FRICTIONAL: "#4477aa",
     End.KINEMATIC: "#1d2d50",
+    End.LINE: "#5b4b8a",
     End.STATIC: "#d9dde3",
     End.OFF_TIP: "#ddcc77",
     End.OFF_SIDE: "#e08a5b",

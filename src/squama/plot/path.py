@@ -1,0 +1,117 @@
+"""A path in the plane of bend and twist, and what the beam opposes to it along the way."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+from squama.beam.design import Beam
+from squama.loads import HELD
+from squama.model.outcome import End
+from squama.plot.palette import ACCENT, GREY, INK, KEPT, UNLOADED
+from squama.plot.response import READABLE
+from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, letters, new_figure, prefixed, styled
+from squama.types import Array
+
+CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2]}
+"""Colours of contacts; those at the base have another."""
+FAINT, LEVELS = 0.18, (20, 30, 40, 50, 60, 70, 80)
+"""How strong they are behind a path, and inclinations with a line, degrees."""
+
+
+@styled
+def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None) -> Figure:
+    """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
+
+    Left: the path in the colours of its contacts, the line on which a scale's tip edge lies flush in the next face
+    dashed, events marked; behind it, where ``plane`` is given (:func:`squama.curves.polygons.plane`), the contacts all
+    over the plane, lines of equal inclination, and in grey where no inclination leads. Right: moment and torque over
+    the way gone, with their jumps (the axis ends before a lock), and the inclination.
+
+    >>> import squama
+    >>> r = squama.bend_twist(squama.Beam.from_ratios(), "bend 0.1 rad/pitch; twist 0.15 rad/pitch", mu=0.2)
+    >>> len(path_figure(r).axes)
+    3
+    """
+    figure = new_figure(PAGE, 3.2)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), height_ratios=(1.5, 1))
+    left, loads = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+    theta = figure.add_subplot(grid[1, 1], sharex=loads)
+    steps = np.hypot(np.diff(dataset["psi"].values), np.diff(dataset["phi"].values))
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    if plane is not None:
+        _regimes(left, plane)
+    _plane(left, dataset)
+    _loads(loads, dataset, way)
+    theta.plot(way, np.degrees(dataset["theta"].values), color=INK)
+    theta.set(xlabel="Way gone (rad per pitch)", ylabel=r"$\theta$ (deg)", xlim=(0, way[-1]))
+    loads.tick_params(labelbottom=False)
+    held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
+    headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}")
+    letters((left, loads, theta))
+    return figure
+
+
+def _plane(ax: Axes, dataset: xr.Dataset) -> None:
+    """Draw the path in its plane."""
+    psi, phi, contact = (dataset[name].values for name in ("psi", "phi", "contact"))
+    seen = set()
+    for start, stop in runs(contact):
+        name = str(contact[start])
+        text = (name or "no contact") if name not in seen else None
+        seen.add(name)
+        ax.plot(psi[start:stop], phi[start:stop], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
+    low, high, bottom, top = psi.min(), psi.max(), phi.min(), phi.max()
+    slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
+    line: Look = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8, "zorder": 1}
+    ax.axline((0, 0), slope=slope, label=r"$\varphi = \psi\,\tan\alpha$", **line)
+    point: Look = {"linestyle": "", "markersize": 3.5, "zorder": 4, "color": INK}
+    ax.plot(dataset["psi_event"], dataset["phi_event"], marker="o", markerfacecolor="white", **point)
+    if dataset["end"].item() != "range end":
+        end = str(dataset["end"].item())
+        ax.plot(dataset["psi_end"], dataset["phi_end"], **(point | {"marker": "X", "color": ACCENT}), label=end)
+    room = 0.1 * max(high - low, top - bottom)
+    ax.set(xlim=(low - room, high + room), ylim=(bottom - room, top + room))
+    ax.set(xlabel=angle_label("bending"), ylabel=angle_label("twisting"))
+    ax.locator_params(nbins=TICKS)
+    ax.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+
+
+def _regimes(ax: Axes, plane: xr.Dataset) -> None:
+    """Draw contacts and inclinations behind a path."""
+    contact, where = plane["contact"].values.T, (plane["psi"].values, plane["phi"].values)
+    colours = {name: to_rgba(CONTACTS.get(name, UNLOADED), FAINT) for name in np.unique(contact).tolist()}
+    colours |= {"": to_rgba("white"), "locked": to_rgba(GREY, 0.45)}
+    shown = np.array([[colours[name] for name in row] for row in contact.tolist()])
+    box = (where[0][0], where[0][-1], where[1][0], where[1][-1])
+    ax.imshow(shown, extent=box, origin="lower", aspect="auto", interpolation="nearest", zorder=0)
+    theta = np.degrees(np.where((contact == "") | (contact == "locked"), np.nan, plane["theta"].values.T))
+    if np.isfinite(theta).any():
+        lines = ax.contour(*where, theta, levels=LEVELS, colors=GREY, linewidths=0.5, zorder=1)
+        ax.clabel(lines, fmt="%g°", fontsize=6)
+
+
+def _loads(ax: Axes, dataset: xr.Dataset, way: Array) -> None:
+    """Draw moment and torque along the way."""
+    both = {name: dataset[name].values for name in ("M", "T")}
+    factor, text = prefixed("M", max(float(np.abs(v).max()) for v in both.values()))
+    for (name, values), colour in zip(both.items(), (UNLOADED, INK), strict=True):
+        ax.plot(way, factor * values, color=colour, label=f"${name}$")
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    ax.set(ylabel=f"$M$, $T$ {text[text.rindex('(') :]}")
+    if End(dataset["end"].item()).locks:
+        before = way <= READABLE * way[-1]
+        shown = np.array([values[before] for values in both.values()]) * factor
+        ax.set_ylim(1.1 * min(0.0, shown.min()), 1.3 * max(shown.max(), 0.0))
+    ax.legend(loc="upper left")
+
+
+def runs(words: Array) -> list[tuple[int, int]]:
+    """Return where runs of equal words start and stop."""
+    cuts = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist(), len(words)]
+    return list(itertools.pairwise(cuts))
