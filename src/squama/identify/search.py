@@ -5,6 +5,11 @@ covariance C, and what the sum of squares over the noise would grow by without s
 selections the one is kept for which that plus ln(n) for each that is found is the least. A nuisance that is no less
 than half its error is kept, too, where leaving it out would move what is asked by more than half its error: the points
 would hardly show it, and a narrow interval would not hold.
+
+The other selections are not excluded. With the growth g and k nuisances the weight of one is w ~ exp(-(g + k ln n)/2)
+(Hoeting et al., Statist. Sci. 14 (1999) 382), and sum w (C + D D^T), with the distance D of its estimates from those of
+the one that is kept, is their second moment there. The covariance is that of the one that is kept, widened to this
+moment in every direction in which the moment is the larger.
 """
 
 from __future__ import annotations
@@ -103,14 +108,15 @@ def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ..
         wanted, start = full
         try:
             whole = settle(left.fit_for(wanted.names), wanted, start)
-            kept = _needed(whole, asked)
+            kept, apart = _needed(whole, asked)
         except InputError:
             # all at once the points do not tell them apart
-            kept = ()
+            kept, apart = (), np.zeros_like(best.covariance)
         if kept:
             chosen = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
             values = [whole.best.values[wanted.names.index(n)] for n in chosen.names]
             best, added = settle(left.fit_for(kept), chosen, np.array(values)), kept
+        best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
 
@@ -182,31 +188,57 @@ def _own(J: Array) -> Array:
     return left
 
 
-def _needed(whole: Found, asked: Asked) -> tuple[str, ...]:
-    """Return the nuisances without which the residual would grow by more than chance, or what is asked would move."""
-    names, n = whole.asked.names, np.count_nonzero(whole.usable)
-    every = [i for i, name in enumerate(names) if name not in asked.names]
-    free = [i for i in every if not whole.best.at_bound[i]]
+class _Selection(NamedTuple):
+    """Estimates and covariance with some of the nuisances, 0 of the others; what it costs by Schwarz's criterion."""
 
-    def without(kept: tuple[int, ...]) -> tuple[Array, Array, float]:
-        """Estimates and covariance without the others; what the sum of squares over the noise grows by."""
-        p, C = whole.best.values, whole.covariance
-        if not (gone := [i for i in every if i not in kept]):
-            return p, C, 0.0
+    values: Array
+    covariance: Array
+    cost: float
+
+
+def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
+    """Return all selections of the nuisances, by the places of those that are found; the first ``own`` always are."""
+    p, C, n = whole.best.values, whole.covariance, np.count_nonzero(whole.usable)
+    every = np.arange(own, p.size)
+    free = [i for i in every.tolist() if not whole.best.at_bound[i]]
+    found = {}
+    for kept in (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size)):
+        gone = [i for i in every if i not in kept]
         share = np.linalg.solve(C[np.ix_(gone, gone)], C[gone]).T
-        grown = p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone])
-        return p - share @ p[gone], C - share @ C[gone], float(grown)
+        grown = float(p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone]))
+        cost = grown + math.log(n) * len(kept)
+        found[frozenset(kept)] = _Selection(p - share @ p[gone], C - share @ C[gone], cost)
+    return found
 
-    choices = (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size))
-    kept = min(choices, key=lambda kept: without(kept)[2] + math.log(n) * len(kept))
-    own = slice(0, len(asked.names))
-    while rest := [i for i in free if i not in kept]:
-        errors, moves = np.sqrt(np.diag(without(kept)[1])[own]), {}
-        for i in rest:
-            p, C, _ = without((*kept, i))
+
+def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
+    """Return the nuisances without which the residual would grow by more than chance, or what is asked would move.
+
+    The second is what the other selections add to the covariance of what is asked and those nuisances.
+    """
+    from scipy.linalg import eigh
+
+    own = len(asked.names)
+    found = _selections(whole, own)
+    kept = min(found, key=lambda one: found[one].cost)
+    while True:
+        moves: dict[frozenset[int], float] = {}
+        errors = np.sqrt(np.diag(found[kept].covariance)[:own])
+        for more in (one for one in found if kept < one and len(one) == len(kept) + 1):
+            (i,), (p, C, _) = more - kept, found[more]
             if p[i] ** 2 > _SEEN**2 * C[i, i]:
-                moves[i] = float(np.max(np.abs(p - without(kept)[0])[own] / errors))
+                moves[more] = float(np.max(np.abs(p - found[kept].values)[:own] / errors))
         if not moves or max(moves.values()) < _MOVES:
             break
-        kept = (*kept, max(moves, key=moves.__getitem__))
-    return tuple(names[i] for i in sorted(kept))
+        kept = max(moves, key=moves.__getitem__)
+    costs = np.array([one.cost for one in found.values()])
+    weights = np.exp((costs.min() - costs) / 2)
+    moment = np.zeros_like(whole.covariance)
+    for one, weight in zip(found.values(), weights / weights.sum(), strict=True):
+        distance = one.values - found[kept].values
+        moment += weight * (one.covariance + np.outer(distance, distance))
+    rows = np.ix_(*2 * [[*range(own), *sorted(kept)]])
+    here = found[kept].covariance[rows]
+    larger, directions = eigh(moment[rows], here)
+    half = here @ directions * np.sqrt(np.maximum(larger - 1, 0.0))
+    return tuple(whole.asked.names[i] for i in sorted(kept)), half @ half.T

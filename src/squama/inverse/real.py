@@ -81,8 +81,7 @@ def _each(f: Callable[..., Array], *cells: Cells) -> Cells:
         table: {key: f(*(c.sizes[table][key] for c in cells)) for key in content}
         for table, content in first.sizes.items()
     }
-    found = first.changed({name: f(*(c.arrays[name] for c in cells)) for name in first.arrays}, sizes)
-    return found if first.joint_factor is None else found._replace(joint_factor=f(*(c.joint_factor for c in cells)))
+    return first.changed({name: f(*(c.arrays[name] for c in cells)) for name in first.arrays}, sizes)
 
 
 def _share(c: Cells, rates: Cells) -> Array:

@@ -51,8 +51,9 @@ class Cells(NamedTuple):
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """All but the sizes, what is given and the joint's factor."""
-        return {name: getattr(self, name) for name in self._fields[:-3]}
+        """All but the sizes and what is given; the joint's factor where there is one."""
+        names = (*self._fields[:-3], *(["joint_factor"] if self.joint_factor is not None else []))
+        return {name: getattr(self, name) for name in names}
 
     def changed(self, arrays: Mapping[str, Any], sizes: dict[str, dict[str, Array]]) -> Cells:
         """Return cells with other arrays and sizes."""
