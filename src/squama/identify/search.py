@@ -24,9 +24,10 @@ from numpy.typing import NDArray
 
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
-from squama.identify.estimate import Estimate, Points
+from squama.identify.estimate import Estimate
 from squama.identify.forward import Physical
 from squama.identify.parameters import OF_TWIST, Asked, ask
+from squama.identify.prepare import Prepared
 from squama.identify.walked import Walked
 from squama.types import Array
 
@@ -45,25 +46,6 @@ _MOVES = 0.5
 _ROBUST, _FLOOR = 3.0, 1e-3
 """Residuals that count linearly in the first search: over the noise, and over the largest torque at least; less than
 that is no stray point either."""
-
-
-class Measurement(NamedTuple):
-    """What is fitted: points by a model, torques (N m), numbers of their ways, which may be used; noise if given."""
-
-    points: Points
-    torque: Array
-    way: Array
-    usable: NDArray[np.bool_]
-    noise: float | None
-
-    def fit_for(self, names: Collection[str]) -> Measurement:
-        """Return it without the points at reversals, where play is to be found.
-
-        Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
-        """
-        if "backlash" not in names:
-            return self
-        return self._replace(usable=self.usable & ~self.points.readings.turning(_TURNING))
 
 
 class Found(NamedTuple):
@@ -89,11 +71,10 @@ class Found(NamedTuple):
         return math.sqrt(self.best.square / np.count_nonzero(self.usable))
 
 
-def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ...]) -> Found:
+def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Search for what is asked, from so many starts, and for those of the candidates that the residual shows."""
-    test = test.fit_for(asked.names)
-    index = np.flatnonzero(test.usable)
-    points, torque, way = test.points.take(index), test.torque[index], test.way[index]
+    test, asked = _fit_for(test, test.asked.names), test.asked
+    index, points, torque, way = test.used
     size = float(np.abs(torque).max())
     limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
     rough = estimate.solve(points, torque, asked, estimate.starts(points, torque, asked, starts), limit)
@@ -101,13 +82,13 @@ def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ..
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
-    full = _with(left, asked, rough.values, tuple(n for n in candidates if n not in asked.names))
-    best = settle(left, asked, rough.values)
+    full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
+    best = settle(left, rough.values)
     added: tuple[str, ...] = ()
     if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
         wanted, start = full
         try:
-            whole = settle(left.fit_for(wanted.names), wanted, start)
+            whole = settle(_fit_for(left, wanted.names)._replace(asked=wanted), start)
             kept, apart = _needed(whole, asked)
         except InputError:
             # all at once the points do not tell them apart
@@ -115,20 +96,29 @@ def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ..
         if kept:
             chosen = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
             values = [whole.best.values[wanted.names.index(n)] for n in chosen.names]
-            best, added = settle(left.fit_for(kept), chosen, np.array(values)), kept
+            best, added = settle(_fit_for(left, kept)._replace(asked=chosen), np.array(values)), kept
         best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
 
 
-def _rounding(test: Measurement) -> float:
+def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
+    """Return it without the points at reversals, where play is to be found.
+
+    Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
+    """
+    if "backlash" not in names:
+        return test
+    return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
+
+
+def _rounding(test: Prepared) -> float:
     return _EXACT[isinstance(test.points, Walked)]
 
 
-def settle(test: Measurement, asked: Asked, start: Array) -> Found:
+def settle(test: Prepared, start: Array) -> Found:
     """Find the least squares from a start, with the covariance that the residual asks for."""
-    index = np.flatnonzero(test.usable)
-    points, torque, way = test.points.take(index), test.torque[index], test.way[index]
+    asked, (index, points, torque, way) = test.asked, test.used
     best = estimate.solve(points, torque, asked, [start])
     sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
     covariance = estimate.covariance(best.jacobian, sigma, asked.names)
@@ -146,10 +136,9 @@ def settle(test: Measurement, asked: Asked, start: Array) -> Found:
     return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), ())
 
 
-def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
+def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
     """Return what is asked with those nuisances that the points can tell, and a start; None if there are none."""
-    index = np.flatnonzero(test.usable)
-    points, torque = test.points.take(index), test.torque[index]
+    asked, (index, points, torque, _) = test.asked, test.used
     if index.size < 10 * (len(asked.rows) + len(names)):
         return None
     twists, readings = test.points.readings.load[index], test.points.readings
@@ -158,7 +147,8 @@ def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]
         **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
     }
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
-    wanted = ask(asked.beam, asked.load, (*asked.names, *names), dict(_bounds(asked)) | limits)
+    limits |= dict(zip(asked.names, zip(asked.low.tolist(), asked.high.tolist(), strict=True), strict=True))
+    wanted = ask(asked.beam, asked.load, (*asked.names, *names), limits)
     start = np.concatenate([values, np.zeros(len(names))])
     J = estimate.derivatives(points, wanted, start)
     while len(wanted.rows) > len(asked.rows):
@@ -171,21 +161,14 @@ def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]
     return None
 
 
-def _bounds(asked: Asked) -> list[tuple[str, tuple[float, float]]]:
-    return [(n, (float(a), float(b))) for n, a, b in zip(asked.names, asked.low, asked.high, strict=True)]
-
-
 def _own(J: Array) -> Array:
     """Return the part of each column's square that the other columns do not make up for."""
     norm = np.linalg.norm(J, axis=0)
-    left = np.zeros(norm.size)
-    seen = np.flatnonzero(norm > 0)
-    for i in seen:
-        others = np.delete(J, i, axis=1)[:, np.delete(norm, i) > 0] / np.delete(norm, i)[np.delete(norm, i) > 0]
-        column = J[:, i] / norm[i]
-        fitted = others @ np.linalg.lstsq(others, column, rcond=None)[0] if others.size else 0.0
-        left[i] = float(np.sum((column - fitted) ** 2))
-    return left
+    unit, left = J / np.where(norm > 0, norm, 1.0), []
+    for i, column in enumerate(unit.T):
+        others = np.delete(unit, i, axis=1)
+        left.append(float(np.sum((column - others @ np.linalg.lstsq(others, column, rcond=None)[0]) ** 2)))
+    return np.array(left)
 
 
 class _Selection(NamedTuple):

@@ -352,16 +352,14 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
         about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
-        symbol = PARAMETERS[v.key].symbol
-        about = {"units": symbol.unit, "long_name": symbol.long_name, "low": v.low, "high": v.high}
+        about = PARAMETERS[v.key].symbol.attrs | {"low": v.low, "high": v.high}
         variables[v.name] = ("design", [v.rounded(x) for x in space.values(y)[v.key].tolist()], about)
     for choice, share in zip(space.choices, y.T[len(space.variables) :], strict=True):
         words_of = np.array(choice.words)[choice.number(share)]
         variables[f"chosen.{choice.name}"] = ("design", words_of, {"long_name": "what is chosen"})
         for name in choice.options[0]:
-            symbol = PARAMETERS[ALIASES.get(name, name)].symbol
-            about = {"units": symbol.unit, "long_name": symbol.long_name}
-            variables[name] = ("design", space.values(y)[ALIASES.get(name, name)], about)
+            key = ALIASES.get(name, name)
+            variables[name] = ("design", space.values(y)[key], PARAMETERS[key].symbol.attrs)
     ends = np.array(ENDS)[found.code] if target.real else named(found.code)
     variables["end"] = ("design", ends, {"long_name": "how the curve ends"})
     variables["rate_end"] = ("design", found.load_end / c.d, {"units": "rad/m", "long_name": "twist rate at the end"})
