@@ -146,7 +146,7 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
     figure.align_ylabels(axes[1:, 0])
     handles = [
         key("samples", color=GREY, linestyle="", marker="."),
-        key("estimate and covariance of the least squares: 95 %", color=ACCENT),
+        key("estimates and their covariance: 95 %", color=ACCENT),
     ]
     figure.legend(handles=handles, loc="upper right")
     return figure
