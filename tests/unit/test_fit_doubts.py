@@ -8,7 +8,7 @@ import pytest
 import squama
 from campaigns import fits
 from campaigns.fits import CASES, NOISE
-from squama.identify import noise
+from squama.identify import fitting, noise
 from squama.identify.readings import Readings
 from squama.plot import fit_figure
 
@@ -161,3 +161,37 @@ def test_readings_and_twists():
     np.testing.assert_allclose(x, [-0.1, 0.9, 1.9, 2.9, 2.9, 2.1, 1.1, 1.9, 2.9])
     assert branch.tolist() == [-1, 1, 1, 1, 1, -1, -1, 1, 1]
     assert readings.order[[0, -1]].tolist() == [0, 1]
+
+
+def test_errors_allow_for_the_nuisances_that_may_be_there(monkeypatch):
+    """Errors against fits with each selection of two nuisances, which are weighed by their sums of squares."""
+    monkeypatch.setattr(fitting, "NUISANCES", ("torque_zero", "drift"))
+    monkeypatch.setattr(fitting, "_rival", lambda *_: None)
+    start, data, _ = loop("white noise", beam="hinges")
+    data["T"] = data["T"] - 0.004 * np.linspace(0, 1, data["T"].size)
+    whole = squama.fit(data, start, joint="hinge", noise=NOISE)
+    assert whole.dependence == 1
+    asked, n = ("mu", "K_theta"), np.count_nonzero(whole.used)
+    fits_of, cost = {}, {}
+    for more in ((), ("torque_zero",), ("drift",), ("torque_zero", "drift")):
+        one = squama.fit(data, start, (*asked, *more), joint="hinge", noise=NOISE, nuisances="none")
+        fits_of[more], cost[more] = one, n * (one.rms / NOISE) ** 2 + np.log(n) * len(more)
+    weight = {more: np.exp((min(cost.values()) - c) / 2) for more, c in cost.items()}
+    assert sorted(weight.values())[-2] > 0.03
+    place = [("mu", "K_theta", "torque_zero", "drift").index(name) for name in whole.parameters]
+    own = fits_of[whole.added].covariance
+    moment = np.zeros((4, 4))
+    for more, one in fits_of.items():
+        rows = [("mu", "K_theta", "torque_zero", "drift").index(name) for name in one.parameters]
+        apart = np.zeros(4)
+        apart[rows] = one.estimates
+        apart[place] -= whole.estimates
+        moment += weight[more] / sum(weight.values()) * np.outer(apart, apart)
+        moment[np.ix_(rows, rows)] += weight[more] / sum(weight.values()) * one.covariance
+    # in every axis of both as wide as the wider one
+    half = np.linalg.cholesky(own)
+    seen = np.linalg.solve(half, np.linalg.solve(half, moment[np.ix_(place, place)]).T)
+    size, axes = np.linalg.eigh(seen)
+    expected = half @ axes @ np.diag(np.maximum(size, 1)) @ axes.T @ half.T
+    np.testing.assert_allclose(whole.covariance, expected, rtol=0.02)
+    assert np.all(whole.covariance.diagonal()[:2] > 1.05 * own.diagonal()[:2])

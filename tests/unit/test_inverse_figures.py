@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse.figures import At, Options, Want, evaluate, flat
+from squama.inverse.figures import At, Options, Want, evaluate, flat, harmless, take
 from squama.inverse.goals import MISSING
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
 from squama.inverse.residuals import Residuals
@@ -17,6 +17,7 @@ from squama.inverse.space import Space, Variable
 from squama.inverse.target import read_target
 from squama.model.sensitivity import STEP
 from squama.study.columns import beam_at, columns
+from squama.study.parameters import FACTOR
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
 RANGES = {
@@ -48,6 +49,14 @@ def sample():
 
 def cells(values, load):
     return flat(columns(BEAM, values, load=load))
+
+
+def test_the_factor_of_a_joint_is_a_column_as_the_others_are():
+    c = flat(columns(BEAM, {FACTOR: np.array([0.5, 1.0, 2.0]), "scale.length": np.array([[0.05], [0.06]])}))
+    assert c.joint_factor.tolist() == [0.5, 1.0, 2.0] * 2
+    assert c.eta.shape == (6,)
+    assert take(c, np.array([5, 0])).joint_factor.tolist() == [2.0, 0.5]
+    assert harmless(c, np.array([True, True, False] * 2)).joint_factor.tolist() == [0.5, 1.0, 1.0] * 2
 
 
 @pytest.mark.parametrize("load", ["twisting", "bending"])

@@ -146,6 +146,16 @@ def test_a_seed_gives_one_front():
     assert not one.identical(squama.pareto(DATA, beam=BEAM, seed=2, **small))
 
 
+def test_few_evaluations_find_a_front_where_one_beam_in_twenty_keeps_all_limits():
+    assert squama.pareto("examples/front.toml", population=8, generations=1).sizes["design"] >= 4
+
+
+def test_where_there_is_no_front_it_is_said_what_is_in_the_way():
+    never = {**DATA, "limits": {"gap": "12 mm", "overlap": 1.5}}
+    with pytest.raises(squama.InputError, match=r"in the way all over the bounds: .*gap \(100%\)"):
+        squama.pareto(never, beam=BEAM, population=8, generations=1)
+
+
 def test_domination_and_spreading_by_hand():
     points = np.array([[0, 2], [1, 1], [2, 0], [1, 2], [2, 2], [1, 1]], float)
     assert dominated(points, points).tolist() == [False, False, False, True, True, False]

@@ -133,8 +133,8 @@ def fit(
         if joint is not None or kind == "hinge":
             raise
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
-    prepare.enough(made, noise_known=sigma is not None)
-    found = search.find(made.measurement(sigma), made.asked, starts, candidates)
+    prepare.enough(made)
+    found = search.find(made, starts, candidates)
     result = _result(made, found, wanted, _rival(_OTHER[kind], wanted, found), why)
     if samples:
         assert isinstance(made.points, Hinged)
@@ -159,10 +159,10 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
         if np.count_nonzero(usable) < _MOST * np.count_nonzero(found.usable):
             refuse("data", "", f"{np.count_nonzero(found.usable & ~usable)} of the points are not covered")
         made = made._replace(usable=usable)
-        prepare.enough(made, noise_known=wanted.noise is not None)
+        prepare.enough(made)
         # to look for what hinges would want, too, takes longer than the fit
         candidates = found.added if joint == "hinge" else wanted.candidates
-        other = search.find(made.measurement(wanted.noise), made.asked, min(wanted.starts, 3), candidates)
+        other = search.find(made, min(wanted.starts, 3), candidates)
     except InputError as error:
         return Rival(joint, None, str(error))
     return Rival(joint, other, "")
@@ -206,7 +206,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         jacobian=best.jacobian,
         starts=(best.agreed, best.starts),
         at_bound=best.at_bound,
-        specimens=_alone(made, found, wanted),
+        specimens=_alone(made, found),
         remedies=tuple(remedies),
         notes=(),
         added=found.added,
@@ -219,7 +219,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
     return replace(result, notes=(*([why] if why else []), *sentences.notes(result, senses)))
 
 
-def _alone(made: Prepared, found: Found, wanted: Wanted) -> tuple[SpecimenFit, ...]:
+def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
     """Fit each specimen alone."""
     rec, out = made.record, []
     if len(rec.specimens) == 1:
@@ -227,8 +227,8 @@ def _alone(made: Prepared, found: Found, wanted: Wanted) -> tuple[SpecimenFit, .
     for i, specimen in enumerate(rec.specimens):
         mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked)
         try:
-            prepare.enough(mine, noise_known=wanted.noise is not None)
-            one = search.settle(mine.measurement(wanted.noise), found.asked, found.best.values)
+            prepare.enough(mine)
+            one = search.settle(mine, found.best.values)
             out.append(SpecimenFit(specimen.label, one.best.values, np.sqrt(np.diag(one.covariance))))
         except InputError as error:
             out.append(SpecimenFit(specimen.label, None, None, str(error)))

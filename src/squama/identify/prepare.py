@@ -19,10 +19,10 @@ from squama.identify.forward import Hinged
 from squama.identify.parameters import Asked, ask
 from squama.identify.readings import Readings
 from squama.identify.records import Record
-from squama.identify.search import Measurement
 from squama.identify.walked import Walked
 from squama.io.measured import Measured
 from squama.loads import LOADS
+from squama.types import Array
 
 _NEAR = 1e-9
 _ENGAGED = {"mu", "K_theta", "theta0"}
@@ -48,16 +48,19 @@ class Wanted(NamedTuple):
 
 
 class Prepared(NamedTuple):
-    """Points of a record by a model, which of them may be used, and what is to be found."""
+    """Points of a record by a model, which of them may be used, what is to be found; noise (N m) if given."""
 
     record: Record
     asked: Asked
     points: Points
     usable: NDArray[np.bool_]
+    noise: float | None = None
 
-    def measurement(self, noise: float | None) -> Measurement:
-        """Return what a search takes."""
-        return Measurement(self.points, self.record.torque, self.points.readings.numbers, self.usable, noise)
+    @property
+    def used(self) -> tuple[NDArray[np.int64], Points, Array, NDArray[np.int64]]:
+        """Places of the points that may be used, the points, their torques, the numbers of their ways."""
+        index = np.flatnonzero(self.usable)
+        return index, self.points.take(index), self.record.torque[index], self.points.readings.numbers[index]
 
 
 def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
@@ -91,7 +94,8 @@ def prepared(joint: str, wanted: Wanted) -> Prepared:
     # a stiffness that the file gives does not go with the bar's modulus
     asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
     record = records.record(wanted.specimens, beam, wanted.load, **wanted.limits)
-    return placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked)
+    made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked)
+    return made._replace(noise=wanted.noise)
 
 
 def placed(record: Record, asked: Asked, law: str) -> Prepared:
@@ -134,10 +138,10 @@ def _walked(record: Record, asked: Asked) -> Prepared:
     return Prepared(record, asked, points, record.asked & ~stuck)
 
 
-def enough(made: Prepared, *, noise_known: bool) -> None:
+def enough(made: Prepared) -> None:
     """Refuse too few points, and points that do not show what is to be found."""
-    (rec, asked, points, usable), word = made, LOADS[made.asked.load].verb
-    need, have = len(asked.rows) + (not noise_known), int(np.count_nonzero(usable))
+    (rec, asked, points, usable, noise), word = made, LOADS[made.asked.load].verb
+    need, have = len(asked.rows) + (noise is None), int(np.count_nonzero(usable))
     if have < need:
         count = f"{have} usable point{'s' * (have != 1)} (of {rec.load.size}) for {len(asked.rows)} parameters"
         remedy = f"give {need} or more, better ten for each parameter"

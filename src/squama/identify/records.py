@@ -6,7 +6,6 @@ between both branches is possible (docs, theory: cycles). Such points tell the d
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -18,6 +17,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
+from squama.identify.noise import scatter
 from squama.io import measured
 from squama.io.measured import Measured
 from squama.loads import LOADS, Load
@@ -149,8 +149,7 @@ def _jitter(values: Array) -> float:
     """
     if values.size < _FEWEST:
         return 0.0
-    noise = 1.4826 * float(np.median(np.abs(np.diff(values, 2)))) / math.sqrt(6)
-    back = _TIMES * noise
+    back = _TIMES * scatter(values, np.zeros(values.size))
     if back > _WIDEST * float(np.ptp(values)):
         return 0.0
     return back if len(turning_points(values, back)) < len(turning_points(values, 0.0)) else 0.0

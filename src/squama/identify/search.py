@@ -5,6 +5,11 @@ covariance C, and what the sum of squares over the noise would grow by without s
 selections the one is kept for which that plus ln(n) for each that is found is the least. A nuisance that is no less
 than half its error is kept, too, where leaving it out would move what is asked by more than half its error: the points
 would hardly show it, and a narrow interval would not hold.
+
+The other selections are not excluded. With the growth g and k nuisances the weight of one is w ~ exp(-(g + k ln n)/2)
+(Hoeting et al., Statist. Sci. 14 (1999) 382), and sum w (C + D D^T), with the distance D of its estimates from those of
+the one that is kept, is their second moment there. The covariance is that of the one that is kept, widened to this
+moment in every direction in which the moment is the larger.
 """
 
 from __future__ import annotations
@@ -19,9 +24,10 @@ from numpy.typing import NDArray
 
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
-from squama.identify.estimate import Estimate, Points
+from squama.identify.estimate import Estimate
 from squama.identify.forward import Physical
 from squama.identify.parameters import OF_TWIST, Asked, ask
+from squama.identify.prepare import Prepared
 from squama.identify.walked import Walked
 from squama.types import Array
 
@@ -40,25 +46,6 @@ _MOVES = 0.5
 _ROBUST, _FLOOR = 3.0, 1e-3
 """Residuals that count linearly in the first search: over the noise, and over the largest torque at least; less than
 that is no stray point either."""
-
-
-class Measurement(NamedTuple):
-    """What is fitted: points by a model, torques (N m), numbers of their ways, which may be used; noise if given."""
-
-    points: Points
-    torque: Array
-    way: Array
-    usable: NDArray[np.bool_]
-    noise: float | None
-
-    def fit_for(self, names: Collection[str]) -> Measurement:
-        """Return it without the points at reversals, where play is to be found.
-
-        Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
-        """
-        if "backlash" not in names:
-            return self
-        return self._replace(usable=self.usable & ~self.points.readings.turning(_TURNING))
 
 
 class Found(NamedTuple):
@@ -84,11 +71,10 @@ class Found(NamedTuple):
         return math.sqrt(self.best.square / np.count_nonzero(self.usable))
 
 
-def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ...]) -> Found:
+def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Search for what is asked, from so many starts, and for those of the candidates that the residual shows."""
-    test = test.fit_for(asked.names)
-    index = np.flatnonzero(test.usable)
-    points, torque, way = test.points.take(index), test.torque[index], test.way[index]
+    test, asked = _fit_for(test, test.asked.names), test.asked
+    index, points, torque, way = test.used
     size = float(np.abs(torque).max())
     limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
     rough = estimate.solve(points, torque, asked, estimate.starts(points, torque, asked, starts), limit)
@@ -96,33 +82,43 @@ def find(test: Measurement, asked: Asked, starts: int, candidates: tuple[str, ..
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
-    full = _with(left, asked, rough.values, tuple(n for n in candidates if n not in asked.names))
-    best = settle(left, asked, rough.values)
+    full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
+    best = settle(left, rough.values)
     added: tuple[str, ...] = ()
     if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
         wanted, start = full
         try:
-            whole = settle(left.fit_for(wanted.names), wanted, start)
-            kept = _needed(whole, asked)
+            whole = settle(_fit_for(left, wanted.names)._replace(asked=wanted), start)
+            kept, apart = _needed(whole, asked)
         except InputError:
             # all at once the points do not tell them apart
-            kept = ()
+            kept, apart = (), np.zeros_like(best.covariance)
         if kept:
             chosen = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
             values = [whole.best.values[wanted.names.index(n)] for n in chosen.names]
-            best, added = settle(left.fit_for(kept), chosen, np.array(values)), kept
+            best, added = settle(_fit_for(left, kept)._replace(asked=chosen), np.array(values)), kept
+        best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
 
 
-def _rounding(test: Measurement) -> float:
+def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
+    """Return it without the points at reversals, where play is to be found.
+
+    Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
+    """
+    if "backlash" not in names:
+        return test
+    return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
+
+
+def _rounding(test: Prepared) -> float:
     return _EXACT[isinstance(test.points, Walked)]
 
 
-def settle(test: Measurement, asked: Asked, start: Array) -> Found:
+def settle(test: Prepared, start: Array) -> Found:
     """Find the least squares from a start, with the covariance that the residual asks for."""
-    index = np.flatnonzero(test.usable)
-    points, torque, way = test.points.take(index), test.torque[index], test.way[index]
+    asked, (index, points, torque, way) = test.asked, test.used
     best = estimate.solve(points, torque, asked, [start])
     sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
     covariance = estimate.covariance(best.jacobian, sigma, asked.names)
@@ -140,10 +136,9 @@ def settle(test: Measurement, asked: Asked, start: Array) -> Found:
     return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), ())
 
 
-def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
+def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
     """Return what is asked with those nuisances that the points can tell, and a start; None if there are none."""
-    index = np.flatnonzero(test.usable)
-    points, torque = test.points.take(index), test.torque[index]
+    asked, (index, points, torque, _) = test.asked, test.used
     if index.size < 10 * (len(asked.rows) + len(names)):
         return None
     twists, readings = test.points.readings.load[index], test.points.readings
@@ -152,7 +147,8 @@ def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]
         **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
     }
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
-    wanted = ask(asked.beam, asked.load, (*asked.names, *names), dict(_bounds(asked)) | limits)
+    limits |= dict(zip(asked.names, zip(asked.low.tolist(), asked.high.tolist(), strict=True), strict=True))
+    wanted = ask(asked.beam, asked.load, (*asked.names, *names), limits)
     start = np.concatenate([values, np.zeros(len(names))])
     J = estimate.derivatives(points, wanted, start)
     while len(wanted.rows) > len(asked.rows):
@@ -165,48 +161,67 @@ def _with(test: Measurement, asked: Asked, values: Array, names: tuple[str, ...]
     return None
 
 
-def _bounds(asked: Asked) -> list[tuple[str, tuple[float, float]]]:
-    return [(n, (float(a), float(b))) for n, a, b in zip(asked.names, asked.low, asked.high, strict=True)]
-
-
 def _own(J: Array) -> Array:
     """Return the part of each column's square that the other columns do not make up for."""
     norm = np.linalg.norm(J, axis=0)
-    left = np.zeros(norm.size)
-    seen = np.flatnonzero(norm > 0)
-    for i in seen:
-        others = np.delete(J, i, axis=1)[:, np.delete(norm, i) > 0] / np.delete(norm, i)[np.delete(norm, i) > 0]
-        column = J[:, i] / norm[i]
-        fitted = others @ np.linalg.lstsq(others, column, rcond=None)[0] if others.size else 0.0
-        left[i] = float(np.sum((column - fitted) ** 2))
-    return left
+    unit, left = J / np.where(norm > 0, norm, 1.0), []
+    for i, column in enumerate(unit.T):
+        others = np.delete(unit, i, axis=1)
+        left.append(float(np.sum((column - others @ np.linalg.lstsq(others, column, rcond=None)[0]) ** 2)))
+    return np.array(left)
 
 
-def _needed(whole: Found, asked: Asked) -> tuple[str, ...]:
-    """Return the nuisances without which the residual would grow by more than chance, or what is asked would move."""
-    names, n = whole.asked.names, np.count_nonzero(whole.usable)
-    every = [i for i, name in enumerate(names) if name not in asked.names]
-    free = [i for i in every if not whole.best.at_bound[i]]
+class _Selection(NamedTuple):
+    """Estimates and covariance with some of the nuisances, 0 of the others; what it costs by Schwarz's criterion."""
 
-    def without(kept: tuple[int, ...]) -> tuple[Array, Array, float]:
-        """Estimates and covariance without the others; what the sum of squares over the noise grows by."""
-        p, C = whole.best.values, whole.covariance
-        if not (gone := [i for i in every if i not in kept]):
-            return p, C, 0.0
+    values: Array
+    covariance: Array
+    cost: float
+
+
+def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
+    """Return all selections of the nuisances, by the places of those that are found; the first ``own`` always are."""
+    p, C, n = whole.best.values, whole.covariance, np.count_nonzero(whole.usable)
+    every = np.arange(own, p.size)
+    free = [i for i in every.tolist() if not whole.best.at_bound[i]]
+    found = {}
+    for kept in (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size)):
+        gone = [i for i in every if i not in kept]
         share = np.linalg.solve(C[np.ix_(gone, gone)], C[gone]).T
-        grown = p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone])
-        return p - share @ p[gone], C - share @ C[gone], float(grown)
+        grown = float(p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone]))
+        cost = grown + math.log(n) * len(kept)
+        found[frozenset(kept)] = _Selection(p - share @ p[gone], C - share @ C[gone], cost)
+    return found
 
-    choices = (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size))
-    kept = min(choices, key=lambda kept: without(kept)[2] + math.log(n) * len(kept))
-    own = slice(0, len(asked.names))
-    while rest := [i for i in free if i not in kept]:
-        errors, moves = np.sqrt(np.diag(without(kept)[1])[own]), {}
-        for i in rest:
-            p, C, _ = without((*kept, i))
+
+def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
+    """Return the nuisances without which the residual would grow by more than chance, or what is asked would move.
+
+    The second is what the other selections add to the covariance of what is asked and those nuisances.
+    """
+    from scipy.linalg import eigh
+
+    own = len(asked.names)
+    found = _selections(whole, own)
+    kept = min(found, key=lambda one: found[one].cost)
+    while True:
+        moves: dict[frozenset[int], float] = {}
+        errors = np.sqrt(np.diag(found[kept].covariance)[:own])
+        for more in (one for one in found if kept < one and len(one) == len(kept) + 1):
+            (i,), (p, C, _) = more - kept, found[more]
             if p[i] ** 2 > _SEEN**2 * C[i, i]:
-                moves[i] = float(np.max(np.abs(p - without(kept)[0])[own] / errors))
+                moves[more] = float(np.max(np.abs(p - found[kept].values)[:own] / errors))
         if not moves or max(moves.values()) < _MOVES:
             break
-        kept = (*kept, max(moves, key=moves.__getitem__))
-    return tuple(names[i] for i in sorted(kept))
+        kept = max(moves, key=moves.__getitem__)
+    costs = np.array([one.cost for one in found.values()])
+    weights = np.exp((costs.min() - costs) / 2)
+    moment = np.zeros_like(whole.covariance)
+    for one, weight in zip(found.values(), weights / weights.sum(), strict=True):
+        distance = one.values - found[kept].values
+        moment += weight * (one.covariance + np.outer(distance, distance))
+    rows = np.ix_(*2 * [[*range(own), *sorted(kept)]])
+    here = found[kept].covariance[rows]
+    larger, directions = eigh(moment[rows], here)
+    half = here @ directions * np.sqrt(np.maximum(larger - 1, 0.0))
+    return tuple(whole.asked.names[i] for i in sorted(kept)), half @ half.T

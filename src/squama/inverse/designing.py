@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.curves import doors
+from squama.curves.labelled import Answer
 from squama.curves.path import idealisation
 from squama.errors import refuse
 from squama.inverse import making, real, search
@@ -339,11 +341,12 @@ class _Refined(NamedTuple):
             # all contacts, and steps of its own
             reached, answer = real.followed(beam, [goal.want for goal in target.goals], options)
             values = np.array(reached)
-            lines = making.refused(beam, target.printer)
+            lines, met = making.refused(beam, target.printer), _met(answer, beam)
         else:
             common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
             answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-            values, lines = self.look.found.values[:, i], making.refused(beam, {}, sided=LOADS[space.load].sided)
+            values, met = self.look.found.values[:, i], ""
+            lines = making.refused(beam, {}, sided=LOADS[space.load].sided)
         goals = tuple(self.reached(i, values, beam.pitch))
         return Design(
             beam=beam,
@@ -356,7 +359,7 @@ class _Refined(NamedTuple):
             rate_end=float(answer[f"{LOADS[space.load].rate}_end"]),
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
-            warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
+            warnings=tuple(filter(None, [*answer.attrs["warnings"].split("\n"), met])),
         )
 
     def reached(self, i: int, values: Array, d: float) -> list[Reached]:
@@ -401,6 +404,19 @@ class _Refined(NamedTuple):
                 law = name in law_ranges(target.laws)
                 found.append(f"limit joint_law, {name}" if law else name)
         return found
+
+
+def _met(answer: Answer, beam: Beam) -> str:
+    """Say where another contact comes in before a twist that is asked for; empty where none does."""
+    general = float(answer["phi_general"])
+    if not (math.isfinite(general) or answer["other_contact"].item()):
+        return ""
+    at = general if math.isfinite(general) else float(answer["Phi_end"]) * beam.pitch
+    goes_on = "this design was followed on by general contact" if math.isfinite(general) else "squama[fe] follows on"
+    return (
+        f"another contact comes in at {math.degrees(at) * beam.scales:.4g} deg total; the search takes no figures "
+        f"beyond ({goes_on}): a larger beam.pitch or scale.theta0, shorter or narrower scales put it off"
+    )
 
 
 def _rms(values: Array) -> Array:

@@ -113,8 +113,7 @@ def flat(c: Cells, n: int = 1) -> Cells:
     def column(v: Array) -> Array:
         return np.ascontiguousarray(np.broadcast_to(v, shape)).reshape(n)
 
-    sizes = {table: {key: column(v) for key, v in content.items()} for table, content in c.sizes.items()}
-    return c.changed({name: column(v) for name, v in c.arrays.items()}, sizes)
+    return c.mapped(column)
 
 
 def take(c: Cells, index: Array) -> Cells:

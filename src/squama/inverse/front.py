@@ -16,6 +16,7 @@ from squama.errors import Problems, refuse
 from squama.inverse import making, real
 from squama.inverse.figures import FIGURES, At, Found, Want, harmless
 from squama.inverse.limits import Sizes, farthest, rooms
+from squama.inverse.search import sobol
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, FrontTable, twist
 from squama.io.tabular import guess
@@ -40,6 +41,10 @@ TABLES = {"hinge": FIGURES, "compliant": real.FIGURES}
 AT_TWIST = {"hinge": ("tangent", "torque"), "compliant": tuple(real.AT_TWIST)}
 AGREES = 0.02
 """Figures of a real beam on a front are those of its curve with all contacts, up to this share."""
+SCREENED = 256
+"""Points of the bounds among which the first population is chosen; twice the population where that is more."""
+NAMED = 3
+"""Limits and figures that are named where there is no front."""
 MOST = 5
 WAYS = {1: "max", -1: "min"}
 """Which way is better, by the sense of an objective."""
@@ -64,7 +69,8 @@ def pareto(
         ``lock``, ``critical_mu`` (or ``W_fr``, ``RED`` without ``at``: up to the lock) the hinge answers, which has
         ``tangent`` and ``torque`` at ``at``, too. A table ``target`` is not looked at.
     population, generations, seed
-        Of NSGA-II, in place of the target's (200, 100, 1): population times generations beams are evaluated.
+        Of NSGA-II, in place of the target's (200, 100, 1): population times generations beams are evaluated, after a
+        screen of the bounds from which the first population is taken.
 
     Returns
     -------
@@ -107,11 +113,13 @@ def trade(
     options, bare = target.options, not target.source
     context = Context(target.space.beam.scales, target.space.load, bare, options.joint)
     chosen = read_settings(table, context, target.source)
-    y, values = search(Trade(target, chosen), chosen)
+    trade = Trade(target, chosen)
+    y, values = search(trade, chosen)
     if not len(y):
         tried = chosen.population * chosen.generations
         reason = f"none of {tried} beams within the bounds has all these figures and keeps all limits"
-        refuse("front", "", reason, "widen the bounds, ease the limits, or raise population", target.source)
+        remedy = f"widen the bounds, ease the limits, or raise population; {trade.in_the_way()}"
+        refuse("front", "", reason, remedy, target.source)
     return _dataset(target, chosen, y, values)
 
 
@@ -176,13 +184,15 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
 class Seen(NamedTuple):
     """Designs as the search sees them: objectives (n, k), violations (n,), figures and columns.
 
-    A violation is 0 where the design is a beam, has all figures and keeps all limits.
+    A violation is 0 where the design is a beam, has all figures and keeps all limits; ``broken`` says by name which
+    designs break what.
     """
 
     values: Array
     violation: Array
     found: Found
     cells: Cells
+    broken: dict[str, Array]
 
 
 class Trade:
@@ -217,10 +227,12 @@ class Trade:
         rate = farthest(c.d, at, found.values[-1] if self.lock else None)
         s = Sizes.of(c, self.space.beam.scales, self.space.load, rate)
         room = rooms(s, self.target.limits, self.target.laws) | self.target.made_rooms(c)
-        broken = sum(np.maximum(-np.broadcast_to(v, len(y)), 0.0) for v in room.values())
-        missing = ~np.isfinite(values).all(axis=1)
-        violation = np.where(good, np.nan_to_num(broken, nan=1.0), 2.0) + missing
-        return Seen(values, violation, found, c)
+        short = {name: np.maximum(-np.broadcast_to(v, len(y)), 0.0) for name, v in room.items()}
+        missing = {f"no {o.name}": ~np.isfinite(v) for o, v in zip(self.chosen.objectives, values.T, strict=True)}
+        violation = np.where(good, np.nan_to_num(sum(short.values()), nan=1.0), 2.0) + np.any(
+            [*missing.values()], axis=0
+        )
+        return Seen(values, violation, found, c, {name: v > 0 for name, v in short.items()} | missing)
 
     def costs(self, values: Array) -> Array:
         """Return objectives (n, k) as costs: less is better, and those that span decades by their logarithm."""
@@ -252,6 +264,17 @@ class Trade:
             columns = zip(self.best, (y, costs, values), strict=True)
             self.best = [np.vstack([old[stay], rows[new]]) for old, rows in columns]
         return costs, violation
+
+    def screened(self) -> Array:
+        """Return the start and points all over the bounds."""
+        start = self.space.start
+        return np.vstack([start, sobol(max(SCREENED, 2 * self.chosen.population), start.size, self.chosen.seed)])
+
+    def in_the_way(self) -> str:
+        """Say what most points of the bounds lack or break."""
+        shares = {name: float(v.mean()) for name, v in self.evaluate(self.screened(), plates=True).broken.items()}
+        worst = sorted((name for name in shares if shares[name]), key=lambda name: -shares[name])[:NAMED]
+        return f"in the way all over the bounds: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
         """Return real beams rounded to what can be made, that still are on a front, and their objectives.
@@ -287,7 +310,10 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
 
     problem = Wrapped(n_var=trade.space.start.size, n_obj=len(chosen.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
     batch = min(BATCH, chosen.generations)
-    algorithm = NSGA2(chosen.population, n_offsprings=batch * chosen.population, eliminate_duplicates=False)
+    first = trade.screened()
+    first = first[np.argsort(trade.ask(first)[1], kind="stable")[: chosen.population]]
+    more = batch * chosen.population
+    algorithm = NSGA2(chosen.population, sampling=first, n_offsprings=more, eliminate_duplicates=False)
     evaluations = ("n_eval", chosen.generations * chosen.population)
     minimize(problem, algorithm, evaluations, seed=chosen.seed, verbose=False)
     y, costs, values = trade.best
@@ -326,16 +352,14 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
         about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
-        symbol = PARAMETERS[v.key].symbol
-        about = {"units": symbol.unit, "long_name": symbol.long_name, "low": v.low, "high": v.high}
+        about = PARAMETERS[v.key].symbol.attrs | {"low": v.low, "high": v.high}
         variables[v.name] = ("design", [v.rounded(x) for x in space.values(y)[v.key].tolist()], about)
     for choice, share in zip(space.choices, y.T[len(space.variables) :], strict=True):
         words_of = np.array(choice.words)[choice.number(share)]
         variables[f"chosen.{choice.name}"] = ("design", words_of, {"long_name": "what is chosen"})
         for name in choice.options[0]:
-            symbol = PARAMETERS[ALIASES.get(name, name)].symbol
-            about = {"units": symbol.unit, "long_name": symbol.long_name}
-            variables[name] = ("design", space.values(y)[ALIASES.get(name, name)], about)
+            key = ALIASES.get(name, name)
+            variables[name] = ("design", space.values(y)[key], PARAMETERS[key].symbol.attrs)
     ends = np.array(ENDS)[found.code] if target.real else named(found.code)
     variables["end"] = ("design", ends, {"long_name": "how the curve ends"})
     variables["rate_end"] = ("design", found.load_end / c.d, {"units": "rad/m", "long_name": "twist rate at the end"})

@@ -12,7 +12,7 @@ from squama.errors import refuse as fail
 from squama.inverse import targetfile
 from squama.inverse.figures import At, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import Context, Given, PointTable, TargetTable, refuse
+from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable, refuse
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.types import Array
@@ -22,10 +22,14 @@ MISSING = 100.0
 """Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
-AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
-"""Figures of the real beam that may be asked at a point, beside the torque."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
 ON_HINGES = 'leave out joint = "hinge" and what is asked of locks'
+_KINDS = {
+    "torque": (Dimension.TORQUE, "N m"),
+    "stress": (Dimension.PRESSURE, "Pa"),
+    "length": (Dimension.LENGTH, ""),
+}
+"""What figures that are no ratios are measured in; SI unit of a bare number."""
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
 
@@ -128,22 +132,25 @@ def _single(name: str, value: object, context: Context) -> Goal:
         if "value" not in value:
             fail(where, "", "has no value", "write { value = ..., weight = 2 }")
         weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
-    if name in ("lock", "engagement"):
-        got = targetfile.twist(where, value, context)
-    elif name == "stiffness":
-        got = targetfile.rigidity(where, value, context)
-    else:
-        got = targetfile.quantity(where, value, Dimension.LENGTH if name == "length" else Dimension.RATIO, context)
-    if name == "RED":
-        _part(where, got)
-    if name == "critical_mu" and got.si > 10:
-        refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
+    got = _value(where, name, value, context)
     return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
-def _part(where: str, got: Given) -> None:
-    if got.si >= 1:
+def _value(where: str, figure: str, value: object, context: Context) -> Given:
+    """Read the value that is asked of a figure."""
+    if figure in ("lock", "engagement"):
+        return targetfile.twist(where, value, context)
+    if figure in ("stiffness", "tangent"):
+        return targetfile.rigidity(where, value, context)
+    if figure == "W_fr":
+        return targetfile.work(where, value, context)
+    kind, unit = _KINDS.get(figure, (Dimension.RATIO, ""))
+    got = targetfile.quantity(where, value, kind, context, unit)
+    if figure == "RED" and got.si >= 1:
         refuse(where, got.number, "a part of the work cannot be 1 or more", "write e.g. 0.4")
+    if figure == "critical_mu" and got.si > 10:
+        refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
+    return got
 
 
 def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
@@ -163,27 +170,18 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
     weight, found = _weight(where, table.weight), []
     for key, value in given.items():
-        figure, got = _at_point(f"{where}.{key}", key, value, context)
+        figure = _figure(key, value)
+        got = _value(f"{where}.{key}", figure, value, context)
         name, want = f"{LABELS.get(figure, key)} at {twist}", Want(figure, at)
         found.append(Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight))
     return found
 
 
-def _at_point(where: str, key: str, value: object, context: Context) -> tuple[str, Given]:
-    """Return the figure that a key of a point asks for, and its value."""
-    if key == "stiffness":
-        return "tangent", targetfile.rigidity(where, value, context)
-    if key == "W_fr":
-        return key, targetfile.work(where, value, context)
+def _figure(key: str, value: object) -> str:
+    """Return the figure that a key of a point asks for."""
     if key == "stress" and isinstance(value, str) and value.strip().endswith("%"):
-        return "strength_share", targetfile.quantity(where, value, Dimension.RATIO, context)
-    if key in ("torque", "moment"):
-        return "torque", targetfile.quantity(where, value, Dimension.TORQUE, context, "N m")
-    kind = Dimension.PRESSURE if key == "stress" else Dimension.RATIO
-    got = targetfile.quantity(where, value, kind, context, "Pa" if key == "stress" else "")
-    if key == "RED":
-        _part(where, got)
-    return key, got
+        return "strength_share"
+    return {"stiffness": "tangent", "moment": "torque"}.get(key, key)
 
 
 def _curve(value: object, context: Context, folder: Path) -> list[Goal]:

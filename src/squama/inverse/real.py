@@ -57,11 +57,11 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     n, k = c.d.size, len(moved)
     every, shares = [c], []
     for m in moved:
-        rates = _each(lambda x: np.imag(x) / STEP, m)
+        rates = m.mapped(lambda x: np.imag(x) / STEP)
         share = _share(c, rates)
         shares.append(share)
-        every += [_each(lambda x, y, h=sign * share: np.real(x) + h * y, c, rates) for sign in (1.0, -1.0)]
-    values, last = _values(_joined(every), wants, options)
+        every += [c.mapped(lambda x, y, h=sign * share: np.real(x) + h * y, rates) for sign in (1.0, -1.0)]
+    values, last = _values(c.mapped(lambda *columns: np.concatenate(columns), *every[1:]), wants, options)
     values = values.reshape(len(wants), 1 + 2 * k, n)
     middle, up, down = values[:, :1], values[:, 1::2], values[:, 2::2]
     slopes = np.zeros((len(wants), k, n))
@@ -74,17 +74,6 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     return Found(values[:, 0], slopes, last.code[:n], last.load_e[:n], np.nan_to_num(last.load_end[:n]))
 
 
-def _each(f: Callable[..., Array], *cells: Cells) -> Cells:
-    """Return cells whose columns are a function of those of others."""
-    first = cells[0]
-    sizes = {
-        table: {key: f(*(c.sizes[table][key] for c in cells)) for key in content}
-        for table, content in first.sizes.items()
-    }
-    found = first.changed({name: f(*(c.arrays[name] for c in cells)) for name in first.arrays}, sizes)
-    return found if first.joint_factor is None else found._replace(joint_factor=f(*(c.joint_factor for c in cells)))
-
-
 def _share(c: Cells, rates: Cells) -> Array:
     """Return by how much of its rates each design is shifted (n,)."""
     most = np.full(c.d.size, 1e-30)
@@ -95,13 +84,8 @@ def _share(c: Cells, rates: Cells) -> Array:
         np.maximum(most, np.where(np.isfinite(change), change, 0.0), out=most)
         return x
 
-    _each(look, c.changed({"mu": np.maximum(c.mu, ROUGH)}, c.sizes), rates)
+    c.changed({"mu": np.maximum(c.mu, ROUGH)}, c.sizes).mapped(look, rates)
     return NEAR / most
-
-
-def _joined(cells: Sequence[Cells]) -> Cells:
-    """Return the designs of several cells one after the other."""
-    return cells[0] if len(cells) == 1 else _each(lambda *columns: np.concatenate(columns), *cells)
 
 
 def _values(c: Cells, wants: Sequence[Want], options: Options) -> tuple[Array, Figures]:

@@ -153,10 +153,8 @@ class Space(NamedTuple):
 
     def chosen(self, y: Array) -> list[tuple[str, dict[str, float]]]:
         """Return the chosen options of one point (m,): words, and what they set."""
-        numbers = [
-            int(choice.number(y[len(self.variables) + i : len(self.variables) + i + 1])[0])
-            for i, choice in enumerate(self.choices)
-        ]
+        shares = y[len(self.variables) :]
+        numbers = [int(choice.number(share)) for choice, share in zip(self.choices, shares, strict=True)]
         return [(c.words[i], c.options[i]) for c, i in zip(self.choices, numbers, strict=True)]
 
 

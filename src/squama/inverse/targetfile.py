@@ -23,6 +23,10 @@ _WORKS = {"J/m": 1.0, "mJ/m": 1e-3, "mJ/mm": 1.0, "J/mm": 1e3}
 _RIGIDITIES = {"N m^2": 1.0, "N cm^2": 1e-4, "N mm^2": 1e-6, "kN m^2": 1e3, "mN m^2": 1e-3}
 
 
+AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
+"""Figures of the real beam that may be asked at a point, beside the torque."""
+
+
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -104,7 +108,7 @@ _KEYS = {
     "": tuple(File.model_fields),
     "target": tuple(TargetTable.model_fields),
     "front": tuple(FrontTable.model_fields),
-    "points": ("twist", "torque", "stiffness_ratio", "stress", "RED", "W_fr", "weight"),
+    "points": ("twist", "torque", *AT_POINTS, "weight"),
     "tangent": ("twist", "stiffness", "weight"),
 }
 

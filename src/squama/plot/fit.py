@@ -21,6 +21,18 @@ _POINTS: dict[str, tuple[str, Look]] = {
     "stray": ("stray, not used", {"color": ACCENT, "marker": "x", "markersize": 4}),
     "beyond": ("beyond the range, not used", {"color": GREY, "marker": "x", "markersize": 3}),
 }
+_NAMES = {
+    "mu": r"friction $\mu$",
+    "K_theta": r"joint stiffness $K_\theta$",
+    "C_f": "inclusion factor $C_f$",
+    "E_B": "modulus of the bar $E_B$",
+    "theta0": r"inclination at rest $\theta_0$",
+    "torque_zero": "zero of the torque",
+    "twist_zero": "zero of the twist",
+    "backlash": "backlash",
+    "drift": "drift",
+}
+"""What parameters are called in pictures."""
 
 
 @styled
@@ -56,7 +68,8 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     _points(lower, used, angle, small * used["residual"].values)
     lower.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
     letters((upper, lower))
-    estimates = dataset.attrs["estimates"].replace("+-", "±")
+    found = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
+    estimates = ", ".join(f"{_NAMES[name]} = {value}" for name, value in found)
     headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}")
     return figure
 
@@ -130,15 +143,15 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
             ax.set_xlabel(_axis(names[j], units[j]))
     for i in range(1, n):
         axes[i, 0].set_ylabel(_axis(names[i], units[i]))
+    figure.align_ylabels(axes[1:, 0])
     handles = [
         key("samples", color=GREY, linestyle="", marker="."),
-        key("estimate and covariance of the least squares: 95 %", color=ACCENT),
+        key("estimates and their covariance: 95 %", color=ACCENT),
     ]
     figure.legend(handles=handles, loc="upper right")
     return figure
 
 
 def _axis(name: str, unit: str) -> str:
-    text = {"mu": r"$\mu$", "K_theta": r"$K_\theta$", "C_f": "$C_f$", "E_B": "$E_B$", "theta0": r"$\theta_0$"}
-    text |= {"torque_zero": "Zero $T_0$", "drift": "Drift"}
-    return f"{text.get(name, name)}{'' if unit == '1' else f' ({unit})'}"
+    text = _NAMES[name][:1].upper() + _NAMES[name][1:]
+    return f"{text}{'' if unit == '1' else f' ({unit})'}"

@@ -9,7 +9,7 @@ rows are a beam at all, :func:`beam_at` builds one.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,12 +51,22 @@ class Cells(NamedTuple):
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """All but the sizes, what is given and the joint's factor."""
-        return {name: getattr(self, name) for name in self._fields[:-3]}
+        """All but the sizes and what is given; the joint's factor where there is one."""
+        names = (*self._fields[:-3], *(["joint_factor"] if self.joint_factor is not None else []))
+        return {name: getattr(self, name) for name in names}
 
     def changed(self, arrays: Mapping[str, Any], sizes: dict[str, dict[str, Array]]) -> Cells:
         """Return cells with other arrays and sizes."""
         return self._replace(**arrays, sizes=sizes)
+
+    def mapped(self, f: Callable[..., Array], *others: Cells) -> Cells:
+        """Return cells whose columns are a function of these, and of those of others beside them."""
+        every = (self, *others)
+        sizes = {
+            table: {key: f(*(c.sizes[table][key] for c in every)) for key in content}
+            for table, content in self.sizes.items()
+        }
+        return self.changed({name: f(*(c.arrays[name] for c in every)) for name in self.arrays}, sizes)
 
     @property
     def ratio(self) -> Array:
