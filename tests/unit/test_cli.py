@@ -183,6 +183,9 @@ def test_summary_of_the_real_beam(beam, capsys):
     assert any(line.startswith(f"at 2 phi_e = {twice:.4g} ") for line in lines)
     torques = [float(np.interp(twice, x.phi, x["T"])) for x in (r, thin, hinge)]
     assert [float(cell) for cell in row("  torque T, N m")] == pytest.approx(torques, rel=5e-3)
+    ratios = [float(np.interp(twice, x.phi, x.stiffness_ratio)) for x in (r, thin)]
+    *shown, last = row("  dT/dPhi over that without contact")
+    assert ([float(cell) for cell in shown], last) == (pytest.approx(ratios, rel=5e-3), "-")
     assert row("  largest stress in a scale, MPa")[1:] == ["-", "-"]
     # where simpler models part from the real one
     assert torques[1] > 4 * torques[0]

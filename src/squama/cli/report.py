@@ -260,6 +260,7 @@ def _steps(beam: Beam, laws: Mapping[str, Answer]) -> Table:
             [f"{words} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
             at("  torque T, N m", "T", twist),
             at("  dT/dPhi, N m2", "K_t", twist),
+            at("  dT/dPhi over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),
             at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
             at("  largest strain around a scale", "strain", twist),
