@@ -303,7 +303,8 @@ def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
         f"without contact dT/dPhi = {rigidity:.4g} N m2 (hinge {beam.torsional_rigidity:.4g})",
     ]
-    lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take torque away: squama row")
+    if (ours["N"] > 0).any():
+        lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take torque away: squama row")
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
     for i, mu in enumerate(ours["mu"].ravel()):
