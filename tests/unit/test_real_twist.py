@@ -182,13 +182,6 @@ def test_the_stiffness_right_after_engagement():
         assert alone == pytest.approx(float(curve.stiffness_ratio[curve.phi > at][0]), rel=0.01)
 
 
-def test_a_curve_that_ends_before_engagement_tells_it():
-    short, whole = twist(to=0.03 / BEAM.pitch), twist(points=3)
-    assert (short.end.item(), float(short.phi_end)) == ("range end", 0.03)
-    assert float(short.phi_e) == float(whole.phi_e)
-    np.testing.assert_allclose(short.stiffness_ratio, 1, rtol=1e-9)
-
-
 def test_the_flagship_stiffens_fivefold_within_its_strength():
     beam = squama.Beam.from_toml("examples/stiff_skin.toml")
     r = squama.twist(beam)
