@@ -1,4 +1,4 @@
-"""Elements with real scales for four beams, up to 2.5 times the engagement: what the real model is held against.
+"""Elements with real scales for five beams, up to 2.5 times the engagement: what the real model is held against.
 
 python tools/real_elements.py [--out FILE] [--mesh MESH] [--beam NAME]
 Writes one JSON line for each beam and coefficient of friction, and goes on where it was stopped: lines that are there
@@ -30,9 +30,10 @@ from squama.fe.geometry import Geometry, geometry
 from squama.fe.plate import Row
 from squama.study.verification import own_matrix
 
-PRINTED = Path(__file__).parents[1] / "examples" / "pla_on_vps.toml"
+EXAMPLES = Path(__file__).parents[1] / "examples"
 STEEL = {"youngs_modulus": "200 GPa", "poisson_ratio": 0.3, "thickness": "0.5 mm"}
 BEAMS: dict[str, dict[str, dict[str, Any]]] = {
+    "stiff skin": {},
     "printed": {},
     "steel": {"scale": STEEL},
     "stiff joint": {
@@ -47,7 +48,7 @@ BEAMS: dict[str, dict[str, dict[str, Any]]] = {
     },
     "soft joint": {"scale": {"embedded": "3 mm", "length": "50 mm"}, "substrate": {"youngs_modulus": "0.1 MPa"}},
 }
-"""What differs from the beam of the examples (PLA, 3 GPa, on silicone of 1.5 MPa)."""
+"""What differs from ``pla_on_vps.toml`` (PLA, 3 GPa, on silicone of 1.5 MPa); "stiff skin" is ``stiff_skin.toml``."""
 MUS = (0.0, 0.3)
 FAR = 2.5
 """Reach over the twist at engagement."""
@@ -65,12 +66,13 @@ def engagement(shape: Geometry) -> float:
         if phi > 1:
             message = "the scales do not engage"
             raise SystemExit(message)
-    return condense.engagement(shape.rest, np.diag([1.0] * 6 + [0.0]), phi + step, exposed=exposed)
+    return condense.engagement(shape.rest, np.diag([1.0] * 6 + [0.0]), phi + step, exposed=exposed, hinge=False)
 
 
 def run(name: str, mu: float, mesh: str, folder: Path) -> dict[str, Any]:
     """Return what is stored of one beam: the cell's curve, and that of the same mesh's linear joint and plates."""
-    beam = Beam.from_toml(PRINTED).replace(**BEAMS[name])
+    file = "stiff_skin.toml" if name == "stiff skin" else "pla_on_vps.toml"
+    beam = Beam.from_toml(EXAMPLES / file).replace(**BEAMS[name])
     shape, unit = geometry(beam), beam.substrate.youngs_modulus * beam.pitch**2
     phi_e = engagement(shape)
     begun = time.process_time()

@@ -17,6 +17,7 @@ from squama.fe.elements import Material
 from squama.fe.exposed import box
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
+from squama.study.verification import own_matrix, with_matrix
 
 MESH = (0.5, 0.3)
 PRINTED = squama.Beam.from_toml("examples/pla_on_vps.toml")
@@ -82,6 +83,16 @@ def test_two_scales_bend_between_grips(mesh):
     assert np.isnan(N[1])
     assert walk.deflection > 0.01
     assert abs(walk.W - walk.reduced.energy - walk.W_fr) < 0.01 * walk.W
+
+
+def test_the_real_model_follows_nonlinear_elements_on_the_joint_of_their_mesh():
+    """The beam that stiffens, to twice its engagement: large strains make little of it."""
+    beam, mesh = squama.Beam.from_toml("examples/stiff_skin.toml").replace(friction={"mu": 0.3}), (0.3, 0.1)
+    data = runs.cell(beam, to="0.106 rad/pitch", mesh=mesh, increment=0.0265)
+    r = squama.twist(with_matrix(beam, own_matrix(beam, mesh)), at=data.Phi.values[1:])
+    assert data["T"].values[-1] > 8 * data["T"].values[2]
+    np.testing.assert_allclose(r["T"], data["T"].values[1:], rtol=0.02)
+    np.testing.assert_allclose(r["N"][2:], data["N"].values[3:], rtol=0.02)
 
 
 def test_what_the_scales_are_is_said():

@@ -126,6 +126,9 @@ def test_summary_of_the_real_beam(beam, capsys):
     assert any(line.startswith(f"at 2 phi_e = {twice:.4g} ") for line in lines)
     torques = [float(np.interp(twice, x.phi, x["T"])) for x in (r, thin, hinge)]
     assert [float(cell) for cell in row("  torque T, N m")] == pytest.approx(torques, rel=5e-3)
+    ratios = [float(np.interp(twice, x.phi, x.stiffness_ratio)) for x in (r, thin)]
+    *shown, last = row("  dT/dPhi over that without contact")
+    assert ([float(cell) for cell in shown], last) == (pytest.approx(ratios, rel=5e-3), "-")
     assert row("  largest stress in a scale, MPa")[1:] == ["-", "-"]
     # where simpler models part from the real one
     assert torques[1] > 4 * torques[0]
@@ -135,6 +138,8 @@ def test_summary_of_the_real_beam(beam, capsys):
     (line,) = [line for line in lines if line.startswith("joint of a scale: ")]
     assert "six motions, by the law of the joint, torque to about" in line
     assert "thick, elastic scales" in line
+    assert f"the ends of {beam.scales} take torque away" in text
+    assert "take torque away" not in _out(capsys, "twist", "beam.toml", "--to", "0.01 rad/pitch")
     # the hinge locks, and nobody meets its torque there: the real beam is the headline
     assert f"{float(hinge.T_c):.4g}" not in text
     assert [line[9:] for line in lines if line.startswith("warning: ")] == list(r.attrs["warnings"])

@@ -281,6 +281,13 @@ def test_a_package_that_is_missing_is_named(monkeypatch, module, words):
     assert str(caught.value) == words
 
 
+@pytest.mark.parametrize("name", ["stiff_skin", "pla_on_vps"])
+def test_the_beams_of_the_examples_can_be_printed(name, tmp_path):
+    made = squama.export(squama.Beam.from_toml(EXAMPLE.with_stem(name)), tmp_path, formats=["stl"])
+    assert {path.name for path in made.files} == {path.name for path in tmp_path.iterdir()}
+    assert set(made.solids) >= set(exporting.PARTS)
+
+
 def test_step_files_in_millimetres(tmp_path):
     cad = pytest.importorskip("build123d")
     made = squama.export(BEAM, tmp_path / "a", scales=3, formats=["step"])

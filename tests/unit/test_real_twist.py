@@ -8,6 +8,7 @@ import pytest
 from fig6b import BEAM, K
 
 import squama
+from squama.beam import matrixfile
 from squama.cli import main
 from squama.curves import real
 from squama.errors import InputError
@@ -171,6 +172,27 @@ def test_beyond_the_end_there_is_nothing(ideal, monkeypatch):
     np.testing.assert_array_equal(np.isnan(r["T"]), r["phi"] > r["phi_end"])
 
 
+def test_the_stiffness_right_after_engagement():
+    """One point beyond engagement has no third for a slope of second order, but a slope it has."""
+    phi_e = float(twist(points=3).phi_e)
+    curve = twist(to=0.08 / BEAM.pitch, points=321)
+    for at in (phi_e + 1e-4, phi_e + 1e-3):
+        alone = float(twist(at=[at / BEAM.pitch]).stiffness_ratio[0])
+        assert alone > 1.5
+        assert alone == pytest.approx(float(curve.stiffness_ratio[curve.phi > at][0]), rel=0.01)
+
+
+def test_the_flagship_stiffens_fivefold_within_its_strength():
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    r = squama.twist(beam)
+    assert (r.attrs["joint_source"], r.attrs["scales"], r.attrs["warnings"]) == ("law", "thick, elastic scales", "")
+    assert float(r.phi_fivefold) == float(r.phi_e)
+    used = r.sel(point=(r.phi >= r.phi_e) & (r.phi <= 2.5 * r.phi_e))
+    assert used.stiffness_ratio.min() > 5
+    assert r.stress.max() < 0.5 * beam.scale.strength
+    assert r.deflection.max() < 0.1 * beam.scale.length
+
+
 def test_the_other_sense_gives_magnitudes():
     r = twist(sense="-", points=5)
     assert r["end"].item() == "no engagement"
@@ -265,6 +287,13 @@ def test_a_tab_that_bends_is_told(ratio, elements):
     rigid = beam.replace(scale={"youngs_modulus": None})
     for other in (squama.twist(beam, points=3, ideal=True), squama.twist(rigid, points=3)):
         assert "embedded part" not in other.attrs["warnings"]
+    # elements have a rigid tab, too; what was measured has the one of the beam
+    made = matrixfile.stored(beam, real.Held.of(beam).K[:7, :7])
+    scaling = {key: made.made[key] for key in matrixfile.SCALING}
+    measured = {"matrix": matrixfile.StoredMatrix(made.rows, scaling)}, {"inclusion_factor": beam.C_f}
+    for joint, told in (({"matrix": made}, bool(found)), *((one, False) for one in measured)):
+        warnings = squama.twist(beam.replace(joint=joint), points=3).attrs["warnings"]
+        assert ("embedded part" in warnings) == told
 
 
 def test_what_a_scale_bears_is_told(tmp_path, capsys):

@@ -260,6 +260,7 @@ def _steps(beam: Beam, laws: Mapping[str, Answer]) -> Table:
             [f"{words} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
             at("  torque T, N m", "T", twist),
             at("  dT/dPhi, N m2", "K_t", twist),
+            at("  dT/dPhi over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),
             at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
             at("  largest strain around a scale", "strain", twist),
@@ -302,6 +303,8 @@ def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
         f"without contact dT/dPhi = {rigidity:.4g} N m2 (hinge {beam.torsional_rigidity:.4g})",
     ]
+    if (ours["N"] > 0).any():
+        lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take torque away: squama row")
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
     for i, mu in enumerate(ours["mu"].ravel()):

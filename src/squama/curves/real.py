@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.matrixfile import MOTIONS
+from squama.beam.matrixfile import MOTIONS, SHAPE
 from squama.curves.path import Asked, Case, Curve, States, figures, in_si
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
@@ -220,7 +220,10 @@ def rigid_tab(group: float, inclusion: float) -> float:
 def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
     """Say where a curve to the twist ``far`` (rad per pitch) leaves what the model was compared with."""
     lines = [held.joint.note] if held.joint.note else []
-    if beam.scale.youngs_modulus is not None and beam.zeta > 0 and not ideal:
+    # a matrix of elements says for which shape it was made; in one that does not, or a factor, the tab's give is in
+    matrix, factor = beam.joint.matrix, beam.joint.inclusion_factor
+    measured = factor is not None or (matrix is not None and matrix.made.keys().isdisjoint(SHAPE))
+    if beam.scale.youngs_modulus is not None and beam.zeta > 0 and not (ideal or measured):
         group = beam.modulus_ratio / beam.slenderness**3
         error = rigid_tab(group, held.rigidity / (beam.G_B * beam.J))
         if error > TAB_LIMIT:
@@ -277,8 +280,8 @@ def tangents(one: Path, steps: Array, twists: Array, v: dict[str, Array]) -> dic
     torque = np.interp(steps, twists, v["torque"])
     slope = np.where(np.isfinite(torque), rigidity, np.nan)
     contact = np.flatnonzero(steps >= one.way.contact.phi)
-    if contact.size > 2:
-        slope[contact] = np.gradient(torque[contact], steps[contact] / d, edge_order=2)
+    if contact.size > 1:
+        slope[contact] = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
     found = np.interp(twists, steps, slope)
     # it jumps at engagement
     found[twists < one.way.contact.phi] = rigidity

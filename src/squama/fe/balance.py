@@ -95,9 +95,9 @@ class Balance(NamedTuple):
         while np.abs(now.r).max() > self.tolerance * now.scale and rounds < ROUNDS * self._many:
             rounds += 1
             least = (now.r @ metric @ now.r) * (1 - 1e-4)
-            for contact_part in (now.tangent, _convex(now.tangent)):
+            for form in (np.asarray, _convex):
                 new, v_new, there = None, v, places
-                step = ways @ _solved(now.stiff + contact_part, -now.r)
+                step = ways @ _solved(now.stiff + form(now.tangent), -now.r)
                 step *= min(1.0, _REACH / max(float(np.abs(step).max()), 1e-300))
                 for _ in range(_SHRINK):
                     v_new = v + step
