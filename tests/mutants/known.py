@@ -187,9 +187,11 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/real_cycles.py": ("unit/test_real_cycle.py",),
     "real/contact.py": REAL,
     "real/follow.py": REAL,
+    "real/legs.py": ("unit/test_real_bent.py",),
     "real/path.py": REAL,
     "real/start.py": REAL,
     "real/steps.py": REAL,
+    "real/vectors.py": REAL,
     "curves/labelled.py": (
         "unit/test_follow.py",
         "unit/test_response.py",
