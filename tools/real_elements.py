@@ -27,7 +27,7 @@ from squama.fe import condense, runs
 from squama.fe.contact import RowContact
 from squama.fe.exposed import box
 from squama.fe.geometry import Geometry, geometry
-from squama.fe.plate import Row
+from squama.fe.rows import Row
 from squama.study.verification import own_matrix
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

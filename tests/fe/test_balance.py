@@ -8,7 +8,8 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 from squama.fe import balance as solver
 from squama.fe.balance import Balance, Trail
 from squama.fe.contact import RowContact, stiffness
-from squama.fe.plate import Rest, Row
+from squama.fe.plate import Rest
+from squama.fe.rows import Row
 
 DHAT = 1e-3
 REST = Rest.at(3.0, 0.6, 0.32, np.radians(45), np.radians(10))

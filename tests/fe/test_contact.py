@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from solids import barrier_energy
 
 from squama.fe.contact import Contact, RowContact, stiffness
-from squama.fe.plate import Rest, Row
+from squama.fe.plate import Rest
+from squama.fe.rows import Row
 
 DHAT, SLIP, MU = 1e-3, 1e-5, 0.4
 KAPPA = stiffness(1e-2, DHAT)

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from solids import cube, images, stiffness
 
 from squama.fe.elements import Elements, Helical, Material
+from squama.fe.periodic import Leg, Twist
 from squama.fe.plate import Turn
 
 MATERIAL = Material(2.0, 0.3)
@@ -87,30 +88,32 @@ def periodic(solid):
     return elements, places + dice.normal(0, 0.02, places.shape), dice
 
 
-def test_derivatives_under_a_helical_map(periodic):
-    elements, y, dice = periodic
-    phi, h = 0.3, 1e-5
-    dy, dphi = dice.normal(size=y.shape), 0.7
-    r, up, down = elements(y, phi), elements(y + h * dy, phi + h * dphi), elements(y - h * dy, phi - h * dphi)
+@pytest.mark.parametrize(("course", "loads"), [(Twist(), [0.3]), (Leg(), [0.1, 0.15, 0.05])])
+def test_derivatives_under_a_helical_map(periodic, course, loads):
+    twisted, y, dice = periodic
+    elements = Helical(twisted.elements, twisted.master, twisted.turned, course)
+    loads, h = np.array(loads), 1e-5
+    dy, dl = dice.normal(size=y.shape), dice.normal(size=loads.size)
+    r, up, down = (elements(y + t * h * dy, loads + t * h * dl) for t in (0, 1, -1))
 
     def rate(name):
         return (getattr(up, name) - getattr(down, name)) / (2 * h)
 
-    assert rate("energy") == pytest.approx((r.forces * dy).sum() + r.torque * dphi, rel=1e-8)
+    assert rate("energy") == pytest.approx((r.forces * dy).sum() + r.loads @ dl, rel=1e-7)
     K = elements.matrix(r.values)
     assert abs(K - K.T).max() < 1e-12
-    push = (K @ dy.ravel()).reshape(-1, 3) + r.forces_phi * dphi
+    push = (K @ dy.ravel()).reshape(-1, 3) + r.forces_by @ dl
     np.testing.assert_allclose(rate("forces"), push, atol=1e-6 * np.abs(push).max())
-    assert rate("torque") == pytest.approx((r.forces_phi * dy).sum() + r.torque_phi * dphi, rel=1e-6)
+    np.testing.assert_allclose(rate("loads"), np.tensordot(dy, r.forces_by, 2) + r.loads_by @ dl, rtol=1e-6)
 
 
 def test_a_twisted_frame_costs_no_energy_with_the_images(periodic):
     elements, y, _ = periodic
     # turning the whole cell about z, or moving it along z, is no deformation of a helical cell
     R = Turn.at(0.9).Q
-    a, b = elements(y, 0.3), elements(y @ R.T + [0, 0, 0.4], 0.3)
+    a, b = (elements(x, np.array([0.3])) for x in (y, y @ R.T + [0, 0, 0.4]))
     assert b.energy == pytest.approx(a.energy, rel=1e-12)
-    assert b.torque == pytest.approx(a.torque, rel=1e-10)
+    assert b.loads == pytest.approx(a.loads, rel=1e-10)
 
 
 def test_gauss_points_integrate_polynomials_of_degree_five():

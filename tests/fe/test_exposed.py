@@ -18,7 +18,8 @@ from squama.fe.contact import RowContact, stiffness
 from squama.fe.elements import Material
 from squama.fe.exposed import FACE, box, sheet, thin
 from squama.fe.near import within_reach
-from squama.fe.plate import Rest, Row
+from squama.fe.plate import Rest
+from squama.fe.rows import Row
 
 ETA, BETA, NU = 3.0, 0.6, 0.35
 PLACES = np.array([[ETA, -0.15, 0.0], [2.2, -BETA, 0.0]])

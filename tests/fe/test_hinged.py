@@ -127,7 +127,7 @@ def motions(q):
 
 def least(body, z, q, phi):
     """The least det F of the elements."""
-    return body.elements(body.places(z, motions(q), phi), phi, tangent=False).least
+    return body.elements(body.places(z, motions(q), phi), np.array([phi]), tangent=False).least
 
 
 def spring_hinge(mesh, shape, phis, *, moves=True):

@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from squama.fe.exposed import sheet
-from squama.fe.plate import Attached, Carried, Placed, Rest, Row, inclination, pose, rotation, turned
+from squama.fe.plate import Attached, Carried, Rest, inclination, pose, rotation, turned
+from squama.fe.rows import Placed, Row
 
 ALPHA, THETA0 = np.radians(40), np.radians(12)
 REST = Rest.at(3.0, 0.6, 0.32, ALPHA, THETA0)

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from solids import barrier_energy
 
 from squama.fe.contact import RowContact, ranges, stiffness, where
-from squama.fe.plate import Rest, Row
+from squama.fe.plate import Rest
+from squama.fe.rows import Row
 
 DHAT, SLIP, MU, N = 1e-3, 1e-5, 0.4, 3
 KAPPA = stiffness(1e-2, DHAT)

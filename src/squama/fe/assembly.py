@@ -2,10 +2,12 @@
 
 The endless beam is one pitch with helical periodicity x(X + e_z) = Q(phi) x(X) + e_z, its scale in contact with the
 scale's images; the section's mean place and turn are held in the twisted frame, since a lateral shift is a null mode at
-phi = 0. A finite beam is N pitches in a row. Its end sections are the cuts of the pitches, z = x tan(alpha) + c, and
-are held rigidly, as in grips: they neither warp nor change shape. The front one is fixed. The back one is turned about
-z by N phi, where phi is the twist per pitch, and cannot tilt or move sideways; along z it is free to move
-(``ends="free"``), or stays where it was (``"held"``, as the periodic cell keeps the length of its pitch). So the bar
+phi = 0. Bent and twisted it is x(X + e_z) = g(x(X)) with the screw g of :mod:`squama.fe.periodic`; its strains are
+those of the line of the sections' mean places, and the stretch is free (no axial force) or held. A finite beam is N
+pitches in a row. Its end sections are the cuts of the pitches, z = x tan(alpha) + c, and are held rigidly, as in grips:
+they neither warp nor change shape. The front one is fixed. The back one is turned about z by N phi, where phi is the
+twist per pitch, and cannot tilt or move sideways; along z it is free to move (``ends="free"``), or stays where it was
+(``"held"``, as the periodic cell keeps the length of its pitch). So the bar
 may bow between its ends. Every scale has six motions.
 
 Geometrically nonlinear quadratic elements, neo-Hookean; Coulomb contact. Lengths in pitches, stresses in the
@@ -14,19 +16,22 @@ substrate's Young's modulus.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError
-from squama.fe.body import Body, Section, bent, mean_turns, ways_of
+from squama.fe.body import Body, Matrix, Section, bent, mean_turns, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact, where
 from squama.fe.elements import Elements, Helical, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
 from squama.fe.mesh import Pitch, Tiled, tile
-from squama.fe.plate import Carried, Rest, Row, Turn, inclination, turned
+from squama.fe.periodic import STRAINS, Course, Leg
+from squama.fe.plate import Carried, Rest, Turn, inclination, turned
+from squama.fe.rows import Row
 from squama.fe.solver import check_memory, estimate
 from squama.fe.walk import Recorded, Walk
 from squama.types import Array
@@ -38,14 +43,17 @@ HINGED = FREE[:, [0, 1, 2, 4]]
 """Roll (about n_X) and yaw (about n_Z) blocked, as in a hinge."""
 
 
-def make_body(pitch: Pitch, geometry: Geometry) -> Body:
+STRAIN_NAMES = ("twist", "bend", "stretch")
+
+
+def make_body(pitch: Pitch, geometry: Geometry, course: Course | None = None) -> Body:
     """Return the body of one endless pitch with its scale, if it has one, tied in."""
     master, turned, rest = pitch.images
     elements = Elements(pitch.nodes, pitch.tets, Material(1.0, geometry.nu))
-    section = Section(master[pitch.front], pitch.nodes[pitch.front], pitch.shares)
+    section = Section(master[pitch.front], pitch.nodes[pitch.front], pitch.shares, course)
     tied = master[pitch.tied]
     scales = [(tied, Carried(geometry.rest, rest[tied]))] if tied.size else []
-    return Body(Helical(elements, master, turned), rest, scales, section=section)
+    return Body(Helical(elements, master, turned, course), rest, scales, section=section)
 
 
 def beam_body(mesh: Tiled, geometry: Geometry) -> Body:
@@ -133,6 +141,55 @@ def make_walk(
     record = partial(_finite, geometry, mesh, pitch.shares)
     # what the twist of many pitches does to a scale adds up along the beam
     return Walk(bent(body, row), contact, ways_of(moved, row), record, dhat=dhat, slack=max(1.0, scales / 5))
+
+
+def make_bent(
+    carrier: Pitch | Array,
+    geometry: Geometry,
+    mu: float,
+    *,
+    free: Sequence[str] = ("stretch",),
+    hinged: bool = False,
+    exposed: Exposed | None = None,
+    dhat: float = DHAT,
+    slip: float = SLIP,
+) -> Walk:
+    """Return an endless beam at rest that is to be bent and twisted; led by :meth:`squama.fe.walk.Walk.aim`.
+
+    Parameters
+    ----------
+    carrier : Pitch or (9, 9) array
+        Mesh of one pitch, or a joint's matrix over a scale's motions, twist, bend and stretch.
+    free : sequence of str
+        Which of "twist", "bend" and "stretch" are not imposed: there is no torque, moment or axial force.
+    geometry, mu, hinged, exposed, dhat, slip
+        As :func:`make_walk`.
+
+    Returns
+    -------
+    Walk
+        Columns as of an endless beam of :func:`make_walk`, with ``psi``, ``phi`` and ``stretch`` per pitch, and what is
+        conjugate to them by virtual work: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2), the bar's included.
+    """
+    each, leg = HINGED if hinged else FREE, Leg()
+    row = Row(geometry.rest, exposed=exposed, course=leg)
+    loose = [6 + i for i, name in enumerate(STRAIN_NAMES) if name in free]
+    motions = np.zeros((6 + STRAINS, each.shape[1] + len(loose)))
+    motions[:6, : each.shape[1]] = each
+    motions[loose, range(each.shape[1], motions.shape[1])] = 1.0
+    body = make_body(carrier, geometry, leg) if isinstance(carrier, Pitch) else Matrix(carrier, leg)
+    contact = RowContact(row, mu, dhat=dhat, slip=slip)
+    return Walk(bent(body, row), contact, ways_of(motions, row), _strained, dhat=dhat)
+
+
+def _strained(walk: Walk) -> Recorded:
+    part = slice(6, 6 + STRAINS)
+    strains = walk.contact.row.course.at(walk.v, walk.phi)
+    forces = walk.reduced.s[part] + walk.load.total[:-1][part]
+    return {
+        **_endless(walk), "way": walk.phi,
+        **dict(zip(("phi", "psi", "stretch", "T", "M", "force"), [*strains.tolist(), *forces.tolist()], strict=True)),
+    }  # fmt: skip
 
 
 def _endless(walk: Walk) -> Recorded:

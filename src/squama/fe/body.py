@@ -1,8 +1,8 @@
 """The substrate with its scales attached: residual, tangent, and its exact condensation onto the motions and the twist.
 
 Unknowns are the places of the free nodes and, where a section is held on average, four multipliers. They are eliminated
-by one factorisation (Schur complement), in which the motions of the rigid bodies, six each, and the twist per pitch are
-the border (:mod:`squama.fe.solver`). Contact acts on the small system that is left.
+by one factorisation (Schur complement), in which the motions of the rigid bodies, six each, and the loads per pitch
+(:mod:`squama.fe.periodic`) are the border (:mod:`squama.fe.solver`). Contact acts on the small system that is left.
 """
 
 from __future__ import annotations
@@ -15,13 +15,15 @@ import numpy as np
 from squama.errors import InputError
 from squama.fe.elements import Elements, Helical, Result
 from squama.fe.mesh import Index
-from squama.fe.plate import Carried, Row, Turn
+from squama.fe.periodic import Course, Twist
+from squama.fe.plate import Carried
+from squama.fe.rows import Row
 from squama.fe.solver import Solver
 from squama.types import Array
 
 
 class Section:
-    """Mean place of a section and its mean turn about z, which multipliers hold in the twisted frame.
+    """Mean place of a section and its mean turn about the axis, which multipliers hold in the frame of the loads.
 
     Parameters
     ----------
@@ -31,45 +33,53 @@ class Section:
         Where they are at rest.
     weights : (k,) array
         Shares of the section's area.
+    course : Course, optional
+        What the frame follows by along z; a twist if not given.
     """
 
-    def __init__(self, nodes: Index, places: Array, weights: Array) -> None:
+    def __init__(self, nodes: Index, places: Array, weights: Array, course: Course | None = None) -> None:
         used = weights != 0
         self.nodes, self.rest, self.weights = nodes[used], places[used], weights[used] / weights.sum()
-        self._radius = float(self.weights @ (self.rest[:, :2] ** 2).sum(1))
+        self._course = course or Twist()
+        x, y, _ = self.rest.T
+        radius = float(self.weights @ (x * x + y * y))
+        self._in, self._across = np.column_stack([x, y, 0 * x]), np.column_stack([y, -x, 0 * x]) / radius
         # derivatives of x, y, z and the turn by the places: rows, and columns 3 k + axis
-        k = np.arange(self.nodes.size)
-        self.rows = np.repeat([0, 1, 2, 3, 3], k.size)
-        self.columns = np.concatenate([3 * k, 3 * k + 1, 3 * k + 2, 3 * k, 3 * k + 1])
+        k = 3 * np.arange(self.nodes.size)
+        self.rows = np.repeat([0, 1, 2, 3, 3, 3], k.size)
+        self.columns = np.concatenate([k, k + 1, k + 2, k, k + 1, k + 2])
 
-    def means(self, y: Array, phi: float) -> tuple[list[Array], list[Array]]:
-        """Return derivatives of the four means by the places and their rates with phi; the means with two rates.
+    def means(self, y: Array, loads: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return derivatives of the four means by the places and their rates with loads; the means with two rates.
 
-        The means (4,) at places y (k, 3) are zero where the section is held; derivatives are in the order of ``rows``.
+        The means (4,) at places y (k, 3) are zero where the section is held, their rates (4, L) and (4, L, L);
+        derivatives are in the order of ``rows``, their rates (.., L).
         """
-        z, w, turn = self.rest[:, 2:], self.weights, self.weights / self._radius
-        # the twisted frame
-        frames = [(Q @ self.rest[..., None])[..., 0] * z**n for n, Q in enumerate(Turn.at(phi * z[:, 0]))]
-        # shifts are counted from the frame, the turn is linear in it
-        entries = [
-            np.concatenate([own * w, own * w, own * w, turn * x[:, 1], -turn * x[:, 0]])
-            for own, x in zip((1, 0), frames, strict=False)
-        ]
-        means = [
-            np.append(w @ (own * y - x), turn @ (y[:, 0] * x[:, 1] - y[:, 1] * x[:, 0]))
-            for own, x in zip((1, 0, 0), frames, strict=True)
-        ]
-        return entries, means
+        moves, w = self._course.moves(loads, self.rest[:, 2]), self.weights
+        frames, across = moves.of(self._in), moves.turned(self._across)
+        # shifts are counted from the frame; the turn, too, across it
+        off, (a, da, dda) = y - frames[0], across
+        entries = np.concatenate([w, w, w, (w[:, None] * a).T.ravel()])
+        rates = np.zeros((entries.size, loads.size))
+        rates[3 * w.size :] = np.einsum("k,kli->ikl", w, da).reshape(-1, loads.size)
+        c, c_l, c_lm = np.empty(4), np.empty((4, loads.size)), np.empty((4, loads.size, loads.size))
+        c[:3], c_l[:3], c_lm[:3] = w @ off, -np.tensordot(frames[1], w, (0, 0)).T, -np.tensordot(frames[2], w, (0, 0)).T
+        c[3] = w @ (off * a).sum(axis=1)
+        c_l[3] = np.einsum("k,ki,kli->l", w, off, da) - np.einsum("k,kli,ki->l", w, frames[1], a)
+        mixed = np.einsum("k,kli,kmi->lm", w, frames[1], da)
+        c_lm[3] = np.einsum("k,ki,klmi->lm", w, off, dda) - np.einsum("k,klmi,ki->lm", w, frames[2], a)
+        c_lm[3] -= mixed + mixed.T
+        return entries, rates, c, c_l, c_lm
 
 
 class Reduced(NamedTuple):
-    """A body condensed onto its motions v and the twist phi at one state.
+    """A body condensed onto its motions v and the twist phi at one state; phi is the way on a path of more loads.
 
     ``s`` (m,) and ``S`` (m, m) are the force on the motions and its tangent once the free nodes are in balance, m = 6
-    for each rigid body; ``s_phi`` the rate of s with phi; ``torque`` and ``torque_phi`` the same of dU/dphi. ``energy``
-    is the strain energy, ``unbalanced`` the largest force on a free node.
-    ``update(dv, dphi=0)`` is the change of the free unknowns that goes with one of the motions and the twist, until the
-    next state is condensed.
+    for each rigid body, and the strains of a :class:`squama.fe.periodic.Leg`; ``s_phi`` the rate of s with phi;
+    ``torque`` and ``torque_phi`` the same of dU/dphi. ``energy`` is the strain energy, ``unbalanced`` the largest force
+    on a free node. ``update(dv, dphi=0)`` is the change of the free unknowns that goes with one of the motions and the
+    twist, until the next state is condensed.
     """
 
     v: Array
@@ -110,7 +120,8 @@ class Body:
     Attributes
     ----------
     places_free, unknowns, motions : int
-        Numbers of the free unknowns that are places, of all, and of the motions, six for each rigid body.
+        Numbers of the free unknowns that are places, of all, and of the motions, six for each rigid body and the
+        strains of a Leg.
     """
 
     def __init__(
@@ -124,6 +135,7 @@ class Body:
         axis: float | None = None,
     ) -> None:
         self.elements, self.rest, self.rigid, self.section = elements, rest, list(rigid), section
+        self.course, self._tied_motions = elements.course, 6 * len(self.rigid)
         self.still = np.empty(0, np.int64) if still is None else still
         self._tied_nodes = np.concatenate([np.empty(0, np.int64), *(nodes for nodes, _ in self.rigid)])
         fixed = np.concatenate([self.still, self._tied_nodes])
@@ -133,14 +145,16 @@ class Body:
         self.free = np.setdiff1d(np.arange(elements.size), fixed)
         self._heights = None if axis is None else rest[self.free, 2] - axis
         self.places_free = 3 * self.free.size
-        self.unknowns, self.motions = self.places_free + (4 if section is not None else 0), 6 * len(rigid)
+        self.unknowns = self.places_free + (4 if section is not None else 0)
+        self.motions = self._tied_motions + self.course.strains
         self._number()
 
     def _number(self) -> None:
         """Find where the entries of the bordered matrix come from: tangent, section, zero, border, corner."""
         from scipy import sparse
 
-        elements, n, m = self.elements, self.unknowns, self.motions + 1
+        elements, n, loads = self.elements, self.unknowns, self.course.loads
+        m = self._tied_motions + loads
         last = elements.blocks * 9
         ids = elements.matrix(np.arange(1.0, last + 1).reshape(-1, 3, 3)).tocsr()
 
@@ -164,7 +178,7 @@ class Body:
             # explicit zeros stand on the multipliers' diagonal
             zeros = sparse.csr_array(np.diag(np.full(4, float(last))))
             inner = sparse.block_array([[inner, C.T], [None, zeros]])
-        # each body moves the rows beside it: the border's blocks of six columns, and the last column of all
+        # each body moves the rows beside it: the border's blocks of six columns; the last columns are the loads'
         self._beside: list[tuple[Index, Any]] = []
         blocks = []
         for nodes, _ in self.rigid:
@@ -173,8 +187,9 @@ class Body:
             self._beside.append((rows, part[rows]))
             blocks.append(numbered(np.repeat(rows, 6), np.tile(np.arange(6), rows.size), (n, 6)))
         moved = [rows for rows, _ in self._beside] if isinstance(elements, Elements) else [np.arange(n)]
-        self._by_phi = np.unique(np.concatenate(moved))
-        blocks.append(numbered(self._by_phi, np.zeros_like(self._by_phi), (n, 1)))
+        self._loaded = np.unique(np.concatenate(moved))
+        count = self._loaded.size
+        blocks.append(numbered(np.repeat(self._loaded, loads), np.tile(np.arange(loads), count), (n, loads)))
         corner = sparse.csr_array(last + 1.0 + np.arange(m * m).reshape(m, m))
         del ids, among
         pattern = sparse.csr_array(
@@ -201,7 +216,7 @@ class Body:
         y = np.empty((self.elements.size, 3))
         y[self.still] = self.rest[self.still]
         y[self.free] = self._turned(z[: self.places_free].reshape(-1, 3), phi)
-        for (nodes, rigid), motion in zip(self.rigid, v.reshape(-1, 6), strict=True):
+        for (nodes, rigid), motion in zip(self.rigid, v[: self._tied_motions].reshape(-1, 6), strict=True):
             y[nodes] = rigid.places(motion, phi)
         return y
 
@@ -217,76 +232,98 @@ class Body:
         phi : float
             Twist per pitch.
         """
+        loads = self.course.at(v, phi)
         y = self.places(z, v, phi)
-        r = self.elements(y, phi)
+        r = self.elements(y, loads)
         if not r.least > 0:
             return None
-        values, torque, torque_phi = [r.values.ravel()], r.torque, r.torque_phi
-        f, by_phi = r.forces[self.free].ravel(), r.forces_phi[self.free].ravel()
+        L, values, by_load, second = loads.size, [r.values.ravel()], r.loads, r.loads_by
+        f, forces_by = r.forces[self.free].ravel(), r.forces_by[self.free].reshape(-1, L)
         if self.section is not None:
             multipliers = z[self.places_free :]
-            entries, (means, c_phi, c_second) = self.section.means(y[self.section.nodes], phi)
-            values.append(np.append(entries[0], 0.0))
-            by = (multipliers[self.section.rows] * derivatives for derivatives in entries)
-            held, held_phi = (np.bincount(self._held, weights, minlength=self.places_free) for weights in by)
-            f, by_phi = np.append(f + held, means), np.append(by_phi + held_phi, c_phi)
-            torque += float(multipliers @ c_phi)
-            torque_phi += float(multipliers @ c_second)
+            entries, entries_by, means, means_by, means_second = self.section.means(y[self.section.nodes], loads)
+            values.append(np.append(entries, 0.0))
+            weights = multipliers[self.section.rows]
+            held, *held_by = (
+                np.bincount(self._held, weights * each, minlength=self.places_free) for each in (entries, *entries_by.T)
+            )
+            f = np.append(f + held, means)
+            forces_by = np.concatenate([forces_by + np.stack(held_by, axis=1), means_by])
+            by_load = by_load + multipliers @ means_by
+            second = second + np.tensordot(multipliers, means_second, 1)
         J, D = self._corner(v, phi, r)
-        D[-1, -1] += torque_phi
+        D[-L:, -L:] += second
         B = [_taken(part, values[0]) @ rates for (_, part), rates in zip(self._beside, J, strict=True)]
         for (rows, _), b in zip(self._beside, B, strict=True):
-            by_phi[rows] += b[:, 6]
-        values += [*(b[:, :6].ravel() for b in B), by_phi[self._by_phi], D.ravel()]
+            forces_by[rows, -1:] += b[:, 6:]
+        values += [*(b[:, :6].ravel() for b in B), forces_by[self._loaded].ravel(), D.ravel()]
         S = self.solver.factorise(np.concatenate(values)[self._entries])
         x = self.solver.solve(f)
-        torque -= float(by_phi @ x)
-        s = np.zeros((len(J), 6))
+        s = np.append(np.zeros(self._tied_motions), by_load - forces_by.T @ x)
         for i, ((nodes, _), rates, b, (rows, _)) in enumerate(zip(self.rigid, J, B, self._beside, strict=True)):
             pushed = rates.T @ r.forces[nodes].ravel()
-            s[i], torque = pushed[:6] - b[:, :6].T @ x[rows], torque + float(pushed[6])
+            s[6 * i : 6 * i + 6] = pushed[:6] - b[:, :6].T @ x[rows]
+            s[-1] += float(pushed[6])
+        by = _by_motions(self.course, self._tied_motions, v.size + 1)
 
         def changed(dv: Array, dphi: float = 0.0) -> Array:
-            change = -(x + self.solver.spread(np.append(dv, dphi)))
+            change = -(x + self.solver.spread(by @ np.append(dv, dphi)))
             if self._heights is not None:
                 moved = self._turned(change.reshape(-1, 3), -phi)
                 moved[:, :2] += dphi * self._heights[:, None] * (z.reshape(-1, 3)[:, [1, 0]] * [-1.0, 1.0])
                 change = moved.ravel()
             return change
 
-        unbalanced, torque_phi = float(np.abs(f).max()), float(S[-1, -1])
-        rest = torque, torque_phi, r.energy, unbalanced, changed
-        return Reduced(v, phi, s.ravel(), S[:-1, :-1], S[:-1, -1], *rest)
+        s, S = s @ by, by.T @ S @ by
+        rest = float(s[-1]), float(S[-1, -1]), r.energy, float(np.abs(f).max()), changed
+        return Reduced(v, phi, s[:-1], S[:-1, :-1], S[:-1, -1], *rest)
 
     def _corner(self, v: Array, phi: float, r: Result) -> tuple[list[Array], Array]:
-        """Return rates (3 k, 7) of each body's nodes, and the tangent by (v, phi) at free nodes that stay."""
+        """Return rates (3 k, 7) of each body's nodes by its motions and phi, and the tangent by motions and loads.
+
+        The tangent is that at free nodes that stay. A rigid body depends on a twist, the last of the loads, alone.
+        """
         from scipy import sparse
 
-        both = list(zip(self.rigid, v.reshape(-1, 6), strict=True))
+        both = list(zip(self.rigid, v[: self._tied_motions].reshape(-1, 6), strict=True))
         J = [rigid.rates(motion, phi).reshape(-1, 7) for (_, rigid), motion in both]
-        D = np.zeros((self.motions + 1, self.motions + 1))
+        m, L = self._tied_motions, self.course.loads
+        D = np.zeros((m + L, m + L))
         if not J:
             return J, D
-        parts: list[Any] = [sparse.block_diag([j[:, :6] for j in J]), sparse.coo_array(np.concatenate(J)[:, 6:])]
+        last = sparse.coo_array(np.concatenate(J)[:, 6:])
+        parts: list[Any] = [sparse.block_diag([j[:, :6] for j in J]), *[sparse.coo_array(last.shape)] * (L - 1), last]
         rates = sparse.csr_array(sparse.hstack(parts))
         D += (rates.T @ (_taken(self._tt, r.values.ravel()) @ rates)).toarray()
         for i, (((nodes, rigid), motion), j) in enumerate(zip(both, J, strict=True)):
             part, more = slice(6 * i, 6 * i + 6), rigid.curvature(motion, phi, r.forces[nodes])
-            beside = j.T @ r.forces_phi[nodes].ravel()
+            beside = j.T @ r.forces_by[nodes].reshape(-1, L)
             D[part, part] += more[:6, :6]
-            D[part, -1] += more[:6, 6] + beside[:6]
-            D[-1, part] += more[6, :6] + beside[:6]
-            D[-1, -1] += more[6, 6] + 2 * beside[6]
+            D[part, -1] += more[:6, 6]
+            D[-1, part] += more[6, :6]
+            D[-1, -1] += more[6, 6]
+            D[part, m:] += beside[:6]
+            D[m:, part] += beside[:6].T
+            D[-1, m:] += beside[6]
+            D[m:, -1] += beside[6]
         return J, D
 
 
+def _by_motions(course: Course, tied: int, size: int) -> Array:
+    """Return the derivatives (tied + L, size) of motions of rigid bodies and loads by motions and the way."""
+    by = np.zeros((tied + course.loads, size))
+    by[:tied, :tied] = np.eye(tied)
+    by[tied:] = course.by(size)
+    return by
+
+
 class Matrix:
-    """A body that is a stiffness matrix (7, 7) over the motions of one scale and the twist: condensed at any state."""
+    """A body that is a stiffness matrix over the motions of one scale and the loads: condensed at any state."""
 
     places_free = 0
 
-    def __init__(self, K: Array) -> None:
-        self._K, self._S, self._s_phi = K, K[:6, :6], K[:6, 6]
+    def __init__(self, K: Array, course: Course | None = None) -> None:
+        self._K, self._course = K, course or Twist()
 
     def start(self) -> Array:
         """Return the free unknowns: none."""
@@ -297,12 +334,12 @@ class Matrix:
         return np.empty((0, 3))
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced:
-        """Return what it opposes to motions v (6,) and a twist; exact at all others, too."""
-        q = np.append(v, phi)
+        """Return what it opposes to motions v (m,) and a twist; exact at all others, too."""
+        q, by = np.append(v[:6], self._course.at(v, phi)), _by_motions(self._course, 6, v.size + 1)
         pushed = self._K @ q
-        energy, stays = float(q @ pushed) / 2, float(self._K[6, 6])
-        s, torque = pushed[:6], float(pushed[6])
-        return Reduced(v, phi, s, self._S, self._s_phi, torque, stays, energy, 0.0, lambda dv, dphi=0.0: z)  # noqa: ARG005
+        energy, s, S = float(q @ pushed) / 2, pushed @ by, by.T @ self._K @ by
+        rest = float(s[-1]), float(S[-1, -1]), energy, 0.0, lambda dv, dphi=0.0: z  # noqa: ARG005
+        return Reduced(v, phi, s[:-1], S[:-1, :-1], S[:-1, -1], *rest)
 
 
 class Bent:

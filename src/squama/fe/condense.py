@@ -20,7 +20,8 @@ from squama.fe import walk
 from squama.fe.body import Matrix, bent, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact
 from squama.fe.exposed import Exposed, box
-from squama.fe.plate import Rest, Row
+from squama.fe.plate import Rest
+from squama.fe.rows import Row
 from squama.fe.walk import Contacts
 from squama.types import Array
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from squama.fe.exposed import FACE, Exposed, Index, thin
 from squama.fe.near import Near, every, within_reach
-from squama.fe.plate import Placed, Row
+from squama.fe.rows import Placed, Row
 from squama.needs import need
 from squama.types import Array
 
@@ -354,7 +354,8 @@ class RowContact(Contact):
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row
-        rest, exposed = self.corners(np.zeros((6 + row.exposed.amplitudes) * row.moving), 0.0), row.exposed
+        size = (6 + row.exposed.amplitudes) * row.moving + row.course.strains
+        rest, exposed = self.corners(np.zeros(size), 0.0), row.exposed
         super().__init__(rest, row.pairs, mu, exposed=exposed, dhat=dhat, slip=slip)
         # places at rest do not come in, so any two scales will do for every pair
         self.two = Contact(rest[: 2 * len(exposed.points)], [(0, 1)], mu, exposed=exposed, dhat=dhat, slip=slip)

@@ -15,6 +15,7 @@ from squama.fe import elements
 from squama.fe.elements import Material
 from squama.fe.geometry import geometry
 from squama.fe.mesh import Index, Pitch
+from squama.fe.periodic import Twist
 from squama.fe.plate import Attached, Turn
 from squama.io import files
 from squama.types import Array
@@ -68,7 +69,8 @@ def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
     """Return where a run of :func:`squama.fe.assembly.make_walk` on a mesh of one pitch stands."""
     shape, d, E = geometry(beam), beam.pitch, beam.substrate.youngs_modulus
     master, turned, _ = pitch.images
-    moved = elements.images(walk.places(), master, turned, walk.phi)
+    step = Twist().moves(np.array([walk.phi]), np.ones(1))
+    moved = elements.images(walk.places(), master, turned, step)
     stretch, density, mises = _felt(pitch, moved, shape.nu)
     X, Y = (-shape.zeta, shape.eta), (-shape.beta, shape.beta)
     local = np.array([[X[0], Y[0], 0.0], [X[1], Y[0], 0.0], [X[1], Y[1], 0.0], [X[0], Y[1], 0.0]])

@@ -1,8 +1,8 @@
 """Quadratic tetrahedra with straight edges: energy, forces and tangent of a neo-Hookean solid, also periodic.
 
 The strain energy per volume is W = G/2 (tr C - 3 - 2 ln J) + L/2 (ln J)^2 with Lamé's constants G, L. A node may be the
-image of another one: ``x = Q(phi) y + e_z`` (helical periodicity). This is a map around the elements, which know
-nothing of it; such nodes are eliminated, and the derivatives with respect to phi come along.
+image of another one: ``x = Q y + t`` (helical periodicity, :mod:`squama.fe.periodic`). This is a map around the
+elements, which know nothing of it; such nodes are eliminated, and the derivatives by the loads come along.
 
 Fourteen Gauss points integrate polynomials of degree 5. Four would be exact for small strains, but at the corners of an
 embedded scale, where strains are singular, a small element can then be crushed between its points: it snaps through at
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squama.fe.mesh import EDGES, Index
-from squama.fe.plate import Turn
+from squama.fe.periodic import Course, Moves, Twist
 from squama.needs import need
 from squama.types import Array
 
@@ -38,26 +38,30 @@ class Material(NamedTuple):
 
 
 class Result(NamedTuple):
-    """Energy, forces (n, 3), values of the tangent's blocks, least det F; and what depends on the twist per pitch.
+    """Energy, forces (n, 3), values of the tangent's blocks, least det F; and what depends on the L loads.
 
-    That is the forces' rates with phi, dU/dphi and d2U/dphi2 at places that stay: nothing but under a helical map.
+    That is the forces' rates (n, 3, L), dU/dl (L,) and its rates (L, L) at places that stay: nothing but under a map.
     """
 
     energy: float
     forces: Array
     values: Array
     least: float
-    forces_phi: Array
-    torque: float = 0.0
-    torque_phi: float = 0.0
+    forces_by: Array
+    loads: Array
+    loads_by: Array
 
 
 class Blocked:
-    """A tangent in blocks of 3 x 3, those of ``size`` nodes whose rows and columns are ``indptr`` and ``indices``."""
+    """A tangent in blocks of 3 x 3, those of ``size`` nodes whose rows and columns are ``indptr`` and ``indices``.
+
+    ``course``: what pitches follow by.
+    """
 
     size: int
     indptr: NDArray[np.int32]
     indices: NDArray[np.int32]
+    course: Course = Twist()
 
     @property
     def blocks(self) -> int:
@@ -93,17 +97,19 @@ class Elements(Blocked):
         self.indptr, self.indices, places = _pattern(keys.ravel(), self.size)
         self._places = places.reshape(keys.shape)
 
-    def __call__(self, y: Array, phi: float = 0.0, *, tangent: bool = True) -> Result:  # noqa: ARG002 - as Helical's
-        """Evaluate at the places ``y`` (n, 3) of the nodes; the twist makes no difference."""
+    def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:  # noqa: ARG002 - as Helical's
+        """Evaluate at the places ``y`` (n, 3) of the nodes; loads make no difference."""
         energy, forces, values, least = evaluate(
             np.ascontiguousarray(y), self.tets, self.gradients, self.volumes, *self.lame, _RATES, _WEIGHTS,
             self._places, self.blocks if tangent else 0,
         )  # fmt: skip
-        return Result(float(energy), forces, values, float(least), np.zeros(forces.shape))
+        return Result(
+            float(energy), forces, values, float(least), np.zeros((*forces.shape, 1)), np.zeros(1), np.zeros((1, 1))
+        )
 
 
 class Helical(Blocked):
-    """Elements some of whose nodes are images of others, x = Q(phi) y + e_z, by the places of the masters alone.
+    """Elements some of whose nodes are images of others, x = Q y + t, by the places of the masters alone.
 
     Parameters
     ----------
@@ -112,9 +118,14 @@ class Helical(Blocked):
     master, turned : (n,) arrays
         The master of each node, and whether the node is its image a pitch further (it is the master itself if not).
         Masters are numbered 0 .. ``size`` - 1.
+    course : Course, optional
+        What the images follow by, Q and t; a twist if not given.
     """
 
-    def __init__(self, elements: Elements, master: Index, turned: NDArray[np.bool_]) -> None:
+    def __init__(
+        self, elements: Elements, master: Index, turned: NDArray[np.bool_], course: Course | None = None
+    ) -> None:
+        self.course = course or Twist()
         self.elements, self.master, self.turned = elements, np.asarray(master, np.int64), np.asarray(turned, bool)
         self.size = int(self.master.max()) + 1
         rows, columns = np.repeat(np.arange(elements.size), np.diff(elements.indptr)), elements.indices
@@ -125,26 +136,30 @@ class Helical(Blocked):
         self._more = np.setdiff1d(np.arange(place.size), self._first)
         self._there = place[self._more]
 
-    def __call__(self, y: Array, phi: float = 0.0, *, tangent: bool = True) -> Result:
-        """Evaluate at the places ``y`` (size, 3) of the masters and a twist per pitch."""
-        turn, turned = Turn.at(phi), self.turned
-        r = self.elements(images(y, self.master, self.turned, phi), tangent=tangent)
+    def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:
+        """Evaluate at the places ``y`` (size, 3) of the masters and loads (L,) of the course."""
+        loads = np.zeros(self.course.loads) if loads is None else loads
+        moves, turned = self.course.moves(loads, np.ones(1)), self.turned
+        Q, dQ = moves.Q[0], moves.dQ[0]
+        r = self.elements(images(y, self.master, self.turned, moves), tangent=tangent)
         pushed, origin = r.forces[turned], y[self.master[turned]]
-        moved = np.zeros_like(r.forces)
-        moved[turned] = origin @ turn.dQ.T
-        torque, torque_phi = (pushed * moved[turned]).sum(), (pushed * (origin @ turn.ddQ.T)).sum()
-        by_phi, values = np.zeros_like(r.forces), r.values
+        moved = np.zeros((*r.forces.shape, loads.size))
+        moved[turned] = np.einsum("lij,nj->nil", dQ, origin) + moves.dt[0].T
+        by_load = np.einsum("ni,nil->l", pushed, moved[turned])
+        second = np.einsum("ni,lmij,nj->lm", pushed, moves.ddQ[0], origin, optimize=True)
+        second += moves.ddt[0] @ pushed.sum(0)
+        by, values = np.zeros_like(moved), r.values
         if tangent and r.least > 0:
-            by_phi = (self.elements.matrix(values) @ moved.ravel()).reshape(-1, 3)
-            torque_phi += (by_phi * moved).sum()
-            values[self._by_row] = turn.Q.T @ values[self._by_row]
-            values[self._by_column] = values[self._by_column] @ turn.Q
+            flat = moved.reshape(-1, loads.size)
+            by = (self.elements.matrix(values) @ flat).reshape(moved.shape)
+            second += by.reshape(flat.shape).T @ flat
+            values[self._by_row] = Q.T @ values[self._by_row]
+            values[self._by_column] = values[self._by_column] @ Q
             more, values = values[self._more], values[self._first]
             np.add.at(values, self._there, more)
-        forces_phi = self._gathered(by_phi, turn.Q)
-        np.add.at(forces_phi, self.master[turned], pushed @ turn.dQ)
-        forces = self._gathered(r.forces, turn.Q)
-        return Result(r.energy, forces, values, r.least, forces_phi, float(torque), float(torque_phi))
+        forces_by = np.stack([self._gathered(each, Q) for each in np.moveaxis(by, -1, 0)], axis=-1)
+        np.add.at(forces_by, self.master[turned], np.einsum("ni,lij->njl", pushed, dQ))
+        return Result(r.energy, self._gathered(r.forces, Q), values, r.least, forces_by, by_load, second)
 
     def _gathered(self, forces: Array, Q: Array) -> Array:
         """Return forces on all nodes as forces on the masters."""
@@ -154,10 +169,10 @@ class Helical(Blocked):
         return out
 
 
-def images(y: Array, master: Index, turned: NDArray[np.bool_], phi: float) -> Array:
-    """Return the places (n, 3) of all nodes by those of their masters, see :class:`Helical`."""
+def images(y: Array, master: Index, turned: NDArray[np.bool_], moves: Moves) -> Array:
+    """Return the places (n, 3) of all nodes by those of their masters and the first of moves, see :class:`Helical`."""
     x = y[master]
-    x[turned] = x[turned] @ Turn.at(phi).Q.T + [0.0, 0.0, 1.0]
+    x[turned] = x[turned] @ moves.Q[0].T + moves.t[0]
     return x
 
 

@@ -1,4 +1,4 @@
-"""A scale's motion, points that move with it or bend away, and the exposed parts of scales in a row.
+"""A scale's motion, and points that move with it or bend away.
 
 Lengths in pitches. The six motions are v = (u_X, u_Y, u_Z, w_X, w_Y, w_Z): translation of the base midpoint O and
 rotation vector (finite), both along the scale's axes at rest. A point whose rest position in these axes, from O, is
@@ -12,12 +12,11 @@ from __future__ import annotations
 import copy
 import functools
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from squama.fe.exposed import Exposed, Index, thin
+from squama.fe.exposed import Index
 from squama.types import Array
 
 # matrices of the cross products with the unit vectors
@@ -73,7 +72,7 @@ def _series(first: int) -> list[list[float]]:
     return [terms, slopes, [c * n for n, c in zip(range(6, 0, -1), slopes, strict=False)]]
 
 
-_SERIES = (*_series(1), *_series(2))
+_SERIES, _THIRD = (*_series(1), *_series(2)), _series(3)
 
 
 def _factors(q: float) -> tuple[float, ...]:
@@ -96,9 +95,26 @@ def turned(w: Array) -> Array:
 
 def rotation(w: Array) -> Rotation:
     """Return the matrix of a rotation vector (3,) in rad with its derivatives (Rodrigues' formula)."""
+    return _with_rates(w, *_factors(float(w @ w)))
+
+
+def translation(w: Array) -> Rotation:
+    """Return the mean of the rotations by s w, s from 0 to 1, with its derivatives: a screw's translation over v."""
+    q = float(w @ w)
+    _, _, _, b, b1, b2 = _factors(q)
+    if q < 0.1:
+        third = [functools.reduce(lambda value, c: value * q + c, terms) for terms in _THIRD]
+    else:
+        c = (1 - math.sin(math.sqrt(q)) / math.sqrt(q)) / q
+        c1 = (b - 3 * c) / (2 * q)
+        third = [c, c1, (b1 - 5 * c1) / (2 * q)]
+    return _with_rates(w, b, b1, b2, *third)
+
+
+def _with_rates(w: Array, a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Rotation:
+    """Return 1 + a W + b W^2 with two derivatives, W the cross product with w; a1 .. b2: derivatives by w . w."""
     W = (w @ _FLAT).reshape(3, 3)
     W2 = W @ W
-    a, a1, a2, b, b1, b2 = _factors(float(w @ w))
     H = _G @ W + W @ _G
     dE = w[:, None, None] * (2 * a1 * W + 2 * b1 * W2) + a * _G + b * H
     mixed = w[:, None, None, None] * (2 * a1 * _G + 2 * b1 * H)
@@ -238,103 +254,4 @@ class Carried:
         out[:6, :6] = self._attached.curvature(v, forces @ turn.Q, own)
         out[:6, 6] = out[6, :6] = k * (forces @ turn.dQ).ravel() @ self._attached.rates(v, own).reshape(-1, 6)
         out[6, 6] = k * k * float(((forces @ turn.ddQ) * self._attached.places(v)).sum())
-        return out
-
-
-class Row:
-    """The exposed parts of scales, one pitch apart along z at rest.
-
-    An endless row is kept as scale 0 and its images 1, 2, .. as far as they can touch, which have its motions in their
-    turning frames (see :class:`Carried`). By periodicity every pair of its scales is one of the pairs (0, k), k > 0,
-    turned and moved; so counting these once is counting each pair once per pitch, and the derivatives by v hold the
-    forces from the neighbours on both sides.
-
-    Parameters
-    ----------
-    rest : Rest
-        Scale 0 at rest.
-    scales : int, optional
-        How many there are, each with its own motions; an endless row if not given.
-    still : float
-        Place along z of the section that does not turn.
-    exposed : Exposed, optional
-        Their exposed parts; rectangles without thickness if not given.
-
-    Attributes
-    ----------
-    pairs : list of (int, int)
-        Scales that may touch, each pair once.
-    """
-
-    def __init__(
-        self, rest: Rest, scales: int | None = None, still: float = 0.0, exposed: Exposed | None = None
-    ) -> None:
-        self.rest, self.endless, self.moving = rest, scales is None, scales or 1
-        reach = int(np.ceil(np.hypot(rest.eta, 2 * rest.beta)))
-        count = 1 + reach if scales is None else scales
-        self.reach = min(reach, count - 1)
-        last = [1] * self.reach if scales is None else [count - k for k in range(1, self.reach + 1)]
-        self.pairs = [(i, i + k) for k, n in enumerate(last, start=1) for i in range(n)]
-        self.exposed = thin(rest.eta, rest.beta) if exposed is None else exposed
-        self.plate = Attached(rest, rest.base + self.exposed.points @ rest.axes, self.exposed.modes)
-        self.k = np.arange(float(count)) - still
-        self.lift = np.zeros((count, 1, 3))
-        self.lift[:, 0, 2] = np.arange(count)
-
-    def own(self, i: int, size: int) -> Index:
-        """Return where the motions and amplitudes of scale i stand among ``size`` motions (6 and r for each scale)."""
-        i, r = (0 if self.endless else i), self.exposed.amplitudes
-        last = size - r * (self.moving - i)
-        return np.concatenate([np.arange(6 * i, 6 * i + 6), np.arange(last, last + r)])
-
-
-class Placed:
-    """The scales of a row at one state; ``corners`` (n scales, 3), scale by scale in the order of their surface.
-
-    ``v`` (m,) begins with six motions for each scale that has its own, and ends with r amplitudes for each; corners do
-    not depend on what stands between.
-    """
-
-    def __init__(self, row: Row, v: Array, phi: float) -> None:
-        self._row, self._size = row, v.size + 1
-        self._own = [row.own(i, v.size) for i in range(row.moving)]
-        self._v = [v[own] for own in self._own]
-        self._turn = Turn.at(row.k * phi)
-        # one for all images, or one for each scale
-        self._x = np.array([row.plate.places(motion) for motion in self._v])
-        self.corners = (self._x @ self._turn.Q.transpose(0, 2, 1) + row.lift).reshape(-1, 3)
-
-    @functools.cached_property
-    def _rotations(self) -> list[Rotation]:
-        return [rotation(motion[3:6]) for motion in self._v]
-
-    def _parts(self, nodes: Index) -> Iterator[tuple[int, int, Index, Index]]:
-        """Yield scale, the number of its motions, places among the nodes, and its own numbers of these."""
-        scales, own = np.divmod(nodes, len(self._row.plate.local))
-        for k in np.unique(scales).tolist():
-            at = np.flatnonzero(scales == k)
-            yield k, 0 if self._row.endless else k, at, own[at]
-
-    def rates(self, nodes: Index) -> Array:
-        """Return the derivatives (3 nodes, m + 1) by (v, phi) of the corners with these numbers."""
-        row = self._row
-        out = np.zeros((nodes.size, 3, self._size))
-        for k, i, at, own in self._parts(nodes):
-            each = self._turn.Q[k] @ row.plate.of(own).rates(self._v[i], self._rotations[i])
-            out[at[:, None, None], np.arange(3)[:, None], self._own[i]] = each
-            out[at, :, -1] = row.k[k] * (self._x[i][own] @ self._turn.dQ[k].T)
-        return out.reshape(-1, self._size)
-
-    def curvature(self, nodes: Index, forces: Array) -> Array:
-        """Return the second derivatives (m + 1, m + 1) by (v, phi) of ``sum(forces * corners[nodes])``."""
-        row = self._row
-        out = np.zeros((self._size, self._size))
-        for k, i, at, own in self._parts(nodes):
-            f, turn, c = forces[at], Turn(*(Q[k] for Q in self._turn)), row.k[k]
-            part, to = row.plate.of(own), self._own[i]
-            out[np.ix_(to, to)] += part.curvature(self._v[i], f @ turn.Q, self._rotations[i])
-            mixed = c * (f @ turn.dQ).ravel() @ part.rates(self._v[i], self._rotations[i]).reshape(3 * own.size, -1)
-            out[to, -1] += mixed
-            out[-1, to] += mixed
-            out[-1, -1] += c * c * float(((f @ turn.ddQ) * self._x[i][own]).sum())
         return out

@@ -22,6 +22,7 @@ from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Bent, Body, Matrix, Reduced
 from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
+from squama.fe.periodic import STRAINS, Leg
 from squama.fe.plate import inclination
 from squama.io import files
 from squama.types import Array
@@ -88,7 +89,8 @@ class Walk:
     Attributes
     ----------
     z, v, phi, T : arrays and floats
-        The last equilibrium: free unknowns, motions, twist per pitch, torque.
+        The last equilibrium: free unknowns, motions, twist per pitch, torque. Where a beam is bent and twisted, phi is
+        the way along the path and T the work's rate with it.
     reduced, load, touches : Reduced, Load, list of Touch
         The body and the contact there, once a run has begun.
     W, W_fr : float
@@ -207,6 +209,22 @@ class Walk:
                 return Ended(False, f"interrupted at phi = {self.phi:.4f} rad per pitch; the same command goes on")
         return Ended(True, "the asked twist was reached")
 
+    def aim(self, bend: float, twist: float) -> float:
+        """Point the path of a beam that is bent and twisted straight at strains; return the way there."""
+        leg = self.contact.row.course
+        if not isinstance(leg, Leg):
+            message = "the beam is not one to be bent: make it by squama.fe.assembly.make_bent"
+            raise TypeError(message)
+        step = np.array([twist, bend, 0.0]) - leg.at(np.zeros_like(self.v), self.phi)
+        length = float(np.linalg.norm(step))
+        if not length:
+            return self.phi
+        leg.turn(step / length, self.phi)
+        if self._begun and (reduced := self.body.reduce(self.z, self.v, self.phi)) is not None:
+            self.trail = Trail(self.trail.past[-1:], self._rates(reduced))
+            self.T, self._power = reduced.torque + float(self.load.total[6 : 6 + STRAINS] @ leg.rate), 0.0
+        return self.phi + length
+
     def begin(self) -> None:
         """Take up the state at rest, and how it goes on from there without contact.
 
@@ -219,11 +237,16 @@ class Walk:
         if reduced is None:
             message = "an element has no volume at rest: take another element size"
             raise InputError(message)
-        W = self.ways
-        rate = -W @ np.linalg.solve(W.T @ reduced.S @ W, W.T @ reduced.s_phi)
-        z_rate = reduced.update(rate, 1.0) - reduced.update(np.zeros_like(rate))
-        self._begun, self.trail = True, Trail(self.trail.past, np.append(z_rate, rate))
+        self._begun, self.trail = True, Trail(self.trail.past, self._rates(reduced))
         self._keep(self.z, self.v, 0.0, reduced, self.contact.load(self.v, 0.0, None, self.kappa))
+
+    def _rates(self, reduced: Reduced) -> Array:
+        """Return the rates of the state with the way where nothing was slid before; scales that touch stay."""
+        W, rate = self.ways, np.zeros_like(self.v)
+        if not self.touches:
+            rate = -W @ np.linalg.solve(W.T @ reduced.S @ W, W.T @ reduced.s_phi)
+        z_rate = reduced.update(rate, 1.0) - reduced.update(np.zeros_like(rate))
+        return np.append(z_rate, rate)
 
     def _increment(self, phi: float) -> str:
         """Go to a twist; the reason if that fails, and nothing has changed then."""

@@ -20,10 +20,11 @@ import math
 import numpy as np
 
 from squama.real.contact import (  # isort: skip
-    BEND, BENT, Design, Frame, Step, Vector, _in, _jit, add, back, bending, by_vector, copy, cross, deflection, dot,
-    frame, meet, place, powers, put, rates, rotated, scaled, tangent, turn, turned,
+    BEND, BENT, Design, Frame, Step, _in, _jit, back, bending, deflection, frame, meet, place, powers, rates,
+    tangent, turn,
 )  # fmt: skip
 from squama.real.faces import overlap, reach, shape
+from squama.real.vectors import Vector, add, by_vector, copy, cross, dot, put, rotated, scaled, turned
 from squama.types import Array
 
 X, Y, F, C1, C2, Q, UNKNOWNS = 6, 7, 8, 11, 12, 13, 14
@@ -187,7 +188,7 @@ def look(d: Design, phi: float, s: Array, joined: Array, where: Array) -> tuple[
         f = frame(d, phi, k)
         for a in range(n - k):
             i, j = where[a], where[a + k]
-            deep, edge = overlap(d, f, k, s[i], b[i], s[j], b[j])
+            deep, edge = overlap(d, f, 0.0, s[i], b[i], s[j], b[j])
             if deep < deepest:
                 deepest, found = deep, (edge, a, k)
     return found

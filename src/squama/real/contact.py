@@ -12,6 +12,11 @@ the scales' own normals, which bend them, and the angle of t from the first edge
 
     K q + K_phi phi = D_q^T F        D = 0        F = N (n - mu t)        c1 = F . E e_3,  c2 = -(R'^T F) . E e_3
 
+A beam that is bent, too, has a screw in place of the turn (docs, theory: bending and twisting): R' = exp(k w) with w of
+-(psi, 0, phi), and k (1 + epsilon) V(k w) z' in place of k z'. The stretch epsilon, on which R' does not depend,
+follows from the axial force, the bar's and the contact's, which is none. phi is the way along a straight leg of the
+path then, and the torque the work per way.
+
 n is the common normal of the edges and t the direction of slip: V . (n x t) = 0 and V . t > 0 with V the rate of D at
 material points, by backward differences of second order. So a contact that hardly slips has a direction, too: that of
 its friction. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
@@ -23,11 +28,11 @@ import math
 from typing import NamedTuple
 
 from squama.batch.keeping import inlined, part
+from squama.real.vectors import Turned, Vector, add, by_vector, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
 MOTIONS, MOST = 6, 12
 """Motions u, w of a scale; unknowns at most: these, three of the contact, c1 and c2, the angle of slip."""
-Vector = tuple[float, float, float]
 
 _jit, _in = part, inlined
 
@@ -36,7 +41,7 @@ class Design(NamedTuple):
     """What does not change along a path: lengths in pitches, E = 1, angles in rad.
 
     ``first``, ``second``: the edges that meet, by number (:mod:`squama.model.elastic_plate`), of scales 1 and 1 + k;
-    ``sign`` that of n; ``table`` (43, 12): rows of K (7, 7) over (u, w, phi), neither bent nor stretched, from ``BEND``
+    ``sign`` that of n; ``table`` (46, 12): rows of K (9, 9) over (u, w, phi, psi, epsilon), or of (7, 7), from ``BEND``
     on the compliances (12, 12) between the powers of the places on both edges, from ``SHAPE`` on the deflections
     (24, 12) that go with them; these are without effect unless ``elastic``.
     """
@@ -56,14 +61,16 @@ class Design(NamedTuple):
     sign: float
     elastic: bool
     table: Array
+    bent: bool
 
 
-BEND, SHAPE, ROWS = 7, 19, 43
-"""Rows of a design's table."""
+BEND, SHAPE, LEG, ROWS = 9, 21, 45, 46
+"""Rows of a design's table; the last one: bend and twist at way 0, their rates, the stretch per axial force."""
+_STRAIGHT = 1 - 1e-9
 AT, BENT, FORCE, SLIDING, PHI, TORQUE, NORMAL, FRICTION = 12, 14, 26, 29, 32, 33, 34, 35
-SPEED, CROSSING, WIDTH = 36, 37, 40
+SPEED, CROSSING, STRETCH, WIDTH = 36, 37, 38, 40
 """Columns of a state: unknowns, places, deflections of both edges, force, direction of slip, twist, torque, N,
-tangential force, slip per twist, cosine of the angle between the edges."""
+tangential force, slip per twist, cosine of the angle between the edges, stretch."""
 NEW, LAST, BEFORE, MISSED, MOVED, POWERS, BOW, SLOPE, TALLY, STATES = range(10)
 """Rows of the room of a path: three states, two residuals, powers of the places, differences of the unknowns,
 and what is counted along a path."""
@@ -80,7 +87,7 @@ class Step(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """What depends on the twist alone: R', its rate with phi (row by row), the axis z' and O' in a scale's axes."""
+    """What depends on the twist alone, in a scale's axes: R', its rate with phi (row by row), k z', its rate, O'."""
 
     a: Vector
     b: Vector
@@ -88,57 +95,16 @@ class Frame(NamedTuple):
     da: Vector
     db: Vector
     dc: Vector
-    z: Vector
+    t: Vector
+    dt: Vector
     o: Vector
-
-
-@_in
-def copy(of: Array, to: Array) -> None:
-    """Write an array's entries into another; an assignment of slices takes long to compile."""
-    for i in range(of.size):
-        to[i] = of[i]
-
-
-@_jit
-def put(of: Array, to: Array) -> None:
-    """Write a matrix into another one's first rows and columns."""
-    for i in range(of.shape[0]):
-        copy(of[i], to[i])
-
-
-@_in
-def dot(a: Vector, b: Vector) -> float:
-    """Return a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@_in
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@_in
-def add(a: Vector, s: float, b: Vector) -> Vector:
-    """Return a + s b."""
-    return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
-
-
-@_in
-def scaled(s: float, a: Vector) -> Vector:
-    """Return s a."""
-    return s * a[0], s * a[1], s * a[2]
-
-
-@_in
-def mixed(a: float, x: Vector, b: float, y: Vector, c: float, z: Vector) -> Vector:
-    """Return a x + b y + c z."""
-    return a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]
 
 
 @_jit
 def frame(d: Design, phi: float, k: int) -> Frame:
     """Return what the twist per pitch makes of neighbour k."""
+    if d.bent:
+        return screw(d, phi, k)
     c, s = math.cos(k * phi), math.sin(k * phi)
     x, y, z = (-d.sa * d.ct, d.ca, d.sa * d.st), (d.st, 0.0, d.ct), (d.ca * d.ct, d.sa, -d.ca * d.st)
     # R = [[c, s, 0], [-s, c, 0], [0, 0, 1]] in the scale's axes; x, y, z: the axes of space there
@@ -151,8 +117,77 @@ def frame(d: Design, phi: float, k: int) -> Frame:
     return Frame(
         (a[0], b[0], e[0]), (a[1], b[1], e[1]), (a[2], b[2], e[2]),
         (da[0], db[0], de[0]), (da[1], db[1], de[1]), (da[2], db[2], de[2]),
-        z, scaled(d.lam, y),
+        scaled(k, z), (0.0, 0.0, 0.0), scaled(d.lam, y),
     )  # fmt: skip
+
+
+@_jit
+def screw(d: Design, way: float, k: int) -> Frame:
+    """Return what bend and twist per pitch make of neighbour k, the axis at its length."""
+    x, y, z = (-d.sa * d.ct, d.ca, d.sa * d.st), (d.st, 0.0, d.ct), (d.ca * d.ct, d.sa, -d.ca * d.st)
+    psi, phi = strains(d, way)
+    w, dw = mixed(-k * psi, x, 0.0, y, -k * phi, z), mixed(-k * d.table[LEG, 2], x, 0.0, y, -k * d.table[LEG, 3], z)
+    e = turned(w)
+    o = spin(e, dw)
+    p, q, r = rotated(e, (1.0, 0.0, 0.0)), rotated(e, (0.0, 1.0, 0.0)), rotated(e, (0.0, 0.0, 1.0))
+    dp, dq, dr = cross(o, p), cross(o, q), cross(o, r)
+    # the factors' rates by w . w
+    g, along = dot(w, w), 2 * dot(w, dw)
+    if g < 0.05:
+        b1 = -1 / 24 * (1 - g / 15 * (1 - 3 * g / 112 * (1 - 2 * g / 135)))
+        c1 = -1 / 120 * (1 - g / 21 * (1 - g / 48 * (1 - 2 * g / 165)))
+    else:
+        b1, c1 = (e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g)
+    once, donce = cross(w, z), cross(dw, z)
+    twice, dtwice = cross(w, once), add(cross(dw, once), 1.0, cross(w, donce))
+    t, dt = mixed(1.0, z, e.b, once, e.c, twice), mixed(b1 * along, once, e.b, donce, c1 * along, twice)
+    return Frame(
+        (p[0], q[0], r[0]), (p[1], q[1], r[1]), (p[2], q[2], r[2]),
+        (dp[0], dq[0], dr[0]), (dp[1], dq[1], dr[1]), (dp[2], dq[2], dr[2]),
+        scaled(k, t), scaled(k, add(dt, e.c, dtwice)), scaled(d.lam, y),
+    )  # fmt: skip
+
+
+@_in
+def strains(d: Design, way: float) -> tuple[float, float]:
+    """Return bend and twist per pitch at a place on the path."""
+    leg = d.table[LEG]
+    return leg[0] + leg[2] * way, leg[1] + leg[3] * way
+
+
+@_jit
+def onto(d: Design, here: float, goal: float, corners: Array, i: int) -> bool:
+    """Go on to corner i along a straight leg, from the corner before (or rest); say whether it turns there."""
+    leg, over = d.table[LEG], 1 / (goal - here)
+    psi, phi = (corners[i - 1, 0], corners[i - 1, 1]) if i > 0 else (0.0, 0.0)
+    psi1, phi1 = (corners[i, 0] - psi) * over, (corners[i, 1] - phi) * over
+    turns: bool = psi1 * leg[2] + phi1 * leg[3] < _STRAIGHT
+    leg[0], leg[1], leg[2], leg[3] = psi - here * psi1, phi - here * phi1, psi1, phi1
+    return turns
+
+
+@_in
+def load(d: Design, way: float, q: Array, stretch: float) -> float:
+    """Return what the bar opposes to the path at motions q (6,) and a stretch."""
+    if d.bent:
+        return load_of_leg(d, way, q, stretch)
+    out: float = d.table[6, 6] * way
+    for j in range(6):
+        out += d.table[6, j] * q[j]
+    return out
+
+
+@_jit
+def load_of_leg(d: Design, way: float, q: Array, stretch: float) -> float:
+    """Return the same where bend and twist go along a leg."""
+    psi, phi = strains(d, way)
+    out = 0.0
+    for row in range(2):
+        one = d.table[6 + row, 6] * phi + d.table[6 + row, 7] * psi + d.table[6 + row, 8] * stretch
+        for j in range(6):
+            one += d.table[6 + row, j] * q[j]
+        out += one * d.table[LEG, 2 if row else 3]
+    return out
 
 
 @_in
@@ -165,47 +200,6 @@ def turn(f: Frame, v: Vector) -> Vector:
 def back(f: Frame, v: Vector) -> Vector:
     """Return R'^T v."""
     return mixed(v[0], f.a, v[1], f.b, v[2], f.c)
-
-
-class Turned(NamedTuple):
-    """A rotation by the vector w: sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 of its angle t."""
-
-    w: Vector
-    a: float
-    b: float
-    c: float
-
-
-@_in
-def turned(w: Vector) -> Turned:
-    """Return the rotation by a vector."""
-    q = dot(w, w)
-    if q < 0.05:
-        a = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
-        b = 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56 * (1 - q / 90 * (1 - q / 132))))
-        return Turned(w, a, b, 1 / 6 - q / 120 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
-    t = math.sqrt(q)
-    a = math.sin(t) / t
-    return Turned(w, a, (1 - math.cos(t)) / q, (1 - a) / q)
-
-
-@_in
-def rotated(e: Turned, x: Vector) -> Vector:
-    """Return E x."""
-    y = cross(e.w, x)
-    return add(add(x, e.a, y), e.b, cross(e.w, y))
-
-
-@_in
-def spin(e: Turned, dw: Vector) -> Vector:
-    """Return the vector o of a change dw: E x changes by o x (E x)."""
-    return add(mixed(e.a, dw, e.b, cross(e.w, dw), 0.0, dw), e.c * dot(e.w, dw), e.w)
-
-
-@_in
-def by_vector(e: Turned, moment: Vector) -> Vector:
-    """Return the gradient by w of the work whose moment is given: the transposed map of :func:`spin`."""
-    return add(mixed(e.a, moment, -e.b, cross(e.w, moment), 0.0, moment), e.c * dot(e.w, moment), e.w)
 
 
 @_in
@@ -280,7 +274,7 @@ def meet(
 ) -> tuple[Vector, Vector, Vector]:
     """Return D, -D_phi and n of places (from the base midpoints at rest) and directions of the edges of two scales."""
     inner = add(two, 1.0, f.o)
-    D = add(add(add(one, -1.0, turn(f, inner)), 1.0, f.o), -d.k, f.z)
+    D = add(add(add(one, -1.0, turn(f, inner)), 1.0, f.o), -1.0, f.t)
     n = cross(turn(f, along2), along1)
     by_phi = (dot(f.da, inner), dot(f.db, inner), dot(f.dc, inner))
     return D, by_phi, scaled(d.sign / math.sqrt(dot(n, n)), n)
@@ -334,17 +328,26 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
         if d.mu > 0.0:
             c, a = math.cos(z[angle(d)]), math.sin(z[angle(d)])
             t = mixed(c, ahead, a, aside, 0.0, n)
+            F = add(F, -d.mu * N, t)
+            if d.bent:
+                by_phi = along(d, f, F, phi, s, by_phi)
             V = slip(d, f, step, room, e, x, y, moved1, moved2, normal, by_phi)
             r[angle(d)] = (c * dot(V, aside) - a * dot(V, ahead)) / abs(step.dphi)
             s[SPEED] = dot(V, t) / abs(step.dphi)
             s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = t
-            F = add(F, -d.mu * N, t)
+    psi, twist = 0.0, phi
+    if d.bent:
+        if step.stuck or d.mu == 0.0:
+            by_phi = along(d, f, F, phi, s, by_phi)
+        D, (psi, twist) = add(D, -s[STRETCH], f.t), strains(d, phi)
     behind = back(f, F)
     push, moment = add(F, -1.0, behind), by_vector(e, add(cross(moved1, F), -1.0, cross(moved2, behind)))
     for i in range(m):
-        out = d.table[i, 6] * phi
+        out = d.table[i, 6] * twist
         for j in range(m):
             out += d.table[i, j] * z[j]
+        if d.bent:
+            out += d.table[i, 7] * psi + d.table[i, 8] * s[STRETCH]
         r[i] = out
     for i in range(3):
         r[i] -= push[i]
@@ -353,11 +356,22 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     if d.elastic:
         r[m + 3] = z[m + 3] - dot(F, normal)
         r[m + 4] = z[m + 4] + dot(behind, normal)
-    torque = d.table[6, 6] * phi + dot(F, by_phi)
-    for j in range(m):
-        torque += d.table[6, j] * z[j]
     s[FORCE], s[FORCE + 1], s[FORCE + 2] = F
-    s[PHI], s[TORQUE] = phi, torque
+    s[PHI] = phi
+    # (a Jacobian does without)
+    if to == MISSED:
+        s[TORQUE] = load(d, phi, z, s[STRETCH]) + dot(F, by_phi)
+
+
+@_jit
+def along(d: Design, f: Frame, F: Vector, way: float, s: Array, by_phi: Vector) -> Vector:
+    """Write the stretch at which there is no axial force into a state; return -D_phi with the axis' own part."""
+    psi, phi = strains(d, way)
+    out = dot(f.t, F) + d.table[8, 6] * phi + d.table[8, 7] * psi
+    for j in range(MOTIONS):
+        out += d.table[8, j] * s[j]
+    s[STRETCH] = -d.table[LEG, 4] * out
+    return add(by_phi, 1.0 + s[STRETCH], f.dt)
 
 
 @_in
@@ -372,6 +386,9 @@ def slip(
     if d.elastic:
         one = add(one, bending(d, step, z, a, c, d.first, x, BENT), normal)
         two = add(two, bending(d, step, z, a, c, d.second, y, BENT + 6), normal)
+    if d.bent:
+        stretched = step.b0 * z[STRETCH] + step.b1 * a[STRETCH] + step.b2 * c[STRETCH]
+        one = add(one, -stretched, f.t)
     return add(add(one, -1.0, turn(f, two)), -step.dphi, by_phi)
 
 

@@ -12,38 +12,46 @@ from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.real import chain, start
 from squama.real import follow as following
-from squama.real.contact import BEND, SHAPE, Design, Step, _jit, put
+from squama.real.contact import BEND, LEG, SHAPE, Design, Step, _jit, onto
 from squama.real.follow import OTHER, End
+from squama.real.vectors import put
 from squama.types import Array
 
 SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
 """All that may be compiled."""
 _follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
-_assemble, _look = chain.assemble, chain.look
+_assemble, _look, _onto = chain.assemble, chain.look, onto
 
 
 class Beams(NamedTuple):
     """Many beams, E = d = 1.
 
-    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
-    phi); ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bent`` (n, 4, 24, 6), what forces on the edges do to
-    the plates, see :func:`squama.model.elastic_plate.answers`.
+    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w, phi),
+    or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bows``
+    (n, 4, 24, 6), what forces on the edges do to the plates, see :func:`squama.model.elastic_plate.answers`; ``bent``
+    (n,); ``soft`` (n,), the stretch per axial force, 0 where the length is held.
     """
 
     shapes: Array
     K: Array
     elastic: Array
     compliances: Array
+    bows: Array
     bent: Array
+    soft: Array
 
 
 @_jit
 def _design(b: Beams, i: int, table: Array) -> Design:
     """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
     put(b.K[i], table)
+    table[LEG, 4] = b.soft[i]
     s = b.shapes[i]
     edges, upwards = (TIP, SIDE_D, 1), 1.0
-    return Design(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.elastic[i], table)
+    return Design(
+        s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.elastic[i], table,
+        b.bent[i],
+    )  # fmt: skip
 
 
 @_jit
@@ -51,14 +59,14 @@ def _bend(b: Beams, i: int, d: Design) -> None:
     """Write what forces on the two edges that meet do to the plates into a design's table."""
     for m in range(2):
         one = d.second if m else d.first
-        put(b.bent[i, one], d.table[SHAPE:, 6 * m :])
+        put(b.bows[i, one], d.table[SHAPE:, 6 * m :])
         for n in range(2):
             two = d.second if n else d.first
             put(b.compliances[i, one, two], d.table[BEND + 6 * m :, 6 * n :])
 
 
 @_jit
-def _along(d: Design, c: Array, targets: Array, step: float, every: int, out: Array) -> End:
+def _along(d: Design, c: Array, targets: Array, corners: Array, step: float, every: int, out: Array) -> End:
     """Follow a beam from its first contact on, as :func:`squama.real.follow.follow`."""
     begin, reached = (math.inf, 0.0, 0.0), targets.size
     if c[0] >= 0.0:
@@ -67,29 +75,45 @@ def _along(d: Design, c: Array, targets: Array, step: float, every: int, out: Ar
         reached = 0
         while reached < targets.size and targets[reached] <= c[3]:
             reached += 1
-    end = _follow(d, begin, targets[:reached], step, every, out)
+    end = _follow(d, begin, targets[:reached], corners, step, every, out)
     return end if reached == targets.size else End(OTHER, c[3], int(c[1]), int(c[2]), reached)
 
 
+@_jit
+def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[int, int, int, float, float, float]:
+    """Return what touches first below a twist, or on a path of legs."""
+    if not d.bent:
+        return _first_contact(d, 0.0, most)
+    here, found = 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
+    for i in range(targets.size):
+        if found[0] == -1:
+            _onto(d, here, targets[i], corners, i)
+            found, here = _first_contact(d, here, targets[i]), targets[i]
+    return found
+
+
 def _answer(
-    b: Beams, most: Array, step: float, every: int, targets: Array, contacts: Array, tables: Array, out: Array,
-    ends: Array,
+    b: Beams, most: Array, step: float, every: int, targets: Array, corners: Array, contacts: Array, tables: Array,
+    out: Array, ends: Array,
 ) -> None:  # fmt: skip
     """Find what touches first below the twists ``most`` (n,) where that is not known yet, and follow the beams.
 
+    Of beams that are bent, ``targets`` are ways along the path, and ``corners`` (n, m, 2) bend and twist there, between
+    which it is straight; of others, ``corners`` is not read.
+
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
-    ``tables`` (n, 43, 12) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
+    ``tables`` (n, 46, 12) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
     (n, 5), see :class:`squama.real.follow.End`.
     """
     for i in range(targets.shape[0]):
         d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
         if math.isnan(c[0]):
-            c[0], c[1], c[2], c[3], c[4], c[5] = _first_contact(d, most[i])
+            c[0], c[1], c[2], c[3], c[4], c[5] = _met_along(d, most[i], targets[i], corners[i])
         if c[0] >= 0.0:
             d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
         if d.elastic:
             _bend(b, i, d)
-        end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], step, every, out[i])
+        end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], corners[i], step, every, out[i])
 
 
 @_jit

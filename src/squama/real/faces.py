@@ -6,10 +6,8 @@ import math
 
 import numpy as np
 
-from squama.real.contact import (  # isort: skip
-    SHAPE, Design, Frame, Vector, _in, _jit, add, back, frame, high, lengthwise, low, mixed, place, powers, rotated,
-    scaled, turn, turned,
-)  # fmt: skip
+from squama.real.contact import SHAPE, Design, Frame, _in, _jit, back, frame, high, lengthwise, low, place, powers, turn
+from squama.real.vectors import Vector, add, mixed, rotated, scaled, turned
 from squama.types import Array
 
 _TOUCH = -1e-6
@@ -52,15 +50,16 @@ def aside(d: Design, edge: int, half: float, most: float, o: Vector, ex: Vector,
 
 
 @_jit
-def overlap(d: Design, f: Frame, k: int, q: Array, b: Array, p: Array, c: Array) -> tuple[float, int]:
-    """Return how deep edges of a scale and of its neighbour k lie in each other's face, and the deepest one's edge.
+def overlap(d: Design, f: Frame, stretch: float, q: Array, b: Array, p: Array, c: Array) -> tuple[float, int]:
+    """Return how deep edges of a scale and of its neighbour lie in each other's face, and the deepest one's edge.
 
-    ``q``, ``p`` begin with the motions (6,), ``b``, ``c`` are the deflections (24,) of the scale and of the neighbour.
+    ``f`` is the neighbour's, ``stretch`` that of the bar; ``q``, ``p`` begin with the motions (6,) of the scale and of
+    the neighbour, ``b``, ``c`` are their deflections (24,).
     Places along the edges of the scale's lower face are looked at over the neighbour's upper face, and the edges of
     that (+ 4) under the scale's lower face. The edge is -1 where nothing touches.
     """
     deepest, edge_of = _TOUCH, -1
-    u, v, step = (q[0], q[1], q[2]), (p[0], p[1], p[2]), scaled(k, f.z)
+    u, v, step = (q[0], q[1], q[2]), (p[0], p[1], p[2]), scaled(1.0 + stretch, f.t)
     for upper in range(2):
         # a place X of the one scale in the axes of the other: origin + X_x ex + X_y ey + X_z ez
         home, away = add(v if upper else u, 1.0, f.o), add(u if upper else v, 1.0, f.o)
@@ -96,11 +95,11 @@ def overlap(d: Design, f: Frame, k: int, q: Array, b: Array, p: Array, c: Array)
 
 
 @_jit
-def others(d: Design, q: Array, phi: float, b: Array) -> tuple[float, int, int]:
+def others(d: Design, q: Array, phi: float, stretch: float, b: Array) -> tuple[float, int, int]:
     """Return how deep edges lie in a neighbour's face, the deepest one's edge and neighbour (:func:`overlap`)."""
     deepest, edge_of, k_of = 0.0, -1, 0
     for k in range(1, reach(d) + 1):
-        deep, edge = overlap(d, frame(d, phi, k), k, q, b, q, b)
+        deep, edge = overlap(d, frame(d, phi, k), stretch, q, b, q, b)
         if deep < deepest:
             deepest, edge_of, k_of = deep, edge, k
     return deepest, edge_of, k_of

@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.real.contact import (  # isort: skip
-    AT, BEFORE, BOW, CROSSING, FORCE, FRICTION, LAST, MOST, MOTIONS, NEW, NORMAL, PHI, SLIDING, SLOPE, SPEED, STATES,
-    TALLY, TORQUE, WIDTH, Design, Step, _in, _jit, angle, copy, high, low,
+    AT, BEFORE, BENT, BOW, CROSSING, FORCE, FRICTION, LAST, LEG, MISSED, MOST, MOTIONS, NEW, NORMAL, PHI, SLIDING,
+    SLOPE, SPEED, STATES, STRETCH, TALLY, TORQUE, WIDTH, Design, Step, _in, _jit, angle, deflection, frame, high, load,
+    low, onto, residual, strains,
 )  # fmt: skip
 from squama.real.faces import others, shape
 from squama.real.steps import free_rates, rates_engaging, solve
+from squama.real.vectors import copy, put
 from squama.types import Array
 
 FREE, SLIP, STICK = range(3)
@@ -24,6 +26,9 @@ COLUMNS = (
 )  # fmt: skip
 """What is written of each point; T_slip: the torque where the contact last began to slide, or turned round; slip: the
 length along which it has slid."""
+STRAINED = (*COLUMNS, "psi", "twist", "stretch", "F_x", "F_y", "F_z", "lift")
+"""The same of a beam that is bent, whose phi is the way and T the work per way; its strains, the contact's force on the
+first scale along its axes at rest, and the deflection of the second one there."""
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
@@ -58,6 +63,12 @@ def write(d: Design, s: Array, tally: Array, out: Array) -> None:
     out[17], out[18] = tally[ONSET], tally[SLID]
     if not d.elastic:
         out[6] = out[7] = 0.0
+    if d.bent:
+        out[19], out[20] = strains(d, s[PHI])
+        out[21] = s[STRETCH]
+        for j in range(3):
+            out[22 + j] = s[FORCE + j]
+        out[25] = deflection(d, d.second, s[AT + 1], s, BENT + 6)[0] if d.elastic and s[NORMAL] > 0.0 else 0.0
 
 
 @_jit
@@ -66,11 +77,10 @@ def at_rest(d: Design, rates: Array, phi: float, s: Array) -> None:
     m = MOTIONS
     s[:] = 0.0
     for j in range(m):
-        s[j] = rates[j] * phi
+        s[j] = rates[j, 0] * phi + rates[j, 1]
+    s[STRETCH] = rates[m, 0] * phi + rates[m, 1]
     s[AT] = s[AT + 1] = np.nan
-    s[PHI], s[TORQUE] = phi, d.table[6, 6] * phi
-    for j in range(m):
-        s[TORQUE] += d.table[6, j] * s[j]
+    s[PHI], s[TORQUE] = phi, load(d, phi, s, s[STRETCH])
 
 
 @_jit
@@ -83,7 +93,7 @@ def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
         return OFF_SECOND, d.second, d.k
     if look:
         shape(d, x, y, s[MOTIONS + 3], s[MOTIONS + 4], b)
-        _, edge, k = others(d, s, s[PHI], b)
+        _, edge, k = others(d, s, s[PHI], s[STRETCH], b)
         if edge >= 0:
             return OTHER, edge, k
     return -1, -1, 0
@@ -276,15 +286,29 @@ def onward(d: Design, size: float, step: float, room: Array) -> None:
 
 
 @_jit
+def redirect(d: Design, room: Array) -> None:
+    """Write what the last state opposes to the leg that begins there."""
+    last, new = room[LAST], room[NEW]
+    copy(last, new)
+    taken(new, True)
+    residual(d, frame(d, last[PHI], d.k), last[PHI], Step(True, 1.0, -1.0, 0.0, 1.0), room, MISSED)
+    last[TORQUE] = new[TORQUE]
+
+
+@_jit
 def follow(
-    d: Design, start: tuple[float, float, float], targets: Array, step: float, every: int, out: Array
+    d: Design, start: tuple[float, float, float], targets: Array, corners: Array, step: float, every: int, out: Array
 ) -> End:  # fmt: skip
     """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 19) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
-    many steps.
+    many steps. Of a beam that is bent, ``targets`` are ways, ever farther, and ``corners`` (n, 2) bend and twist there;
+    rows (n, 26).
     """
     room, J, order, b = np.zeros((STATES, WIDTH)), np.empty((MOST, MOST)), np.zeros(MOST, np.int64), np.zeros(24)
+    for j in range(4):
+        # rest, whatever leg was looked at last
+        d.table[LEG, j] = 0.0
     last, tally, rates = room[LAST], room[TALLY], free_rates(d)
     at_rest(d, rates, 0.0, last)
     begin(tally, FREE, step)
@@ -292,12 +316,19 @@ def follow(
     why, edge_of, k_of = RANGE, -1, 0
     for i in range(targets.size):
         goal, tally[MISSES] = targets[i], 0.0
+        corner = d.bent and onto(d, last[PHI], goal, corners, i)
+        if d.bent:
+            put(free_rates(d), rates)
         if goal != last[PHI]:
             way = 1.0 if goal > last[PHI] else -1.0
-            if tally[MODE] != FREE and way != tally[WAY]:
-                tally[ONSET] = last[TORQUE]
-                if d.mu > 0.0:
+            if tally[MODE] != FREE and (corner or way != tally[WAY]):
+                if corner:
+                    redirect(d, room)
+                    # it slides, or sticks
+                    begin(tally, SLIP, step * _SOFTLY)
+                elif d.mu > 0.0:
                     begin(tally, STICK, step * _GENTLE)
+                tally[ONSET] = last[TORQUE]
             tally[WAY] = way
         while last[PHI] != goal:
             if tally[MODE] == FREE:

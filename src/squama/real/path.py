@@ -15,7 +15,7 @@ from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End
 from squama.real import entry, follow
-from squama.real.contact import BEND, ROWS, SHAPE
+from squama.real.contact import BEND, LEG, ROWS, SHAPE
 from squama.types import Array
 
 RANGE = 0.3
@@ -81,7 +81,7 @@ def place(edge: int, k: int, scale: int = 1) -> str:
 
 
 class Answers(NamedTuple):
-    """Of n beams: first contacts (n, 6), tables of the designs (n, 43, 12), rows (n, m, 19) and ends (n, 5).
+    """Of n beams: first contacts (n, 6), tables of the designs (n, 46, 12), rows (n, m, 19) and ends (n, 5).
 
     See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
     """
@@ -92,7 +92,7 @@ class Answers(NamedTuple):
     ends: Array
 
 
-def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1) -> entry.Beams:
+def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "") -> entry.Beams:
     """Return beams for the compiled model.
 
     Parameters
@@ -100,13 +100,16 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1) -> entry.Beams:
     scale
         Arrays (n,) in place of floats.
     K
-        Matrices (n, 7, 7) or (n, 9, 9); of these the part that neither bends nor stretches.
+        Matrices (n, 7, 7) or (n, 9, 9); of these the part that neither bends nor stretches unless ``stretch`` is given.
     mu
         Coefficients of friction (n,).
     sense
         -1 for the mirror image.
+    stretch
+        Of beams that are bent, too: "free" where there is no axial force, "held" where the length is held; K (n, 9, 9).
     """
-    signs = MIRROR[:7] if sense < 0 else np.ones(7)
+    motions = 9 if stretch else 7
+    signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
     alpha, theta0 = sense * scale.alpha, scale.theta0
     shapes = np.column_stack([
         scale.eta, scale.beta, scale.lam, np.sin(alpha), np.cos(alpha), np.sin(theta0), np.cos(theta0), scale.h, mu,
@@ -117,22 +120,30 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1) -> entry.Beams:
         made = plate.answers(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
         for out, one in zip(found, made, strict=True):
             out[elastic] = one / scale.D[elastic].reshape(-1, *[1] * (one.ndim - 1))
-    return entry.Beams(shapes, K[:, :7, :7] * np.outer(signs, signs), elastic, *found)
+    soft = 1 / K[:, 8, 8] if stretch == "free" else np.zeros(n)
+    K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
+    return entry.Beams(shapes, K, elastic, *found, np.full(n, bool(stretch)), soft)
 
 
 def follow_all(
     beams: entry.Beams, targets: Array, *, most: float | Array = 1.0, contacts: Array | None = None, step: float = STEP,
     every: int = EVERY,
+    corners: Array | None = None,
 ) -> Answers:  # fmt: skip
-    """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given."""
+    """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given.
+
+    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent.
+    """
     n = len(targets)
+    columns = follow.COLUMNS if corners is None else follow.STRAINED
     found = Answers(
         np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 12)),
-        np.full((*targets.shape, len(follow.COLUMNS)), np.nan), np.zeros((n, len(follow.End._fields))),
+        np.full((*targets.shape, len(columns)), np.nan), np.zeros((n, len(follow.End._fields))),
     )  # fmt: skip
     entry.tell()
     most, targets = np.full(n, most, float), np.ascontiguousarray(targets, float)
-    entry.answer(beams, most, step, every, targets, *found)
+    corners = np.zeros((n, 0, 2)) if corners is None else np.ascontiguousarray(corners, float)
+    entry.answer(beams, most, step, every, targets, corners, *found)
     return found
 
 
@@ -192,7 +203,7 @@ def powers(scale: Scale, edges: Array, rows: Array) -> Array:
 
 def deflections(path: Path, rows: Array) -> Array:
     """Return the plate's deflections as powers (n, 24), see :mod:`squama.model.elastic_plate`, of states."""
-    return path.bending(rows) @ path.table[SHAPE:].T
+    return path.bending(rows) @ path.table[SHAPE:LEG].T
 
 
 def motions(rows: Array) -> Array:
@@ -236,7 +247,7 @@ def stresses_of(scale: Scale, found: Answers) -> Array:
     one, rows = Scale(*(v[which] for v in scale)), found.rows[which, column]
     # without contact nothing bends, whatever the edges are
     edges = np.maximum(found.contacts[which, :2].astype(int), 0)
-    bent = np.einsum("nkj,nj->nk", found.tables[which, SHAPE:], powers(one, edges, rows))
+    bent = np.einsum("nkj,nj->nk", found.tables[which, SHAPE:LEG], powers(one, edges, rows))
     stress[which, column] = stresses(one, bent)[0]
     return stress
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from squama.real.contact import Design, _in, _jit, high, lengthwise, low
 from squama.real.faces import others
-from squama.real.steps import engagement, free_rates
+from squama.real.steps import engagement, free_rates, unloaded
 from squama.types import Array
 
 _SAMPLES, _HALVINGS, _NEAR = 8, 40, 0.02
@@ -20,7 +20,10 @@ def meeting(d: Design, first: int, second: int, k: int) -> Design:
     """Return the design with other edges that meet, their common normal pushing scale 1 upwards."""
     # (edges along one direction cross by the twist alone)
     sign = 1.0 if lengthwise(second) and not lengthwise(first) else -1.0
-    return Design(d.eta, d.beta, d.lam, d.sa, d.ca, d.st, d.ct, d.h, d.mu, first, second, k, sign, d.elastic, d.table)
+    return Design(
+        d.eta, d.beta, d.lam, d.sa, d.ca, d.st, d.ct, d.h, d.mu, first, second, k, sign, d.elastic, d.table,
+        d.bent,
+    )  # fmt: skip
 
 
 @_in
@@ -44,27 +47,29 @@ def hinge_guess(d: Design) -> tuple[float, float, float]:
 
 
 @_jit
-def first_contact(d: Design, most: float) -> tuple[int, int, int, float, float, float]:
-    """Return the edges that touch first below a twist, their neighbour, the twist and both places.
+def first_contact(d: Design, least: float, most: float) -> tuple[int, int, int, float, float, float]:
+    """Return the edges that touch first between twists, their neighbour, the twist and both places.
 
     The first edge is -1 where nothing touches below ``most``, and -2 where something touches that is not two edges, or
     at rest (twist 0).
     """
-    rates, b = free_rates(d), np.zeros(24)
+    rates, b, q = free_rates(d), np.zeros(24), np.empty(7)
     found, phi, x, y = engagement(d, rates, hinge_guess(d))
-    found = found and 0.0 < phi <= most and within(d, x, y)
+    found = found and least < phi <= most and within(d, x, y) and not d.bent
     n = _SAMPLES if found else 8 * _SAMPLES
     limit = phi * (1 - 1e-9) if found else most
-    before = 0.0
+    before = least
     for i in range(n + 1):
-        at = limit * i / n
-        deep, edge, k = others(d, at * rates, at, b)
+        at = least + (limit - least) * i / n
+        unloaded(rates, at, q)
+        deep, edge, k = others(d, q, at, q[6], b)
         if deep < 0.0:
             if i == 0:
                 return -2, edge, k, 0.0, 0.0, 0.0
             for _ in range(_HALVINGS):
                 middle = (before + at) / 2
-                deep, e, j = others(d, middle * rates, middle, b)
+                unloaded(rates, middle, q)
+                deep, e, j = others(d, q, middle, q[6], b)
                 if deep < 0.0:
                     at, edge, k = middle, e, j
                 else:

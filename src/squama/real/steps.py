@@ -10,9 +10,10 @@ import math
 import numpy as np
 
 from squama.real.contact import (  # isort: skip
-    AT, BEND, LAST, MISSED, MOTIONS, MOVED, NEW, PHI, SLIDING, Design, Frame, Step, Vector, _jit, add, angle, cross,
-    dot, frame, lengthwise, mixed, place, powers, residual, rotated, scaled, turn, turned,
+    AT, BEND, LAST, LEG, MISSED, MOTIONS, MOVED, NEW, PHI, SLIDING, STRETCH, Design, Frame, Step, _in, _jit, angle,
+    frame, lengthwise, place, powers, residual, turn,
 )  # fmt: skip
+from squama.real.vectors import Vector, add, cross, dot, mixed, rotated, scaled, turned
 from squama.types import Array
 
 TIGHT = 1e-8
@@ -100,12 +101,12 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
 
 @_jit
 def apart(d: Design, phi: float, q: Array, x: float, y: float) -> Vector:
-    """Return D between places on straight edges at motions q (6,)."""
+    """Return D between places on straight edges at motions q (7,), the stretch the last of them."""
     f, u, w = frame(d, phi, d.k), (q[0], q[1], q[2]), (q[3], q[4], q[5])
     e = turned(w)
     one = add(u, 1.0, rotated(e, place(d, d.first, x, -d.h / 2)))
     two = add(add(u, 1.0, rotated(e, place(d, d.second, y, d.h / 2))), 1.0, f.o)
-    return add(add(add(one, -1.0, turn(f, two)), 1.0, f.o), -d.k, f.z)
+    return add(add(add(one, -1.0, turn(f, two)), 1.0, f.o), -1.0 - q[6], f.t)
 
 
 @_jit
@@ -118,20 +119,50 @@ def solved(A: Array, b: Array) -> Array:
 
 @_jit
 def free_rates(d: Design) -> Array:
-    """Return the motions (6,) per twist while nothing touches."""
-    return -solved(d.table[:6, :6], d.table[:6, 6:7].copy())[:, 0]
+    """Return the motions and the stretch while nothing touches: (7, 2), per twist (or way), and where that is 0."""
+    loads, leg = np.zeros((7, 2)), d.table[LEG]
+    for i in range(7):
+        if d.bent:
+            row = d.table[i if i < MOTIONS else 8]
+            loads[i, 0] = -row[6] * leg[3] - row[7] * leg[2]
+            loads[i, 1] = -row[6] * leg[1] - row[7] * leg[0]
+        elif i < MOTIONS:
+            loads[i, 0] = -d.table[i, 6]
+    return solved(loosened(d), loads)
+
+
+@_jit
+def loosened(d: Design) -> Array:
+    """Return the stiffness (7, 7) over the motions and the stretch, out of reach of a length that is held."""
+    A = np.zeros((7, 7))
+    for i in range(MOTIONS):
+        for j in range(MOTIONS):
+            A[i, j] = d.table[i, j]
+        if d.bent and d.table[LEG, 4] > 0.0:
+            A[i, 6] = A[6, i] = d.table[8, i]
+    A[6, 6] = 1 / d.table[LEG, 4]
+    return A
+
+
+@_in
+def unloaded(rates: Array, phi: float, q: Array) -> None:
+    """Write the motions and the stretch (7,) at a twist while nothing touches."""
+    for j in range(7):
+        q[j] = phi * rates[j, 0] + rates[j, 1]
 
 
 @_jit
 def engagement(d: Design, rates: Array, guess: Vector) -> tuple[bool, float, float, float]:
     """Solve D = 0 on the path without contact for the twist and both places, from a guess of them."""
-    v, J, r = np.array(guess), np.empty((3, 3)), np.empty((3, 1))
+    v, J, r, q = np.array(guess), np.empty((3, 3)), np.empty((3, 1)), np.empty(7)
     for _ in range(30):
-        D = apart(d, v[0], v[0] * rates, v[1], v[2])
+        unloaded(rates, v[0], q)
+        D = apart(d, v[0], q, v[1], v[2])
         for j in range(3):
             o = v.copy()
             o[j] += _MOVE
-            moved = apart(d, o[0], o[0] * rates, o[1], o[2])
+            unloaded(rates, o[0], q)
+            moved = apart(d, o[0], q, o[1], o[2])
             for i in range(3):
                 J[i, j] = (moved[i] - D[i]) / _MOVE
         r[0, 0], r[1, 0], r[2, 0] = D
@@ -153,22 +184,25 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
     """
     last, guess = room[LAST], room[NEW]
     m, phi, x, y = MOTIONS, last[PHI], last[AT], last[AT + 1]
-    q = last[:m].copy()
-    Dq, base = np.empty((3, m)), apart(d, phi, q, x, y)
+    q = np.empty(7)
     for j in range(m):
+        q[j] = last[j]
+    q[m] = last[STRETCH]
+    Dq, base = np.empty((3, 7)), apart(d, phi, q, x, y)
+    for j in range(7):
         q[j] += _MOVE
         moved = apart(d, phi, q, x, y)
         q[j] -= _MOVE
         for i in range(3):
             Dq[i, j] = (moved[i] - base[i]) / _MOVE
     moved = apart(d, phi + _MOVE, q, x, y)
-    free = way * free_rates(d)
+    free = free_rates(d)
     V0 = np.empty(3)
     for i in range(3):
         V0[i] = way * (moved[i] - base[i]) / _MOVE
-        for j in range(m):
-            V0[i] += Dq[i, j] * free[j]
-    given = solved(d.table[:m, :m], Dq.T.copy())
+        for j in range(7):
+            V0[i] += Dq[i, j] * way * free[j, 0]
+    given = solved(loosened(d), Dq.T.copy())
     C = Dq @ given
     f, w = frame(d, phi, d.k), (q[3], q[4], q[5])
     e = turned(w)
@@ -206,7 +240,7 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
         before = aside
     push = scaled(N, add(n, -d.mu, t))
     for j in range(m):
-        guess[j] = free[j] + given[j, 0] * push[0] + given[j, 1] * push[1] + given[j, 2] * push[2]
+        guess[j] = way * free[j, 0] + given[j, 0] * push[0] + given[j, 1] * push[1] + given[j, 2] * push[2]
     guess[m], guess[m + 1], guess[m + 2] = 0.0, 0.0, N
     guess[m + 3], guess[m + 4] = dot(push, up), -dot(push, other)
     guess[angle(d)] = 0.0

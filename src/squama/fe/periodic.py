@@ -1,0 +1,134 @@
+"""How a pitch follows from the one before: moves x -> Q x + t by loads, with two derivatives; and the loads' path.
+
+A twisted beam has one load, the twist phi per pitch: Q = R(k phi), t = k e_z for a scale k pitches away. A beam that is
+bent and twisted has three strains: twist phi, bend psi (towards the scaled face) and stretch epsilon of the axis y = 0,
+in the order of the joint's matrix, and its pitches follow by powers of the screw exp(w, v),
+
+    w = -(psi, 0, phi)      v = (0, 0, 1 + epsilon)      Q = exp(k w)      t = k V(k w) v
+
+with V(w) the mean of exp(s w), s from 0 to 1.
+
+The path that a run follows is one number: the twist itself, or the way along a straight leg in the strains.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.fe.plate import Turn, rotation, translation
+from squama.types import Array
+
+STRAINS = 3
+"""Twist, bend and stretch per pitch, in this order."""
+_UP = np.array([0.0, 0.0, 1.0])
+_BY = -np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+"""Rates of w with the strains, by rows."""
+
+
+class Moves(NamedTuple):
+    """Rotations Q (n, 3, 3) and shifts t (n, 3), their rates with L loads (n, L, ..), and the rates' (n, L, L, ..)."""
+
+    Q: Array
+    t: Array
+    dQ: Array
+    dt: Array
+    ddQ: Array
+    ddt: Array
+
+    def of(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return where places x (n, 3) go, one by each move: (n, 3), rates (n, L, 3) and their rates (n, L, L, 3)."""
+        place, rate, second = self.turned(x)
+        return place + self.t, rate + self.dt, second + self.ddt
+
+    def turned(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return what the rotations make of vectors x (n, 3), likewise."""
+        return (
+            (self.Q @ x[:, :, None])[..., 0],
+            (self.dQ @ x[:, None, :, None])[..., 0],
+            (self.ddQ @ x[:, None, None, :, None])[..., 0],
+        )
+
+
+class Twist:
+    """The loads of a twisted beam: its twist, which is the path, too."""
+
+    loads, strains = 1, 0
+
+    def at(self, v: Array, way: float) -> Array:  # noqa: ARG002 - as a Leg's
+        """Return the loads (1,) for motions v and the place on the path."""
+        return np.array([way])
+
+    def by(self, size: int) -> Array:
+        """Return the derivatives (1, size) of the loads by motions and way, ``size`` in all."""
+        return np.eye(1, size, size - 1)
+
+    def moves(self, loads: Array, k: Array) -> Moves:
+        """Return the moves by k (n,) pitches."""
+        turn, z = Turn.at(k * loads[0]), np.zeros((k.size, 1, 1, 3))
+        first, second = (k**n * of.T for n, of in ((1, turn.dQ), (2, turn.ddQ)))
+        return Moves(turn.Q, k[:, None] * _UP, first.T[:, None], z[:, 0], second.T[:, None, None], z)
+
+
+class Leg:
+    """The loads of a beam that is bent and twisted: strains along a straight leg, and what motions add to them.
+
+    The three motions behind those of the rigid bodies are added to the strains: the forces on them are the torque T,
+    the moment M and the axial force. Those that no way of a run leads to (:class:`squama.fe.walk.Walk`) stay 0, so that
+    the strain is imposed; others are free.
+
+    Parameters
+    ----------
+    first : int
+        Number of the first of these motions; 6 with one scale.
+
+    Attributes
+    ----------
+    start, rate : (3,) arrays
+        Strains where the leg begins, and their rates with the way.
+    way : float
+        The way there.
+    """
+
+    loads = strains = STRAINS
+
+    def __init__(self, first: int = 6) -> None:
+        self.first = first
+        self.start, self.rate, self.way = np.zeros(STRAINS), np.zeros(STRAINS), 0.0
+
+    def turn(self, rate: Array, way: float) -> None:
+        """Go on along another leg."""
+        self.start, self.rate, self.way = self.start + (way - self.way) * self.rate, rate, way
+
+    def at(self, v: Array, way: float) -> Array:
+        """Return the strains (3,) for motions v and the place on the path."""
+        return np.asarray(self.start + (way - self.way) * self.rate + v[self.first : self.first + STRAINS])
+
+    def by(self, size: int) -> Array:
+        """Return the derivatives (3, size) of the strains by motions and way, ``size`` in all."""
+        out = np.eye(STRAINS, size, self.first)
+        out[:, -1] = self.rate
+        return out
+
+    def moves(self, loads: Array, k: Array) -> Moves:
+        """Return the moves by k (n,) pitches."""
+        return Moves(*(np.array(part) for part in zip(*(power(loads, float(n)) for n in k), strict=True)))
+
+
+Course = Twist | Leg
+
+
+def power(strains: Array, k: float) -> Moves:
+    """Return the power k of the screw of strains (3,): a :class:`Moves` without its first axis."""
+    w, by = k * (strains @ _BY), k * _BY
+    E, V = rotation(w), translation(w)
+    # the shift is k (1 + epsilon) times the last column of V
+    size, column = k * (1 + strains[2]), V.E[:, 2]
+    rate, bow = by @ V.dE[:, :, 2], np.einsum("li,mj,ija->lma", by, by, V.ddE[..., 2])
+    dt, ddt = size * rate, size * bow
+    dt[2] += k * column
+    ddt[2] += k * rate
+    ddt[:, 2] += k * rate
+    dQ = np.tensordot(by, E.dE, 1)
+    return Moves(E.E, size * column, dQ, dt, np.einsum("li,mj,ijab->lmab", by, by, E.ddE), ddt)

@@ -1,0 +1,97 @@
+"""Vectors and rotations of the compiled model: tuples of three numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.types import Array
+
+Vector = tuple[float, float, float]
+
+
+@_in
+def copy(of: Array, to: Array) -> None:
+    """Write an array's entries into another; an assignment of slices takes long to compile."""
+    for i in range(of.size):
+        to[i] = of[i]
+
+
+@_jit
+def put(of: Array, to: Array) -> None:
+    """Write a matrix into another one's first rows and columns."""
+    for i in range(of.shape[0]):
+        copy(of[i], to[i])
+
+
+@_in
+def dot(a: Vector, b: Vector) -> float:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@_in
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@_in
+def add(a: Vector, s: float, b: Vector) -> Vector:
+    """Return a + s b."""
+    return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
+
+
+@_in
+def scaled(s: float, a: Vector) -> Vector:
+    """Return s a."""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@_in
+def mixed(a: float, x: Vector, b: float, y: Vector, c: float, z: Vector) -> Vector:
+    """Return a x + b y + c z."""
+    return a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]
+
+
+class Turned(NamedTuple):
+    """A rotation by the vector w: sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 of its angle t."""
+
+    w: Vector
+    a: float
+    b: float
+    c: float
+
+
+@_in
+def turned(w: Vector) -> Turned:
+    """Return the rotation by a vector."""
+    q = dot(w, w)
+    if q < 0.05:
+        a = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
+        b = 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56 * (1 - q / 90 * (1 - q / 132))))
+        return Turned(w, a, b, 1 / 6 - q / 120 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
+    t = math.sqrt(q)
+    a = math.sin(t) / t
+    return Turned(w, a, (1 - math.cos(t)) / q, (1 - a) / q)
+
+
+@_in
+def rotated(e: Turned, x: Vector) -> Vector:
+    """Return E x."""
+    y = cross(e.w, x)
+    return add(add(x, e.a, y), e.b, cross(e.w, y))
+
+
+@_in
+def spin(e: Turned, dw: Vector) -> Vector:
+    """Return the vector o of a change dw: E x changes by o x (E x)."""
+    return add(mixed(e.a, dw, e.b, cross(e.w, dw), 0.0, dw), e.c * dot(e.w, dw), e.w)
+
+
+@_in
+def by_vector(e: Turned, moment: Vector) -> Vector:
+    """Return the gradient by w of the work whose moment is given: the transposed map of :func:`spin`."""
+    return add(mixed(e.a, moment, -e.b, cross(e.w, moment), 0.0, moment), e.c * dot(e.w, moment), e.w)
