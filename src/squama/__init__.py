@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
     from squama.curves.doors import bend, cycle, twist
     from squama.curves.finite_rows import row
+    from squama.dynamics.doors import shake, vibrate
+    from squama.dynamics.ratios import FreeVibration, free_vibration
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
@@ -47,6 +49,8 @@ _NAMES = {
     "model.outcome": "End",
     "curves.doors": "twist bend cycle",
     "curves.finite_rows": "row",
+    "dynamics.doors": "vibrate shake",
+    "dynamics.ratios": "free_vibration FreeVibration",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -75,6 +79,7 @@ __all__ = [
     "Export",
     "Fit",
     "Forces",
+    "FreeVibration",
     "Friction",
     "Gradient",
     "InputError",
@@ -96,6 +101,7 @@ __all__ = [
     "export",
     "fit",
     "forces",
+    "free_vibration",
     "gradient",
     "inverse_design",
     "joint",
@@ -106,11 +112,13 @@ __all__ = [
     "response",
     "row",
     "save",
+    "shake",
     "solve",
     "sweep",
     "twist",
     "uncertainty",
     "verify",
+    "vibrate",
     "view",
 ]
 
