@@ -13,6 +13,8 @@ COMMANDS = {
     "twist": "Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction.",
     "bend": "Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file.",
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
+    "vibrate": "Let a beam swing: its decay, and the damping of every cycle.",
+    "shake": "Shake a beam by a harmonic torque: steady states over frequencies, both ways.",
     "fit": "Find friction, joint stiffness and other parameters of a beam from measured torque and twist.",
     "design": "Find beams of hinged scales that lock, bear or dissipate as asked, from a target file.",
     "pareto": "Trade stiffness, range and dissipation of hinged scales off: a front, from a target file (extra fit).",
@@ -37,6 +39,7 @@ _ROOMS = {
     "design": ("pareto",),
     "elements": ("cell", "verify", "deck"),
     "sweep": ("map",),
+    "vibrate": ("shake",),
     "short": ("new", "ends", "paper", "explore"),
 }
 _ELSEWHERE = {name: module for module, names in _ROOMS.items() for name in names}

@@ -42,8 +42,9 @@ class Branch:
         self.work = self.force.antiderivative()
         self.last = float(y[-1])
 
+    @functools.cached_property
     def quick(self) -> Callable[[float], float]:
-        """Return the torque as a function of one number: the spline's own takes ten times as long for it."""
+        """The torque as a function of one number: the spline's own takes ten times as long for it."""
         knots, pieces = self.force.x.tolist(), self.force.c.T.tolist()
         most = len(pieces) - 1
 
@@ -72,7 +73,7 @@ class Side(NamedTuple):
     ends: str = ""
     up: Branch | None = None
     fall: Callable[[float], Branch] | None = None
-    elastic: Callable[[float], Any] | None = None
+    elastic: Callable[[Any], Any] | None = None
 
     def rising(self) -> Branch:
         """Return the loading branch."""

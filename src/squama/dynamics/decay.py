@@ -13,6 +13,7 @@ with U the elastic energy. y = A - (A - y_e) u^2 takes the root out of the integ
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +52,12 @@ class Decay(NamedTuple):
     rest: float = math.nan
     energy: float = math.nan
 
+    @classmethod
+    def of(cls, turns: Sequence[tuple[float, float, float]], end: str, rest: float, energy: float) -> Decay:
+        """Return a decay by its turning points one after the other."""
+        t, y, stored = np.array(turns, float).reshape(-1, 3).T
+        return cls(t, y, stored, end, rest, energy)
+
 
 def decay(sides: Sides, *, start: float = 0.0, speed: float = 0.0, turns: int) -> Decay:
     """Follow a system that is let go at ``start`` (signed), or that passes 0 with a speed, through turning points.
@@ -80,7 +87,7 @@ def decay(sides: Sides, *, start: float = 0.0, speed: float = 0.0, turns: int) -
         t += quarter(side.up, side.y_e, top, energy)
         y = sign * top
         found.append((t, y, side.stored(top)))
-    return Decay(*np.array(found, float).reshape(-1, 3).T, end, rest, energy)
+    return Decay.of(found, end, rest, energy)
 
 
 def rise(side: Side, energy: float) -> float:
@@ -124,7 +131,9 @@ def stays(side: Side, top: float) -> float:
     y = down.force.x[down.force.x < top]
     i = int(np.flatnonzero(y**2 / 2 + down.work(y) >= down.energy(top))[-1])
     above = float(y[i + 1]) if i + 1 < y.size else top
-    return bracketed(lambda v: down.energy(v) - down.energy(top), float(y[i]), (above + top) / 2 if above == top else above)
+    return bracketed(
+        lambda v: down.energy(v) - down.energy(top), float(y[i]), (above + top) / 2 if above == top else above
+    )
 
 
 def quarter(branch: Branch | None, y_e: float, top: float, energy: float) -> float:

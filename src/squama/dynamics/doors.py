@@ -31,6 +31,8 @@ DENSE = 24
 MOST_SWINGS, MOST_FREQUENCIES = 10_000, 1_000
 FAR = 0.6
 """Twist per pitch, rad, to which the real beam is followed that is struck or shaken."""
+ROUGH = 1e-7
+"""Relative error of a step on branches of the real beam."""
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
@@ -46,16 +48,21 @@ class Swinging(NamedTuple):
     bar: Bar
     sides: Sides
     asked: Asked
-    limits: list[systems.Limit]
+    limit: systems.Limit | None
 
     @property
     def per_pitch(self) -> float:
         """Torque of the bar per load angle per pitch, N m."""
         return self.bar.rigidity / self.beam.pitch
 
-    def answer(self, title: str, states: States, lowest: float, **attrs: float | str) -> Answer:
-        """Return the answer to a motion down to the angle ``lowest``."""
-        notes = [text for limit, text in self.limits if -lowest >= limit]
+    @property
+    def tolerance(self) -> float:
+        """Error of a step in time: a walked branch is no better than its increments."""
+        return ROUGH if self.held.joint == "compliant" else motion.TOLERANCE
+
+    def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
+        """Return the answer to a motion between two angles."""
+        notes = systems.notes(self.beam, self.held, self.limit, low, high)
         load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
@@ -173,10 +180,14 @@ def vibrated(
     one = _ready(swinging, start, min(speed, FAR) if push else abs(start))
     _within(one, start)
     how = {"start": start} if push == 0 else {"speed": speed}
-    found = _damped(one, Drive(zeta), **how, cycles=n) if zeta else decay(one.sides, **how, turns=2 * n + 1)
+    found = (
+        _damped(one, Drive(zeta, tolerance=one.tolerance), **how, cycles=n)
+        if zeta
+        else decay(one.sides, **how, turns=2 * n + 1)
+    )
     if found.end == BEYOND:
         _beyond(one, found, "release" if push == 0 else "impulse")
-    return _told(one, Drive(zeta), found, State(0.0, start, speed))
+    return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed))
 
 
 def _held(
@@ -193,9 +204,7 @@ def _held(
     return Held(kind, m, law, joint, thin, both), asked
 
 
-def _bar(
-    beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None
-) -> Swinging:
+def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
     """Read what swings; the branches are not there yet."""
     arguments.one_of("mode", mode, KINDS)
     own = {"rotor": beam.rotor, "density": beam.density}
@@ -203,12 +212,12 @@ def _bar(
         if given is not None:
             own[name] = _bounded(name, given, *beamfile.NUMBERS[f"beam.{name}"])
     bar = systems.bar(beam, held, mode, own["rotor"], own["density"])
-    return Swinging(beam, held, mode, bar, Sides(branches.APART, branches.APART), asked, [])
+    return Swinging(beam, held, mode, bar, Sides(branches.APART, branches.APART), asked, None)
 
 
 def _ready(one: Swinging, start: float, far: float) -> Swinging:
-    sides, limits = systems.sides(one.beam, one.held, one.mode, -1 if start < 0 else 1, far)
-    return one._replace(sides=sides, limits=limits)
+    sides, limit = systems.sides(one.beam, one.held, one.mode, -1 if start < 0 else 1, far)
+    return one._replace(sides=sides, limit=limit)
 
 
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
@@ -242,8 +251,9 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     sign = -1 if found.y.size and found.y[-1] > 0 else 1
     side, unit = one.sides.of(sign), one.bar.energy
     reason = (
-        f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and {side.height() * unit:.4g} J "
-        f"take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; an impact there is not in the model"
+        f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
+        f"{side.height() * unit:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
+        "comes then (an impact, another contact) is not in the model"
     )
     refuse(name, "", reason, "give less")
 
@@ -264,7 +274,7 @@ def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0
             end = BEYOND
         if len(rows) > 2 * cycles:
             break
-    return Decay(*np.array(rows, float).reshape(-1, 3).T, end, rest, state.y**2 / 2 + state.v**2 / 2)
+    return Decay.of(rows, end, rest, state.y**2 / 2 + state.v**2 / 2)
 
 
 def _told(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
@@ -280,7 +290,7 @@ def _told(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
         ("cycle",): {"zeta_cycle": damping(found.stored[peaks]), "period": np.diff(found.t[peaks]) * second},
         (): {"load_rest": np.asarray(found.rest), "end": np.asarray(found.end)},
     })  # fmt: skip
-    return one.answer("free vibration", states, float(np.min(found.y, initial=0.0)), damping=drive.zeta)
+    return one.answer("free vibration", states, float(y.min()), float(y.max()), damping=drive.zeta)
 
 
 # ---- forced -----------------------------------------------------------------------------------------------
@@ -371,7 +381,13 @@ def shake(
         ("way", "frequency"): along, ("way",): {"way": np.array(["up", "down"])}, ("frequency",): {"frequency": hertz},
         (): {"load_static": np.asarray(force)},
     })  # fmt: skip
-    return one.answer("steady states", states, float(along["load_low"].min()), damping=zeta).dataset()
+    low, high = float(along["load_low"].min()), float(along["load_high"].max())
+    return one.answer("steady states", states, low, high, damping=zeta).dataset()
+
+
+def frequency(name: str, text: str) -> float:
+    """Read a frequency with its unit, Hz."""
+    return _bounded(name, text, Dimension.FREQUENCY, FREQUENCY)
 
 
 def _through(
@@ -382,7 +398,7 @@ def _through(
     found = []
     for ratio in map(float, ratios):
         try:
-            state = motion.steady(one.sides, Drive(zeta, force, ratio), y, v)
+            state = motion.steady(one.sides, Drive(zeta, force, ratio, one.tolerance), y, v)
         except motion.LeftError as error:
             _left(one, error, ratio)
         found.append(state)

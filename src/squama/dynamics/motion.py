@@ -10,29 +10,34 @@ and leave upwards above, downwards below. Time is in 1/omega0 of the bar, angles
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from squama.dynamics.branches import Branch, Side
+from squama.dynamics.branches import Branch
 from squama.dynamics.decay import Sides
 from squama.types import Array
 
 TOLERANCE = 1e-10
-"""Relative error of a step."""
+"""Relative error of a step, where branches are smooth to all digits."""
 MOST_PARTS = 1000
 """Parts of the way from one turning point or period to the next, at most."""
 APART, TURNED, STUCK, BEYOND, EVENTS = "apart", "turned", "stuck", "beyond", "events"
 
 
 class Drive(NamedTuple):
-    """Material damping ``zeta`` of the bare bar; the force's amplitude, as the static angle of the bare bar, and Omega."""
+    """Material damping of the bare bar; amplitude of the force, as the bare bar's static angle, and Omega.
+
+    ``tolerance`` is the relative error of a step.
+    """
 
     zeta: float = 0.0
     force: float = 0.0
     frequency: float = 1.0
+    tolerance: float = TOLERANCE
 
     def at(self, t: float) -> float:
         """Return the force."""
@@ -104,9 +109,7 @@ def _where(sides: Sides, drive: Drive, state: State) -> tuple[int, Branch | None
     return (1, side.up) if w > 0 else (-1, side.falling(u))
 
 
-def _turn(
-    sides: Sides, drive: Drive, state: State, way: int, branch: Branch | None
-) -> tuple[int, Branch | None]:
+def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | None) -> tuple[int, Branch | None]:
     """Return way and branch after a turning point; way 0 with a branch: the scales stick."""
     sign = 1 if state.y > 0 else -1
     side, u = sides.of(sign), abs(state.y)
@@ -121,18 +124,16 @@ def _turn(
     return 0, down
 
 
-def _part(
-    sides: Sides, drive: Drive, state: State, until: float, way: int, branch: Branch | None, dense: int
-) -> Part:
+def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, branch: Branch | None, dense: int) -> Part:
     """Integrate to the next event."""
     zeta2 = 2 * drive.zeta
     sign = 1 if state.y > 0 else -1
-    pull: Callable[[float], float] = _nothing if branch is None else branch.quick()
+    pull: Callable[[float], float] = _nothing if branch is None else branch.quick
 
-    def rates(t: float, s: Sequence[float]) -> tuple[float, ...]:
-        y, v = s[0], s[1]
+    def rates(t: float, s: Array) -> list[float]:
+        y, v = float(s[0]), float(s[1])
         f = drive.at(t)
-        return v, f - zeta2 * v - y - sign * pull(sign * y), f * v, zeta2 * v * v
+        return [v, f - zeta2 * v - y - sign * pull(sign * y), f * v, zeta2 * v * v]
 
     if branch is None:
         events = [_crossing(s.y_e, k, k) for k, s in ((1, sides.plus), (-1, sides.minus)) if s.y_e < math.inf]
@@ -149,18 +150,16 @@ def _part(
 
     def solve(stop: float) -> Any:
         return solve_ivp(
-            rates, (state.t, stop), x0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE * 1e-2, events=events,
-            dense_output=dense > 0,
+            rates, (state.t, stop), x0, method="DOP853", rtol=drive.tolerance,
+            atol=drive.tolerance / 100, events=events, dense_output=dense > 0,
         )  # fmt: skip
 
     found = solve(until)
     hit = _hit(found)
-    if branch is None and hit == len(events) - 1 and state.t < found.t[-1]:
-        # a swing that engages and comes back within a step
-        y = float(found.y[0, -1])
-        if abs(y) > sides.of(1 if y > 0 else -1).y_e:
-            found = solve(float(found.t[-1]))
-            hit = _hit(found)
+    if hit == len(events) - 1 and any(e(0.0, found.y[:, -1]) * e.direction > 0 for e in events[:-1]):
+        # a swing that goes beyond a bound and comes back within a step
+        found = solve(float(found.t[-1]))
+        hit = _hit(found)
     t = float(found.t[-1])
     y, v, fed, damped = map(float, found.y[:, -1])
     why = "" if hit is None else str(events[hit].why)
@@ -232,9 +231,11 @@ def _reaches(drive: Drive, t: float, level: float, rising: int) -> float:
 
 # ---- steady states ----------------------------------------------------------------------------------------
 
-SETTLED, POLISHED = 1e-4, 1e-9
-"""Change of the state over a period, relative to its size, from which on Newton's method is used, and at the end."""
-MOST_PERIODS = 1000
+SETTLED, POLISHED = 1e-3, 10.0
+"""Change of the state over a period, relative to its size: from there on Newton's method is used; and at the end, over
+the error of a step."""
+MOST_PERIODS, LAST = 400, 50
+"""Periods after which a motion is told as not settled; extremes are then those of so many last ones."""
 
 
 class Steady(NamedTuple):
@@ -279,24 +280,28 @@ def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady
     """Follow a forced motion until it is periodic.
 
     Periods are gone through one by one, so that what is found is stable; Newton's method only finds the last digits.
-    Where no contact is left the linear oscillator's steady state is the answer, exactly.
+    Where no contact is left the linear oscillator's steady state is the answer, exactly. A motion that repeats after
+    several periods, or never, does not settle.
     """
     reach, y_s, v_s = drive.steady()
     engaged = min(side.y_e for side in sides)
+    seen: deque[tuple[float, float]] = deque(maxlen=LAST)
     for n in range(1, MOST_PERIODS + 1):
         if drive.zeta and reach + _swing(drive, y - y_s, v - v_s) < engaged:
             damped = math.pi * 2 * drive.zeta * drive.frequency * reach**2
             return Steady(reach, -reach, y_s, v_s, damped, damped, 0.0, n, True, 0)
         one = period(sides, drive, y, v)
         size, change = one.high - one.low, math.hypot(one.y - y, one.v - v)
-        if change <= POLISHED * size:
+        if change <= POLISHED * drive.tolerance * size:
             return one._replace(periods=n, settled=True)
         if change <= SETTLED * size:
             found = _newton(sides, drive, one.y, one.v, size)
             if found is not None:
                 return found._replace(periods=n, settled=True)
         y, v = one.y, one.v
-    return one._replace(periods=n)
+        seen.append((one.high, one.low))
+    highs, lows = zip(*seen, strict=True)
+    return one._replace(high=max(highs), low=min(lows), periods=n)
 
 
 def _swing(drive: Drive, y: float, v: float) -> float:
@@ -306,11 +311,11 @@ def _swing(drive: Drive, y: float, v: float) -> float:
 
 def _newton(sides: Sides, drive: Drive, y: float, v: float, size: float) -> Steady | None:
     """Return the periodic state near another; None where Newton's method does not find it at once."""
-    h = 1e-5 * size
+    h = math.sqrt(drive.tolerance) * size
     for _ in range(4):
         base = period(sides, drive, y, v)
         gap = np.array([base.y - y, base.v - v])
-        if float(np.hypot(*gap)) <= POLISHED * size:
+        if float(np.hypot(*gap)) <= POLISHED * drive.tolerance * size:
             return base
         moved = [period(sides, drive, y + h, v), period(sides, drive, y, v + h)]
         slope = np.array([[m.y - base.y, m.v - base.v] for m in moved]).T / h - np.eye(2)

@@ -137,7 +137,9 @@ def _one(design: list[float], load: str, law: str, mode: str, swings: int, *, pu
     """Return the decay of one design; energies over K_theta."""
     *ratios, kappa, thickness, given = design
     names = LOADS["twisting"].contact
-    columns = {name: np.array([v]) for name, v in zip(names, ratios, strict=True)} | {"thickness": np.array([thickness])}
+    columns = {name: np.array([v]) for name, v in zip(names, ratios, strict=True)} | {
+        "thickness": np.array([thickness])
+    }
     one = dict(zip(names, ratios, strict=True))
     sol = solution.solve(columns, load=load, law=law, sense="+")
     case = Case(1.0, kappa, 1.0, one["eta"], one["theta0"])

@@ -26,7 +26,7 @@ MOST = 1.0
 
 
 Limit = tuple[float, str]
-"""A note for motions beyond an angle below 0 (a magnitude)."""
+"""A note for motions beyond an angle below 0, which is a magnitude."""
 
 
 class Held(NamedTuple):
@@ -75,33 +75,33 @@ def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float |
     return Bar(rigidity, mass, (shape.number / L) ** 2 * math.sqrt(rigidity / mass), stiffness * shape.square)
 
 
-def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, list[Limit]]:
-    """Return the branches of a beam in both senses, and its limits; ``far`` the largest angle on the side of ``sign``.
+def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, Limit | None]:
+    """Return the branches of a beam in both senses; ``far`` is the largest angle on the side of ``sign``.
 
-    A side that runs into another contact on hinges is taken as bare, within a limit.
+    A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
     """
     if held.joint == "compliant":
         first = _real(beam, held, sign, far)
         energy = first.up.energy(min(far, first.last)) if first.up else far**2 / 2
         second = first if held.both else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
-        notes = real.notes(real.Held.of(beam), beam, far, ideal=held.ideal)
-        return Sides(*(first, second)[::sign]), [(0.0, note) for note in notes]
-    found, limits = _hinged(beam, held)
-    return Sides(*(branches.modal(side, mode) for side in found)), limits
+        return Sides(*(first, second)[::sign]), None
+    found, limit = _hinged(beam, held)
+    return Sides(*(branches.modal(side, mode) for side in found)), limit
 
 
-def _hinged(beam: Beam, held: Held) -> tuple[Sides, list[Limit]]:
+def _hinged(beam: Beam, held: Held) -> tuple[Sides, Limit | None]:
     kind = held.load
     both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, branches.FINEST, held.ideal)
     found = {sign: branches.of_path(both.paths[sign], both.bar) for sign in ("+", "-")}
     if held.both:
-        return Sides(found["+"], found["+"]), []
-    other, limits = both.paths["-"], []
+        return Sides(found["+"], found["+"]), None
+    other = both.paths["-"]
+    limit: Limit | None = None
     if kind.sided and found["-"].up is None and math.isfinite(other.load_end):
         text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
-        limits = [(other.load_end, f"{text}; on hinges the bar goes on without it")]
+        limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
         found["-"] = APART
-    return Sides(found["+"], found["-"]), limits
+    return Sides(found["+"], found["-"]), limit
 
 
 def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
@@ -140,3 +140,11 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
 def _over(q: Array) -> Array:
     """Return the scales' torque without the rounding of the bar's where nothing touches yet."""
     return np.where(np.abs(q) < 1e-12, 0.0, q)
+
+
+def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:
+    """Say where a motion between two angles leaves the model."""
+    found = [limit[1]] if limit is not None and -low >= limit[0] else []
+    if held.joint == "compliant":
+        found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=held.ideal)
+    return found
