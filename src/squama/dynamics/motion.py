@@ -84,6 +84,8 @@ def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int
             state = part.last
             if part.why == STUCK:
                 return
+            # the branch it stuck with is that of the way back
+            side = sides.of(1 if state.y > 0 else -1).up if way > 0 else side
             continue
         part = _part(sides, drive, state, until, way, side, dense)
         yield part
