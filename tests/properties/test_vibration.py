@@ -85,7 +85,9 @@ def test_the_map_is_what_motion_in_time_gives(load: str, seed: int) -> None:
     turns, times = integrated(d, load, top)
     assert np.ravel([v.peaks[:2], v.troughs], "F") == pytest.approx(turns[:4], abs=1e-9)
     assert v.peaks[2] == pytest.approx(turns[4], abs=1e-9)
-    assert [v.trough_times[0], v.peak_times[1], v.trough_times[1], v.peak_times[2]] == pytest.approx(times[1:], abs=1e-8)
+    assert [v.trough_times[0], v.peak_times[1], v.trough_times[1], v.peak_times[2]] == pytest.approx(
+        times[1:], abs=1e-8
+    )
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -191,7 +193,9 @@ def test_speed_is_no_group() -> None:
 
 
 def test_scales_on_both_sides_swing_alike() -> None:
-    one, both = (squama.vibrate(BEAM, release="5 rad/m", rotor=ROTOR, mu=0.3, sides=s, **HINGE) for s in ("one", "both"))
+    one, both = (
+        squama.vibrate(BEAM, release="5 rad/m", rotor=ROTOR, mu=0.3, sides=s, **HINGE) for s in ("one", "both")
+    )
     assert -both.phi_turn.values[1] == pytest.approx(one.phi_turn.values[2], rel=1e-9)
     held = systems.Held(LOADS["twisting"], 0.3, "edge", "hinge", True, True)
     sides = systems.sides(BEAM, held, "uniform", 1, 0.1)[0]

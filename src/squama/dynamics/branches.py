@@ -64,7 +64,7 @@ class Branch:
 class Side(NamedTuple):
     """One sense of load: engagement ``y_e`` (inf for none), the last angle that is followed, and what ends it.
 
-    ``up`` is the loading branch, ``fall`` gives the unloading branch from a turning point (on hinges always the same),
+    ``endless``: it is a frictional lock, which no energy reaches. ``up`` is the loading branch, ``fall`` gives the unloading branch from a turning point (on hinges always the same),
     ``elastic`` the scales' elastic energy on the way up.
     """
 
@@ -74,6 +74,7 @@ class Side(NamedTuple):
     up: Branch | None = None
     fall: Callable[[float], Branch] | None = None
     elastic: Callable[[Any], Any] | None = None
+    endless: bool = False
 
     def rising(self) -> Branch:
         """Return the loading branch."""
@@ -90,7 +91,9 @@ class Side(NamedTuple):
         return y * y / 2 + (float(self.elastic(y)) if self.elastic and y > self.y_e else 0.0)
 
     def height(self) -> float:
-        """Work that it takes to come to the last angle."""
+        """Work that it takes to come to the last angle; inf at a frictional lock."""
+        if self.endless:
+            return math.inf
         return self.up.energy(self.last) if self.up else self.last * self.last / 2
 
 
@@ -133,7 +136,7 @@ def of_path(path: hinge.Path, kappa: float, top: float = math.inf) -> Side:
     ends = words(path.end, path.other)
     if not path.engaged:
         return APART if path.end is End.NONE and not path.other else Side(math.inf, path.load_end, ends)
-    return hinged(path.side, kappa, ends, top)
+    return hinged(path.side, kappa, ends, top)._replace(endless=path.end is End.FRICTIONAL and path.mu > 0)
 
 
 def words(end: str, other: str) -> str:

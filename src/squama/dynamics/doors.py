@@ -123,9 +123,9 @@ def vibrate(
     -------
     xarray.Dataset
         Dimension ``point``, the record: ``t`` (s), ``phi``, ``phi_speed``. Dimension ``turn``, turning points:
-        ``t_turn``, ``phi_turn``, ``U_turn`` (elastic energy of the beam, J). Dimension ``cycle``: ``zeta`` by the
-        energies at its peaks, ``period``. ``f_0`` frequency of the bar without contact; ``end``: "rings", or "jams" at
-        ``phi_rest``. In bending ``psi`` in place of ``phi``. See docs, theory: vibration.
+        ``t_turn``, ``phi_turn``, ``U_turn`` (elastic energy of the beam, J). Dimension ``cycle``: ``zeta_cycle`` by
+        the energies at its peaks, ``period``. ``f_0`` frequency of the bar without contact; ``end``: "rings", or
+        "jams" at ``phi_rest``. In bending ``psi`` in place of ``phi``. See docs, theory: vibration.
 
     Raises
     ------
@@ -138,6 +138,7 @@ def vibrate(
     >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
     >>> v = squama.vibrate(beam, release="0.15 rad/pitch", rotor="0.01 kg m2", joint="hinge", ideal=True)
     >>> print(f"{float(v.f_0):.3f} Hz bare, damping {float(v.zeta_cycle[0]):.4f}, then {float(v.zeta_cycle[1]):.4f}")
+    0.560 Hz bare, damping 0.0283, then 0.0249
     """
     return vibrated(
         beam, release=release, impulse=impulse, rotor=rotor, density=density, damping=damping, swings=swings, mu=mu,
@@ -335,7 +336,8 @@ def shake(
     -------
     xarray.Dataset
         Dimensions ``way`` ("up", "down") and ``frequency``: ``phi_high``, ``phi_low`` largest and smallest twist,
-        ``W_fed``, ``W_rubbed``, ``W_damped`` works over a period (J), ``periods`` until it was steady, ``settled``.
+        ``W_fed``, ``W_rubbed``, ``W_damped`` works over a period (J), ``periods`` until it was steady, ``settled``
+        (False for a motion that does not repeat with the torque; its extremes are those of the last 50 periods).
         Each frequency starts from the state of the one before, so states that exist side by side show as a
         difference between both ways.
 
@@ -348,8 +350,9 @@ def shake(
     --------
     >>> import squama
     >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.2)
-    >>> s = squama.shake(beam, [2, 3], static="0.05 rad/pitch", rotor="0.01 kg m2", joint="hinge", ideal=True)
+    >>> s = squama.shake(beam, [0.5, 0.6], static="0.06 rad/pitch", rotor="0.01 kg m2", joint="hinge", ideal=True)
     >>> print(s.phi_high.values.round(4).tolist())
+    [[0.0832, 0.099], [0.0832, 0.099]]
     """
     if (static is None) == (torque is None):
         refuse("static, torque", "", "one of them is to be given", 'write e.g. static="0.05 rad/pitch"')

@@ -146,7 +146,8 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     else:
         side = sides.of(sign)
         last = min(side.last, branch.last)
-        bound = _crossing(last, sign, sign, why=BEYOND) if way > 0 else _crossing(side.y_e, sign, -sign)
+        stops = TURNED if side.endless else BEYOND
+        bound = _crossing(last, sign, sign, why=stops) if way > 0 else _crossing(side.y_e, sign, -sign)
         events = [bound, _turning(-sign * way)]
     x0 = np.array([state.y, state.v, state.fed, state.damped])
 
