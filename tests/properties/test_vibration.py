@@ -227,6 +227,19 @@ def test_stick_holds_until_the_force_leaves_the_interval() -> None:
     assert leaves == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_beam_that_slides_back_a_part_stays_there() -> None:
+    """Where the way back takes in more than it gives; the motion in time says so too."""
+    y = np.linspace(0.1, 1.0, 400)
+    up, down = Branch(y, 5.0 * (y - 0.1)), Branch(y, (y - 0.1) * (1.2 - 20.0 * np.exp(-(((y - 0.5) / 0.1) ** 2))))
+    sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
+    found = decay(sides, start=0.9, turns=3)
+    assert found.end == "jams"
+    assert 0.4 < found.rest < 0.9
+    last = list(motion.follow(sides, motion.Drive(), motion.State(0.0, 0.9, 0.0), 100.0))[-1]
+    assert last.why == motion.STUCK
+    assert last.last.y == pytest.approx(found.rest, abs=1e-8)
+
+
 def test_a_swing_that_only_just_engages_is_seen() -> None:
     y = np.linspace(0.1, 1.0, 40)
     up, down = Branch(y, 50.0 * (y - 0.1)), Branch(y, 20.0 * (y - 0.1))

@@ -85,7 +85,10 @@ def _shown(data: Answer) -> Iterable[str | Table]:
     t, y, U = (data[name] for name in ("t_turn", f"{angle}_turn", "U_turn"))
     zeta, period = data["zeta_cycle"], data["period"]
     rows = [
-        [str(i + 1), *map(shown_number, (t[2 * i], y[2 * i], y[2 * i + 1], U[2 * i], zeta[i], 1 / period[i]))]
+        [
+            str(i + 1),
+            *map(shown_number, (t[2 * i], y[2 * i], y[2 * i + 1], U[2 * i], round(float(zeta[i]), 9), 1 / period[i])),
+        ]
         for i in range(min(zeta.size, SHOWN))
     ]
     if rows:
@@ -97,7 +100,7 @@ def _shown(data: Answer) -> Iterable[str | Table]:
     yield f"without contact {f_0:.4g} Hz; scales engage at {shown_number(engaged, 'rad/pitch')}"
     if str(data["end"]) == "jams":
         yield f"it jams: let go at {y[-1]:.4g} rad/pitch it stays at {float(data[f'{angle}_rest']):.4g} rad/pitch"
-    elif zeta.size and math.isfinite(engaged) and not attrs["damping"]:
+    elif float(data["mu"]) and math.isfinite(engaged) and not attrs["damping"]:
         yield "friction damps beyond engagement only: below it the beam rings on unless its material damps (--damping)"
     yield "damping: ln of the elastic energies at two peaks over 4 pi; a number of its amplitude, not of the beam"
     yield from output.warnings(attrs["warnings"])

@@ -28,8 +28,8 @@ from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.types import Array
 
-NODES = 1024
-"""Places of a branch, per unit of the logarithm in which the pole of friction is straight."""
+NODES = 256
+"""Places of a branch, per unit of the logarithm in which the pole of friction is straight: peaks to some 1e-11."""
 FINEST = 1e-6
 """Part of a path left before a lock at which its branches end, where nothing ends them before."""
 
@@ -64,8 +64,9 @@ class Branch:
 class Side(NamedTuple):
     """One sense of load: engagement ``y_e`` (inf for none), the last angle that is followed, and what ends it.
 
-    ``endless``: it is a frictional lock, which no energy reaches. ``up`` is the loading branch, ``fall`` gives the unloading branch from a turning point (on hinges always the same),
-    ``elastic`` the scales' elastic energy on the way up.
+    ``up`` is the loading branch, ``fall`` gives the unloading branch from a turning point (on hinges always the same),
+    ``elastic`` the scales' elastic energy on the way up. ``endless``: the end is a frictional lock, which no energy
+    reaches.
     """
 
     y_e: float
@@ -188,7 +189,6 @@ MODES = {
 }
 """First bending modes (<chi^2> of the cantilever is 1/4 exactly)."""
 KINDS = ("uniform", *MODES)
-_GAUSS = 48
 
 
 def modal(side: Side, mode: str) -> Side:
@@ -197,7 +197,7 @@ def modal(side: Side, mode: str) -> Side:
         return side
     m, y = MODES[mode], side.rising().force.x
     share = m.far(np.clip(side.y_e / y, 0.0, 1.0))
-    nodes, weights = _gauss()
+    nodes, weights = gauss(48)
     # engaged is what bends more than engagement asks for
     s = share[:, None] * nodes
     chi, w = m.shape(s), share[:, None] * weights * m.weight / m.square
@@ -215,6 +215,7 @@ def modal(side: Side, mode: str) -> Side:
 
 
 @functools.cache
-def _gauss() -> tuple[Array, Array]:
-    x, w = np.polynomial.legendre.leggauss(_GAUSS)
+def gauss(n: int) -> tuple[Array, Array]:
+    """Return nodes and weights of Gauss and Legendre on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(n)
     return (x + 1) / 2, w / 2

@@ -18,12 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.dynamics.branches import Branch, Side
+from squama.dynamics.branches import Branch, Side, gauss
 from squama.model.bracket import bracketed
 from squama.types import Array
 
-_U, _W = np.polynomial.legendre.leggauss(60)
-_U, _W = (_U + 1) / 2, _W / 2
 RINGS, JAMS, BEYOND = "rings", "jams", "beyond"
 """How a record ends: as many swings as were asked, where the beam stays, where a swing goes beyond the model."""
 
@@ -73,11 +71,11 @@ def decay(sides: Sides, *, start: float = 0.0, speed: float = 0.0, turns: int) -
     while len(found) < turns:
         if found:
             side = sides.of(sign)
-            released = let_go(side, abs(y))
-            if released is None:
-                end, rest = JAMS, stays(side, abs(y)) * sign
+            kept = stays(side, abs(y)) if abs(y) > side.y_e else None
+            if kept is not None:
+                end, rest = JAMS, kept * sign
                 break
-            energy, spent = released
+            energy, spent = let_go(side, abs(y))
             t, sign = t + spent, -sign
         side = sides.of(sign)
         if energy > side.height() * (1 + 1e-12):
@@ -104,45 +102,41 @@ def rise(side: Side, energy: float) -> float:
     return bracketed(lambda y: up.energy(y) - energy, a, b)
 
 
-def let_go(side: Side, top: float) -> tuple[float, float] | None:
-    """Return the energy at 0 of a beam let go at a turning point, and the time until there; None where it stays."""
+def let_go(side: Side, top: float) -> tuple[float, float]:
+    """Return the energy at 0 of a beam let go at a turning point, and the time until there."""
     if top <= side.y_e:
         return top * top / 2, math.pi / 2
     down = side.falling(top)
-    if top > down.last * (1 + 1e-12) or not _free(down, top):
-        return None
     energy = down.energy(top)
     return energy, quarter(down, side.y_e, top, energy)
 
 
-def _free(down: Branch, top: float) -> bool:
-    """Whether a beam let go slides back all the way: its energy is below what it had nowhere but at the top."""
-    if top + float(down.force(top)) <= 0:
-        return False
-    y = down.force.x[down.force.x < top]
-    return bool((y**2 / 2 + down.work(y) < down.energy(top)).all())
+def stays(side: Side, top: float) -> float | None:
+    """Return where a beam comes to rest that is let go and does not slide back all the way; None for one that does.
 
-
-def stays(side: Side, top: float) -> float:
-    """Return where a beam comes to rest that does not slide back all the way."""
+    It stops where the energy on the way back is again what it was at the top.
+    """
     down = side.falling(top)
-    if top > down.last or top + float(down.force(top)) <= 0:
+    if top > down.last * (1 + 1e-12) or top + float(down.force(top)) <= 0:
         return top
-    y = down.force.x[down.force.x < top]
-    i = int(np.flatnonzero(y**2 / 2 + down.work(y) >= down.energy(top))[-1])
-    above = float(y[i + 1]) if i + 1 < y.size else top
-    return bracketed(
-        lambda v: down.energy(v) - down.energy(top), float(y[i]), (above + top) / 2 if above == top else above
-    )
+    y = down.force.x[down.force.x < top * (1 - 1e-9)]
+    above = np.flatnonzero(y**2 / 2 + down.work(y) >= down.energy(top))
+    if not above.size:
+        return None
+    i = int(above[-1])
+    if i + 1 == y.size:
+        return top
+    return bracketed(lambda v: down.energy(v) - down.energy(top), float(y[i]), float(y[i + 1]))
 
 
 def quarter(branch: Branch | None, y_e: float, top: float, energy: float) -> float:
     """Return the time between 0 and a turning point, on one branch."""
     if branch is None or top <= y_e:
         return math.pi / 2
-    y = top - (top - y_e) * _U**2
+    u, w = gauss(60)
+    y = top - (top - y_e) * u**2
     left = energy - y * y / 2 - branch.work(y)
-    contact = float(_W @ (2 * (top - y_e) * _U / np.sqrt(2 * left)))
+    contact = float(w @ (2 * (top - y_e) * u / np.sqrt(2 * left)))
     return contact + math.asin(y_e / math.sqrt(2 * energy))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from squama import arguments
 from squama.beam import beamfile
 from squama.beam.design import Beam
+from squama.beam.parts import Quantity
 from squama.curves import follow as spine
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
@@ -36,7 +37,6 @@ ROUGH = 1e-7
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
-Quantity = float | str
 
 
 class Swinging(NamedTuple):

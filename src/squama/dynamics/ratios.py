@@ -112,10 +112,15 @@ def free_vibration(
     )  # fmt: skip
     arguments.thin(columns[7], arguments.law(law), load)
     n = arguments.whole("swings", swings, 1, 10_000)
-    found = [
-        _one(design.tolist(), kind.name, kind.law(law), mode, n, pushed=impulse is not None, both=sides == "both")
-        for design in np.array(columns).T
-    ]
+    named = dict(zip((*LOADS["twisting"].contact, "kappa", "thickness"), columns, strict=False))
+    law = kind.law(law)
+    sol = solution.solve(named, load=kind.name, law=law, sense="+")
+    found = []
+    for i, value in enumerate(columns[-1].tolist()):
+        one = {name: float(column[i]) for name, column in named.items()}
+        case = Case(1.0, one["kappa"], 1.0, one["eta"], one["theta0"])
+        path = hinge.path(case, sol.one(i), None, one["mu"], law, branches.FINEST)
+        found.append(_one(path, one["kappa"], value, mode, n, pushed=impulse is not None, both=sides == "both"))
     peaks, troughs = slice(0, None, 2), slice(1, None, 2)
     turns = np.array([_filled(one, 2 * n + 1) for one in found]).reshape(*shape, 3, 2 * n + 1)
     t, y, stored = (turns[..., i, :] for i in range(3))
@@ -133,23 +138,13 @@ def _filled(one: Decay, size: int) -> Array:
     return rows
 
 
-def _one(design: list[float], load: str, law: str, mode: str, swings: int, *, pushed: bool, both: bool) -> Decay:
-    """Return the decay of one design; energies over K_theta."""
-    *ratios, kappa, thickness, given = design
-    names = LOADS["twisting"].contact
-    columns = {name: np.array([v]) for name, v in zip(names, ratios, strict=True)} | {
-        "thickness": np.array([thickness])
-    }
-    one = dict(zip(names, ratios, strict=True))
-    sol = solution.solve(columns, load=load, law=law, sense="+")
-    case = Case(1.0, kappa, 1.0, one["eta"], one["theta0"])
-    path = hinge.path(case, sol, None, one["mu"], law, branches.FINEST)
+def _one(path: hinge.Path, kappa: float, given: float, mode: str, swings: int, *, pushed: bool, both: bool) -> Decay:
+    """Return the decay of one design; what it had too much of energy is over K_theta."""
     # a swing that passes 0 with a speed goes no further than without scales
     plus = branches.modal(branches.of_path(path, kappa, given), mode)
     found = Sides(plus, plus if both else APART)
     if not pushed and given > plus.last * (1 + 1e-12):
-        nothing = np.empty(0)
-        return Decay(nothing, nothing, nothing, BEYOND, math.nan, math.nan)
+        return Decay.of([], BEYOND, math.nan, math.nan)
     how = {"speed": given} if pushed else {"start": min(given, plus.last)}
     made = decay(found, **how, turns=2 * swings + 1)
     return made._replace(energy=made.energy * kappa if made.end == BEYOND else math.nan)
