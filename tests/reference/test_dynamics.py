@@ -99,6 +99,23 @@ def test_a_forced_state_is_the_recorded_one(case: dict) -> None:
     assert found.fed == pytest.approx(found.rubbed + found.damped, rel=1e-7)
 
 
+def test_two_states_at_one_frequency() -> None:
+    """Beyond the frequencies recorded: the upper state goes on where the linear one, from rest, has come in."""
+    case = next(c for c in FORCED if c["Omega"] == 1.3)
+    for mu, recorded in ((case["mu"], {1.4: 0.1876, 1.45: 0.2083}), (0.05, {1.4: 0.0, 1.45: 0.0, 1.54: 0.0})):
+        sides, y, v = Sides(side({**case, "mu": mu}), APART), 0.0, 0.0
+        for omega, high in {1.3: 0.0, **recorded}.items():
+            drive = motion.Drive(case["zeta_m"], case["F"], omega)
+            state = motion.steady(sides, drive, y, v)
+            y, v = state.y, state.v
+            assert state.high == pytest.approx(high or state.high, abs=1e-4)
+    rest = motion.steady(sides, drive)
+    assert state.settled
+    assert rest.settled
+    assert state.high > 0.2
+    assert rest.high == pytest.approx(drive.steady()[0], rel=1e-12)
+
+
 def test_a_loop_of_bending_has_the_recorded_work() -> None:
     (case,) = named("W ")
     found = side({**case, "kappa": 1.0})

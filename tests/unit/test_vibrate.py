@@ -33,12 +33,17 @@ def test_the_bare_frequencies_are_those_of_books():
     heavy = squama.vibrate(BEAM, rotor=ROTOR, density="1000 kg/m3", **still)
     polar = s.width * s.thickness * (s.width**2 + s.thickness**2) / 12
     assert heavy.attrs["inertia"] == pytest.approx(0.01 + 1000 * polar * L / 3, rel=1e-12)
+    bent = squama.vibrate(BEAM, load="bending", rotor=ROTOR, **{**still, "joint": None, "ideal": None})
+    omega = math.sqrt(2 * BEAM.bending_rigidity / (L * 0.01))
+    assert 2 * math.pi * float(bent.f_0) == pytest.approx(omega, rel=1e-12)
     mass = 1000 * s.width * s.thickness
-    for mode, number in (("simply supported", math.pi), ("cantilever", 1.875104)):
+    for mode, number, square in (("simply supported", math.pi, 1 / 2), ("cantilever", 1.875104, 1 / 4)):
         m = squama.vibrate(BEAM, load="bending", mode=mode, density=1000, release="0.001 rad/pitch", swings=1)
         omega = (number / L) ** 2 * math.sqrt(BEAM.bending_rigidity / mass)
         assert 2 * math.pi * float(m.f_0) == pytest.approx(omega, rel=1e-6)
         assert float(m.period[0] * m.f_0) == pytest.approx(1.0, rel=1e-12)
+        bar = BEAM.bending_rigidity * (0.001 / BEAM.pitch) ** 2 / 2 * L * square
+        assert m.U_turn.values == pytest.approx(bar, rel=1e-12)
 
 
 def test_energies_are_those_of_cycle():
@@ -56,6 +61,10 @@ def test_an_impulse_gives_its_energy():
     assert float(v.phi_turn[0]) < float(v.phi_e)
     assert float(v.U_turn[0]) == pytest.approx(0.002**2 / 0.01 / 2, rel=1e-9)
     assert float(v.t_turn[0] * v.f_0) == pytest.approx(0.25, rel=1e-9)
+    # on either of two rotors
+    bent = squama.vibrate(BEAM, load="bending", impulse="0.0005 N m s", rotor=ROTOR, swings=1)
+    assert float(bent.psi_turn[0]) < float(bent.psi_e)
+    assert float(bent.U_turn[0]) == pytest.approx(0.0005**2 / 0.01, rel=1e-9)
 
 
 def test_the_record_goes_through_the_turning_points():
@@ -187,6 +196,13 @@ def test_what_is_refused(name, folder, capsys):
 def test_a_swing_with_too_much_energy_is_refused_with_both_energies():
     with pytest.raises(squama.InputError, match=r"has 200 J, and [\d.]+ J take it to .* other contact"):
         squama.vibrate(BEAM, impulse="2 N m s", rotor=ROTOR, mu=0, **HINGE)
+
+
+def test_a_frictional_lock_takes_any_energy():
+    for damping in (0.0, 0.01):
+        v = squama.vibrate(BEAM, impulse="2 N m s", rotor=ROTOR, mu=0.5, damping=damping, swings=1, **HINGE)
+        assert v.end.item() == "rings"
+        assert float(v.phi_turn[0]) == pytest.approx(float(squama.twist(BEAM, mu=0.5, **HINGE).phi_end), rel=1e-3)
 
 
 def test_shapes_of_modes():
