@@ -263,7 +263,7 @@ def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0
     """Return the turning points of a motion with material damping, by integration with events."""
     sides = one.sides
     rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start)))] if start else []
-    # a half swing takes no longer than the bare bar's
+    # a cycle takes less than twice the undamped bare bar's
     until, end, rest, state = (2 * cycles + 1) * 2 * math.pi, RINGS, math.nan, State(0.0, start, speed)
     for part in motion.follow(sides, drive, state, until):
         state = part.last
