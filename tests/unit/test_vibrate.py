@@ -86,6 +86,9 @@ def test_a_beam_that_jams_stays():
             v = squama.vibrate(beam, release=release, rotor=ROTOR, mu=0.5, damping=damping, swings=1, **HINGE)
             assert v.end.item() == end
             assert math.isnan(float(v.phi_rest)) == (end == "rings")
+            if end == "jams":
+                assert v.phi.values.tolist() == [float(v.phi_turn[0])] * 2
+                assert float(v.t[-1] * v.f_0) == pytest.approx(1.0)
 
 
 def test_arrays_of_designs_have_the_figures_of_single_ones():

@@ -280,8 +280,9 @@ def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0
 
 def _told(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
     """Return the answer to a free vibration, with its record in time."""
-    second, until = 1 / one.bar.omega, float(found.t[-1])
-    parts = [part for part in motion.follow(one.sides, drive, start, until, dense=DENSE) if part.why != motion.STUCK]
+    # a beam that jams is seen to stay, for a period of the bare bar
+    second, until = 1 / one.bar.omega, float(found.t[-1]) + (2 * math.pi if found.end == JAMS else 0.0)
+    parts = list(motion.follow(one.sides, drive, start, until, dense=DENSE))
     t, y, v = (np.concatenate([[first], *(getattr(p, name)[1:] for p in parts)])
                for name, first in (("t", 0.0), ("y", start.y), ("v", start.v)))  # fmt: skip
     peaks = slice(0, None, 2)

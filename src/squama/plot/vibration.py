@@ -15,6 +15,8 @@ from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.style import PAGE, Look, angle_label, headline, label, letters, new_figure, styled
 from squama.types import Array
 
+NOTHING = 1e-6
+"""Damping ratio that is none in a picture."""
 _POINTS: Look = {"linestyle": "", "marker": "o", "markersize": 3}
 
 
@@ -68,7 +70,8 @@ def _damping(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     zeta = dataset["zeta_cycle"].values
     ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, **_POINTS)
     ax.set(xlabel="Peak at which a cycle begins (rad per pitch)", ylabel="Damping ratio of the cycle $\\zeta_n$")
-    ax.set_ylim(0, 1.15 * max(float(np.nanmax(zeta, initial=0.0)), 1e-12))
+    most = float(np.nanmax(zeta, initial=0.0))
+    ax.set_ylim(0, 1.15 * most if most > NOTHING else NOTHING)
     _engaged(dataset, names, ax.axvline)
     if np.isfinite(float(dataset[f"{names.angle}_e"])):
         ax.legend(loc="upper left")
