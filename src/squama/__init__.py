@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from squama.curves.doors import bend, cycle, twist
     from squama.curves.finite_rows import row
     from squama.curves.polygons import bend_twist
+    from squama.dynamics.doors import shake, vibrate
+    from squama.dynamics.ratios import FreeVibration, free_vibration
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
@@ -49,6 +51,8 @@ _NAMES = {
     "curves.doors": "twist bend cycle",
     "curves.finite_rows": "row",
     "curves.polygons": "bend_twist",
+    "dynamics.doors": "vibrate shake",
+    "dynamics.ratios": "free_vibration FreeVibration",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -77,6 +81,7 @@ __all__ = [
     "Export",
     "Fit",
     "Forces",
+    "FreeVibration",
     "Friction",
     "Gradient",
     "Held",
@@ -100,6 +105,7 @@ __all__ = [
     "export",
     "fit",
     "forces",
+    "free_vibration",
     "gradient",
     "held",
     "inverse_design",
@@ -111,11 +117,13 @@ __all__ = [
     "response",
     "row",
     "save",
+    "shake",
     "solve",
     "sweep",
     "twist",
     "uncertainty",
     "verify",
+    "vibrate",
     "view",
 ]
 

@@ -22,6 +22,10 @@ class Dimension(StrEnum):
     PRESSURE = "pressure"
     TORQUE = "torque"  # also the stiffness of a joint, N m or N m/rad
     TWIST_RATE = "twist rate"  # also a curvature
+    DENSITY = "density"
+    INERTIA = "moment of inertia"
+    IMPULSE = "angular impulse"
+    FREQUENCY = "frequency"
     RATIO = "ratio"
 
 
@@ -35,6 +39,10 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
         Dimension.PRESSURE: {"Pa": (1.0, 1.0), "kPa": (1e3, 1.0), "MPa": (1e6, 1.0), "GPa": (1e9, 1.0)}
         | {"N/m^2": (1.0, 1.0), "N/mm^2": (1e6, 1.0)},
         Dimension.TWIST_RATE: {"1/m": (1.0, 1.0), "1/mm": (1e3, 1.0)},
+        Dimension.DENSITY: {"kg/m^3": (1.0, 1.0), "kg/m3": (1.0, 1.0), "g/cm^3": (1e3, 1.0), "g/cm3": (1e3, 1.0)},
+        Dimension.INERTIA: {"kg m^2": (1.0, 1.0), "kg m2": (1.0, 1.0), "g cm^2": (1.0, 1e7), "g cm2": (1.0, 1e7)},
+        Dimension.IMPULSE: {"N m s": (1.0, 1.0), "N mm s": (1.0, 1e3)},
+        Dimension.FREQUENCY: {"Hz": (1.0, 1.0), "kHz": (1e3, 1.0), "mHz": (1.0, 1e3)},
         Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
     }.items()
     for unit, scale in scales.items()
@@ -89,7 +97,7 @@ def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
         factor = float(base.magnitude)
     except Exception:  # pint raises errors of many kinds on text that is no unit
         return None
-    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m"):
+    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m", "kg/m^3", "kg m^2", "N m s", "Hz"):
         if base.units == registry.Quantity(1.0, si).to_base_units().units and 0 < factor < math.inf:
             return UNITS[si][0], factor, 1.0
     return None
@@ -166,6 +174,10 @@ _KINDS = {
     Dimension.PRESSURE: _Kind(Dimension.PRESSURE, "a pressure", "MPa", "1.5", "Pa", ("GPa", "MPa", "kPa", "Pa")),
     Dimension.TORQUE: _Kind(Dimension.TORQUE, "a torque", "N m", "0.02", "N m", ("N m", "N mm")),
     Dimension.TWIST_RATE: _Kind(Dimension.TWIST_RATE, "a twist rate", "rad/m", "5", "rad/m", ("rad/m",)),
+    Dimension.DENSITY: _Kind(Dimension.DENSITY, "a density", "kg/m3", "1100", "kg/m3"),
+    Dimension.INERTIA: _Kind(Dimension.INERTIA, "a moment of inertia", "kg m2", "1e-4", "kg m2"),
+    Dimension.IMPULSE: _Kind(Dimension.IMPULSE, "an angular impulse", "N m s", "0.01", "N m s"),
+    Dimension.FREQUENCY: _Kind(Dimension.FREQUENCY, "a frequency", "Hz", "3", "Hz"),
     Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}

@@ -26,7 +26,7 @@ LAYERS = (
     ("fe",),
     ("joints", "real"),
     ("curves", "arrays"),
-    ("fabrication",),
+    ("fabrication", "dynamics"),
     ("plot", "study", "identify", "inverse"),
     ("paper", "scene"),
     ("web",),

@@ -14,6 +14,7 @@ PROPERTIES = (
 )
 THICK = ("reference/test_thick.py", "properties/test_thickness.py")
 CYCLES = ("unit/test_cycle.py", "properties/test_cycles.py")
+VIBRATION = ("reference/test_dynamics.py", "properties/test_vibration.py", "unit/test_vibrate.py")
 BATCH = tuple(
     f"unit/test_batch.py::{test}"
     for test in (
@@ -209,6 +210,12 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_cycle.py",
         "unit/test_cli_summary.py",
     ),
+    "dynamics/branches.py": VIBRATION,
+    "dynamics/decay.py": VIBRATION,
+    "dynamics/motion.py": VIBRATION,
+    "dynamics/doors.py": VIBRATION,
+    "dynamics/systems.py": VIBRATION,
+    "dynamics/ratios.py": VIBRATION,
     "fe/walk.py": ("fe/test_condense.py", "fe/test_snap.py", *CELL, BENT[1]),
     "fe/body.py": ("fe/test_body.py", "fe/test_hinged.py", *CELL, *BEAM, BENT[1]),
     "fe/contact.py": ("fe/test_contact.py", "fe/test_row_contact.py", "fe/test_hinged.py"),

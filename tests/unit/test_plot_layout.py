@@ -19,8 +19,10 @@ from squama.plot import (
     red_figure,
     response_figure,
     row_figure,
+    shaken_figure,
     solids_figure,
     uncertainty_figure,
+    vibration_figure,
 )
 from squama.plot.maps import contours
 
@@ -80,6 +82,10 @@ FIGURES = {
         squama.twist(BEAM, mu=[0, 0.5], to="0.1 rad/pitch"), POINTS, squama.twist(BEAM, mu=[0, 0.5], joint="hinge")
     ),
     "cycle": lambda _: cycle_figure(squama.cycle(BEAM, "0.1 rad/pitch")),
+    "vibration": lambda _: vibration_figure(squama.vibrate(BEAM, release="0.1 rad/pitch", rotor=1e-4)),
+    "shaken": lambda _: shaken_figure(
+        squama.shake(BEAM, [3.0, 3.6, 4.2], static="0.02 rad/pitch", rotor=1e-4, damping=0.05)
+    ),
     "tolerances": lambda _: tolerances(),
     "tolerances of real beams": lambda _: real_tolerances(),
     "designs": lambda _: design(),
@@ -88,7 +94,18 @@ FIGURES = {
         maps.red_map(par.main(), "alpha", np.radians(np.linspace(1, 75, 23)), np.linspace(0, 6, 25))
     ),
 }
-ONE_MODEL = ("row", "row on hinges", "measured", "family", "cycle", "tolerances", "designs", "map")
+ONE_MODEL = (
+    "row",
+    "row on hinges",
+    "measured",
+    "family",
+    "cycle",
+    "vibration",
+    "shaken",
+    "tolerances",
+    "designs",
+    "map",
+)
 
 
 def whole(figure):

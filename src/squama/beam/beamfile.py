@@ -36,6 +36,8 @@ POISSON = Bounds(-1.0, 0.5, "-1 to 0.5, exclusive")
 STIFFNESS = Bounds(1e-18, 1e15, "more than 0; 1e-18 N m to 1e15 N m", closed=True)
 STRAIN = Bounds(1e-6, 100.0, "more than 0; 1e-6 to 100", closed=True)
 FACTOR = Bounds(1e-3, 1e3, "more than 0; 0.001 to 1000", closed=True)
+DENSITY = Bounds(1e-3, 1e6, "more than 0; 0.001 to 1e6 kg/m3", closed=True)
+INERTIA = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 kg m2", closed=True)
 FRICTION = Bounds(0.0, 10.0, "0 to 10", closed=True)
 
 
@@ -66,6 +68,8 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
     "beam": {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),
         "scales": Key(None, "number N of scales; the beam is N d long", "25"),
+        "density": _number(Dimension.DENSITY, DENSITY, "mean density of the bar", '"1100 kg/m3"'),
+        "rotor": _number(Dimension.INERTIA, INERTIA, "moment of inertia at its end", '"1e-4 kg m2"'),
     },
     "joint": {
         "stiffness": _number(Dimension.TORQUE, STIFFNESS, "K_theta of one scale", '"0.02 N m"'),

@@ -33,6 +33,8 @@ class Beam(Assembly):
         Number N of scales, at least 2; the beam is N d long.
     joint, friction : Joint, Friction
         Optional.
+    density, rotor : float or str, optional
+        Mean density of the bar, kg/m^3, and moment of inertia of a rotor at its end, kg m^2: what vibrates.
 
     Raises
     ------
@@ -52,6 +54,8 @@ class Beam(Assembly):
             scales: int = 25,
             joint: Joint | Mapping[str, Any] = ...,
             friction: Friction | Mapping[str, Any] = ...,
+            density: Quantity | None = None,
+            rotor: Quantity | None = None,
         ) -> None: ...
 
     @model_validator(mode="after")
@@ -249,7 +253,7 @@ class Beam(Assembly):
         # the matrix itself, so that the text says all wherever it goes
         matrix = self.joint.matrix
         tables["joint"]["matrix"] = None if matrix is None else matrix.text
-        text = beamfile.write({**tables, "beam": {"pitch": self.pitch, "scales": self.scales}})
+        text = beamfile.write({**tables, "beam": {name: getattr(self, name) for name in beamfile.TABLES["beam"]}})
         if path is not None:
             files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
         return text

@@ -83,6 +83,8 @@ def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
 
 
 Pitch = Annotated[float, _read("beam.pitch")]
+Density = Annotated[float, _read("beam.density")]
+Rotor = Annotated[float, _read("beam.rotor")]
 
 
 class Part(BaseModel):
@@ -277,6 +279,8 @@ class Assembly(Part):
     scales: Annotated[int, BeforeValidator(whole)] = 25
     joint: Joint = Joint()
     friction: Friction = Friction()
+    density: Density | None = None
+    rotor: Rotor | None = None
 
     @property
     def eta(self) -> float:

@@ -14,6 +14,8 @@ COMMANDS = {
     "bend": "Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file.",
     "bend-twist": "Bend and twist a beam of hinged scales along a path: contacts, jumps, locks, moment and torque.",
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
+    "vibrate": "Let a beam swing: its decay, and the damping of every cycle.",
+    "shake": "Shake a beam by a harmonic torque: steady states over frequencies, both ways.",
     "fit": "Find friction, joint stiffness and other parameters of a beam from measured torque and twist.",
     "design": "Find beams that engage, stiffen, bear or dissipate as asked, from a target file.",
     "pareto": "Trade stiffness, torque, range and dissipation off: a front, from a target file (extra fit).",
@@ -39,6 +41,8 @@ EXAMPLES = {
     "bend": "beam.toml --mu 0,0.3 --plot bend.png",
     "bend-twist": 'beam.toml --path "bend 4 rad/m; twist 8 rad/m" --plot path.png',
     "cycle": 'beam.toml --to "90 deg total" --loops 2 --plot loop.png',
+    "vibrate": 'beam.toml --rotor "1e-4 kg m2" --release "100 deg total" --plot a.png',
+    "shake": 'beam.toml --lowest "1 Hz" --highest "5 Hz" --static "60 deg total"',
     "fit": "test.csv beam.toml --plot fit.png",
     "design": "target.toml -o designs",
     "pareto": "target.toml --plot front.png --csv front.csv",
@@ -63,6 +67,7 @@ _ROOMS = {
     "design": ("pareto",),
     "elements": ("cell", "verify", "deck"),
     "sweep": ("map",),
+    "vibrate": ("shake",),
     "short": ("new", "ends", "paper", "explore"),
 }
 _ELSEWHERE = {name: module for module, names in _ROOMS.items() for name in names}

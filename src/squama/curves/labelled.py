@@ -106,7 +106,7 @@ def text(beam: Beam) -> str:
 
 
 def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a cycle with the dimension ``point`` only, as a table of one shape; figures of loops as an attribute."""
+    """Return a cycle with the dimension ``point`` only, as a table of one shape; its other dimensions as attributes."""
 
     def rows(dim: str, variables: Iterable[Hashable]) -> list[dict[str, object]]:
         columns = {str(name): dataset[name].values.tolist() for name in variables if dataset[name].dims == (dim,)}
@@ -114,6 +114,5 @@ def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
         plain = [[repr(v) if isinstance(v, float) and not math.isfinite(v) else v for v in c] for c in columns.values()]
         return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
 
-    return dataset.drop_dims(["loop", "sense"]).assign_attrs(
-        loops=rows("loop", dataset.data_vars), senses=rows("sense", dataset.variables)
-    )
+    others = [str(dim) for dim in dataset.dims if dim != "point"]
+    return dataset.drop_dims(others).assign_attrs({f"{dim}s": rows(dim, dataset.variables) for dim in others})

@@ -86,7 +86,7 @@ def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _W
     twists, legs, turns = [0.0], [1], [0]
     reversals = set(history.reversals(values))
     for i, (start, stop) in enumerate(itertools.pairwise(values)):
-        goals = _goals(start, stop, values[: i + 1], points, turned=i in reversals)
+        goals = goals_of(start, stop, values[: i + 1], points, turned=i in reversals)
         twists += goals
         legs += [i + 1] * len(goals)
         turns.append(len(twists) - 1)
@@ -129,7 +129,7 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     return found
 
 
-def _goals(start: float, stop: float, earlier: list[float], points: int, *, turned: bool) -> list[float]:
+def goals_of(start: float, stop: float, earlier: list[float], points: int, *, turned: bool) -> list[float]:
     """Return the twists of a way: growing steps where the load has turned, then even ones; where loops may close; 0."""
     way, span = math.copysign(1.0, stop - start), abs(stop - start)
     near = start + way * np.geomspace(_LEAST, max(2 * _LEAST, min(0.02, span / 4)), AFTER) if turned else np.empty(0)
@@ -232,7 +232,7 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     last = values.index(loop.top)
     one = paths["-" if loop.top < 0 else "+"]
     start = [j for j in range(last + 1) if values[j] == 0][-1]
-    down = _goals(abs(loop.top), 0.0, [], 60, turned=True)
+    down = goals_of(abs(loop.top), 0.0, [], 60, turned=True)
     targets = np.array([*np.abs(values[start : last + 1]), *down])
     rows, end = one.way.states(targets, INCREMENT)
     x, torque = targets[-len(down) :], rows[-len(down) :, 1]

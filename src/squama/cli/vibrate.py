@@ -1,0 +1,192 @@
+"""squama vibrate, shake: a beam that swings freely, or is shaken, from a beam file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from squama.cli import flags, output
+from squama.cli.flags import flag, number, one_of, settled, whole
+from squama.dynamics.branches import KINDS
+from squama.loads import LOADS, model
+from squama.units import number as shown_number
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+    from squama.beam.design import Beam
+    from squama.curves.labelled import Answer
+
+_KEYS = "load law joint scales mode sides damping inertia K_theta rigidity squama_version"
+SHOWN = 12
+"""Cycles in the table of the summary at most."""
+Rotor = Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')]
+Density = Annotated[str | None, flag('Mean density of the bar, "1100 kg/m3" (the beam\'s own).')]
+Mode = Annotated[
+    str, flag("uniform; in bending also simply supported or cantilever, the first mode (uniform).", read=one_of(*KINDS))
+]
+Both = Annotated[bool, flags.Parameter(help="Scales on both sides instead of one.")]
+_LAID = {
+    name: f"--{name}" for name in ("rotor", "density", "damping", "release", "impulse", "mode", "swings", "static")
+}
+_LAID |= {"torque": "--torque", "release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
+
+
+def vibrate(
+    beam: flags.BeamFile,
+    /,
+    *,
+    release: Annotated[str | None, flag(f"Twist from which it is let go: {flags.TWISTS}.")] = None,
+    impulse: Annotated[str | None, flag('Or angular impulse on the rotor at rest, "0.01 N m s".')] = None,
+    rotor: Rotor = None,
+    density: Density = None,
+    damping: Annotated[float, flag("Damping ratio of the material (0).", read=number(0.0, 0.5, "0.01"))] = 0.0,
+    swings: Annotated[int, flag("Number of cycles (8).", read=whole(1, 10_000, "8"))] = 8,
+    load: flags.Load = "twisting",
+    mode: Mode = "uniform",
+    both: Both = False,
+    law: flags.Law = "edge",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
+    mu: flags.Mu = None,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Let a beam swing: its decay, and the damping of every cycle, from a beam file."""
+    common.check(beam)
+    described = settled(common.beam(beam, mu))
+
+    from squama.curves.labelled import flat_cycle
+    from squama.dynamics.doors import vibrated
+
+    how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
+    how |= {"sides": "both" if both else "one", "rotor": rotor, "density": density}
+    with flags.laid(flags.arguments(**_LAID)):
+        data = vibrated(described, release=release, impulse=impulse, damping=damping, swings=swings, **how)
+    written = output.write(common, data.dataset, "vibration_figure", flat_cycle)
+    return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
+
+
+def _record(beam: Beam, data: Answer) -> dict[str, object]:
+    dims = (("turns", "turn"), ("cycles", "cycle"), ("record", "point"))
+    parts = {name: output.part(data, dim) for name, dim in dims}
+    return output.record(beam, data, _KEYS, figures=output.part(data), **parts)
+
+
+def _shown(data: Answer) -> Iterable[str | Table]:
+    """Return the summary: a row per cycle, and how the record ends."""
+    kind = LOADS[data.attrs["load"]]
+    angle, attrs = kind.angle, data.attrs
+    sides = "both sides" if attrs["sides"] == "both" else "one side"
+    yield f" swings in {kind.name} ({attrs['mode']}), scales on {sides}: mu = {float(data['mu']):g}, {model(attrs)}"
+    t, y, U = (data[name] for name in ("t_turn", f"{angle}_turn", "U_turn"))
+    zeta, period = data["zeta_cycle"], data["period"]
+    rows = [
+        [
+            str(i + 1),
+            *map(shown_number, (t[2 * i], y[2 * i], y[2 * i + 1], U[2 * i], round(float(zeta[i]), 9), 1 / period[i])),
+        ]
+        for i in range(min(zeta.size, SHOWN))
+    ]
+    if rows:
+        head = ("cycle", "at s", f"peak {angle} rad/pitch", "trough", "energy J", "damping", "frequency Hz")
+        yield output.table(head, rows, left=len(head), gap=2)
+    if zeta.size > SHOWN:
+        yield f"the first {SHOWN} of {zeta.size} cycles"
+    f_0, engaged = float(data["f_0"]), float(data[f"{angle}_e"])
+    yield f"without contact {f_0:.4g} Hz; scales engage at {shown_number(engaged, 'rad/pitch')}"
+    if str(data["end"]) == "jams":
+        yield f"it jams: let go at {y[-1]:.4g} rad/pitch it stays at {float(data[f'{angle}_rest']):.4g} rad/pitch"
+    elif float(data["mu"]) and math.isfinite(engaged) and not attrs["damping"]:
+        yield "friction damps beyond engagement only: below it the beam rings on unless its material damps (--damping)"
+    yield "damping: ln of the elastic energies at two peaks over 4 pi; a number of its amplitude, not of the beam"
+    yield from output.warnings(attrs["warnings"])
+
+
+def shake(
+    beam: flags.BeamFile,
+    /,
+    *,
+    lowest: Annotated[str, flag('Lowest frequency, "1 Hz".')],
+    highest: Annotated[str, flag('Highest frequency, "5 Hz".')],
+    static: Annotated[
+        str | None, flag(f"Twist that the torque would give the bare beam at rest: {flags.TWISTS}.")
+    ] = None,
+    torque: Annotated[str | None, flag('Or the amplitude of the torque itself, "0.1 N m".')] = None,
+    rotor: Rotor = None,
+    density: Density = None,
+    damping: Annotated[float, flag("Damping ratio of the material (0.01).", read=number(0.0, 0.5, "0.01"))] = 0.01,
+    points: Annotated[int, flag("Number of frequencies (25).", read=whole(2, 1000, "25"))] = 25,
+    load: flags.Load = "twisting",
+    mode: Mode = "uniform",
+    both: Both = False,
+    law: flags.Law = "edge",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
+    mu: flags.Mu = None,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Shake a beam by a harmonic torque: steady states over frequencies, both ways, from a beam file."""
+    from squama.dynamics.doors import frequency, shake
+
+    common.check(beam)
+    with flags.problems().caught():
+        first = frequency("--lowest", lowest)
+    with flags.problems().caught():
+        last = frequency("--highest", highest)
+    described = settled(common.beam(beam, mu))
+    how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
+    how |= {"sides": "both" if both else "one", "rotor": rotor, "density": density, "damping": damping}
+    with flags.laid(flags.arguments(**_LAID, frequencies="--lowest, --highest")):
+        data = shake(described, np.linspace(first, last, points), static=static, torque=torque, **how)
+    written = output.write(common, lambda: data, "shaken_figure", _table)
+    return output.report(common.json, beam, written, lambda: _steady(described, data), lambda: _states(data))
+
+
+def _table(data: xr.Dataset) -> xr.Dataset:
+    """Return steady states as a table over the frequency, a column for each way."""
+    both = [name for name in data.data_vars if data[name].dims == ("way", "frequency")]
+    ways = {f"{name}_{way}": data[name].sel(way=way, drop=True) for name in both for way in ("up", "down")}
+    return data.drop_dims("way").assign(ways)
+
+
+def _steady(beam: Beam, data: xr.Dataset) -> dict[str, object]:
+    states = output.part(data, "way", "frequency")
+    return output.record(
+        beam, data, _KEYS, figures=output.part(data), frequency=data["frequency"].values, states=states
+    )
+
+
+def _states(data: xr.Dataset) -> Iterable[str | Table]:
+    """Return the summary: a row per frequency, upwards and downwards."""
+    kind, attrs = LOADS[data.attrs["load"]], data.attrs
+    yield f" shaken in {kind.name} ({attrs['mode']}): mu = {float(data['mu']):g}, {model(attrs)}"
+    high, low = (data[f"{kind.angle}_{end}"].values for end in ("high", "low"))
+    share = (data["W_rubbed"] / data["W_fed"]).where(data["settled"]).values
+    rows = []
+    for i, f in enumerate(data["frequency"].values):
+        row = [shown_number(f)]
+        for way in range(2):
+            loose = "" if data["settled"].values[way, i] else " *"
+            row += [shown_number(high[way, i]), shown_number(low[way, i]) + loose, shown_number(share[way, i])]
+        rows.append(row)
+    head = (
+        "Hz",
+        f"up: {kind.angle} largest",
+        "smallest",
+        "friction",
+        f"down: {kind.angle} largest",
+        "smallest",
+        "friction",
+    )
+    yield output.table(head, rows, left=len(head), gap=2)
+    yield (
+        f"{kind.angle}: largest and smallest, rad/pitch; friction: its share of the torque's work; without contact "
+        f"{float(data['f_0']):.4g} Hz"
+    )
+    if not data["settled"].values.all():
+        yield "*: not periodic with the torque; largest and smallest of its last periods"
+    yield from output.warnings(attrs["warnings"])

@@ -1,0 +1,1 @@
+"""Vibration: what the friction of scales takes from a swing (docs, theory: vibration)."""

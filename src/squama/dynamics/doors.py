@@ -1,0 +1,420 @@
+"""The doors: a beam that is let go, struck or shaken, in SI units; ``vibrate`` and ``shake``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
+
+import numpy as np
+
+from squama import arguments
+from squama.beam import beamfile
+from squama.beam.design import Beam
+from squama.beam.parts import Quantity
+from squama.curves import follow as spine
+from squama.curves.labelled import Answer, attributes, labelled
+from squama.curves.path import Asked, LoadPath, States
+from squama.dynamics import branches, motion, systems
+from squama.dynamics.branches import KINDS, Side
+from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
+from squama.dynamics.motion import Drive, State
+from squama.dynamics.systems import Bar, Held
+from squama.errors import naming, refuse
+from squama.types import Array
+from squama.units import Bounds, Dimension, bounded
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DENSE = 24
+"""Points of a record on each smooth part of the way."""
+MOST_SWINGS, MOST_FREQUENCIES = 10_000, 1_000
+FAR = 0.6
+"""Twist per pitch, rad, to which the real beam is followed that is struck or shaken."""
+ROUGH = 1e-7
+"""Relative error of a step on branches of the real beam."""
+DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
+FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
+IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
+
+
+class Swinging(NamedTuple):
+    """A beam ready to swing: how it is answered, its bar, its branches, what the answer says of it."""
+
+    beam: Beam
+    held: Held
+    mode: str
+    bar: Bar
+    sides: Sides
+    asked: Asked
+    limit: systems.Limit | None
+
+    @property
+    def per_pitch(self) -> float:
+        """Torque of the bar per load angle per pitch, N m."""
+        return self.bar.rigidity / self.beam.pitch
+
+    @property
+    def tolerance(self) -> float:
+        """Error of a step in time: a walked branch is no better than its increments."""
+        return ROUGH if self.held.joint == "compliant" else motion.TOLERANCE
+
+    def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
+        """Return the answer to a motion between two angles."""
+        notes = systems.notes(self.beam, self.held, self.limit, low, high)
+        load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
+        engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
+        by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
+        said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
+        said |= {"mode": self.mode, "sides": "both" if self.held.both else "one", "inertia": self.bar.inertia}
+        return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
+
+
+def vibrate(
+    beam: Beam,
+    *,
+    release: Quantity | None = None,
+    impulse: Quantity | None = None,
+    rotor: Quantity | None = None,
+    density: Quantity | None = None,
+    damping: float = 0.0,
+    swings: int = 8,
+    mu: float | None = None,
+    law: str = "edge",
+    load: str = "twisting",
+    mode: str = "uniform",
+    sides: str = "one",
+    joint: str | None = None,
+    ideal: bool | None = None,
+) -> xr.Dataset:
+    """Let a beam swing freely: its record, turning points, and the damping of every cycle.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    release
+        Twist (in bending curvature) from which it is let go, as ``to`` of :func:`squama.twist`; below 0 in the other
+        sense. In a mode the largest along the beam.
+    impulse
+        Or angular impulse on the rotor at rest, N m s or text such as "0.01 N m s"; uniform load only.
+    rotor
+        Moment of inertia of the rotor at the end (in bending of one at either end), kg m^2 or text such as
+        "1e-4 kg m2"; the beam's own if not given.
+    density
+        Mean density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it; in twisting a third
+        of the bar's own inertia is added to the rotor's.
+    damping
+        Damping ratio of the bar's material, 0 to 0.5. With 0 the turning points come from an exact balance of
+        energies, else from integration with events.
+    swings
+        Number of cycles.
+    mu, law, joint, ideal
+        As in :func:`squama.cycle`.
+    load
+        "twisting" or "bending".
+    mode
+        "uniform", or in bending the first mode of a bar that is "simply supported" or a "cantilever".
+    sides
+        Scales on "one" side, or alike on "both", which close in either sense.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``point``, the record: ``t`` (s), ``phi``, ``phi_speed``. Dimension ``turn``, turning points:
+        ``t_turn``, ``phi_turn``, ``U_turn`` (elastic energy of the beam, J). Dimension ``cycle``: ``zeta_cycle`` by
+        the energies at its peaks, ``period``. ``f_0`` frequency of the bar without contact; ``end``: "rings", or
+        "jams" at ``phi_rest``. In bending ``psi`` in place of ``phi``. See docs, theory: vibration.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, or a swing has more energy than the model can take up.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
+    >>> v = squama.vibrate(beam, release="0.15 rad/pitch", rotor="0.01 kg m2", joint="hinge", ideal=True)
+    >>> print(f"{float(v.f_0):.3f} Hz bare, damping {float(v.zeta_cycle[0]):.4f}, then {float(v.zeta_cycle[1]):.4f}")
+    0.560 Hz bare, damping 0.0283, then 0.0249
+    """
+    return vibrated(
+        beam, release=release, impulse=impulse, rotor=rotor, density=density, damping=damping, swings=swings, mu=mu,
+        law=law, load=load, mode=mode, sides=sides, joint=joint, ideal=ideal,
+    ).dataset()  # fmt: skip
+
+
+def vibrated(
+    beam: Beam,
+    *,
+    release: Quantity | None = None,
+    impulse: Quantity | None = None,
+    rotor: Quantity | None = None,
+    density: Quantity | None = None,
+    damping: float = 0.0,
+    swings: int = 8,
+    mu: float | None = None,
+    law: str = "edge",
+    load: str = "twisting",
+    mode: str = "uniform",
+    sides: str = "one",
+    joint: str | None = None,
+    ideal: bool | None = None,
+) -> Answer:
+    """Return what :func:`vibrate` returns, before it is a dataset."""
+    if (release is None) == (impulse is None):
+        refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
+    n = arguments.whole("swings", swings, 1, MOST_SWINGS)
+    zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
+    held, asked = _held(beam, mu, law, load, sides, joint, ideal)
+    start = _angle("release", release, beam, held)
+    swinging = _bar(beam, held, asked, mode, rotor, density)
+    if impulse is not None and mode != "uniform":
+        refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
+    push = 0.0 if impulse is None else _bounded("impulse", impulse, Dimension.IMPULSE, IMPULSE)
+    bar = swinging.bar
+    # the rotor's angle is that of all pitches; of two rotors each has half of it
+    share = beam.scales / (1 if held.load.sided else 2)
+    speed = push / (bar.inertia * bar.omega * share)
+    one = _ready(swinging, start, min(speed, FAR) if push else abs(start))
+    _within(one, start)
+    how = {"start": start} if push == 0 else {"speed": speed}
+    found = (
+        _damped(one, Drive(zeta, tolerance=one.tolerance), **how, cycles=n)
+        if zeta
+        else decay(one.sides, **how, turns=2 * n + 1)
+    )
+    if found.end == BEYOND:
+        _beyond(one, found, "release" if push == 0 else "impulse")
+    return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed))
+
+
+def _held(
+    beam: Beam, mu: float | None, law: str, load: str, sides: str, joint: str | None, ideal: bool | None
+) -> tuple[Held, Asked]:
+    """Read how a beam is answered."""
+    kind = arguments.load(load)
+    law = kind.law(arguments.law(law))
+    both = arguments.one_of("sides", sides, ("one", "both")) == "both"
+    m = arguments.friction(beam.friction.mu, mu)
+    joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
+    spine.covering(joint, kind.name, law)
+    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, branches.FINEST, 3, ideal=thin, note=note)
+    return Held(kind, m, law, joint, thin, both), asked
+
+
+def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
+    """Read what swings; the branches are not there yet."""
+    arguments.one_of("mode", mode, KINDS)
+    own = {"rotor": beam.rotor, "density": beam.density}
+    for name, given in (("rotor", rotor), ("density", density)):
+        if given is not None:
+            own[name] = _bounded(name, given, *beamfile.NUMBERS[f"beam.{name}"])
+    bar = systems.bar(beam, held, mode, own["rotor"], own["density"])
+    return Swinging(beam, held, mode, bar, Sides(branches.APART, branches.APART), asked, None)
+
+
+def _ready(one: Swinging, start: float, far: float) -> Swinging:
+    sides, limit = systems.sides(one.beam, one.held, one.mode, -1 if start < 0 else 1, far)
+    return one._replace(sides=sides, limit=limit)
+
+
+def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
+    with naming(name):
+        return bounded(value, dimension, bounds)
+
+
+def _angle(name: str, value: Quantity | None, beam: Beam, held: Held) -> float:
+    """Read a load angle per pitch; 0 where none is given."""
+    if value is None:
+        return 0.0
+    with naming(name):
+        angle = held.load.read(value, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+    if angle == 0:
+        refuse(name, "0", "nothing moves", 'write e.g. "0.1 rad/pitch"')
+    if abs(angle) >= math.pi:
+        refuse(name, f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
+    return angle
+
+
+def _within(one: Swinging, start: float) -> None:
+    """Refuse a release beyond what the model follows."""
+    side = one.sides.of(-1 if start < 0 else 1)
+    if abs(start) > side.last * (1 + 1e-9):
+        reason = f"is beyond {side.last:.6g} rad/pitch, where the contact ends: {side.ends}"
+        refuse("release", f"{start:.6g} rad/pitch", reason, f'write at most "{0.999 * side.last:.4g} rad/pitch"')
+
+
+def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
+    """Refuse a motion with more energy than the model can take up."""
+    sign = -1 if found.y.size and found.y[-1] > 0 else 1
+    side, unit = one.sides.of(sign), one.bar.energy
+    reason = (
+        f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
+        f"{side.height() * unit:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
+        "comes then (an impact, another contact) is not in the model"
+    )
+    refuse(name, "", reason, "give less")
+
+
+def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:
+    """Return the turning points of a motion with material damping, by integration with events."""
+    sides = one.sides
+    rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start)))] if start else []
+    # a cycle takes less than twice the undamped bare bar's
+    until, end, rest, state = (2 * cycles + 1) * 2 * math.pi, RINGS, math.nan, State(0.0, start, speed)
+    for part in motion.follow(sides, drive, state, until):
+        state = part.last
+        if part.why == motion.TURNED:
+            rows.append((state.t, state.y, sides.of(-1 if state.y < 0 else 1).stored(abs(state.y))))
+        if part.why == motion.STUCK:
+            end, rest = JAMS, state.y
+        if part.why == motion.BEYOND:
+            end = BEYOND
+        if len(rows) > 2 * cycles:
+            break
+    return Decay.of(rows, end, rest, state.y**2 / 2 + state.v**2 / 2)
+
+
+def _told(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
+    """Return the answer to a free vibration, with its record in time."""
+    # a beam that jams is seen to stay, for a period of the bare bar
+    second, until = 1 / one.bar.omega, float(found.t[-1]) + (2 * math.pi if found.end == JAMS else 0.0)
+    parts = list(motion.follow(one.sides, drive, start, until, dense=DENSE))
+    t, y, v = (np.concatenate([[first], *(getattr(p, name)[1:] for p in parts)])
+               for name, first in (("t", 0.0), ("y", start.y), ("v", start.v)))  # fmt: skip
+    peaks = slice(0, None, 2)
+    states = States({
+        ("point",): {"t": t * second, "load": y, "load_speed": v / second},
+        ("turn",): {"t_turn": found.t * second, "load_turn": found.y, "U_turn": found.stored * one.bar.energy},
+        ("cycle",): {"zeta_cycle": damping(found.stored[peaks]), "period": np.diff(found.t[peaks]) * second},
+        (): {"load_rest": np.asarray(found.rest), "end": np.asarray(found.end)},
+    })  # fmt: skip
+    return one.answer("free vibration", states, float(y.min()), float(y.max()), damping=drive.zeta)
+
+
+# ---- forced -----------------------------------------------------------------------------------------------
+
+
+def shake(
+    beam: Beam,
+    frequencies: Sequence[float] | Array,
+    *,
+    static: Quantity | None = None,
+    torque: Quantity | None = None,
+    rotor: Quantity | None = None,
+    density: Quantity | None = None,
+    damping: float = 0.01,
+    mu: float | None = None,
+    law: str = "edge",
+    load: str = "twisting",
+    mode: str = "uniform",
+    sides: str = "one",
+    joint: str | None = None,
+    ideal: bool | None = None,
+) -> xr.Dataset:
+    """Shake a beam by a harmonic torque: steady states over frequencies, gone through both ways.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    frequencies
+        Frequencies of the torque, Hz, growing.
+    static
+        Amplitude of the torque as the twist that it would give the bare beam at rest, as ``to`` of
+        :func:`squama.twist`; in a mode the largest curvature.
+    torque
+        Or the torque itself, N m or text; uniform load only.
+    damping
+        Damping ratio of the bar's material, above 0 to 0.5.
+    rotor, density, mu, law, load, mode, sides, joint, ideal
+        As in :func:`vibrate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``way`` ("up", "down") and ``frequency``: ``phi_high``, ``phi_low`` largest and smallest twist,
+        ``W_fed``, ``W_rubbed``, ``W_damped`` works over a period (J), ``periods`` until it was steady, ``settled``
+        (False for a motion that does not repeat with the torque; its extremes are those of the last 50 periods).
+        Each frequency starts from the state of the one before, so states that exist side by side show as a
+        difference between both ways.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range; a motion goes beyond the model, or turns and sticks too often.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.2)
+    >>> s = squama.shake(beam, [0.5, 0.6], static="0.06 rad/pitch", rotor="0.01 kg m2", joint="hinge", ideal=True)
+    >>> print(s.phi_high.values.round(4).tolist())
+    [[0.0832, 0.099], [0.0832, 0.099]]
+    """
+    if (static is None) == (torque is None):
+        refuse("static, torque", "", "one of them is to be given", 'write e.g. static="0.05 rad/pitch"')
+    hertz = arguments.positive("frequencies", frequencies)
+    if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
+        refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
+    zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
+    held, asked = _held(beam, mu, law, load, sides, joint, ideal)
+    force = abs(_angle("static", static, beam, held))
+    swinging = _bar(beam, held, asked, mode, rotor, density)
+    if torque is not None:
+        if mode != "uniform":
+            refuse("torque", "", "acts on a rotor, and a mode has none", "give static")
+        force = _bounded("torque", torque, *beamfile.NUMBERS["joint.stiffness"]) / swinging.per_pitch
+    one = _ready(swinging, 1.0, FAR)
+    ratios = hertz * 2 * math.pi / one.bar.omega
+    up = _through(one, zeta, force, ratios)
+    down = _through(one, zeta, force, ratios[::-1], up[-1])[::-1]
+    both = [[up[i], down[i]] for i in range(hertz.size)]
+
+    def table(name: str, factor: float = 1.0) -> Array:
+        return np.array([[getattr(s, name) for s in pair] for pair in both]).T * factor
+
+    unit = one.bar.energy
+    along = {"load_high": table("high"), "load_low": table("low"), "settled": table("settled") > 0}
+    along |= {"W_fed": table("fed", unit), "W_damped": table("damped", unit), "W_rubbed": table("rubbed", unit)}
+    along |= {"periods": table("periods"), "turns": table("parts")}
+    states = States({
+        ("way", "frequency"): along, ("way",): {"way": np.array(["up", "down"])}, ("frequency",): {"frequency": hertz},
+        (): {"load_static": np.asarray(force)},
+    })  # fmt: skip
+    low, high = float(along["load_low"].min()), float(along["load_high"].max())
+    return one.answer("steady states", states, low, high, damping=zeta).dataset()
+
+
+def frequency(name: str, text: str) -> float:
+    """Read a frequency with its unit, Hz."""
+    return _bounded(name, text, Dimension.FREQUENCY, FREQUENCY)
+
+
+def _through(
+    one: Swinging, zeta: float, force: float, ratios: Array, start: motion.Steady | None = None
+) -> list[motion.Steady]:
+    """Go through frequencies one after the other, each from the steady state before."""
+    y, v = (start.y, start.v) if start else (0.0, 0.0)
+    found = []
+    for ratio in map(float, ratios):
+        try:
+            state = motion.steady(one.sides, Drive(zeta, force, ratio, one.tolerance), y, v)
+        except motion.LeftError as error:
+            _left(one, error, ratio)
+        found.append(state)
+        y, v = state.y, state.v
+    return found
+
+
+def _left(one: Swinging, error: motion.LeftError, ratio: float) -> NoReturn:
+    at = f"{ratio * one.bar.omega / (2 * math.pi):.4g} Hz"
+    if error.why == motion.EVENTS:
+        reason = f"the motion turns and sticks more than {motion.MOST_PARTS} times in a period"
+        refuse("frequencies", at, reason, "give a higher one, or more damping")
+    side: Side = one.sides.of(1 if error.state.y > 0 else -1)
+    reason = f"the motion goes beyond {side.last:.4g} rad/pitch: {side.ends or 'no further was the beam followed'}"
+    refuse("frequencies", at, reason, "shake less, or give other frequencies")

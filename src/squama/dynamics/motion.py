@@ -1,0 +1,329 @@
+r"""Motion in time, with events: material damping and forcing.
+
+.. math:: \ddot y + 2\zeta\dot y + y + q(y, \mathrm{sign}\,\dot y) = F\sin\Omega t
+
+Each part of the way is smooth: apart, on the loading or on the unloading branch of a side. It ends where a contact
+engages or opens and where the motion turns. There the scales stick while the bar's own force lies between the branches,
+and leave upwards above, downwards below. Time is in 1/omega0 of the bar, angles as in :mod:`squama.dynamics.branches`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from squama.dynamics.branches import Branch
+from squama.dynamics.decay import Sides
+from squama.types import Array
+
+TOLERANCE = 1e-10
+"""Relative error of a step, where branches are smooth to all digits."""
+MOST_PARTS = 1000
+"""Parts of the way from one turning point or period to the next, at most."""
+APART, TURNED, STUCK, BEYOND, EVENTS = "apart", "turned", "stuck", "beyond", "events"
+
+
+class Drive(NamedTuple):
+    """Material damping of the bare bar; amplitude of the force, as the bare bar's static angle, and Omega.
+
+    ``tolerance`` is the relative error of a step.
+    """
+
+    zeta: float = 0.0
+    force: float = 0.0
+    frequency: float = 1.0
+    tolerance: float = TOLERANCE
+
+    def at(self, t: float) -> float:
+        """Return the force."""
+        return self.force * math.sin(self.frequency * t) if self.force else 0.0
+
+    def steady(self) -> tuple[float, float, float]:
+        """Return amplitude, and angle and speed at t = 0, of the bare bar's steady state."""
+        w, a = self.frequency, complex(1 - self.frequency**2, 2 * self.zeta * self.frequency)
+        z = self.force / a
+        return abs(z), z.imag, w * z.real
+
+
+class State(NamedTuple):
+    """Time, signed angle, speed; work of the force, of material damping and on the scales since the start."""
+
+    t: float
+    y: float
+    v: float
+    fed: float = 0.0
+    damped: float = 0.0
+    scales: float = 0.0
+
+
+class Part(NamedTuple):
+    """A smooth part of the way: points in time with angle and speed, the state at its end, and why it ends there."""
+
+    t: Array
+    y: Array
+    v: Array
+    last: State
+    why: str
+
+
+def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int = 0) -> Iterator[Part]:
+    """Go along a motion to the time ``until``, part by part; ``dense`` points of each are given, or its ends.
+
+    The last part ends at ``until``, or where the motion stays for good or goes beyond a side's last angle.
+    """
+    way, side = _where(sides, drive, state)
+    while state.t < until:
+        if way == 0 and side is not None:
+            part, way = _stick(sides, drive, state, until)
+            yield part
+            state = part.last
+            if part.why == STUCK:
+                return
+            # the branch it stuck with is that of the way back
+            side = sides.of(1 if state.y > 0 else -1).up if way > 0 else side
+            continue
+        part = _part(sides, drive, state, until, way, side, dense)
+        yield part
+        state = part.last
+        if part.why == BEYOND:
+            return
+        if part.why == TURNED:
+            way, side = _turn(sides, drive, state, way, side)
+        elif part.why == APART:
+            sign = 1 if state.y > 0 else -1
+            outward = state.v * sign > 0
+            way, side = (1, sides.of(sign).up) if outward else (0, None)
+
+
+def _where(sides: Sides, drive: Drive, state: State) -> tuple[int, Branch | None]:
+    """Return the way (+1 outward on a side, -1 back, 0 none) and the branch of a state."""
+    sign = 1 if state.y > 0 else -1
+    side, u, w = sides.of(sign), abs(state.y), state.v * sign
+    if side.up is None or u < side.y_e or (u == side.y_e and w <= 0):
+        return 0, None
+    if w == 0:
+        return _turn(sides, drive, state, 1, side.up)
+    return (1, side.up) if w > 0 else (-1, side.falling(u))
+
+
+def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | None) -> tuple[int, Branch | None]:
+    """Return way and branch after a turning point; way 0 with a branch: the scales stick."""
+    sign = 1 if state.y > 0 else -1
+    side, u = sides.of(sign), abs(state.y)
+    if branch is None or u <= side.y_e:
+        return 0, None
+    up, down = side.rising(), (side.falling(u) if way > 0 else branch)
+    bare = sign * drive.at(state.t) - u
+    if bare > float(up.force(u)):
+        return 1, up
+    if u <= down.last and bare < float(down.force(u)):
+        return -1, down
+    return 0, down
+
+
+def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, branch: Branch | None, dense: int) -> Part:
+    """Integrate to the next event."""
+    zeta2 = 2 * drive.zeta
+    sign = 1 if state.y > 0 else -1
+    pull: Callable[[float], float] = _nothing if branch is None else branch.quick
+
+    def rates(t: float, s: Array) -> list[float]:
+        y, v = float(s[0]), float(s[1])
+        f = drive.at(t)
+        return [v, f - zeta2 * v - y - sign * pull(sign * y), f * v, zeta2 * v * v]
+
+    if branch is None:
+        events = [_crossing(s.y_e, k, k) for k, s in ((1, sides.plus), (-1, sides.minus)) if s.y_e < math.inf]
+        events += [_crossing(s.last, k, k, why=BEYOND) for k, s in ((1, sides.plus), (-1, sides.minus))
+                   if s.up is None and s.last < math.inf]  # fmt: skip
+        heading = state.v or drive.at(state.t) - state.y or drive.force
+        events.append(_turning(-1 if heading > 0 else 1))
+    else:
+        side = sides.of(sign)
+        last = min(side.last, branch.last)
+        stops = TURNED if side.endless else BEYOND
+        bound = _crossing(last, sign, sign, why=stops) if way > 0 else _crossing(side.y_e, sign, -sign)
+        events = [bound, _turning(-sign * way)]
+    x0 = np.array([state.y, state.v, state.fed, state.damped])
+
+    def solve(stop: float) -> Any:
+        return solve_ivp(
+            rates, (state.t, stop), x0, method="DOP853", rtol=drive.tolerance,
+            atol=drive.tolerance / 100, events=events, dense_output=dense > 0,
+        )  # fmt: skip
+
+    found = solve(until)
+    hit = _hit(found)
+    if hit == len(events) - 1 and any(e(0.0, found.y[:, -1]) * e.direction > 0 for e in events[:-1]):
+        # a swing that goes beyond a bound and comes back within a step
+        found = solve(float(found.t[-1]))
+        hit = _hit(found)
+    t = float(found.t[-1])
+    y, v, fed, damped = map(float, found.y[:, -1])
+    why = "" if hit is None else str(events[hit].why)
+    if hit is not None and why != TURNED:
+        y = float(events[hit].value)
+    if why == TURNED:
+        v = 0.0
+    work = 0.0 if branch is None else float(branch.work(sign * y)) - float(branch.work(sign * state.y))
+    times = np.linspace(state.t, t, dense + 1) if dense else np.array([state.t, t])
+    ends = found.sol(times)[:2] if dense else found.y[:2, [0, -1]]
+    return Part(times, ends[0], ends[1], State(t, y, v, fed, damped, state.scales + work), why)
+
+
+def _nothing(_: float) -> float:
+    return 0.0
+
+
+def _hit(found: Any) -> int | None:
+    """Return the number of the event that ended an integration."""
+    hits = [(float(times[-1]), i) for i, times in enumerate(found.t_events) if len(times)]
+    return max(hits)[1] if hits and found.status == 1 else None
+
+
+def _crossing(at: float, sign: int, direction: int, why: str = APART) -> Any:
+    """Return an event where the signed angle passes sign * at."""
+    value = sign * at
+
+    def event(_: float, s: Sequence[float]) -> float:
+        return s[0] - value
+
+    event.__dict__.update(terminal=True, direction=direction, value=value, why=why)
+    return event
+
+
+def _turning(direction: int) -> Any:
+    def event(_: float, s: Sequence[float]) -> float:
+        return s[1]
+
+    event.__dict__.update(terminal=True, direction=direction, why=TURNED)
+    return event
+
+
+def _stick(sides: Sides, drive: Drive, state: State, until: float) -> tuple[Part, int]:
+    """Wait until the force leaves the interval between the branches; return that part, and the way it leaves."""
+    sign = 1 if state.y > 0 else -1
+    side, u = sides.of(sign), abs(state.y)
+    down = side.falling(u)
+    low = float(down.force(u)) if u <= down.last else -math.inf
+    # the force's phase at which sign * F sin(phase) - u comes to a branch
+    leaves = [(_reaches(drive, state.t, sign * (u + float(side.rising().force(u))), sign), 1)]
+    leaves.append((_reaches(drive, state.t, sign * (u + low), -sign), -1))
+    t, way = min(leaves)
+    why = "" if t < math.inf else STUCK
+    if t > until:
+        t, way, why = until, 0, why or ""
+    last = state._replace(t=t)
+    return Part(np.array([state.t, t]), np.full(2, state.y), np.zeros(2), last, why), way
+
+
+def _reaches(drive: Drive, t: float, level: float, rising: int) -> float:
+    """Return the next time at which the force passes a level in a direction; inf if it never does."""
+    if abs(level) > drive.force:
+        return math.inf
+    phase = math.asin(level / drive.force)
+    phase = phase if rising > 0 else math.pi - phase
+    turn = 2 * math.pi
+    return t + ((phase - drive.frequency * t) % turn) / drive.frequency
+
+
+# ---- steady states ----------------------------------------------------------------------------------------
+
+SETTLED, POLISHED = 1e-3, 10.0
+"""Change of the state over a period, relative to its size: from there on Newton's method is used; and at the end, over
+the error of a step."""
+MOST_PERIODS, LAST = 400, 50
+"""Periods after which a motion is told as not settled; extremes are then those of so many last ones."""
+
+
+class Steady(NamedTuple):
+    """A steady state: largest and smallest angle, state where a period begins, works over a period, periods gone.
+
+    ``settled``: the state comes back after a period; ``parts`` smooth parts of the way in it.
+    """
+
+    high: float
+    low: float
+    y: float
+    v: float
+    fed: float
+    damped: float
+    rubbed: float
+    periods: int
+    settled: bool
+    parts: int
+
+
+class LeftError(Exception):
+    """A motion that goes beyond a side's last angle (``why`` BEYOND), or whose parts are too many (EVENTS)."""
+
+    def __init__(self, why: str, state: State) -> None:
+        super().__init__(why)
+        self.why, self.state = why, state
+
+
+def period(sides: Sides, drive: Drive, y: float, v: float) -> Steady:
+    """Follow one period of the force from a state at its beginning."""
+    state, high, low, n = State(0.0, y, v), y, y, 0
+    until = 2 * math.pi / drive.frequency
+    for part in follow(sides, drive, state, until):
+        state, n = part.last, n + 1
+        high, low = max(high, state.y), min(low, state.y)
+        if part.why == BEYOND or n > MOST_PARTS:
+            raise LeftError(BEYOND if part.why == BEYOND else EVENTS, state)
+    return Steady(high, low, state.y, state.v, state.fed, state.damped, state.scales, 1, False, n)
+
+
+def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady:
+    """Follow a forced motion until it is periodic.
+
+    Periods are gone through one by one, so that what is found is stable; Newton's method only finds the last digits.
+    Where no contact is left the linear oscillator's steady state is the answer, exactly. A motion that repeats after
+    several periods, or never, does not settle.
+    """
+    reach, y_s, v_s = drive.steady()
+    engaged = min(side.y_e for side in sides)
+    seen: deque[tuple[float, float]] = deque(maxlen=LAST)
+    for n in range(1, MOST_PERIODS + 1):
+        if drive.zeta and reach + _swing(drive, y - y_s, v - v_s) < engaged:
+            damped = math.pi * 2 * drive.zeta * drive.frequency * reach**2
+            return Steady(reach, -reach, y_s, v_s, damped, damped, 0.0, n, True, 0)
+        one = period(sides, drive, y, v)
+        size, change = one.high - one.low, math.hypot(one.y - y, one.v - v)
+        if change <= POLISHED * drive.tolerance * size:
+            return one._replace(periods=n, settled=True)
+        if change <= SETTLED * size:
+            found = _newton(sides, drive, one.y, one.v, size)
+            if found is not None:
+                return found._replace(periods=n, settled=True)
+        y, v = one.y, one.v
+        seen.append((one.high, one.low))
+    highs, lows = zip(*seen, strict=True)
+    return one._replace(high=max(highs), low=min(lows), periods=n)
+
+
+def _swing(drive: Drive, y: float, v: float) -> float:
+    """Return the largest angle of the bare bar's free motion from a state, or more."""
+    return math.hypot(y, (v + drive.zeta * y) / math.sqrt(1 - drive.zeta**2))
+
+
+def _newton(sides: Sides, drive: Drive, y: float, v: float, size: float) -> Steady | None:
+    """Return the periodic state near another; None where Newton's method does not find it at once."""
+    h = math.sqrt(drive.tolerance) * size
+    for _ in range(4):
+        base = period(sides, drive, y, v)
+        gap = np.array([base.y - y, base.v - v])
+        if float(np.hypot(*gap)) <= POLISHED * drive.tolerance * size:
+            return base
+        moved = [period(sides, drive, y + h, v), period(sides, drive, y, v + h)]
+        slope = np.array([[m.y - base.y, m.v - base.v] for m in moved]).T / h - np.eye(2)
+        step = np.linalg.solve(slope, -gap)
+        if float(np.hypot(*step)) > 100 * SETTLED * size:
+            return None
+        y, v = y + float(step[0]), v + float(step[1])
+    return None

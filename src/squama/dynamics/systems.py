@@ -1,0 +1,150 @@
+"""A beam that swings: its branches in both senses, by hinges or by the real model, and what it weighs."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from squama.beam.design import Beam
+from squama.curves import hinge_cycles, real, real_cycles
+from squama.dynamics import branches
+from squama.dynamics.branches import APART, Branch, Side
+from squama.dynamics.decay import Sides
+from squama.errors import refuse
+from squama.loads import Load
+from squama.real import follow, path
+from squama.types import Array
+
+STEPS = 256
+"""Places of a branch of the real beam between engagement and its end."""
+MOST = 1.0
+"""Largest twist per pitch, rad, to which the real beam is followed."""
+
+
+Limit = tuple[float, str]
+"""A note for motions beyond an angle below 0, which is a magnitude."""
+
+
+class Held(NamedTuple):
+    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales, scales on both sides."""
+
+    load: Load
+    mu: float
+    law: str
+    joint: str
+    ideal: bool
+    both: bool
+
+
+class Bar(NamedTuple):
+    """The bar without contact: rigidity (N m^2), what swings, angular frequency; energy (J) of y^2/2 = 1."""
+
+    rigidity: float
+    inertia: float
+    omega: float
+    energy: float
+
+
+def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float | None) -> Bar:
+    """Return what swings: a rotor (kg m^2) at the end of a twisted bar, one at either end of a bent one, or a mode.
+
+    ``inertia`` is the rotor's with a third of the bar's own, or in a mode the mass per length (kg/m).
+    """
+    kind = held.load
+    rigidity = real.Held.of(beam).rigidity if held.joint == "compliant" else kind.rigidity(beam)
+    stiffness = rigidity / beam.pitch * beam.scales
+    L, s = beam.length, beam.substrate
+    if mode == "uniform":
+        if rotor is None:
+            remedy = 'give e.g. "1e-4 kg m2", or write rotor under [beam]'
+            refuse("rotor", "", "is not given: uniform load comes of a rotor at the end", remedy)
+        if kind.sided:
+            inertia = rotor + (density or 0.0) * beam.I * L / 3
+            return Bar(rigidity, inertia, math.sqrt(rigidity / (L * inertia)), stiffness)
+        return Bar(rigidity, rotor, math.sqrt(2 * rigidity / (L * rotor)), stiffness)
+    if kind.sided:
+        refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending", or mode="uniform"')
+    if density is None:
+        remedy = 'give e.g. "1100 kg/m3", or write density under [beam]'
+        refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)
+    shape, mass = branches.MODES[mode], density * s.width * s.thickness
+    return Bar(rigidity, mass, (shape.number / L) ** 2 * math.sqrt(rigidity / mass), stiffness * shape.square)
+
+
+def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, Limit | None]:
+    """Return the branches of a beam in both senses; ``far`` is the largest angle on the side of ``sign``.
+
+    A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
+    """
+    if held.joint == "compliant":
+        first = _real(beam, held, sign, far)
+        energy = first.up.energy(min(far, first.last)) if first.up else far**2 / 2
+        second = first if held.both else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
+        return Sides(*(first, second)[::sign]), None
+    found, limit = _hinged(beam, held)
+    return Sides(*(branches.modal(side, mode) for side in found)), limit
+
+
+def _hinged(beam: Beam, held: Held) -> tuple[Sides, Limit | None]:
+    kind = held.load
+    both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, branches.FINEST, held.ideal)
+    found = {sign: branches.of_path(both.paths[sign], both.bar) for sign in ("+", "-")}
+    if held.both:
+        return Sides(found["+"], found["+"]), None
+    other = both.paths["-"]
+    limit: Limit | None = None
+    if kind.sided and found["-"].up is None and math.isfinite(other.load_end):
+        text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
+        limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
+        found["-"] = APART
+    return Sides(found["+"], found["-"]), limit
+
+
+def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
+    """Return the branches of the real beam: each way back from a turning point is walked from there."""
+    holds, plate = real.Held.of(beam), real.scale(beam, ideal=held.ideal)
+    way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far)
+    y_e = way.contact.phi
+    if not y_e < far:
+        return APART
+    y = np.linspace(y_e, far, STEPS)
+    rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
+    n, rows, ends = y.size, rows[1:], ""
+    if end.code != follow.RANGE:
+        n = int(np.isfinite(rows[:, 1]).sum())
+        told = real.ending(way, end)
+        ends = branches.words(str(told["end"]), str(told["other_contact"]))
+    if n < 4:
+        return Side(math.inf, y_e, ends)
+    unit = path.rigidity(way)
+    y, rows = y[:n], rows[:n]
+    up = Branch(y, _over(rows[:, 1] / unit - y))
+    u = path.energies(way, rows)
+
+    @functools.lru_cache(maxsize=256)
+    def fall(top: float) -> Branch:
+        there = np.append(y[y < top - 1e-6], top)
+        back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])
+        states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
+        states = states[there.size :]
+        q = _over(states[:, 1] / unit - np.append(top, back))
+        return Branch(np.concatenate([[y_e], back[::-1], [top]]), np.concatenate([[0.0], q[::-1]]))
+
+    return Side(y_e, float(y[-1]), ends, up, fall, CubicSpline(y, (u["U_joint"] + u["U_plate"]) / unit))
+
+
+def _over(q: Array) -> Array:
+    """Return the scales' torque without the rounding of the bar's where nothing touches yet."""
+    return np.where(np.abs(q) < 1e-12, 0.0, q)
+
+
+def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:
+    """Say where a motion between two angles leaves the model."""
+    found = [limit[1]] if limit is not None and -low >= limit[0] else []
+    if held.joint == "compliant":
+        found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=held.ideal)
+    return found

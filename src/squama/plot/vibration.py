@@ -1,0 +1,128 @@
+"""A beam that swings: its record with the envelope, damping against amplitude, phase plane; response to shaking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squama.loads import LOADS, Load, model
+from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
+from squama.plot.style import PAGE, Look, angle_label, headline, label, letters, new_figure, styled
+from squama.types import Array
+
+NOTHING = 1e-6
+"""Damping ratio that is none in a picture."""
+_POINTS: Look = {"linestyle": "", "marker": "o", "markersize": 3}
+
+
+@styled
+def vibration_figure(dataset: xr.Dataset) -> Figure:
+    """Draw a free vibration from :func:`squama.vibrate`.
+
+    Above the record with the envelope of its peaks; below the damping of every cycle against its amplitude, never one
+    number alone, and the phase plane. Grey is the load angle at which scales engage.
+    """
+    names = LOADS[dataset.attrs["load"]]
+    figure = new_figure(PAGE, 4.6)
+    axes = figure.subplot_mosaic([["record", "record"], ["damping", "plane"]])
+    _record(axes["record"], dataset, names)
+    _damping(axes["damping"], dataset, names)
+    _plane(axes["plane"], dataset, names)
+    about = f"{_scales(dataset)}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
+    material = f", $\\zeta$ of the material {dataset.attrs['damping']:g}" if dataset.attrs["damping"] else ""
+    headline(figure, f"Free vibration in {names.name}, {dataset.attrs['mode']}, {about}{material}")
+    letters(axes[name] for name in ("record", "damping", "plane"))
+    return figure
+
+
+def _scales(dataset: xr.Dataset) -> str:
+    return "scales on both sides" if dataset.attrs["sides"] == "both" else "scales on one side"
+
+
+def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+    angle = names.angle
+    t, y = dataset["t_turn"].values, dataset[f"{angle}_turn"].values
+    ax.plot(dataset["t"], dataset[angle], color=INK, linewidth=0.9)
+    for sign in (1, -1):
+        side = y * sign > 0
+        ax.plot(t[side], y[side], color=ACCENT, linestyle=(0, (3, 2)), label="envelope" if sign > 0 else None)
+    _engaged(dataset, names, ax.axhline)
+    ax.set(xlabel=label("t"), ylabel=angle_label(names.name), xlim=(0, max(float(dataset["t"][-1]), 1e-12)))
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
+
+
+def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any]) -> None:
+    engaged = float(dataset[f"{names.angle}_e"])
+    both = dataset.attrs["sides"] == "both"
+    for sign in (1, -1) if both else (1,):
+        if np.isfinite(engaged):
+            words = "engagement" if sign > 0 else None
+            line(sign * engaged, color=GREY, linewidth=0.7, label=words, zorder=0)
+
+
+def _damping(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+    turns = dataset[f"{names.angle}_turn"].values
+    zeta = dataset["zeta_cycle"].values
+    ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, **_POINTS)
+    ax.set(xlabel="Peak at which a cycle begins (rad per pitch)", ylabel="Damping ratio of the cycle $\\zeta_n$")
+    most = float(np.nanmax(zeta, initial=0.0))
+    ax.set_ylim(0, 1.15 * most if most > NOTHING else NOTHING)
+    _engaged(dataset, names, ax.axvline)
+    if np.isfinite(float(dataset[f"{names.angle}_e"])):
+        ax.legend(loc="upper left")
+
+
+def _plane(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+    ax.plot(dataset[names.angle], dataset[f"{names.angle}_speed"], color=INK, linewidth=0.4)
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    _engaged(dataset, names, ax.axvline)
+    ax.set(xlabel=angle_label(names.name), ylabel=label(f"{names.angle}_speed"))
+
+
+@styled
+def shaken_figure(dataset: xr.Dataset) -> Figure:
+    """Draw steady states from :func:`squama.shake`.
+
+    Left: largest and smallest load angle over the frequency, gone through upwards and downwards, beside the bare bar's.
+    Right: share of the torque's work that friction takes. States that did not settle are hollow on the left, and
+    left out on the right.
+    """
+    names = LOADS[dataset.attrs["load"]]
+    figure = new_figure(PAGE, 3.1)
+    left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
+    f, bare = dataset["frequency"].values, float(dataset["f_0"])
+    zeta, static = dataset.attrs["damping"], float(dataset[f"{names.angle}_static"])
+    looks = {"up": (ACCENT, "o", "frequency growing"), "down": (UNLOADED, "v", "frequency falling")}
+    for way, (colour, marker, words) in looks.items():
+        one = dataset.sel(way=way)
+        for bound, said in (("high", words), ("low", None)):
+            _branch(left, f, one[f"{names.angle}_{bound}"].values, one["settled"].values, colour, marker, said)
+        share = (one["W_rubbed"] / one["W_fed"]).where(one["settled"]).values
+        _branch(right, f, share, one["settled"].values, colour, marker, words)
+    fine = np.linspace(f[0], f[-1], 400)
+    ratio = fine / bare
+    with np.errstate(divide="ignore"):
+        linear = static / np.hypot(1 - ratio**2, 2 * zeta * ratio)
+    low, high = left.get_ylim()
+    for sign in (1, -1):
+        grey: Look = {"color": GREY, "linewidth": 0.8, "linestyle": (0, (4, 2)), "zorder": 0}
+        left.plot(fine, sign * linear, label="no contact" if sign > 0 else None, **grey)
+    left.set_ylim(low, high + 0.3 * (high - low))
+    left.set(xlabel=label("frequency"), ylabel=f"Largest, smallest {angle_label(names.name).lower()}")
+    right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque", ylim=(0, 1))
+    left.legend(loc="upper right", fontsize=7)
+    about = f"{_scales(dataset)}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
+    headline(figure, f"Steady states in {names.name}, {dataset.attrs['mode']}, {about}, $\\zeta$ = {zeta:g}")
+    letters((left, right))
+    return figure
+
+
+def _branch(ax: Axes, x: Array, y: Array, settled: Array, colour: str, marker: str, words: str | None) -> None:
+    ax.plot(x, y, color=colour, marker=marker, markersize=3, linewidth=0.7, label=words)
+    loose = ~settled.astype(bool)
+    ax.plot(x[loose], y[loose], color=colour, marker=marker, markersize=3, linestyle="", markerfacecolor="white")

@@ -1,0 +1,249 @@
+"""Vibration: the map of energies against motion in time by the contact itself, limits, balances."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import squama
+from squama.arrays import solution
+from squama.dynamics import branches, motion, systems
+from squama.dynamics.branches import APART, MODES, Branch, Side
+from squama.dynamics.decay import Sides, decay
+from squama.loads import LOADS
+from squama.model import mechanics
+from squama.model.paths import FLOAT
+from squama.model.tracks import at_loads, scalar
+
+MAIN = {"eta": 3.0, "beta": 1.25, "lam": 0.45, "alpha": math.pi / 4, "theta0": math.radians(10)}
+BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa")
+ROTOR = "0.01 kg m2"
+HINGE = {"joint": "hinge", "ideal": True}
+
+
+def drawn(seed: int, load: str) -> dict[str, float]:
+    r = np.random.default_rng(seed)
+    theta0 = math.radians(r.uniform(5, 15))
+    bent = {"eta": r.uniform(3, 6), "theta0": theta0, "mu": r.uniform(0, 0.4), "kappa": r.uniform(2, 20)}
+    if load == "bending":
+        return bent
+    sizes = {"beta": r.uniform(1, 1.5), "lam": r.uniform(0.3, 0.6), "alpha": math.radians(r.uniform(30, 50))}
+    return {**bent, **sizes, "eta": r.uniform(2.5, 4), "kappa": r.uniform(1, 5)}
+
+
+def integrated(d: dict[str, float], load: str, top: float) -> tuple[list[float], list[float]]:
+    """Turning points and their times by the contact's own path parameter, forces evaluated at every step."""
+    columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
+    row = scalar(solution.solve(columns, load=load, law="edge", sense="+").tracks[0][1].row)
+    y_e = row.point(row.theta0, "edge", FLOAT).load
+    ends = (np.array([row.theta0]), np.array([row.theta0 + 1.2]))
+
+    def inclination(y: float) -> float:
+        seen = [np.array([y_e]), np.array([math.inf])]
+        return float(at_loads(row, np.array([y]), ends, (seen[0], seen[1]))[0])
+
+    def rates(way: int):
+        def f(_, s):
+            pt = row.point(float(s[0]), "edge", FLOAT)
+            q = mechanics.forces(pt, row.theta0, way * d["mu"]).torque / d["kappa"]
+            return [s[1] / pt.load_rate, -pt.load - q]
+
+        return f
+
+    def event(i: int, at: float, direction: int):
+        def g(_, s):
+            return s[i] - at
+
+        g.terminal, g.direction = True, direction
+        return g
+
+    how = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+    turns, times, t, x = [top], [0.0], 0.0, inclination(top)
+    for _ in range(2):
+        down = solve_ivp(rates(-1), (0, 50), [x, 0.0], events=event(0, row.theta0, -1), **how)
+        v = -down.y[1, -1]
+        lowest = math.hypot(y_e, v)
+        below = math.pi + 2 * math.atan(y_e / v)
+        up = solve_ivp(rates(1), (0, 50), [row.theta0, v], events=event(1, 0.0, -1), **how)
+        x = float(up.y[0, -1])
+        turns += [-lowest, row.point(x, "edge", FLOAT).load]
+        times += [t + down.t[-1] + below / 2, t + down.t[-1] + below + up.t[-1]]
+        t = times[-1]
+    return turns, times
+
+
+@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("seed", range(4))
+def test_the_map_is_what_motion_in_time_gives(load: str, seed: int) -> None:
+    d = drawn(seed, load)
+    s = squama.solve(**{name: v for name, v in d.items() if name != "kappa"}, load=load)
+    top = float(s.load_e + 0.6 * (s.load_end - s.load_e))
+    v = squama.free_vibration(**d, amplitude=top, swings=2, load=load)
+    turns, times = integrated(d, load, top)
+    assert np.ravel([v.peaks[:2], v.troughs], "F") == pytest.approx(turns[:4], abs=1e-9)
+    assert v.peaks[2] == pytest.approx(turns[4], abs=1e-9)
+    assert [v.trough_times[0], v.peak_times[1], v.trough_times[1], v.peak_times[2]] == pytest.approx(
+        times[1:], abs=1e-8
+    )
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
+    """Its torque is that of many pieces of the beam, by the trapezoidal rule; its energies are balanced."""
+    d = {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
+    side = of_ratios(d, 10.0)
+    found, m = branches.modal(side, mode), MODES[mode]
+    x = np.linspace(0, 1 / m.weight, 200_001)
+    chi = m.shape(x)
+    assert m.weight * np.trapezoid(chi**2, x) == pytest.approx(m.square, rel=1e-9)
+    for a in (0.03, 0.1, 0.15):
+        local = np.maximum(a * chi, side.y_e)
+        q = m.weight * np.trapezoid(chi * side.falling(a).force(local), x) / m.square
+        assert float(found.falling(a).force(a)) == pytest.approx(q, rel=1e-7)
+    got = decay(Sides(found, APART), start=0.15, turns=5)
+    parts = motion.follow(Sides(found, APART), motion.Drive(), motion.State(0.0, 0.15, 0.0), got.t[-1] + 0.1)
+    turned = [p.last.y for p in parts if p.why == motion.TURNED]
+    assert turned[:4] == pytest.approx(got.y[1:], abs=1e-8)
+
+
+def of_ratios(d: dict[str, float], kappa: float, load: str = "bending") -> Side:
+    from squama.curves import hinge
+    from squama.curves.path import Case
+
+    columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
+    sol = solution.solve(columns, load=load, law="edge", sense="+")
+    path = hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", branches.FINEST)
+    return branches.of_path(path, kappa)
+
+
+def test_without_friction_nothing_is_lost() -> None:
+    v = squama.free_vibration(**MAIN, mu=0, kappa=2, amplitude=0.22, swings=20)
+    assert v.peaks == pytest.approx(np.full(21, 0.22), abs=1e-12)
+    assert v.zeta == pytest.approx(np.zeros(20), abs=1e-12)
+
+
+def test_below_engagement_it_is_a_linear_oscillator() -> None:
+    v = squama.free_vibration(**MAIN, mu=0.5, kappa=2, amplitude=0.04, swings=3)
+    assert v.peaks.tolist() == [0.04] * 4
+    assert v.troughs == pytest.approx([-0.04] * 3, rel=1e-15)
+    assert v.peak_times == pytest.approx(2 * math.pi * np.arange(4), rel=1e-15)
+
+
+def test_the_decay_ends_at_engagement() -> None:
+    v = squama.free_vibration(**MAIN, mu=0.5, kappa=2, amplitude=0.22, swings=2000)
+    left = v.peaks - squama.solve(**MAIN, mu=0.5).load_e
+    assert (np.diff(left) < 0).all()
+    assert left[-1] > 0
+    # the excess falls as 1/n
+    assert left[2000] * 2000 == pytest.approx(left[1000] * 1000, rel=0.02)
+
+
+def test_small_loss_is_the_loop_of_cycle() -> None:
+    mu = 1e-4
+    c = squama.cycle(BEAM, "0.15 rad/pitch", mu=mu, **HINGE)
+    v = squama.vibrate(BEAM, release="0.15 rad/pitch", rotor=ROTOR, mu=mu, swings=1, **HINGE)
+    assert float(v.zeta_cycle[0]) == pytest.approx(float(c.zeta_eq[0]), rel=1e-4)
+
+
+def test_what_a_cycle_loses_is_in_the_loops() -> None:
+    """At a jump from peak to peak: W- of the way down and W+ of the way up, from loops of cycle to both peaks."""
+    v = squama.vibrate(BEAM, release="0.15 rad/pitch", rotor=ROTOR, mu=0.3, swings=1, **HINGE)
+    first, second = (f"{v.phi_turn.values[i]:.16g} rad/pitch" for i in (0, 2))
+    work = []
+    for top in (first, second):
+        c = squama.cycle(BEAM, top, mu=0.3, points=200, **HINGE)
+        up = float(c.W_fr[c.branch.values == "loading"].max())
+        work.append((up, float(c.W_fr[-1]) - up))
+    lost = (work[0][1] + work[1][0]) * BEAM.length
+    assert float(v.U_turn[0] - v.U_turn[2]) == pytest.approx(lost, rel=1e-9)
+
+
+def test_the_real_beam_loses_what_its_loops_do() -> None:
+    """Its ways back are walked from each peak, so that energies balance as those of cycle do, to 1e-4."""
+    v = squama.vibrate(BEAM, release="0.15 rad/pitch", rotor=ROTOR, mu=0.3, swings=1)
+    work = []
+    for i in (0, 2):
+        c = squama.cycle(BEAM, f"{v.phi_turn.values[i]:.16g} rad/pitch", mu=0.3, points=300)
+        top = int(np.argmax(c.phi.values))
+        work.append((float(c.W_fr[top]), float(c.W_fr[-1] - c.W_fr[top])))
+    lost = (work[0][1] + work[1][0]) * BEAM.length
+    assert float(v.U_turn[0] - v.U_turn[2]) == pytest.approx(lost, rel=2e-3)
+    assert v.attrs["joint"] == "compliant"
+
+
+def test_the_real_beam_with_stiff_joints_is_the_hinge() -> None:
+    matrix = np.diag([1e6, 1e6, 1e6, 1e6, 1.0, 1e6, 2.0])
+    from squama.curves import real
+    from squama.real import path
+
+    way = path.Path.of(real.scale(BEAM, ideal=True), matrix, 0.3, sense=1, most=0.15)
+    y = np.linspace(way.contact.phi, 0.15, 200)
+    q = way.states(np.append(0.0, y), 5e-4)[0][1:, 1] / path.rigidity(way) - y
+    hinge = of_ratios({**MAIN, "mu": 0.3}, 2.0, "twisting")
+    assert q[-1] == pytest.approx(float(hinge.rising().force(0.15)), rel=2e-3)
+
+
+def test_speed_is_no_group() -> None:
+    slow, fast = (squama.vibrate(BEAM, release="5 rad/m", rotor=r, mu=0.3, **HINGE) for r in ("1 kg m2", "1e-4 kg m2"))
+    assert slow.zeta_cycle.values == pytest.approx(fast.zeta_cycle.values, rel=1e-12)
+    assert (slow.period / fast.period).values == pytest.approx(np.full(8, 100.0), rel=1e-10)
+
+
+def test_scales_on_both_sides_swing_alike() -> None:
+    one, both = (
+        squama.vibrate(BEAM, release="5 rad/m", rotor=ROTOR, mu=0.3, sides=s, **HINGE) for s in ("one", "both")
+    )
+    assert -both.phi_turn.values[1] == pytest.approx(one.phi_turn.values[2], rel=1e-9)
+    held = systems.Held(LOADS["twisting"], 0.3, "edge", "hinge", True, True)
+    sides = systems.sides(BEAM, held, "uniform", 1, 0.1)[0]
+    assert sides.plus is sides.minus
+
+
+def test_material_damping_goes_on_below_engagement() -> None:
+    v = squama.vibrate(BEAM, release="0.04 rad/pitch", rotor=ROTOR, mu=0.3, damping=0.02, swings=5, **HINGE)
+    peaks = v.phi_turn.values[::2]
+    decrement = 2 * math.pi * 0.02 / math.sqrt(1 - 0.02**2)
+    assert peaks == pytest.approx(0.04 * np.exp(-decrement * np.arange(6)), rel=1e-8)
+    assert v.zeta_cycle.values == pytest.approx(np.full(5, decrement / (2 * math.pi)), rel=1e-7)
+    assert (np.diff(v.t_turn.values) > 0).all()
+
+
+def test_stick_holds_until_the_force_leaves_the_interval() -> None:
+    """Slow force, strong friction: between its turning points the bar follows the branches, statically."""
+    y = np.linspace(0.1, 1.0, 40)
+    up, down = Branch(y, 3.0 * (y - 0.1)), Branch(y, 1.0 * (y - 0.1))
+    sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
+    w, F = 1e-3, 0.5
+    drive = motion.Drive(0.4, F, w)
+    parts = list(motion.follow(sides, drive, motion.State(0.0, 0.0, w * F), 2 * math.pi / w))
+    top = max(part.last.y for part in parts)
+    assert top + 3.0 * (top - 0.1) == pytest.approx(F, rel=1e-4)
+    stuck = max(parts, key=lambda p: p.last.t - p.t[0] if p.v[0] == p.v[-1] == 0 else 0.0)
+    # it leaves where the force has come down to the unloading branch
+    leaves = drive.at(stuck.last.t) - (stuck.last.y + 1.0 * (stuck.last.y - 0.1))
+    assert leaves == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_beam_that_slides_back_a_part_stays_there() -> None:
+    """Where the way back takes in more than it gives; the motion in time says so too."""
+    y = np.linspace(0.1, 1.0, 400)
+    up, down = Branch(y, 5.0 * (y - 0.1)), Branch(y, (y - 0.1) * (1.2 - 20.0 * np.exp(-(((y - 0.5) / 0.1) ** 2))))
+    sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
+    found = decay(sides, start=0.9, turns=3)
+    assert found.end == "jams"
+    assert 0.4 < found.rest < 0.9
+    last = list(motion.follow(sides, motion.Drive(), motion.State(0.0, 0.9, 0.0), 100.0))[-1]
+    assert last.why == motion.STUCK
+    assert last.last.y == pytest.approx(found.rest, abs=1e-8)
+
+
+def test_a_swing_that_only_just_engages_is_seen() -> None:
+    y = np.linspace(0.1, 1.0, 40)
+    up, down = Branch(y, 50.0 * (y - 0.1)), Branch(y, 20.0 * (y - 0.1))
+    sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
+    parts = motion.follow(sides, motion.Drive(), motion.State(0.0, -0.100001, 0.0), 2 * math.pi)
+    energy = [p.last.y for p in parts if p.why == motion.TURNED]
+    assert energy[0] == pytest.approx(decay(sides, start=-0.100001, turns=2).y[1], rel=1e-9)
