@@ -41,7 +41,7 @@ EXAMPLES = {
     "bend": "beam.toml --mu 0,0.3 --plot bend.png",
     "bend-twist": 'beam.toml --path "bend 4 rad/m; twist 8 rad/m" --plot path.png',
     "cycle": 'beam.toml --to "90 deg total" --loops 2 --plot loop.png',
-    "vibrate": 'beam.toml --rotor "1e-4 kg m2" --release "100 deg total" --plot a.png',
+    "vibrate": 'beam.toml --rotor "1e-4 kg m2" --release "100 deg total"',
     "shake": 'beam.toml --lowest "1 Hz" --highest "5 Hz" --static "60 deg total"',
     "fit": "test.csv beam.toml --plot fit.png",
     "design": "target.toml -o designs",
