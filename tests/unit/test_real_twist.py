@@ -440,3 +440,11 @@ def test_the_explorer_takes_the_compliant_joint():
     assert live.outcome(now)[1].startswith("engagement at φ = 0.05")
     assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
     assert "compliant" in live.compared(now)[0]["model"]
+
+
+def test_engagement_is_told_though_the_curve_ends_before() -> None:
+    far, near = (squama.twist(BEAM, to=f"{to} rad/pitch", points=5) for to in (0.2, 0.01))
+    assert float(near.phi_e) == pytest.approx(float(far.phi_e), rel=1e-12)
+    assert near.end.item() == "range end"
+    cycle = squama.cycle(BEAM, "0.01 rad/pitch")
+    assert float(cycle.phi_e.sel(sense="+")) == pytest.approx(float(far.phi_e), rel=1e-12)

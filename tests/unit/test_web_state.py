@@ -22,6 +22,7 @@ from squama.beam.parts import RATIOS
 from squama.cli import main
 from squama.errors import InputError
 from squama.paper import parameters
+from squama.model.outcome import End
 from squama.plot.palette import ENDS, STATES, THEMES
 from squama.study import real_columns
 from squama.web import charts, live, map, server, state  # noqa: A004
@@ -405,8 +406,8 @@ def test_files_are_those_of_the_commands() -> None:
 def test_colours_have_contrast() -> None:
     text = files("squama.web").joinpath("page.css").read_text(encoding="utf-8")
     assert set(re.findall(r"var\(--(\w+)\)", text)) <= THEMES["light"].keys() == THEMES["dark"].keys()
-    # ends of both models, and tiles that are not done
-    assert set(ENDS) == {*map.CODES, *real_columns.ENDS, "not computed"}
+    # ends of both models and of paths in bend and twist, and tiles that are not done
+    assert set(ENDS) == {*map.CODES, *real_columns.ENDS, End.LINE, "not computed"}
     for theme, colour in THEMES.items():
         for ground in ("page", "panel"):
             for name, least in (("ink", 7), ("soft", 4.5), ("bad", 4.5), ("accent", 3)):

@@ -192,7 +192,8 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
         refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
     held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
-    most = max(far, 0.0 if asked.at is None else float(np.max(asked.at)))
+    # engagement is told wherever it is, a short curve may end before
+    most = max(far, path.RANGE, 0.0 if asked.at is None else float(np.max(asked.at)))
     found = []
     for mu in np.atleast_1d(asked.mus):
         way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)

@@ -99,7 +99,7 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
     far, found = float(np.abs(values).max()), {}
     for sense in used_senses(values.tolist()):
         sign = -1 if sense == "-" else 1
-        way = path.Path.of(plate, held.K, mu, sense=sign, most=far)
+        way = path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE))
         found[sense] = real.Path(beam, held, way, sign, far)
     return found
 

@@ -126,7 +126,7 @@ def _part(c: Cells, b: _Beams, sense: int, ideal: bool, threads: int | None) -> 
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest
-    code = np.where(r.phi_end >= to, np.where(r.phi_e <= to, _RANGE, _NONE), code)
+    code = np.where(r.phi_end >= to, np.where(np.isfinite(r.phi_e), _RANGE, _NONE), code)
     last = {name: getattr(r, name)[:, STEPS] for name in ("torque", "stiffness_ratio", "N", "stress", "W_fr", "W")}
     rigidity = r.rigidity * unit * pitch
     with np.errstate(all="ignore"):
