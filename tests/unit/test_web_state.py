@@ -21,8 +21,8 @@ from squama.batch import entry
 from squama.beam.parts import RATIOS
 from squama.cli import main
 from squama.errors import InputError
-from squama.paper import parameters
 from squama.model.outcome import End
+from squama.paper import parameters
 from squama.plot.palette import ENDS, STATES, THEMES
 from squama.study import real_columns
 from squama.web import charts, live, map, server, state  # noqa: A004
