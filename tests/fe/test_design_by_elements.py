@@ -14,7 +14,7 @@ from squama.errors import InputError
 def test_the_first_design_beside_elements():
     """The two torques, and the two stiffness ratios beyond engagement, are of one beam."""
     data = {
-        "target": {"points": [{"twist": "0.05 rad/pitch", "stiffness_ratio": "at least 2"}]},
+        "target": {"points": [{"twist": "0.07 rad/pitch", "stiffness_ratio": "at least 2"}]},
         "vary": {"scale.length": ("60 mm", "70 mm"), "scale.theta0": ("18 deg", "22 deg")},
         "limits": {"printable": False},
         "designs": 1,
@@ -24,7 +24,7 @@ def test_the_first_design_beside_elements():
     assert found.met
     (line,) = found.notes
     off, elements, real = re.fullmatch(
-        r"elements \(coarse mesh\), 0\.05 rad per pitch: torque .* N m+ \((.*)%\), "
+        r"elements \(coarse mesh\), 0\.07 rad per pitch: torque .* N m+ \((.*)%\), "
         r"stiffness ratio (.*) \(real beam: (.*)\)",
         line,
     ).groups()

@@ -139,7 +139,7 @@ def test_what_varies_the_shape_is_told_as_by_a_beam(tmp_path):
     made = f"was made for another shape, scale.embedded = {BEAM.scale.embedded * 1e3:.4g} mm"
     ranges = {"scale.embedded": (BEAM.scale.embedded, 1.1 * BEAM.scale.embedded, 2)}
     swept = squama.sweep(BEAM, ranges, out=tmp_path / "map.zarr", joint="hinge")
-    assert [f"at scale.embedded = {size:g} m:" in swept.attrs["warnings"] for size in (0.006, 0.0066)] == [False, True]
+    assert [f"at scale.embedded = {size:g} mm:" in swept.attrs["warnings"] for size in (6, 6.6)] == [False, True]
     assert made in swept.attrs["warnings"]
     here = BEAM.replace(scale={"embedded": 1.1 * BEAM.scale.embedded}).warnings()
     assert any(swept.attrs["warnings"].endswith(line) for line in here if line.startswith("joint.matrix"))
