@@ -246,8 +246,7 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
 
 def test_bending_is_a_mode_of_its_own() -> None:
     now = START.change("load", "bending")
-    m = plane(now.beam)
-    assert live.outcome(now)[0] == m.end.item()
+    assert live.outcome(now)[0] == plane(now.beam).end.item()
     words = dict(live.readings(now))
     assert "Moment M" in words
     assert live.scene(now)["design"]["alpha"] == 0
