@@ -9,7 +9,7 @@ from squama.curves.doors import respond
 MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
 
 
-@pytest.mark.parametrize(("eta", "theta0"), [(5, "5 deg"), (1.3, "20 deg"), (7, "0.5 deg")])
+@pytest.mark.parametrize(("eta", "theta0"), [(5, "5 deg"), (1.3, "20 deg"), (7, "0.5 deg"), (1.01, "10 deg")])
 @pytest.mark.parametrize("mu", [0.0, 0.3, 4.0])
 def test_across_and_on_the_face_it_is_the_closed_form(eta, theta0, mu):
     beam = squama.Beam.from_ratios(eta=eta, theta0=theta0, alpha=0)
