@@ -86,7 +86,7 @@ def test_what_is_shown_in_a_field_is_read_back() -> None:
         ("scales", "2.5", "whole number"),
         ("mu", "-1", "0 to 10"),
         ("margin", "1", "below 1"),
-        ("alpha", "95", "0 to 90 deg"),
+        ("alpha", "95", "below 90 deg"),
         ("poisson", "0.5", "-1 to 0.5"),
         ("stiffness", "0", "more than 0"),
         ("twist", "-0.1", "0 to 10 rad/pitch"),
