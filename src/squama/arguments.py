@@ -83,8 +83,8 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
     given = []
     for name, value in columns.items():
         if name in ("alpha", "theta0"):
-            # scales across the beam bend, but do not twist
-            given.append(between(name, value, 0.0, np.pi / 2, closed=name == "alpha" and "psi" in columns))
+            # scales may lie across the beam, but not flat on it
+            given.append(between(name, value, 0.0, np.pi / 2, closed=name == "alpha"))
         elif name in ("psi", "phi"):
             given.append(between(name, value, -np.pi, np.pi))
         elif name in ("dpsi", "dphi", "neutral_height"):

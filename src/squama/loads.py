@@ -94,9 +94,12 @@ class Load(NamedTuple):
         words = f"{scales} on {HELD[joint]}"
         return f"{words}, {' and '.join(law.split())} law" if self.sided and joint == "hinge" else words
 
-    def slant(self, alpha: float) -> float:
-        """Return the angle between the cross-section and the scales' width that counts: in bending none."""
-        return alpha if self.sided else 0.0
+    def slant(self, alpha: float, neutral: str = "") -> float:
+        """Return the angle between the cross-section and the scales' width that counts.
+
+        In bending none, unless the model takes in which line of the bar keeps its length.
+        """
+        return alpha if self.sided or neutral else 0.0
 
     def other_way(self, remedy: str) -> str:
         """Return advice for a negative load; none where there is no other way."""
@@ -139,6 +142,8 @@ def model(attrs: Mapping[str, Any]) -> str:
     return LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
 
 
+KEPT = "the line in the {} of the bar keeps its length"
+"""How a result is headed by the line of :data:`NEUTRAL`."""
 NEUTRAL = {"middle": 0.0, "face": 1.0}
 """Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses."""
 

@@ -94,8 +94,8 @@ def test_the_good_file_is_good():
         # ranges
         ("0.49", "0.5", ["substrate.poisson_ratio = 0.5", "-1 to 0.5, exclusive"]),
         ("0.49", "-1", ["substrate.poisson_ratio = -1", "-1 to 0.5, exclusive"]),
-        ('"45 deg"', '"0 deg"', ["scale.alpha", "0 to 90 deg, exclusive"]),
-        ('"45 deg"', '"90 deg"', ["scale.alpha", "0 to 90 deg, exclusive"]),
+        ('"45 deg"', '"-1 deg"', ["scale.alpha", "0 or more, below 90 deg"]),
+        ('"45 deg"', '"90 deg"', ["scale.alpha", "0 or more, below 90 deg"]),
         ('"10 deg"', '"-1 deg"', ["scale.theta0", "0 to 90 deg, exclusive"]),
         ('"10 deg"', '"1.6 rad"', ["scale.theta0", "0 to 90 deg, exclusive"]),
         ("= 25", "= 1", ["beam.scales = 1", "whole number", "write e.g. 25"]),
@@ -207,7 +207,7 @@ def test_python_gets_the_same_words():
         'scale.length = -1 m: is out of range (more than 0; 1 nm to 1000 km); write e.g. "60 mm"',
         'scale.width = "12 deg": is an angle, but a length is needed; write e.g. "12 mm"',
         'scale.thickness = nan: is not a finite number; write e.g. "0.2 mm"',
-        'scale.alpha = 45 rad: is out of range (0 to 90 deg, exclusive); write "45 deg"',
+        'scale.alpha = 45 rad: is out of range (0 or more, below 90 deg); write "45 deg"',
         "scale.tetha0: unknown key; did you mean theta0? allowed: length, embedded, width, thickness, alpha, theta0, "
         "youngs_modulus, poisson_ratio, strength",
     ]

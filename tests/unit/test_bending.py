@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import squama
 from oracle import bending as oracle
 from oracle.vectors import MP
+from plane import plane
 from squama.arrays import solution
 from squama.model import mechanics
 from squama.model.bending import Bend, bend_at
@@ -29,7 +30,7 @@ def solve(eta: float | list[float], theta0: float, mu: float) -> squama.Solved:
 
 @pytest.mark.parametrize(("mu", "lock"), [(0.0, 1.00507), (0.3, 0.96228), (0.6, 0.86068), (1.0, 0.70889)])
 def test_figures_of_section_6(mu: float, lock: float) -> None:
-    r = squama.bend(squama.Beam.from_ratios(eta=5, theta0="5 deg"), mu=mu)
+    r = plane(squama.Beam.from_ratios(eta=5, theta0="5 deg"), mu=mu)
     assert float(5 * r.psi_end) == pytest.approx(lock, abs=5e-6)
     assert float(r.psi_e) == pytest.approx(0.0193598, abs=5e-8)
     assert float(r.mu_static) == pytest.approx(10.2826, abs=5e-5)
@@ -88,7 +89,7 @@ def test_ends_against_the_oracle(eta: float, degrees: float, mu: float) -> None:
     assert str(CODES[int(s.code[0])]) == {"friction": "frictional lock", "kinematic": "kinematic lock"}[e.kind]
     for got, want in ((s.load_e, e.psi_e), (s.theta_end, e.theta), (s.load_end, e.psi)):
         assert float(got[0]) == pytest.approx(float(want), rel=1e-12)
-    r = squama.bend(squama.Beam.from_ratios(eta=eta, theta0=theta0), mu=mu, points=5)
+    r = plane(squama.Beam.from_ratios(eta=eta, theta0=theta0), mu=mu, points=5)
     assert float(r.mu_static) == pytest.approx(float(e.mu_static), rel=1e-12)
 
 
@@ -165,7 +166,7 @@ def test_short_scales_do_not_engage() -> None:
     assert [str(CODES[c]) for c in s.code] == ["no engagement", "frictional lock", "frictional lock"]
     assert s.neighbour.tolist() == [0, 1, 1]
     assert np.isinf(s.load_e[0])
-    r = squama.bend(squama.Beam.from_ratios(eta=0.9), mu=0.3)
+    r = plane(squama.Beam.from_ratios(eta=0.9), mu=0.3)
     assert r.end.item() == "no engagement"
     assert np.all(r.N == 0)
     np.testing.assert_allclose(r.M, squama.Beam.from_ratios(eta=0.9).bending_rigidity * r.kappa)
@@ -173,7 +174,7 @@ def test_short_scales_do_not_engage() -> None:
 
 def test_the_moment_of_the_beam() -> None:
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg", stiffness="30 N m")
-    r = squama.bend(beam, mu=0.3, points=60)
+    r = plane(beam, mu=0.3, points=60)
     np.testing.assert_allclose(r.M - r.M_scales, beam.bending_rigidity * r.kappa, rtol=1e-12)
     assert float(r.kappa_e) == pytest.approx(float(r.psi_e) / beam.pitch)
     i = 40

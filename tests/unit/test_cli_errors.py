@@ -62,7 +62,7 @@ BEAM_FILES = [
     ("mu = 0.25", "mu = -0.1", [["friction.mu", "-0.1", "0 to 10"]]),
     ("0.49", "0.5", [["substrate.poisson_ratio", "0.5", "-1 to 0.5, exclusive"]]),
     ("0.49", "-1", [["substrate.poisson_ratio", "-1", "exclusive"]]),
-    ('"60 deg"', '"90 deg"', [['scale.alpha = "90 deg"', "0 to 90 deg"]]),
+    ('"60 deg"', '"90 deg"', [['scale.alpha = "90 deg"', "below 90 deg"]]),
     ('"15 deg"', '"0 deg"', [['scale.theta0 = "0 deg"', "0 to 90 deg"]]),
     ('"15 deg"', '"100 deg"', [["scale.theta0", "0 to 90 deg"]]),
     # several at once
@@ -142,7 +142,7 @@ FLAGS = [
     ("--set scal.alpha=1", ["--set", "did you mean [scale]?"]),
     ("--set scale.alhpa=1", ["--set", "did you mean alpha?"]),
     ("--set scale.alpha=30", ["--set scale.alpha = 30", "has no unit", '"30 deg"']),
-    ("--set 'scale.alpha=95 deg'", ['--set scale.alpha = "95 deg"', "0 to 90 deg"]),
+    ("--set 'scale.alpha=95 deg'", ['--set scale.alpha = "95 deg"', "below 90 deg"]),
     ("--set 'scale.length=1 deg'", ["--set scale.length", "is an angle"]),
     ("--set beam.scales=1", ["--set beam.scales = 1", "whole number"]),
     ("--data nothing.csv", ["nothing.csv: no such file"]),

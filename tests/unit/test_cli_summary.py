@@ -93,11 +93,20 @@ def test_without_engagement_the_end_is_named_and_nothing_is_said_of_the_cut_off(
     assert [line.split() for line in lines].count(row) == 2
 
 
-def test_bending_says_first_that_alpha_is_not_in_it(beam, capsys):
-    title = _out(capsys, "bend", "beam.toml").splitlines()[0]
-    assert title.startswith("beam.toml bent, thin, rigid scales on hinges: ")
-    assert title.endswith("; alpha is not in it, see the warnings")
-    told = squama.bend(beam).warnings
-    assert told.startswith("alpha = 45 deg is not in bending: edges are taken as across the beam")
+def test_bending_says_first_which_line_keeps_its_length(beam, capsys):
+    lines = _out(capsys, "bend", "beam.toml").splitlines()
+    assert lines[0].startswith("beam.toml bent, thin, rigid scales on hinges: ")
+    assert lines[0].endswith("; the line in the middle of the bar keeps its length")
+    assert any(line.startswith("  torque T that keeps it from twisting") for line in lines)
+    assert "in the face of the bar" in _out(capsys, "bend", "beam.toml", "--neutral", "face").splitlines()[0]
+    assert "is not in it" not in squama.bend(beam).warnings
+
+
+def test_what_takes_edges_as_across_the_beam_says_so(beam, capsys):
+    told = "alpha = 45 deg is not in it: edges are taken as across the beam, its scaled face as the line that"
+    assert squama.cycle(beam, "0.1 rad/pitch", load="bending", mu=0.3).warnings.startswith(told)
+    assert f"warning: {told}" in _out(capsys, "view", "beam.toml", "--load", "bending", "--out", "v.png")
+    across = beam.replace(scale={"alpha": 0}).warnings("bending")
+    assert across[0].startswith("the scaled face is taken as the line that keeps its length")
     assert "is not in" not in squama.twist(beam, points=3).warnings
     assert "is not in" not in _out(capsys, "twist", "beam.toml", "--joint", "hinge")

@@ -8,6 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 import squama
+from plane import plane
 from squama.errors import InputError
 from squama.model import screw
 
@@ -92,7 +93,7 @@ def test_twist_alone_is_that_of_forces():
 
 def test_bending_across_is_that_of_the_plane():
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg", mu=0.3)
-    r = squama.bend(beam, points=40)
+    r = plane(beam, points=40)
     psi = r.psi.values[r.psi.values > float(r.psi_e)][:-1]
     theta = r.theta.values[r.psi.values > float(r.psi_e)][:-1]
     lam = beam.lam

@@ -12,6 +12,7 @@ import squama
 from oracle import bending as oracle_bending
 from oracle.twisting import forces, phi
 from oracle.vectors import FP, MP, Design
+from plane import plane
 from squama.identify.estimate import derivatives
 from squama.identify.parameters import PARAMETERS, ask
 from squama.identify.prepare import placed
@@ -252,9 +253,9 @@ def test_a_bending_test_as_foretold():
     def both(mu, K, at):
         b = beam.replace(joint={"stiffness": K})
         t = squama.twist(b, mu=mu, at=up.Phi.values, joint="hinge")["T"].values
-        return t, squama.bend(b, mu=mu, at=at)["M"].values
+        return t, plane(b, mu=mu, at=at)["M"].values
 
-    psi_e = float(squama.bend(beam, mu=0.3, points=3).psi_e)
+    psi_e = float(plane(beam, mu=0.3, points=3).psi_e)
     at = np.linspace(psi_e, last, n) / beam.pitch
     t, m = both(0.3, beam.joint_stiffness, at)
     weight = t.max() / m.max()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import squama
+from plane import plane
 from squama.arrays import solution
 from squama.model import energy
 from squama.model.outcome import CODES, End
@@ -107,7 +108,7 @@ def test_bending_gives_the_closed_forms() -> None:
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg", inclusion_factor=1)
     ratio = beam.bending_rigidity / (beam.bending_joint_stiffness * beam.pitch)
     s = solve(eta=5.0, theta0=np.radians(5), mu=mu[1], load="bending", stiffness_ratio=ratio)
-    r = squama.bend(beam, mu=mu[1], points=5)
+    r = plane(beam, mu=mu[1], points=5)
     assert float(s.torque) * beam.bending_joint_stiffness == pytest.approx(float(r.M_c), rel=1e-10)
     assert float(s.RED) == pytest.approx(float(r.RED_c), rel=1e-10)
 

@@ -15,6 +15,7 @@ from PIL import Image
 import squama
 from oracle import twisting
 from oracle.vectors import FP, Design, scale
+from plane import plane
 from squama.cli import main
 from squama.errors import InputError
 from squama.fe import plate
@@ -102,7 +103,7 @@ def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting
     assert state.name == SLIDING
     at = [state.load / setting.beam.pitch]
     if setting.load == "bending":
-        r = squama.bend(setting.beam, mu=setting.mu, at=at)
+        r = plane(setting.beam, mu=setting.mu, at=at)
         places = 0.0, r.r.item()
     else:
         r = squama.twist(setting.beam, mu=setting.mu, at=at, law=setting.law, sense=setting.sense, joint="hinge")

@@ -93,7 +93,7 @@ def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None
     before = page.state(), page.page.url
     for name, text, words in (
         ("eta", "0", "more than 0"),
-        ("alpha", "120", "0 to 90 deg"),
+        ("alpha", "120", "below 90 deg"),
         ("mu", "rough", "not a plain number"),
     ):
         page.enter(name, text)

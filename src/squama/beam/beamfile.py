@@ -31,6 +31,7 @@ class Key(NamedTuple):
 SIZE = Bounds(1e-9, 1e6, "more than 0; 1 nm to 1000 km", closed=True)
 DEPTH = Bounds(0.0, 1e6, "0 or more, up to 1000 km", closed=True)
 QUARTER = Bounds(0.0, math.pi / 2, "0 to 90 deg, exclusive")
+SLANT = Bounds(0.0, math.nextafter(math.pi / 2, 0), "0 or more, below 90 deg", closed=True)
 MODULUS = Bounds(1e-6, 1e15, "more than 0; 1e-6 Pa to 1e15 Pa", closed=True)
 POISSON = Bounds(-1.0, 0.5, "-1 to 0.5, exclusive")
 STIFFNESS = Bounds(1e-18, 1e15, "more than 0; 1e-18 N m to 1e15 N m", closed=True)
@@ -51,7 +52,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "embedded": _number(Dimension.LENGTH, DEPTH, "embedded length L", '"7 mm"'),
         "width": _number(Dimension.LENGTH, SIZE, "full width 2b", '"30 mm"'),
         "thickness": _number(Dimension.LENGTH, SIZE, "thickness t_s", '"0.2 mm"'),
-        "alpha": _number(Dimension.ANGLE, QUARTER, "angle between the cross-section and the scale's width", '"45 deg"'),
+        "alpha": _number(Dimension.ANGLE, SLANT, "angle between the cross-section and the scale's width", '"45 deg"'),
         "theta0": _number(Dimension.ANGLE, QUARTER, "inclination at rest", '"10 deg"'),
         "youngs_modulus": _number(Dimension.PRESSURE, MODULUS, "E_s; without it the scale is rigid", '"3 GPa"'),
         "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu_s", "0.35"),

@@ -121,7 +121,7 @@ class Scale(Part):
     thickness : float or str
         Thickness t_s, m.
     alpha : float or str
-        Angle between the cross-section and the scale's width, rad; 0 to 90 deg, exclusive.
+        Angle between the cross-section and the scale's width, rad; 0 or more, below 90 deg.
     theta0 : float or str
         Inclination at rest, rad; 0 to 90 deg, exclusive.
     youngs_modulus : float or str, optional

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.loads import LOADS, NEUTRAL, PAPER, THIN
+from squama.loads import KEPT, LOADS, PAPER, THIN
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
-_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (middle)."
 _FREE = "Load that is left free, twisting or bending, while the other is imposed; without friction (--mu 0)."
 _KEYS = "load free law joint scales neutral margin path squama_version"
 
@@ -32,7 +31,7 @@ def bend_twist(
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(200)] = 200,
-    neutral: Annotated[str, flag(_NEUTRAL, read=one_of(*NEUTRAL))] = "middle",
+    neutral: flags.Neutral = "middle",
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -60,7 +59,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     freed = f"; {data.attrs['free']} is left free" if "free" in data.attrs else ""
     yield (
         f" bent and twisted: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {float(data['mu']):g}, "
-        f"{THIN} on {PAPER['joint']}s, edge law; the line in the {data.attrs['neutral']} of the bar keeps its length"
+        f"{THIN} on {PAPER['joint']}s, edge law; {KEPT.format(data.attrs['neutral'])}"
         f"{freed}"
     )
     yield ""

@@ -19,7 +19,7 @@ from cyclopts import Parameter
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label
-from squama.loads import LOADS
+from squama.loads import LOADS, NEUTRAL
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
 if TYPE_CHECKING:
@@ -272,6 +272,8 @@ Load = Annotated[
 Law = Annotated[
     str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
 ]
+_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (middle)."
+Neutral = Annotated[str, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
 _HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; so are bending and the plate law)."
 Joint = Annotated[str | None, flag(_HELD, read=one_of("hinge", "compliant"))]

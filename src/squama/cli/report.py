@@ -14,7 +14,7 @@ import numpy as np
 from squama.cli import output
 from squama.cli.output import table, warnings
 from squama.fe.agreement import SHARE, holds
-from squama.loads import LOADS, Load
+from squama.loads import KEPT, LOADS, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
@@ -39,8 +39,8 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    slanted = "" if words.slant(beam.scale.alpha) == beam.scale.alpha else "; alpha is not in it, see the warnings"
-    yield f" {words.done}{how}: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {mus}{sense}{slanted}"
+    line = f"; {KEPT.format(data.attrs['neutral'])}" if "neutral" in data.attrs else ""
+    yield f" {words.done}{how}: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {mus}{sense}{line}"
     yield ""
     if data.family is not None:
         for name, response in laws.items():
@@ -111,6 +111,7 @@ def _single(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) 
         row(f"  {words.rate_words} {rate}", f"{rate}_c", 1, "rad/m"),
         row(f"  {words.torque_words} {torque}", f"{torque}_c", 1, "N m"),
         row("  over the bare beam's", "stiffening"),
+        *([] if words.sided else [row("  torque T that keeps it from twisting", "T_c", 1, "N m")]),
         row("  relative energy dissipation RED", "RED_c"),
         row("mu that locks at engagement", "mu_static"),
         row("neighbour in contact", "neighbour"),
@@ -202,7 +203,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
             name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
         }
     figures = {name: _figures(response) for name, response in laws.items()}
-    keys, parts = "load law joint scales sense margin squama_version", {"laws": figures, "curve": data.curves}
+    keys, parts = "load law joint scales sense margin neutral squama_version", {"laws": figures, "curve": data.curves}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 

@@ -57,11 +57,12 @@ def bend(
     /,
     *,
     curve: Curve = CURVE,
+    neutral: flags.Neutral = "middle",
     tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file."""
-    return respond("bending", beam, curve, tables, common)
+    return respond("bending", beam, curve, tables, common, neutral=neutral)
 
 
 def respond(
@@ -75,6 +76,7 @@ def respond(
     joint: str | None = None,
     *,
     ideal: bool = False,
+    neutral: str = "",
 ) -> int:
     """Run one of them, and return the exit status."""
     mu, data = curve.mu, curve.data
@@ -101,7 +103,7 @@ def respond(
             laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:
-            laws = report.responses(load, beam, law, sense, numbers)
+            laws = report.responses(load, beam, law, sense, numbers | {"neutral": neutral})
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
     record, shown = report.record, report.summary

@@ -21,7 +21,7 @@ from squama.curves import follow
 from squama.curves.labelled import Answer
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, NEUTRAL, Load
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,6 +119,7 @@ def bend(
     points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
+    neutral: str = "middle",
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
 
@@ -130,11 +131,16 @@ def bend(
         Curvatures (as ``to``) at which to give the response instead; NaN beyond the end of the curve.
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
+    neutral
+        Which line of the bar keeps its length: "middle" (a homogeneous bar without axial force) or "face" (that of the
+        scales, as the paper's theory of bending takes it).
 
     Returns
     -------
     xarray.Dataset
-        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``.
+        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``T`` is the
+        torque that keeps a beam of oblique scales from twisting, ``contact`` what touches (docs, theory: bending and
+        twisting), ``r`` its distance from the base of the other scale. The hinge has the stiffness of bending.
 
     Raises
     ------
@@ -144,11 +150,12 @@ def bend(
     Examples
     --------
     >>> import squama
-    >>> m = squama.bend(squama.Beam.from_ratios(eta=5, theta0="5 deg"), mu=0.3)
+    >>> m = squama.bend(squama.Beam.from_ratios(eta=5, theta0="5 deg", alpha=0), mu=0.3, neutral="face")
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
-    return respond(beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to).dataset()
+    line = arguments.one_of("neutral", neutral, tuple(NEUTRAL))
+    return respond(beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, neutral=line).dataset()
 
 
 def respond(
@@ -164,8 +171,12 @@ def respond(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    neutral: str = "",
 ) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
+    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset.
+
+    In bending without ``neutral``: edges across the beam (:mod:`squama.model.bending`).
+    """
     kind, d = arguments.load(load), beam.pitch
     sign = arguments.sense(sense) if kind.sided else 1
     arguments.law(law)
@@ -179,7 +190,7 @@ def respond(
     way = LoadPath.of(load, [sign * stop])
     held, thin, note = follow.meant(beam, load, law, joint, ideal)
     points = arguments.whole("points", points, 3, 1e6)
-    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note)
+    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=neutral)
     return follow.curves(asked, held)
 
 

@@ -28,7 +28,7 @@ _FIGURES = ("psi", "phi", "kappa", "Phi", "theta")
 
 def walk(asked: Asked) -> States:
     """Return the states along a path, its events, and how it ends."""
-    beam, design = asked.beam, of(asked)
+    beam, design = asked.beam, of(asked, float(asked.mus))
     pieces = list(follow(design, asked.path.points))
     parts: list[dict[str, Array]] = []
     legs: list[int] = []
@@ -51,19 +51,30 @@ def walk(asked: Asked) -> States:
     figures |= {f"{name}_end": np.asarray(v) for name, v in ends.items()}
     figures |= {f"{name}_e": np.asarray(v) for name, v in zip(_FIGURES[:-1], engaged, strict=False)}
     figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
-    bases = dict.fromkeys(p.contact for p in pieces if p.contact and not CONTACTS[p.contact].tip)
     attrs: dict[str, float | str] = {"margin": asked.margin, "neutral": asked.neutral, "load": "bending and twisting"}
     return States(
         {("point",): along, ("event",): _events(asked, pieces, parts, legs), (): figures},
         attrs,
-        [*map(SOFT.format, bases)],
+        soft(pieces),
     )
 
 
-def of(asked: Asked) -> Design:
+def of(asked: Asked, mu: float) -> Design:
     """Return the ratios of a beam."""
     beam = asked.beam
-    return Design(**beam.ratios, mu=float(asked.mus), y_n=neutral_height(asked.neutral, beam.lam))
+    return Design(**beam.ratios, mu=mu, y_n=neutral_height(asked.neutral, beam.lam))
+
+
+def soft(pieces: Sequence[Piece]) -> list[str]:
+    """Return a warning for each contact at the base of a scale."""
+    bases = dict.fromkeys(p.contact for p in pieces if p.contact and not CONTACTS[p.contact].tip)
+    return [*map(SOFT.format, bases)]
+
+
+def pole_of(piece: Piece) -> float:
+    """Return where on a piece, or beyond it, its friction force has its pole."""
+    ends = np.array([piece.x1]), np.array([piece.leg.design.mu]), "", np.array([piece.x0])
+    return float(energy.pole(piece, *ends)[0])
 
 
 def _place(asked: Asked, piece: Piece, x: float) -> list[float]:
@@ -86,8 +97,7 @@ def _evaluate(asked: Asked, piece: Piece, done: float) -> dict[str, Array]:
     state, (psi, phi) = piece.states(x), piece.leg.loads(x)
     work = np.zeros(x.size)
     if piece.contact and mu and x.size:
-        pole = energy.pole(piece, np.array([piece.x1]), np.array([mu]), "", np.array([x0]))
-        work = energy.work(piece, x0, x1, float(pole[0]), mu, "")(x)
+        work = energy.work(piece, x0, x1, pole_of(piece), mu, "")(x)
     return _in_si(asked, np.full(x.size, piece.contact, "U5"), psi, phi, state, done + work * K / d)
 
 
@@ -118,7 +128,7 @@ def relax(asked: Asked, free: int) -> States:
     load = LOADS["twisting" if free else "bending"]
     K, d = LOADS["twisting"].stiffness(beam), beam.pitch
     imposed = np.linspace(0.0, asked.path.points[0][1 - free], asked.points)
-    found = relaxed(of(asked), imposed, load.rigidity(beam) / (K * d), free=free)
+    found = relaxed(of(asked, float(asked.mus)), imposed, load.rigidity(beam) / (K * d), free=free)
     kept = np.isfinite(found.theta)
     psi, phi, contact = found.psi[kept], found.phi[kept], found.contact[kept]
     none = np.full(psi.size, np.nan)

@@ -194,7 +194,9 @@ def opening(F: Array, start: Array) -> Array:
         slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
         low, high = np.where(value < 0, u, low), np.where(value < 0, high, u)
         near = u - value / np.where(slope == 0, 1.0, slope)
-        u = np.where((near >= low) & (near <= high), near, (low + high) / 2)
+        # just behind engagement the root is next to the start, and Newton's steps from afar fall short of it
+        aside = np.where(near < low, low + (high - low) / 64, (low + high) / 2)
+        u = np.where((near >= low) & (near <= high), near, aside)
     return np.where(found, u, np.nan)
 
 

@@ -133,8 +133,27 @@ class Piece(NamedTuple):
         F = screw.gap(kind, posed.d)
         rest = np.tan(posed.d.theta0 / 2)
         shut = screw.at(F, rest)
-        theta = np.where(shut < 0, 2 * np.arctan(screw.opening(F, rest)), posed.d.theta0)
+        lifted = self._flush(posed)[2] if kind.tip and self.leg.flush else 2 * np.arctan(screw.opening(F, rest))
+        theta = np.where(shut < 0, lifted, posed.d.theta0)
         return posed, theta, screw.place(kind, posed.d, theta), shut
+
+    def _flush(self, posed: Posed) -> tuple[Array, Array, Array]:
+        """Return both sides of arm = room sin(theta + rho/2), and theta, where the tip edge lies in the next face."""
+        s, rho, cos = self.leg.design, posed.closing, np.cos(self.leg.design.alpha)
+        arm, room = s.eta * rho * np.cos(rho / 2), cos * (1 + rho * cos * s.y_n) - s.lam * rho
+        return arm, room, np.arcsin(np.minimum(arm / room, 1.0)) - rho / 2
+
+    @np.errstate(all="ignore")
+    def tangent(self, x: Array) -> Array:
+        """Return the derivative of M by the place, by a complex step."""
+        h = 1e-30j
+        theta, slid = self.slid(x)
+        posed = self.leg.posed(x + h)
+        found = []
+        for piece in self.both:
+            here = screw.place(CONTACTS[piece.contact], posed.d, theta + h * slid.theta_rate)
+            found.append(piece._sliding(posed, theta + h * slid.theta_rate, here, self.leg.design.mu).M.imag / h.imag)
+        return np.asarray(np.mean(found, axis=0))
 
     def slid(self, x: Array, mu: float | None = None) -> tuple[Array, Sliding]:
         """Return inclination and forces."""
@@ -168,8 +187,8 @@ class Piece(NamedTuple):
             found["line"] = posed.rolling * kind.rolling
             found["turn"] = screw.turning(theta, posed.closing, posed.rolling)
         if kind.tip and self.leg.flush:
-            rho, cos = posed.closing, np.cos(s.alpha)
-            found["fold"] = cos * (1 + rho * cos * s.y_n) - s.lam * rho - s.eta * rho * np.cos(rho / 2)
+            arm, room, _ = self._flush(posed)
+            found["fold"] = room - arm
         return found
 
     @property

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from squama.beam.design import Beam
 from squama.io.measured import Measured
 from squama.loads import HELD, LOADS, Load, model
+from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import (
     PAGE,
@@ -38,7 +39,7 @@ READABLE = 0.9
 BESIDE: Look = {"linewidth": 0.7, "zorder": 1.5}
 SQUARE: Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
 """The hinge's curve beside another one, and where it engages."""
-LOCKS = ("frictional lock", "kinematic lock", "static lock")
+LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 
 
 class _Curve(NamedTuple):
@@ -269,7 +270,8 @@ def _legend(
     if any(c.end in LOCKS and c.rate_end <= right for c in (*curves, *others)):
         handles.append(key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
     if any(c.stops and min(c.rate_end, finite_max(c.rate)) <= right for c in curves):
-        handles.append(key("end, no lock", linestyle="", marker="x"))
+        words = "end" if any(End(c.end).locks for c in curves) else "end, no lock"
+        handles.append(key(words, linestyle="", marker="x"))
     if measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))
     legend_below(figure, handles, 4 if others else 7)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama import arguments
+from squama.beam import validity
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import follow, hinge
@@ -92,7 +93,7 @@ class Motion:
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint, ideal=ideal)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
+        self.notes = [*filter(None, [note]), *getattr(path, "notes", []), *validity.plane(setting.beam, self.kind)]
         self.hinge = path if isinstance(path, hinge.Path) else None
         # forces are drawn where the tip edge meets the side edge
         self.drawn = bool(self.hinge or getattr(path, "hinged", False))

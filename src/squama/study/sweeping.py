@@ -176,7 +176,7 @@ def make_plan(
     if not LOADS[load].sided:
         laws, sense = (LOADS[load].law(laws[0]),), "+"
         if "alpha" in names:
-            refuse("alpha", "", f"has no effect in {load}", "leave it out")
+            refuse("alpha", "", f"is not in what sweeps know of {load}", "leave it out")
     if "mu" not in names:
         arguments.friction(beam.friction.mu, None, "sweep it")
     columns.check(beam, load, swept)

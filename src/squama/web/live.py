@@ -233,7 +233,7 @@ def compared(state: State) -> list[dict[str, str]]:
 def warnings(state: State) -> list[str]:
     """Return where the beam leaves the range of the model."""
     m = motion(state.setting)
-    found = [*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)]
+    found = [*dict.fromkeys([*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)])]
     most = shape(state.setting)["scales"]
     if state.beam.scales > most:
         found.append(f"the view shows {most} of the {state.beam.scales} scales")
