@@ -22,7 +22,6 @@ from squama.batch import entry
 from squama.beam.parts import RATIOS
 from squama.cli import main
 from squama.errors import InputError
-from squama.model.outcome import End
 from squama.paper import parameters
 from squama.plot.palette import ENDS, STATES, THEMES
 from squama.study import real_columns
@@ -407,7 +406,7 @@ def test_colours_have_contrast() -> None:
     text = files("squama.web").joinpath("page.css").read_text(encoding="utf-8")
     assert set(re.findall(r"var\(--(\w+)\)", text)) <= THEMES["light"].keys() == THEMES["dark"].keys()
     # ends of both models and of paths in bend and twist, and tiles that are not done
-    assert set(ENDS) == {*map.CODES, *real_columns.ENDS, End.LINE, "not computed"}
+    assert set(ENDS) == {*map.CODES, *real_columns.ENDS, "kinematic lock (line contact)", "not computed"}
     for theme, colour in THEMES.items():
         for ground in ("page", "panel"):
             for name, least in (("ink", 7), ("soft", 4.5), ("bad", 4.5), ("accent", 3)):
