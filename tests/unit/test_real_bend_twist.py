@@ -66,6 +66,13 @@ def test_work_is_stored_or_rubbed_away(ideal, neutral):
     assert float(r.T_scales[-1]) > 0.1 * size
 
 
+def test_the_work_turns_at_a_corner_without_contact():
+    r = squama.bend_twist(PLA, "bend -5 rad/m; twist -5 rad/m", points=5)
+    assert r.end.item() == "no engagement"
+    assert abs(float(r.energy_error)) < 1e-12
+    np.testing.assert_allclose(r.M_scales, 0, atol=1e-12)
+
+
 def test_without_friction_moment_and_torque_are_the_slopes_of_the_energy():
     def at(psi, phi):
         path = f"twist 0.09 rad/pitch; bend {psi} rad/pitch, twist {phi} rad/pitch"

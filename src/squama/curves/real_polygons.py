@@ -109,7 +109,8 @@ def walk(asked: Asked) -> States:
     engaged = met.phi if met.first != -1 else math.inf
     # a step from there on must not be much smaller than others
     before = engaged * (1 - _BEFORE)
-    generally = end.code != follow.RANGE and real.general()
+    # plates that touch at rest are through each other there
+    generally = end.code != follow.RANGE and engaged > 0 and real.general()
     stations = Stations.of(corners, asked.points, SPACING if generally else 0.0, before)
     one = real.Path(beam, held, first.way, 1, far)
     if generally:
@@ -130,7 +131,7 @@ def walk(asked: Asked) -> States:
         **{f"{name}_e": value for name, value in at(engaged).items() if name != "theta"},
         **{f"{name}_end": value for name, value in at(found.stop).items()},
         **{f"{name}_c": value for name, value in reached.items()},
-        "energy_error": (work - total) / work if work > 0 else 0.0,
+        "energy_error": (work - total) / max(float(along["U_el"].max()), float(along["W_fr"][-1]), 1e-300),
     }  # fmt: skip
     attrs: dict[str, float | str] = {
         **real.attributes(held), "neutral": asked.neutral, "load": "bending and twisting",
