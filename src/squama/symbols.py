@@ -48,6 +48,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("M", "N m", "bending moment", "M", "theory: bending"),
     ("M_scales", "N m", "bending moment of the scales", "M_s", "theory: bending"),
     ("K_b", "N m2", "tangent bending stiffness dM/dkappa", r"\mathrm{d}M/\mathrm{d}\kappa", "theory: bending"),
+    ("stretch", "1", "stretch of the line in the middle of the bar", r"\epsilon", "theory: combined"),
     ("N", "N", "normal force of a contact", "N", "paper Eqs. 7, 12"),
     ("f", "N", "friction force of a contact", "f", "paper Eq. 12"),
     ("f0", "1", "friction force f l/K_theta", r"\bar{f}_0", "paper Eq. 12"),

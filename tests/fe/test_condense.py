@@ -13,6 +13,7 @@ from squama.errors import InputError
 from squama.fe import condense
 from squama.fe.contact import DHAT, SLIP
 from squama.fe.plate import Rest
+from squama.fe.walk import SNAP, STOPPED
 
 K_THETA = 0.0119
 MIRROR = np.diag([1.0, -1, 1, -1, 1, -1, -1])
@@ -83,7 +84,7 @@ def test_a_rigid_hinge_follows_the_edge_law(case, mu):
 
 def test_at_the_lock_a_hinge_stops():
     c = condense.curve(rest(**MAIN), hinge(), 0.5, [0.2, 0.26, 0.28], hinge=True)
-    assert c.end == condense.STOPPED
+    assert c.end == STOPPED
     # squama.twist(Beam.from_ratios(), mu=0.5).phi_end = 0.269057
     assert c.phi_end == pytest.approx(0.269057, abs=2e-4)
     assert np.isfinite(c.along["T"][:2]).all()
@@ -165,7 +166,7 @@ def test_unloading_has_a_lower_branch_and_a_loop_of_the_dissipated_area():
 @pytest.mark.parametrize("mu", [0.0, 0.5])
 def test_where_the_contact_slips_off_a_corner_the_curve_ends_with_a_snap(mu):
     c = condense.curve(rest(**FIG_6B), matrix(), mu, np.arange(1, 120) * 0.005)
-    assert c.end == condense.SNAP
+    assert c.end == SNAP
     assert 0.36 < c.phi_end < 0.43
     assert abs(c.unbalanced) < 1e-3
     reached = np.isfinite(c.along["T"])

@@ -11,6 +11,7 @@ pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
 from squama.fe import condense, runs
+from squama.fe import walk as walks
 from squama.fe.contact import DHAT, SLIP
 from squama.fe.plate import Rest
 from squama.fe.walk import Ended, Walk
@@ -38,13 +39,13 @@ def test_a_contact_that_slips_off_a_corner_is_a_snap():
         f"stopped at phi = {walk.phi:.4f} rad per pitch: the scales snap there; let go, they"
     )
     assert "energy is lost on the way, and the curve ends" in told.sentence
-    assert walk.ending(condense.INCREMENT) == condense.SNAP
+    assert walk.ending(condense.INCREMENT) == walks.SNAP
 
 
 def test_a_lock_is_none():
     walk = stopped(1.25, 0.45, 0.28, condense.HINGE)
     assert walk.explained(STOPPED, 0.28, condense.INCREMENT) is STOPPED
-    assert walk.ending(condense.INCREMENT) == condense.STOPPED
+    assert walk.ending(condense.INCREMENT) == walks.STOPPED
 
 
 @pytest.mark.parametrize(

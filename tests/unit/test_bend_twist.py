@@ -1,4 +1,4 @@
-"""Bending and twisting along a path: the dataset, the command and the picture."""
+"""Bending and twisting along a path on hinges: the dataset, the command and the picture."""
 
 import json
 
@@ -15,8 +15,12 @@ BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta
 PATH = "bend 0.1 rad/pitch; twist 0.15 rad/pitch; bend 0.05 rad/pitch, twist 0.1 rad/pitch"
 
 
+def hinged(beam, path, **asked):
+    return squama.bend_twist(beam, path, joint="hinge", **asked)
+
+
 def test_twist_alone_is_what_twist_answers():
-    both = squama.bend_twist(BEAM, "twist 0.2 rad/pitch", points=40)
+    both = hinged(BEAM, "twist 0.2 rad/pitch", points=40)
     alone = squama.twist(BEAM, joint="hinge", ideal=True, at=both.Phi.values)
     np.testing.assert_allclose(both.phi_e, alone.phi_e, rtol=1e-12)
     for name in ("theta", "T", "T_scales", "N", "f", "U_el", "W_fr", "RED"):
@@ -26,7 +30,7 @@ def test_twist_alone_is_what_twist_answers():
 
 
 def test_a_lock_is_cut_off_as_in_twist():
-    both = squama.bend_twist(BEAM, "twist 0.5 rad/pitch", mu=0.5)
+    both = hinged(BEAM, "twist 0.5 rad/pitch", mu=0.5)
     alone = squama.twist(BEAM, joint="hinge", ideal=True, mu=0.5)
     assert both.end.item() == alone.end.item() == "frictional lock"
     for name in ("phi_end", "Phi_end", "theta_end"):
@@ -39,7 +43,7 @@ def test_a_lock_is_cut_off_as_in_twist():
     "path", ["twist 0.2 rad/pitch", "bend 0.1 rad/pitch; bend 0.15 rad/pitch, twist 0.3 rad/pitch"]
 )
 def test_what_locks_at_once_has_no_forces(path):
-    r = squama.bend_twist(BEAM, path, mu=9.0)
+    r = hinged(BEAM, path, mu=9.0)
     assert r.end.item() == "static lock"
     assert float(r.theta_end) == pytest.approx(BEAM.scale.theta0)
     assert np.isfinite(r.M).all()
@@ -48,7 +52,7 @@ def test_what_locks_at_once_has_no_forces(path):
 
 
 def test_work_is_stored_or_rubbed_away():
-    r = squama.bend_twist(BEAM, PATH, points=2000)
+    r = hinged(BEAM, PATH, points=2000)
     assert r.end.item() == "range end"
     M, T, kappa, Phi = (r[name].values for name in ("M", "T", "kappa", "Phi"))
     given = np.trapezoid(M, kappa) + np.trapezoid(T, Phi)
@@ -58,7 +62,7 @@ def test_work_is_stored_or_rubbed_away():
 
 
 def test_events_are_where_loads_jump():
-    r = squama.bend_twist(BEAM, PATH, points=50)
+    r = hinged(BEAM, PATH, points=50)
     assert r.event.values.tolist() == [
         "engagement (BF)", "corner", "BF to TS", "corner", "range end",
     ]  # fmt: skip
@@ -76,9 +80,7 @@ def test_events_are_where_loads_jump():
 
 def test_the_neutral_line_matters_in_bending_only():
     ends = {
-        name: [
-            float(squama.bend_twist(BEAM, path, neutral=name).theta_end) for path in ("bend 5 rad/m", "twist 5 rad/m")
-        ]
+        name: [float(hinged(BEAM, path, neutral=name).theta_end) for path in ("bend 5 rad/m", "twist 5 rad/m")]
         for name in ("middle", "face")
     }
     assert ends["middle"][1] == pytest.approx(ends["face"][1], rel=1e-14)
@@ -87,21 +89,21 @@ def test_the_neutral_line_matters_in_bending_only():
 
 def test_pairs_and_words_are_one_path():
     d = BEAM.pitch
-    pairs = squama.bend_twist(BEAM, [(0.1 / d, 0), (0.1 / d, "0.15 rad/pitch"), (0.05 / d, 0.1 / d)])
-    words = squama.bend_twist(BEAM, PATH)
+    pairs = hinged(BEAM, [(0.1 / d, 0), (0.1 / d, "0.15 rad/pitch"), (0.05 / d, 0.1 / d)])
+    words = hinged(BEAM, PATH)
     np.testing.assert_allclose(pairs.M, words.M, rtol=1e-12)
-    back = squama.bend_twist(BEAM, "twist -0.5 rad/pitch")
+    back = hinged(BEAM, "twist -0.5 rad/pitch")
     assert "bears on the root" in back.warnings
 
 
 def test_nothing_warns_of_what_is_taken_in():
     for path in ("bend 5 rad/m", "twist 5 rad/m", PATH):
-        assert "alpha = " not in squama.bend_twist(BEAM, path).warnings
+        assert "alpha = " not in hinged(BEAM, path).warnings
 
 
 @pytest.mark.parametrize(("free", "path"), [("twisting", "bend 0.1 rad/pitch"), ("bending", "twist 0.1 rad/pitch")])
 def test_what_is_free_has_no_moment_and_takes_the_least_energy(free, path):
-    r = squama.bend_twist(BEAM, path, mu=0, free=free, points=40)
+    r = hinged(BEAM, path, mu=0, free=free, points=40)
     assert r.end.item() == "range end"
     name, other, angle = ("T", "M", "phi") if free == "twisting" else ("M", "T", "psi")
     np.testing.assert_array_equal(r[name], 0)
@@ -115,7 +117,7 @@ def test_what_is_free_has_no_moment_and_takes_the_least_energy(free, path):
     given = np.trapezoid(r[other], rate)
     assert given == pytest.approx(float(r.U_el[-1]), rel=2e-3)
     # less than with the other load held at zero
-    held = squama.bend_twist(BEAM, path, mu=0)
+    held = hinged(BEAM, path, mu=0)
     assert float(r.U_el[-1]) < float(held.U_el[-1])
 
 
@@ -128,7 +130,7 @@ def test_what_is_free_has_no_moment_and_takes_the_least_energy(free, path):
 )  # fmt: skip
 def test_what_cannot_be_free_is_one_line(given, words):
     with pytest.raises(InputError) as error:
-        squama.bend_twist(BEAM, **{"path": "bend 5 rad/m", "mu": 0, "free": "twisting"} | given)
+        hinged(BEAM, **{"path": "bend 5 rad/m", "mu": 0, "free": "twisting"} | given)
     assert words in str(error.value)
 
 
@@ -144,7 +146,7 @@ def test_what_cannot_be_free_is_one_line(given, words):
 )  # fmt: skip
 def test_bad_paths_are_one_line(path, words):
     with pytest.raises(InputError) as error:
-        squama.bend_twist(BEAM, path)
+        hinged(BEAM, path)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -152,12 +154,12 @@ def test_bad_paths_are_one_line(path, words):
 def test_the_command(tmp_path, capsys):
     file = tmp_path / "beam.toml"
     BEAM.to_toml(file)
-    assert main(["bend-twist", str(file), "--path", PATH, "--csv", str(tmp_path / "a.csv")]) == 0
+    assert main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--csv", str(tmp_path / "a.csv")]) == 0
     shown = capsys.readouterr().out
     assert "thin, rigid scales on hinges" in shown.splitlines()[0]
     assert "BF to TS" in shown
     assert len((tmp_path / "a.csv").read_text().splitlines()) > 100
-    assert main(["bend-twist", str(file), "--path", PATH, "--json", "--mu", "0"]) == 0
+    assert main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--json", "--mu", "0"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["events"]["event"][0] == "engagement (BF)"
     assert record["figures"]["end"] == "range end"
@@ -170,7 +172,7 @@ def test_the_command(tmp_path, capsys):
 
 
 def test_the_picture_has_path_loads_and_inclination():
-    answer = bent_and_twisted(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.4)
+    answer = bent_and_twisted(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.4, joint="hinge")
     around = plane(answer)
     # what the map says where the path is
     at = around.sel(psi=answer["psi"][60:160:20], phi=answer["phi"][60:160:20], method="nearest")

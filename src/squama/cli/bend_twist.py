@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.loads import KEPT, LOADS, PAPER, THIN
+from squama.loads import KEPT, LOADS, NEUTRAL, THIN
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -19,8 +21,14 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
-_FREE = "Load that is left free, twisting or bending, while the other is imposed; without friction (--mu 0)."
-_KEYS = "load free law joint scales neutral margin path squama_version"
+_NEUTRAL = "Line of the bar that keeps its length: free (none, no axial force), middle, face (hinge) (by the joint)."
+_FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
+_KEYS = "load free law joint scales joint_source band followed neutral margin path squama_version"
+_LINES = {"free": "no axial force", **{name: KEPT.format(name) for name in NEUTRAL}}
+_AT_ENDS = {
+    "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
+    "stress": ("largest stress in a scale, MPa", 1e-6),
+}  # fmt: skip
 
 
 def bend_twist(
@@ -31,38 +39,89 @@ def bend_twist(
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(200)] = 200,
-    neutral: flags.Neutral = "middle",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
+    neutral: Annotated[str | None, flag(_NEUTRAL, read=one_of(*_LINES))] = None,
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend and twist a beam of hinged scales along a path: contacts, jumps, locks, moment and torque."""
+    """Bend and twist a beam as it is made along a path, beside hinges: contacts, moment and torque, ends."""
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
     from squama.curves.polygons import bent_and_twisted, plane
 
+    asked: dict[str, Any] = {"path": path, "margin": margin, "points": points}
     with flags.laid(flags.arguments("path", "neutral", "free")):
-        data = bent_and_twisted(described, path, margin=margin, points=points, neutral=neutral, free=free)
-    around = plane(data) if common.plot else None
-    written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), plane=around)
-    return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
+        data = bent_and_twisted(described, **asked, joint=joint, ideal=ideal or None, neutral=neutral, free=free)
+        found = {data.attrs["joint"]: data}
+        if "compliant" in found:
+            found["hinge"] = bent_and_twisted(described, **asked, joint="hinge")
+    hinge = found["hinge"]
+    beside: dict[str, Any] = {}
+    if common.plot:
+        beside = {"plane": plane(data)} if hinge is data else {"hinge": hinge.dataset()}
+    written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), **beside)
+    record, shown = _record, _shown
+    return output.report(common.json, beam, written, lambda: record(described, found), lambda: shown(described, found))
 
 
-def _record(beam: Beam, data: Answer) -> dict[str, object]:
+def ways(data: Answer) -> dict[str, list[float]]:
+    """Return moment, torque, inclination and stress at the end of each way, NaN where the path ended before."""
+    found: dict[str, list[float]] = {name: [] for name in _AT_ENDS if name in data.variables}
+    place = np.column_stack([data["kappa"], data["Phi"]])
+    for leg, corner in enumerate(np.array(data.attrs["path"]), 1):
+        last = np.flatnonzero(data["leg"] == leg)[-1:]
+        reached = last.size and np.allclose(place[last[0]], corner, rtol=0, atol=1e-9 * np.abs(corner).max())
+        for name, values in found.items():
+            values.append(float(data[name][last[0]]) if reached else math.nan)
+    return found
+
+
+def _record(beam: Beam, found: Mapping[str, Answer]) -> dict[str, object]:
+    data = next(iter(found.values()))
     figures = {name: value for name, value in output.part(data).items() if name != "mu"}
     events, curve = output.part(data, "event"), output.part(data, "point")
-    return output.record(beam, data, _KEYS, figures=figures, events=events, curve=curve)
+    at_ends = {joint: {**ways(one), "end": one["end"]} for joint, one in found.items()}
+    return output.record(beam, data, _KEYS, figures=figures, events=events, ways=at_ends, curve=curve)
 
 
-def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
-    """Return the summary: what happens on the way, and how it ends."""
-    freed = f"; {data.attrs['free']} is left free" if "free" in data.attrs else ""
+def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
+    """Return the summary: what happens on the way, the ends of ways on the joint and on hinges, how it ends."""
+    from squama.cli.report import held
+
+    data = next(iter(found.values()))
+    attrs = data.attrs
+    freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
         f" bent and twisted: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {float(data['mu']):g}, "
-        f"{THIN} on {PAPER['joint']}s, edge law; {KEPT.format(data.attrs['neutral'])}"
-        f"{freed}"
+        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {_LINES[attrs['neutral']]}{freed}"
     )
     yield ""
+    yield _events(data)
+    yield ""
+    yield _ends(beam, found)
+    yield ""
+    for joint, one in found.items():
+        end, other = one["end"].item(), one["other_contact"].item()
+        place = ", ".join(number(float(one[name])) for name in ("psi_end", "phi_end"))
+        whose = end if one is data else f"{joint}: {end} at psi, phi = {place}"
+        yield f"{whose}: {SENTENCES[End(end)]}{f' ({other})' if other else ''}"
+    if not End(data["end"].item()).locks:
+        work, red = number(float(data["W_fr_c"]), "J/m"), float(data["RED_c"])
+        yield f"at the last point: frictional work {work}, RED = {red:.4g}"
+    K = moment(float(data["K_theta"]))
+    if "followed" in attrs:
+        yield held(attrs)
+        error = abs(float(data["energy_error"]))
+        yield f"K_theta = {K}; followed: {attrs['followed']}; the work is balanced to {error:.1e}"
+    else:
+        yield f"joint of a scale: K_theta = {K}, that of twisting, in bend and in twist"
+    yield from output.warnings(attrs["warnings"])
+
+
+def _events(data: Answer) -> Table:
+    """Return the table of what happens on the way."""
     pairs = [[data[f"{name}_event"] for name in names] for names in (("psi", "phi"), ("kappa", "Phi"))]
     jumps = [data[name] for name in ("M_jump", "T_jump") if name in data.variables]
     rows = (
@@ -83,15 +142,23 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
         "theta deg",
         *("M jumps by", "T jumps by")[: len(jumps)],
     )
-    yield output.table(head, rows, gap=1)
-    yield ""
-    end, other = data["end"].item(), data["other_contact"].item()
-    yield f"{SENTENCES[End(end)]}{f' ({other})' if other else ''}"
-    near = f" (margin {data.attrs['margin']:g} before a lock)" if "margin" in data.attrs else ""
-    yield (
-        f"there{near}: M = {moment(float(data['M_c']))}, "
-        f"T = {moment(float(data['T_c']))}, frictional work {number(float(data['W_fr_c']), 'J/m')}, "
-        f"RED = {float(data['RED_c']):.4g}"
-    )
-    yield f"joint of a scale: K_theta = {moment(float(data['K_theta']))}, that of twisting, in bend and in twist"
-    yield from output.warnings(data.attrs["warnings"])
+    return output.table(head, rows, gap=1)
+
+
+def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
+    """Return the table of the ends of ways, a column for each kind of joint."""
+    from squama.cli.report import HINGE, IDEAL, REAL
+
+    at_ends = {joint: ways(one) for joint, one in found.items()}
+    rows = []
+    for i, corner in enumerate(next(iter(found.values())).attrs["path"]):
+        place = ", ".join(number(v * beam.pitch) for v in corner)
+        rows.append([f"end of way {i + 1}: psi, phi = {place}", *[""] * len(found)])
+        for name, (words, factor) in _AT_ENDS.items():
+            cells = [factor * one[name][i] if name in one else math.nan for one in at_ends.values()]
+            if not all(map(math.isnan, cells)):
+                rows.append([f"  {words}", *map(number, cells)])
+    data = next(iter(found.values()))
+    named = {"compliant": REAL if data.attrs["scales"] != THIN else IDEAL, "hinge": HINGE}
+    head = ["", *(named[joint] for joint in found)]
+    return output.table(head, rows, left=len(head))

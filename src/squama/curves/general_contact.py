@@ -47,13 +47,10 @@ def curve(
     """
     case = Case.held(beam, K, sign)
     order, back = np.unique(loads, return_inverse=True)
-    exposed = box(scale.eta, scale.beta, scale.h) if scale.h else None
-    if scale.elastic:
-        grid = bending.lines(scale.eta, scale.beta, _GRID)
-        exposed = bending.plate(sheet(*grid, scale.h), scale.eta, scale.beta, scale.D, scale.nu)
+    exposed = surface(scale)
     c = condense.curve(geometry(beam).rest, K, mu, sign * order, increment=increment, exposed=exposed)
     own = {role: values for role, values in c.along.items() if role not in ("phi", "T", "W")}
-    own |= plate_figures(scale, _bent(scale, exposed, c.moved))
+    own |= plate_figures(scale, deflections(scale, exposed, c.moved))
     v = in_si(case, beam.substrate.youngs_modulus, order, own | {"torque": sign * c.along["T"]})
     reached, v["tangent"] = np.isfinite(v["torque"]), np.full(order.size, np.nan)
     if reached.sum() > 1:
@@ -68,7 +65,15 @@ def curve(
     return Curve({role: v[role][back] for role in _ALONG}, found)
 
 
-def _bent(scale: Scale, exposed: Exposed | None, moved: Array) -> Array:
+def surface(scale: Scale) -> Exposed | None:
+    """Return the exposed part of a scale where it may touch; None of one that is thin and rigid."""
+    if scale.elastic:
+        grid = bending.lines(scale.eta, scale.beta, _GRID)
+        return bending.plate(sheet(*grid, scale.h), scale.eta, scale.beta, scale.D, scale.nu)
+    return box(scale.eta, scale.beta, scale.h) if scale.h else None
+
+
+def deflections(scale: Scale, exposed: Exposed | None, moved: Array) -> Array:
     """Return deflections (n, 24), as powers, of a plate whose points have moved by (n, points, 3)."""
     if exposed is None or not scale.elastic:
         return np.zeros((len(moved), 24))

@@ -11,7 +11,7 @@ import numpy as np
 from squama import arguments
 from squama.arrays.combined_states import combined
 from squama.beam.design import Beam
-from squama.curves import hinge_polygons
+from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
@@ -35,12 +35,16 @@ def bend_twist(
     mu: float | None = None,
     margin: float = 0.01,
     points: int = 200,
-    neutral: str = "middle",
+    joint: str | None = None,
+    ideal: bool | None = None,
+    neutral: str | None = None,
     free: str | None = None,
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
-    Thin, rigid scales on hinges, both plates of every pair looked at (docs, theory: bending and twisting).
+    The real beam by default, as :func:`twist`; where its contact is not that of two edges it is followed by general
+    contact (extra fe; a second or more), else the path ends there. On the hinge thin, rigid scales, both plates of
+    every pair looked at (docs, theory: bending and twisting).
 
     Parameters
     ----------
@@ -56,11 +60,19 @@ def bend_twist(
     margin
         As in :func:`twist`.
     points
-        Points of each way, one more for each change of contact on it at least.
+        Points of each way, on the hinge one more for each change of contact on it at least; by general contact no
+        nearer than 0.002 rad per pitch.
+    joint
+        "compliant" or "hinge", as in :func:`twist`; "hinge" if not given where ``neutral="face"`` or ``free`` mean it,
+        or where the joint is not known in bend (a warning says so).
+    ideal
+        Thin, rigid scales, as in :func:`twist`; the hinge has no others here.
     neutral
-        Which line of the bar keeps its length: "middle" (a homogeneous bar without axial force) or "face" (that of the
-        scales, as the theory of bending alone takes it).
+        Which line of the bar keeps its length: "free" (none, there is no axial force: the compliant joint's default) or
+        "middle"; on the hinge "middle" (the default) or "face" (that of the scales, as the theory of bending alone
+        takes it).
     free
+        Of the hinge:
         "twisting" leaves the twist of a beam that is bent free, "bending" the bend of one that is twisted: its moment
         is zero, the bar's and the scales' together. One way from rest, without friction (``mu=0``), on the next scale's
         eight contacts alone; contacts that share the force have both names ("BF+TS"), events are at the next point.
@@ -69,9 +81,11 @@ def bend_twist(
     -------
     xarray.Dataset
         Dimension ``point``: ``kappa``, ``Phi``, ``psi``, ``phi``, ``M``, ``T``, their parts of the scales, ``theta``,
-        ``contact`` (docs, theory), ``N``, ``f``, ``mu_lock`` along the way, ``U_el``, ``W_fr``, ``RED``, ``leg``; each
-        change of contact and each corner twice, before and after. Dimension ``event``: what happens, where, and by how
-        much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``, ...
+        ``contact`` (docs, theory), ``N``, ``f``, ``U_el``, ``W_fr``, ``RED``, ``leg``; of the real beam ``stretch``,
+        motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each change of
+        contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
+        how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
+        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``.
 
     Raises
     ------
@@ -82,7 +96,7 @@ def bend_twist(
     --------
     >>> import squama
     >>> beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
-    >>> r = squama.bend_twist(beam, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.2)
+    >>> r = squama.bend_twist(beam, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.2, joint="hinge")
     >>> for what, phi in zip(r.event.values, r.phi_event.values):
     ...     print(f"{what} at phi = {phi:.4f}")
     engagement (BF) at phi = 0.0000
@@ -90,7 +104,9 @@ def bend_twist(
     BF to TS at phi = 0.1000
     frictional lock at phi = 0.1868
     """
-    return bent_and_twisted(beam, path, mu=mu, margin=margin, points=points, neutral=neutral, free=free).dataset()
+    return bent_and_twisted(
+        beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, free=free
+    ).dataset()
 
 
 def bent_and_twisted(
@@ -100,20 +116,48 @@ def bent_and_twisted(
     mu: float | None = None,
     margin: float = 0.01,
     points: int = 200,
-    neutral: str = "middle",
+    joint: str | None = None,
+    ideal: bool | None = None,
+    neutral: str | None = None,
     free: str | None = None,
 ) -> Answer:
     """Return what :func:`bend_twist` returns, before it is a dataset."""
     way = read(path, beam)
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
-    line = arguments.one_of("neutral", neutral, tuple(NEUTRAL))
-    asked = Asked(beam, way, m, "edge", margin, points, ideal=True, neutral=line)
-    states = hinge_polygons.walk(asked) if free is None else hinge_polygons.relax(asked, _freed(free, asked))
     twisting = LOADS["twisting"]
-    attrs = attributes(asked, "bending and twisting of a scale-covered beam", "+", notes=states.notes, load=twisting)
+    held, thin, note = _held(beam, joint, ideal, neutral, free)
+    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
+    line = arguments.one_of("neutral", neutral or lines[0], lines)
+    asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
+    if free is not None:
+        states = hinge_polygons.relax(asked, _freed(free, asked))
+    else:
+        states = (hinge_polygons if held == "hinge" else real_polygons).walk(asked)
+    title = "bending and twisting of a scale-covered beam"
+    attrs = attributes(asked, title, "+", held, states.notes, twisting)
     attrs |= {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in way.points], **states.attrs}
     return Answer(labelled(twisting, states, m), attrs)
+
+
+def _held(
+    beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None
+) -> tuple[str, bool, str]:
+    """Return the joint, whether scales are ideal, and a warning, as :func:`squama.curves.follow.meant`."""
+    hinged = 'write joint="hinge"'
+    if joint is None and (free is not None or neutral == "face"):
+        joint = "hinge"
+    joint_given = joint and arguments.one_of("joint", joint, tuple(follow.MODELS))
+    held, thin, note = follow.meant(beam, "twisting", "edge", joint_given, ideal)
+    if held == "compliant" and (why := real_polygons.impossible(beam)):
+        if joint:
+            refuse("joint", '"compliant"', why, f"{hinged} (--joint hinge)")
+        held, thin, note = "hinge", ideal is None or ideal, why
+    if held == "compliant" and free is not None:
+        refuse("free", f'"{free}"', "is of the hinge", hinged)
+    if held == "hinge" and not thin:
+        refuse("ideal", "False", "is not covered by the hinge that is bent and twisted", "leave it out")
+    return held, thin, note
 
 
 def _freed(free: str, asked: Asked) -> int:
@@ -174,7 +218,7 @@ def _pair(item: object, beam: Beam) -> tuple[float, float]:
 
 
 def plane(answer: Answer) -> xr.Dataset:
-    """Return contacts and inclinations over the plane of bend and twist around a path (psi, phi)."""
+    """Return contacts and inclinations of hinges over the plane of bend and twist around a path on them (psi, phi)."""
     import xarray as xr
 
     beam = Beam.from_toml_text(answer.attrs["beam"])

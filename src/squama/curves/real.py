@@ -264,7 +264,8 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
     if one.held.joint.strain is not None:
-        form, own = one.held.joint.strain[:, :7, :7], q * one.mirror[:7]
+        n = q.shape[1]
+        form, own = one.held.joint.strain[:, :n, :n], q * one.mirror[:n]
         strain = np.sqrt(np.einsum("ni,eij,nj->ne", own, form, own).max(axis=1))
     return {
         "pull_out": force[:, 0] * unit,

@@ -31,8 +31,8 @@ JUMP = 0.01
 """Farthest a new equilibrium may lie from where the last ones point (pitches, rad); beyond, increments are halved."""
 _HALVINGS = 5
 _FIRST = 0.05
-RANGE_END, SNAP, STOPPED = "range end", "snap", "stopped"
-"""How a curve ends: the range is done; the scales jump away, no equilibrium being near; no way on is found (a lock)."""
+RANGE_END = "range end"
+"""The word for a curve that is as long as asked; others are those of :meth:`squama.fe.walk.Walk.ending`."""
 HINGE = np.eye(6)[:, 4:5]
 FREE = np.eye(6)
 
@@ -155,7 +155,3 @@ class Walk(walk.Walk):
         body = bent(Matrix(K), row)
         super().__init__(body, contact, ways_of(ways, row), first=first, dhat=dhat, jump=JUMP, halvings=_HALVINGS)
         self.begin()
-
-    def ending(self, most: float) -> str:
-        """Say why no increment leads on: the scale leaves when it is let go a little farther on, or it stays."""
-        return STOPPED if self.let_go(np.sign(self.phi) or 1.0, most) is None else SNAP

@@ -27,6 +27,8 @@ from squama.fe.plate import inclination
 from squama.io import files
 from squama.types import Array
 
+SNAP, STOPPED = "snap", "stopped"
+"""Why a run ends: the scales jump away, no equilibrium being near; no way on is found (a lock)."""
 ITERATIONS = 12
 TOLERANCE = 1e-7
 """Change of a place, in pitches, at which an increment has converged."""
@@ -347,6 +349,10 @@ class Walk:
             v, phi = self.v, self.phi
         found = Balance(reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways).fall(v, phi)
         return found if np.abs(found.v - self.v).max() > self._jump else None
+
+    def ending(self, most: float) -> str:
+        """Say why no increment leads on: the scale leaves when it is let go a little farther on, or it stays."""
+        return STOPPED if self.let_go(np.sign(self.phi) or 1.0, most) is None else SNAP
 
     def explained(self, ended: Ended, goal: float, increment: float) -> Ended:
         """Return how a run to a twist ended, saying so where the scales snap."""

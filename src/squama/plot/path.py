@@ -14,24 +14,25 @@ from squama.beam.design import Beam
 from squama.loads import HELD
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK, KEPT, UNLOADED
-from squama.plot.response import READABLE
+from squama.plot.response import BESIDE, READABLE
 from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, letters, new_figure, prefixed, styled
 from squama.types import Array
 
-CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2]}
+CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
 """Colours of contacts; those at the base have another."""
 FAINT, LEVELS = 0.18, (20, 30, 40, 50, 60, 70, 80)
 """How strong they are behind a path, and inclinations with a line, degrees."""
 
 
 @styled
-def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None) -> Figure:
+def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
 
     Left: the path in the colours of its contacts, the line on which a scale's tip edge lies flush in the next face
     dashed, events marked; behind it, where ``plane`` is given (:func:`squama.curves.polygons.plane`), the contacts all
     over the plane, lines of equal inclination, and in grey where no inclination leads. Right: moment and torque over
-    the way gone, with their jumps (the axis ends before a lock), and the inclination.
+    the way gone, with their jumps (the axis ends before a lock), and the inclination; ``hinge``, the answer of hinges
+    for the same path, is drawn thin beside them, as far as the axes of the dataset alone go.
 
     >>> import squama
     >>> r = squama.bend_twist(squama.Beam.from_ratios(), "bend 0.1 rad/pitch; twist 0.15 rad/pitch", mu=0.2)
@@ -42,19 +43,28 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None) -> Figure:
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), height_ratios=(1.5, 1))
     left, loads = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     theta = figure.add_subplot(grid[1, 1], sharex=loads)
-    steps = np.hypot(np.diff(dataset["psi"].values), np.diff(dataset["phi"].values))
-    way = np.concatenate([[0.0], np.cumsum(steps)])
+    way = _gone(dataset)
     if plane is not None:
         _regimes(left, plane)
     _plane(left, dataset)
-    _loads(loads, dataset, way)
+    _loads(loads, dataset, way, hinge)
     theta.plot(way, np.degrees(dataset["theta"].values), color=INK)
+    if hinge is not None:
+        limits = theta.get_ylim()
+        theta.plot(_gone(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
+        theta.set_ylim(limits)
     theta.set(xlabel="Way gone (rad per pitch)", ylabel=r"$\theta$ (deg)", xlim=(0, way[-1]))
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
     headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}")
     letters((left, loads, theta))
     return figure
+
+
+def _gone(dataset: xr.Dataset) -> Array:
+    """Return the way gone (n,), rad per pitch."""
+    steps = np.hypot(np.diff(dataset["psi"].values), np.diff(dataset["phi"].values))
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _plane(ax: Axes, dataset: xr.Dataset) -> None:
@@ -65,7 +75,8 @@ def _plane(ax: Axes, dataset: xr.Dataset) -> None:
         name = str(contact[start])
         text = (name or "no contact") if name not in seen else None
         seen.add(name)
-        ax.plot(psi[start:stop], phi[start:stop], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
+        whole = slice(max(0, start - 1), stop)
+        ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
     low, high, bottom, top = psi.min(), psi.max(), phi.min(), phi.max()
     slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
     line: Look = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8, "zorder": 1}
@@ -96,8 +107,8 @@ def _regimes(ax: Axes, plane: xr.Dataset) -> None:
         ax.clabel(lines, fmt="%g°", fontsize=6)
 
 
-def _loads(ax: Axes, dataset: xr.Dataset, way: Array) -> None:
-    """Draw moment and torque along the way."""
+def _loads(ax: Axes, dataset: xr.Dataset, way: Array, hinge: xr.Dataset | None) -> None:
+    """Draw moment and torque along the way, those of hinges thin within the axes as they are."""
     both = {name: dataset[name].values for name in ("M", "T")}
     factor, text = prefixed("M", max(float(np.abs(v).max()) for v in both.values()))
     for (name, values), colour in zip(both.items(), (UNLOADED, INK), strict=True):
@@ -108,7 +119,13 @@ def _loads(ax: Axes, dataset: xr.Dataset, way: Array) -> None:
         before = way <= READABLE * way[-1]
         shown = np.array([values[before] for values in both.values()]) * factor
         ax.set_ylim(1.1 * min(0.0, shown.min()), 1.3 * max(shown.max(), 0.0))
-    ax.legend(loc="upper left")
+    if hinge is not None:
+        limits = ax.get_ylim()
+        for name, colour in zip(both, (UNLOADED, INK), strict=True):
+            text = f"${name}$ on hinges"
+            ax.plot(_gone(hinge), factor * hinge[name].values, color=colour, label=text, **BESIDE)
+        ax.set_ylim(limits)
+    ax.legend(loc="upper left" if hinge is None else "best")
 
 
 def runs(words: Array) -> list[tuple[int, int]]:

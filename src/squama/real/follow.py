@@ -319,6 +319,9 @@ def follow(
         corner = d.bent and onto(d, last[PHI], goal, corners, i)
         if d.bent:
             put(free_rates(d), rates)
+        if corner and tally[MODE] == FREE:
+            # the work is along the new leg
+            at_rest(d, rates, last[PHI], last)
         if goal != last[PHI]:
             way = 1.0 if goal > last[PHI] else -1.0
             if tally[MODE] != FREE and (corner or way != tally[WAY]):

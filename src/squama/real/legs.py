@@ -12,12 +12,12 @@ import numpy as np
 
 from squama.model.screw import Screw
 from squama.real.follow import STRAINED
-from squama.real.path import EVERY, STEP, Answers, Scale, beams, follow_all
+from squama.real.path import EVERY, STEP, Answers, Path, Scale, beams, follow_all
 from squama.types import Array
 
 
 class Bent(NamedTuple):
-    """States of a beam at the corners of its path, NaN beyond its end; ``answers`` hold rows, contact and end.
+    """States of a beam at the corners of its path, NaN beyond its end; ``answers`` are those of ``way``.
 
     Strains ``psi``, ``phi`` and ``stretch`` per pitch, moment ``M`` and torque ``T`` (E d^3, the bar's included), (n,)
     each.
@@ -29,6 +29,7 @@ class Bent(NamedTuple):
     M: Array
     T: Array
     answers: Answers
+    way: Path
 
 
 def follow_legs(
@@ -57,7 +58,8 @@ def follow_legs(
     found = follow_all(one, ways[None], step=step, every=every, corners=corners[None])
     rows = dict(zip(STRAINED, found.rows[0].T, strict=True))
     M, T = _moments(scale, found, rows)
-    return Bent(rows["psi"], rows["twist"], rows["stretch"], M, T, found)
+    way = Path(scale, one, found.tables[0], found.contact())
+    return Bent(rows["psi"], rows["twist"], rows["stretch"], M, T, found, way)
 
 
 def _moments(scale: Scale, found: Answers, rows: dict[str, Array]) -> tuple[Array, Array]:

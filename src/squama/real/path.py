@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.beam.matrixfile import twisting_stiffness
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End
@@ -90,6 +89,15 @@ class Answers(NamedTuple):
     tables: Array
     rows: Array
     ends: Array
+
+    def contact(self, i: int = 0) -> Contact:
+        """Return what touches first of one beam."""
+        return Contact(*(int(v) for v in self.contacts[i, :3]), *self.contacts[i, 3:].tolist())
+
+    def end(self, i: int = 0) -> follow.End:
+        """Return how the path of one beam ends."""
+        code, phi, *rest = self.ends[i].tolist()
+        return follow.End(int(code), phi, *map(int, rest))
 
 
 def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "") -> entry.Beams:
@@ -171,8 +179,7 @@ class Path(NamedTuple):
         """Return the path of a beam whose length stays; K (7, 7) or (9, 9); ``most``: largest twist."""
         one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense)
         found = follow_all(one, np.empty((1, 0)), most=most)
-        contact = Contact(*(int(v) for v in found.contacts[0, :3]), *found.contacts[0, 3:].tolist())
-        return cls(scale._replace(alpha=sense * scale.alpha), one, found.tables[0], contact)
+        return cls(scale._replace(alpha=sense * scale.alpha), one, found.tables[0], found.contact())
 
     @property
     def mu(self) -> float:
@@ -188,8 +195,7 @@ class Path(NamedTuple):
         """Follow the twist to targets (n,); return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
         contacts = np.array([self.contact], float)
         found = follow_all(self.beams, targets[None], contacts=contacts, step=step, every=every)
-        code, phi, *rest = found.ends[0].tolist()
-        return found.rows[0], follow.End(int(code), phi, *map(int, rest))
+        return found.rows[0], found.end()
 
 
 def powers(scale: Scale, edges: Array, rows: Array) -> Array:
@@ -207,22 +213,33 @@ def deflections(path: Path, rows: Array) -> Array:
 
 
 def motions(rows: Array) -> Array:
-    """Return the motions and the twist (n, 7) of states."""
-    return np.column_stack([rows[:, 11:17], rows[:, 0]])
+    """Return the motions and the twist (n, 7) of states; (n, 9) with bend and stretch of a beam that is bent."""
+    strains = rows[:, [20, 19, 21]] if rows.shape[1] == len(follow.STRAINED) else rows[:, :1]
+    return np.column_stack([rows[:, 11:17], strains])
 
 
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
     q, g = motions(rows), path.bending(rows)
-    whole = np.einsum("ni,ij,nj->n", q, path.table[:7, :7], q) / 2
-    bar = rigidity(path) * rows[:, 0] ** 2 / 2
+    n, alone = q.shape[1], bare(path)
+    loads = q[:, 6 : 6 + len(alone)]
+    whole = np.einsum("ni,ij,nj->n", q, path.table[:n, :n], q) / 2
+    bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
     own = np.einsum("ni,ij,nj->n", g, path.table[BEND : BEND + 12], g) / 2
     return {"U_joint": whole - bar, "U_plate": own, "U_bar": bar}
 
 
+def bare(path: Path) -> Array:
+    """Return the stiffness without contact against twist (1, 1), or twist and bend (2, 2) of a beam that is bent."""
+    K, free = path.beams.K[0], int(path.beams.soft[0] > 0)
+    loads, loose = [6, 7][: len(K) - 6], [*range(6), *[8] * free]
+    across = K[np.ix_(loose, loads)]
+    return np.asarray(K[np.ix_(loads, loads)] - across.T @ np.linalg.solve(K[np.ix_(loose, loose)], across))
+
+
 def rigidity(path: Path) -> float:
     """Return the torque per twist without contact, E d^3."""
-    return twisting_stiffness(path.table[:7, :7])
+    return float(bare(path)[0, 0])
 
 
 def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
@@ -290,7 +307,7 @@ def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
 
     Both (n, 3) by its :func:`motions`, along the scale's own axes, which turn with it; one along n_X pulls it out.
     """
-    loads, w, turns = q @ path.table[:6, :7].T, q[:, 3:6], _turns(q[:, 3:6])
+    loads, w, turns = q @ path.table[:6, : q.shape[1]].T, q[:, 3:6], _turns(q[:, 3:6])
     # what is conjugate to a rotation vector is not yet the moment
     t = np.linalg.norm(w, axis=1)[:, None]
     k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2

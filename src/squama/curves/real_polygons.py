@@ -1,0 +1,248 @@
+"""Polygons in the plane of bend and twist, of the real beam: states along them in SI units, and events.
+
+One contact of two edges is followed (:mod:`squama.real.legs`). Where another one touches first or comes in, the whole
+path is followed by general contact (:func:`squama.fe.assembly.make_bent`), where the extra fe is installed. At a corner
+of the path the contact sticks while friction turns, so forces do not jump.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.beam.matrixfile import MOTIONS
+from squama.curves import real
+from squama.curves.path import Asked, Case, States, in_si
+from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
+from squama.model.outcome import End
+from squama.real import follow, path
+from squama.real.legs import Bent, follow_legs
+from squama.types import Array
+
+NEUTRAL = {"free": "free", "middle": "held"}
+"""Which line keeps its length: none, there being no axial force, or that in the bar's middle; what the stretch is."""
+SPACING = 2e-3
+"""Least distance of points along the path by general contact, rad per pitch."""
+_BEFORE = 1e-9
+_EDGES = {(TIP, SIDE_D): "TS", (TIP, SIDE_A): "TA", (SIDE_A, BASE): "SB", (SIDE_D, BASE): "SD"}
+_PAIRS = {
+    "tip edge C1B1 on side edge D2C2": "TS", "tip edge C1B1 on side edge A2B2": "TA",
+    "corner B1 on the face of scale 2": "BF", "corner C1 on the face of scale 2": "CF",
+    "corner D2 on the face of scale 1": "DF", "corner A2 on the face of scale 1": "AF",
+    "side edge A1B1 on base edge D2A2": "SB", "side edge D1C1 on base edge D2A2": "SD",
+    "tip edge C1B1 on the face of scale 2": "TF",
+}  # fmt: skip
+"""Letters of contacts, those of :data:`squama.model.screw.CONTACTS` and of a tip edge on the face of a bent plate."""
+_NEEDS = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
+_SEVEN = (
+    "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; without "
+    "it in the file the law of the joint holds all"
+)
+
+
+class Stations(NamedTuple):
+    """Points of a path from rest: ways gone (n,), bend and twist per pitch there (n, 2), legs (n,), counted from 1."""
+
+    ways: Array
+    strains: Array
+    legs: Array
+
+    @classmethod
+    def of(cls, points: Sequence[tuple[float, float]], count: int, least: float, engaged: float) -> Stations:
+        """Return ``count`` points of each leg, no nearer than ``least``, one of them at the way ``engaged``."""
+        start, parts = 0.0, []
+        for i, (a, b) in enumerate(pairwise(np.array([(0.0, 0.0), *points]))):
+            length = float(np.hypot(*(b - a)))
+            w = np.linspace(0, 1, max(3, min(count, math.ceil(length / least) + 1)) if least else count)
+            if start < engaged < start + length:
+                w[1 + np.abs(w[1:-1] * length + start - engaged).argmin()] = (engaged - start) / length
+            one = cls(start + w * length, a + w[:, None] * (b - a), np.full(w.size, i + 1))
+            parts.append(one if not i else cls(*(v[1:] for v in one)))
+            start += length
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def at(self, ways: Array) -> Array:
+        """Return bend and twist per pitch (n, 2) at ways."""
+        return np.column_stack([np.interp(ways, self.ways, v) for v in self.strains.T])
+
+    def corners(self) -> list[tuple[float, int]]:
+        """Return way and number of each leg's end."""
+        last = np.append(np.flatnonzero(np.diff(self.legs)), self.legs.size - 1)
+        return [(float(self.ways[i]), int(self.legs[i])) for i in last]
+
+
+class Followed(NamedTuple):
+    """States at the first stations (E = d = 1, by role), and their contacts; way and word of the end.
+
+    ``q`` (n, 9) are the motions, twist, bend and stretch, ``changes`` ways and names of new contacts.
+    """
+
+    own: dict[str, Array]
+    q: Array
+    contact: Array
+    changes: list[tuple[float, str]]
+    stop: float
+    end: str
+
+
+def impossible(beam: Beam) -> str:
+    """Return why a beam's joint is not known in bend and twist; empty where it is."""
+    why = real.impossible(beam)
+    if not why and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
+        return _SEVEN
+    return why
+
+
+def walk(asked: Asked) -> States:
+    """Return the states along a path, its events, and how it ends."""
+    beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
+    held, mu, corners = real.Held.of(beam), float(asked.mus), asked.path.points
+    far = max(abs(v) for point in corners for v in point)
+    stretch = NEUTRAL[asked.neutral]
+    first = follow_legs(plate, held.K, mu, np.array(corners), stretch=stretch)
+    met, end = first.answers.contact(), first.answers.end()
+    engaged = met.phi if met.first != -1 else math.inf
+    # a step from there on must not be much smaller than others
+    before = engaged * (1 - _BEFORE)
+    # plates that touch at rest are through each other there
+    generally = end.code != follow.RANGE and engaged > 0 and real.general()
+    stations = Stations.of(corners, asked.points, SPACING if generally else 0.0, before)
+    one = real.Path(beam, held, first.way, 1, far)
+    if generally:
+        found = _generally(asked, one, stations)
+    else:
+        found = _by_edges(one, follow_legs(plate, held.K, mu, stations.strains[1:], stretch=stretch), stations)
+    along = _in_si(one, found, stations)
+    at = _Places(stations, along["theta"], beam.pitch)
+    notes = real.notes(held, beam, far, ideal=asked.ideal)
+    other: float | int | str = ""
+    if found.end == End.OTHER:
+        other, notes = real.ending(first.way, end)["other_contact"] or met.words, [*notes, _NEEDS]
+    reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
+    total = float(along["U_el"][-1] + along["W_fr"][-1])
+    work = float(found.own["work"][-1]) * beam.unit_moment / beam.pitch
+    figures = {
+        "end": found.end, "other_contact": other, "K_theta": held.K_theta,
+        **{f"{name}_e": value for name, value in at(engaged).items() if name != "theta"},
+        **{f"{name}_end": value for name, value in at(found.stop).items()},
+        **{f"{name}_c": value for name, value in reached.items()},
+        "energy_error": (work - total) / max(float(along["U_el"].max()), float(along["W_fr"][-1]), 1e-300),
+    }  # fmt: skip
+    attrs: dict[str, float | str] = {
+        **real.attributes(held), "neutral": asked.neutral, "load": "bending and twisting",
+        "followed": "general contact" if generally else "one contact of two edges",
+    }  # fmt: skip
+    events, single = _events(stations, found, engaged, at), {k: np.asarray(v) for k, v in figures.items()}
+    return States({("point",): along, ("event",): events, (): single}, attrs, notes)
+
+
+def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
+    """Return the states of one contact of two edges, rest the first of them."""
+    way, met, end = one.way, found.answers.contact(), found.answers.end()
+    n = end.solved + 1
+    rest = np.zeros((1, len(follow.STRAINED)))
+    rest[:, 4:6] = np.nan
+    rows = np.concatenate([rest, found.answers.rows[0]])[:n]
+    column = dict(zip(follow.STRAINED, rows.T, strict=True))
+    own = {name: column[name] for name in (*MOTIONS, "N", "f", "W_fr", "slip", "stretch")}
+    own |= {"p": column["x"], "s": column["y"], "work": column["W"], "U_el": sum(path.energies(way, rows).values())}
+    own |= {"M": np.append(0.0, found.M)[:n], "torque": np.append(0.0, found.T)[:n]}
+    own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(way, rows))
+    name = _EDGES.get((met.first, met.second), met.words) + f" (k = {met.k})" * (met.k > 1)
+    contact = np.where(column["N"] > 0, name, "")
+    (word,) = path.endings(found.answers.contacts, found.answers.ends)
+    changes = [(met.phi, name)] if met.first >= 0 else []
+    stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
+    return Followed(own, path.motions(rows), contact, changes, stop, str(word))
+
+
+def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
+    """Return the states by general contact, from rest."""
+    from squama.curves import general_contact
+    from squama.fe.assembly import make_bent
+    from squama.fe.geometry import geometry
+
+    plate, free = one.way.scale, ("stretch",) * (asked.neutral == "free")
+    surface = general_contact.surface(plate)
+    led = make_bent(one.held.K, geometry(one.beam), float(asked.mus), free=free, exposed=surface)
+    led.begin()
+    kept, moved, end = [0], [led.moved[:, :, 0]], str(End.RANGE)
+    for leg, corner in enumerate(asked.path.points, 1):
+        goal = led.aim(*corner)
+        ways = stations.ways[stations.legs == leg]
+        # the way that is aimed at is this one's sum but for rounding
+        for way in [*ways[ways > led.phi][:-1].tolist(), goal]:
+            if not led.run(way, path.STEP).reached:
+                end = led.ending(path.STEP)
+                break
+            kept.append(len(led.columns["way"]) - 1)
+            moved.append(led.moved[:, :, 0])
+        if end != End.RANGE:
+            break
+    names = (*MOTIONS, "N", "f", "W_fr", "U_el", "theta", "M", "stretch", "p", "s")
+    own = {name: np.array(led.columns[name], float)[kept] for name in names}
+    own |= {"torque": np.array(led.columns["T"])[kept], "work": np.array(led.columns["W"])[kept]}
+    own |= path.plate_figures(plate, general_contact.deflections(plate, surface, np.array(moved)))
+    own["slip"] = np.full(len(kept), np.nan)
+    q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(kept), ::-1], own["stretch"]])
+    contact = np.array([_letters(str(led.columns["contact"][i])) for i in kept])
+    changes = [(met.phi, _letters(f"{met.pair} (k = {met.k})" if met.k else "")) for met in led.contacts]
+    return Followed(own, q, contact, changes, float(led.phi), end)
+
+
+def _letters(words: str) -> str:
+    """Return the letters of a contact for its words."""
+    pair, _, k = words.removesuffix(")").rpartition(" (k = ")
+    return _PAIRS.get(pair, pair) + f" (k = {k})" * (k not in ("", "1"))
+
+
+def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Array]:
+    """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
+    beam, n = one.beam, len(found.q)
+    psi, phi = stations.strains[:n].T
+    own = {role: values for role, values in found.own.items() if role not in ("M", "work")}
+    v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
+    unit = beam.unit_moment
+    bar = unit * path.bare(one.way) @ [phi, psi]
+    v |= {"psi": psi, "kappa": psi / beam.pitch, "M": unit * found.own["M"], "leg": stations.legs[:n]}
+    v |= {"M_scales": v["M"] - bar[1], "scales": v["torque"] - bar[0], "contact": found.contact}
+    return v | real.embedded(one, found.q)
+
+
+class _Places(NamedTuple):
+    """Where ways lead, by name."""
+
+    stations: Stations
+    theta: Array
+    pitch: float
+
+    def __call__(self, way: float) -> dict[str, float]:
+        """Return bend and twist per pitch and per length, and inclination; NaN at no way."""
+        if not math.isfinite(way):
+            return dict.fromkeys(("psi", "phi", "kappa", "Phi", "theta"), math.nan)
+        ((psi, phi),) = self.stations.at(np.array([way])).tolist()
+        theta = float(np.interp(way, self.stations.ways[: self.theta.size], self.theta))
+        return {"psi": psi, "phi": phi, "kappa": psi / self.pitch, "Phi": phi / self.pitch, "theta": theta}
+
+
+def _events(stations: Stations, found: Followed, engaged: float, at: _Places) -> dict[str, Array]:
+    """Return what happens on the way, and where: contacts that come and go, corners, the end."""
+    rows: list[tuple[float, str]] = []
+    before = ""
+    for way, name in found.changes:
+        # the increment in which it touches ends a little behind
+        first, word = not before and not rows, f"{before} to {name}" if name else "release"
+        rows.append((engaged if first and math.isfinite(engaged) else way, word if before else f"engagement ({name})"))
+        before = name
+    rows += [(way, "corner") for way, _ in stations.corners()[:-1] if way < found.stop]
+    rows = [*sorted(rows, key=lambda row: row[0]), (found.stop, found.end)]
+    places = [at(way) for way, _ in rows]
+    ends = np.array([way for way, _ in stations.corners()])
+    legs = 1 + np.searchsorted(ends[:-1], [way * (1 - 1e-12) for way, _ in rows])
+    events = {f"{name}_event": np.array([place[name] for place in places]) for name in places[0]}
+    return {"event": np.array([word for _, word in rows]), "event_leg": legs, **events}

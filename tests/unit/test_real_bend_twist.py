@@ -1,0 +1,206 @@
+"""The real beam bent and twisted along a path: the dataset, the command and the picture."""
+
+import json
+
+import numpy as np
+import pytest
+
+import squama
+from squama.beam import matrixfile
+from squama.cli import main
+from squama.curves import real, real_polygons
+from squama.curves.polygons import bent_and_twisted
+from squama.errors import InputError
+from squama.joints.choice import joint_of
+from squama.plot import path_figure
+
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+BY_EDGES = "twist 0.09 rad/pitch; bend 0.02 rad/pitch, twist 0.1 rad/pitch"
+BENT_FIRST = "bend 0.08 rad/pitch; twist 0.1 rad/pitch"
+needs_contact = pytest.mark.skipif(not real.general(), reason="general contact needs ipctk (the extra fe)")
+
+
+def work(r):
+    return np.trapezoid(r.M, r.kappa) + np.trapezoid(r["T"], r.Phi)
+
+
+@pytest.mark.parametrize("ideal", [None, True])
+def test_without_bend_and_with_its_length_held_it_is_the_twisted_beam(ideal):
+    both = squama.bend_twist(PLA, "twist 0.1 rad/pitch", ideal=ideal, neutral="middle", points=80)
+    alone = squama.twist(PLA, at=both.Phi.values, ideal=ideal)
+    assert both.end.item() == "range end"
+    assert float(both.phi_e) == pytest.approx(float(alone.phi_e), rel=1e-9)
+    np.testing.assert_array_equal(both.stretch, 0)
+    for name in ("theta", "T", "T_scales", "N", "f", "U_el", "u_Z", "w_Y", "strain", "pull_out", "tab_bending"):
+        np.testing.assert_allclose(both[name], alone[name], rtol=0, atol=2e-5 * float(abs(alone[name]).max()))
+    assert {key: both.attrs[key] for key in ("joint", "scales", "joint_source", "law", "K_theta")} == {
+        key: alone.attrs[key] for key in ("joint", "scales", "joint_source", "law", "K_theta")
+    }
+
+
+def test_a_bar_that_may_stretch_stores_less():
+    free, held = (squama.bend_twist(PLA, "twist 0.1 rad/pitch", mu=0, neutral=line) for line in ("free", "middle"))
+    assert (free.stretch.values[1:] != 0).all()
+    energies = np.interp(held.phi, free.phi, free.U_el)
+    assert (energies[1:] < held.U_el.values[1:]).all()
+    np.testing.assert_allclose(energies[1:], held.U_el.values[1:], rtol=0.02)
+
+
+@pytest.mark.parametrize("neutral", ["free", "middle"])
+@pytest.mark.parametrize("ideal", [None, True])
+def test_work_is_stored_or_rubbed_away(ideal, neutral):
+    r = squama.bend_twist(SKIN, BY_EDGES, ideal=ideal, neutral=neutral, points=300)
+    assert (r.end.item(), r.attrs["followed"]) == ("range end", "one contact of two edges")
+    assert work(r) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=1e-4)
+    assert abs(float(r.energy_error)) < 1e-4
+    assert float(r.W_fr[-1]) > 0.01 * float(r.U_el[-1])
+    assert r.event.values.tolist() == ["engagement (TS)", "corner", "range end"]
+    assert r.event_leg.values.tolist() == [1, 1, 2]
+    np.testing.assert_allclose(r.phi_event[1:], [0.09, 0.1], rtol=1e-12)
+    # before contact the scales add nothing to the bar with its joints
+    apart = (r.contact == "").values
+    size = float(abs(r["T"]).max())
+    for name in ("M_scales", "T_scales"):
+        np.testing.assert_allclose(r[name].values[apart], 0, atol=1e-12 * size)
+    assert float(r.T_scales[-1]) > 0.1 * size
+
+
+def test_the_work_turns_at_a_corner_without_contact():
+    r = squama.bend_twist(PLA, "bend -5 rad/m; twist -5 rad/m", points=5)
+    assert r.end.item() == "no engagement"
+    assert abs(float(r.energy_error)) < 1e-12
+    np.testing.assert_allclose(r.M_scales, 0, atol=1e-12)
+
+
+def test_without_friction_moment_and_torque_are_the_slopes_of_the_energy():
+    def at(psi, phi):
+        path = f"twist 0.09 rad/pitch; bend {psi} rad/pitch, twist {phi} rad/pitch"
+        return squama.bend_twist(SKIN, path, mu=0, points=80).isel(point=-1)
+
+    here, d, h = at(0.02, 0.1), SKIN.pitch, 5e-4
+    for name, a, b in (("M", at(0.02 + h, 0.1), at(0.02 - h, 0.1)), ("T", at(0.02, 0.1 + h), at(0.02, 0.1 - h))):
+        assert float(a.U_el - b.U_el) / (2 * h / d) == pytest.approx(float(here[name]), rel=2e-3)
+
+
+@needs_contact
+@pytest.mark.parametrize(("path", "ideal"), [(BY_EDGES, True), (BENT_FIRST, None)])
+def test_general_contact_from_rest_finds_the_same(path, ideal):
+    from squama.curves.general_contact import surface
+    from squama.fe.assembly import make_bent
+    from squama.fe.geometry import geometry
+
+    r = squama.bend_twist(SKIN, path, ideal=ideal, points=40)
+    assert r.attrs["followed"] == ("general contact" if path == BENT_FIRST else "one contact of two edges")
+    K, plate = joint_of(SKIN).K, real.scale(SKIN, ideal=bool(ideal))
+    led = make_bent(K, geometry(SKIN), float(r.mu), exposed=surface(plate))
+    for kappa, Phi in r.attrs["path"]:
+        assert led.run(led.aim(kappa * SKIN.pitch, Phi * SKIN.pitch), 1e-3).reached
+    E, d = SKIN.substrate.youngs_modulus, SKIN.pitch
+    units = {"M": E * d**3, "T": E * d**3, "N": E * d**2, "theta": 1, "stretch": 1, "W_fr": E * d**2}
+    for name, unit in units.items():
+        tolerance = {"N": 8e-3, "W_fr": 0.03}.get(name, 4e-3)
+        assert float(r[name][-1]) == pytest.approx(led.columns[name][-1] * unit, rel=tolerance), name
+    assert abs(float(led.columns["force"][-1])) < 1e-9
+    assert work(r) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=5e-3)
+
+
+@needs_contact
+def test_bent_first_contacts_hand_over_and_nothing_jumps():
+    r = squama.bend_twist(SKIN, "bend 0.1 rad/pitch; twist 0.15 rad/pitch")
+    assert r.event.values.tolist() == ["engagement (BF)", "corner", "BF to TF", "TF to TS", "range end"]
+    psi, phi = r.psi_event.values, r.phi_event.values
+    # the tip leaves the face at the line on which rigid plates would lie flush, within some
+    assert phi[3] == pytest.approx(psi[3] * np.tan(SKIN.scale.alpha), rel=0.1)
+    assert "M_jump" not in r
+    assert abs(np.diff(r.M)).max() < 0.05 * float(r.M.max())
+    assert float(r.stress.max()) > 0
+    assert float(r.psi_e) == psi[0]
+
+
+def test_where_general_contact_is_missing_the_path_ends_by_name(monkeypatch):
+    monkeypatch.setattr(real_polygons.real, "general", lambda: False)
+    r = squama.bend_twist(PLA, BENT_FIRST, points=50)
+    assert r.end.item() == "other contact"
+    assert "on the face" in r.other_contact.item()
+    assert "pip install 'squama[fe]'" in r.warnings
+    assert float(r.psi_end) == pytest.approx(float(r.psi_e), rel=1e-12)
+    assert 0 < float(r.psi[-1]) <= float(r.psi_end)
+    assert np.isfinite(r.M).all()
+
+
+def seven(beam):
+    return beam.replace(joint={"matrix": matrixfile.stored(beam, joint_of(beam).K[:7, :7])})
+
+
+def test_a_matrix_without_bend_means_hinges_and_that_is_said():
+    r = squama.bend_twist(seven(PLA), "bend 2 rad/m")
+    assert (r.attrs["joint"], r.attrs["scales"]) == ("hinge", "thin, rigid scales")
+    assert "joint.matrix holds six motions and the twist" in r.warnings
+
+
+@pytest.mark.parametrize(
+    ("beam", "given", "words"),
+    [
+        (PLA, {"joint": "glue"}, "joint"), (PLA, {"joint": "hinge", "ideal": False}, "ideal = False: is not covered"),
+        (PLA, {"joint": "hinge", "neutral": "free"}, "neutral"),
+        (PLA, {"joint": "compliant", "neutral": "face"}, "neutral"),
+        (PLA, {"joint": "compliant", "free": "bending", "mu": 0}, 'write joint="hinge"'),
+        (seven(PLA), {"joint": "compliant"}, "joint.matrix holds"),
+        (PLA, {"path": "bend 0.5 rad/m; bend 0.5 rad/m"}, "path[1]"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(beam, given, words):
+    with pytest.raises(InputError) as error:
+        squama.bend_twist(beam, **{"path": "twist 5 rad/m"} | given)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("given", [{"neutral": "face"}, {"free": "twisting", "mu": 0}])
+def test_what_only_hinges_have_means_them(given):
+    assert squama.bend_twist(PLA, "bend 1 rad/m", **given).attrs["joint"] == "hinge"
+
+
+def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
+    path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
+    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--neutral", "middle"]) == 0
+    first, *lines = capsys.readouterr().out.splitlines()
+    assert "thick, elastic scales on compliant joints; the line in the middle" in first
+    head = next(i for i, line in enumerate(lines) if line.split() == ["real", "hinge"])
+    rows = [line.split() for line in lines[head:]]
+    torques = [row for row in rows if row[:2] == ["torque", "T,"]]
+    r = squama.bend_twist(SKIN, path, mu=0.6, neutral="middle")
+    at = np.flatnonzero(r.leg == 1)[-1]
+    assert float(torques[0][-2]) == pytest.approx(float(r["T"][at]), rel=1e-3)
+    # a hinge that has locked before has no torque
+    assert torques[1][-1] == "-"
+    assert any(line.startswith("hinge: frictional lock at psi, phi = 0, ") for line in lines)
+    table = tmp_path / "path.csv"
+    given = ["--path", BY_EDGES, "--json", "--ideal", "--csv", str(table)]
+    assert main(["bend-twist", "examples/stiff_skin.toml", *given]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert (record["joint"], record["scales"], record["neutral"]) == ("compliant", "thin, rigid scales", "free")
+    assert set(record["ways"]) == {"compliant", "hinge"}
+    assert record["ways"]["compliant"]["M"][-1] == record["curve"]["M"][-1]
+    assert record["units"]["stretch"] == "1"
+    assert "stretch" in table.read_text()
+    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", "bend 1 rad/m", "--neutral", "up"]) == 2
+    assert "--neutral" in capsys.readouterr().err
+    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--joint", "hinge"]) == 0
+    shown = capsys.readouterr().out
+    assert "frictional lock: friction holds" in shown
+    assert "at the last point" not in shown
+
+
+def test_the_picture_keeps_the_scale_of_the_real_beam():
+    path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
+    ours, hinge = (bent_and_twisted(SKIN, path, mu=0.6, **how) for how in ({"neutral": "middle"}, {"joint": "hinge"}))
+    assert hinge["end"].item() == "frictional lock"
+    _, loads, theta = path_figure(ours.dataset(), hinge=hinge.dataset()).axes
+    labels = [text.get_text() for text in loads.get_legend().get_texts()]
+    assert labels == ["$M$", "$T$", "$M$ on hinges", "$T$ on hinges"]
+    lines = [np.asarray(line.get_ydata(), float) for line in loads.get_lines()]
+    top, most = loads.get_ylim()[1], max(v.max() for v in lines[:2])
+    assert most < top < 1.2 * most < max(v.max() for v in lines[-2:])
+    assert len(theta.get_lines()) == 2
