@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
+    from squama.identify.decay import fit_decay
+    from squama.identify.decay_result import DecayFit
     from squama.identify.fitting import fit
     from squama.identify.result import Fit
     from squama.inverse.designing import inverse_design
@@ -58,6 +60,8 @@ _NAMES = {
     "study.verification": "verify",
     "inverse.designing": "inverse_design",
     "inverse.front": "pareto",
+    "identify.decay": "fit_decay",
+    "identify.decay_result": "DecayFit",
     "identify.fitting": "fit",
     "identify.result": "Fit",
     "study.sweeping": "sweep",
@@ -76,6 +80,7 @@ __all__ = [
     "Beam",
     "Combined",
     "Contact",
+    "DecayFit",
     "End",
     "Ends",
     "Export",
@@ -104,6 +109,7 @@ __all__ = [
     "ends",
     "export",
     "fit",
+    "fit_decay",
     "forces",
     "free_vibration",
     "gradient",

@@ -26,6 +26,7 @@ class Dimension(StrEnum):
     INERTIA = "moment of inertia"
     IMPULSE = "angular impulse"
     FREQUENCY = "frequency"
+    TIME = "time"
     RATIO = "ratio"
 
 
@@ -43,6 +44,7 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
         Dimension.INERTIA: {"kg m^2": (1.0, 1.0), "kg m2": (1.0, 1.0), "g cm^2": (1.0, 1e7), "g cm2": (1.0, 1e7)},
         Dimension.IMPULSE: {"N m s": (1.0, 1.0), "N mm s": (1.0, 1e3)},
         Dimension.FREQUENCY: {"Hz": (1.0, 1.0), "kHz": (1e3, 1.0), "mHz": (1.0, 1e3)},
+        Dimension.TIME: {"s": (1.0, 1.0), "ms": (1.0, 1e3), "us": (1.0, 1e6), "min": (60.0, 1.0)},
         Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
     }.items()
     for unit, scale in scales.items()
@@ -97,7 +99,7 @@ def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
         factor = float(base.magnitude)
     except Exception:  # pint raises errors of many kinds on text that is no unit
         return None
-    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m", "kg/m^3", "kg m^2", "N m s", "Hz"):
+    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m", "kg/m^3", "kg m^2", "N m s", "Hz", "s"):
         if base.units == registry.Quantity(1.0, si).to_base_units().units and 0 < factor < math.inf:
             return UNITS[si][0], factor, 1.0
     return None
@@ -178,6 +180,7 @@ _KINDS = {
     Dimension.INERTIA: _Kind(Dimension.INERTIA, "a moment of inertia", "kg m2", "1e-4", "kg m2"),
     Dimension.IMPULSE: _Kind(Dimension.IMPULSE, "an angular impulse", "N m s", "0.01", "N m s"),
     Dimension.FREQUENCY: _Kind(Dimension.FREQUENCY, "a frequency", "Hz", "3", "Hz"),
+    Dimension.TIME: _Kind(Dimension.TIME, "a time", "s", "0.5", "s"),
     Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}

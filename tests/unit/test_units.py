@@ -64,7 +64,7 @@ def test_text_is_read(text, dimension, si):
         ("12 deg", "length", '"12 deg" is an angle, but a length is needed; write e.g. "12 mm"'),
         ("12 mm", "angle", '"12 mm" is a length, but an angle is needed; write e.g. "12 deg"'),
         ("12 inch", "angle", '"12 inch" is a length, but an angle is needed; write e.g. "12 deg"'),
-        ("3 s", "length", 'is not a length: "s" is not known as a unit of one; write e.g. "12 mm"'),
+        ("3 cd", "length", 'is not a length: "cd" is not known as a unit of one; write e.g. "12 mm"'),
         ("3 blah", "pressure", '"blah" is not known as a unit'),
         ("3 /", "length", "is not known as a unit"),
         ("1 m**999999999", "length", "is not known as a unit"),

@@ -1,22 +1,25 @@
-"""squama fit: parameters of a beam from measured torque and twist."""
+"""squama fit: parameters of a beam from measured torque and twist, or from the record of a decay."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
+from squama.cli.vibrate import Both, Mode
 from squama.errors import refuse
 from squama.io.files import label
-from squama.loads import LOADS
+from squama.loads import LOADS, model
 from squama.units import is_number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from squama.identify.decay_result import DecayFit
     from squama.identify.result import Fit
 
 _pair = pair("name=lower:upper", "mu=0.1:0.5")
@@ -43,10 +46,13 @@ def _with_unit(unit: str) -> flags.Reader[str]:
 
 _twist, _torque = _with_unit("rad/pitch"), _with_unit("N m")
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
-_FILES = 'Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", and the beam file.'
+_FILES = (
+    'Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", or the record of a decay, '
+    '"t (s), total (deg)"; and the beam file.'
+)
 _FIND = (
     'What to find: "mu,K_theta" (default), any of mu, K_theta, C_f, E_B, theta0, torque_zero, twist_zero, backlash, '
-    "drift."
+    'drift; of a decay "mu,K_theta,damping" (default).'
 )
 _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may be repeated.'
 _NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm"; from the residuals if not given.'
@@ -77,17 +83,32 @@ class Search:
 SEARCH = Search()
 
 
+@flags.group
+class Swing:
+    """How the beam of a decay swings: arguments of :func:`squama.fit_decay`."""
+
+    mode: Mode = "uniform"
+    both: Both = False
+    ideal: flags.Ideal = False
+
+
+SWING = Swing()
+_OF_DECAYS = ("load", "law", "joint")
+"""What a decay has in common with a test."""
+
+
 def fit(
     *files: Annotated[str, Parameter(help=_FILES)],
-    find: Annotated[str, flag(_FIND)] = "mu,K_theta",
+    find: Annotated[str | None, flag(_FIND)] = None,
     bounds: Annotated[tuple[flags.Pair, ...], flag(_BOUNDS, read=_limits, many=True)] = (),
     search: Search = SEARCH,
+    swing: Swing = SWING,
     tables: flags.Tables = flags.TABLES,
     out: Annotated[str | None, flag("Beam file to write, estimates put in (.toml).", "--out", "-o")] = None,
     corner: Annotated[str | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Find friction, joint stiffness and other parameters of a beam from measured torque and twist."""
+    """Find friction, joint stiffness and other parameters of a beam from measured torque and twist, or a decay."""
     beams = [f for f in files if f.lower().endswith(".toml")]
     data = [f for f in files if f not in beams]
     _count(beams, data)
@@ -98,24 +119,79 @@ def fit(
     flags.check_places([(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
-    from squama.identify import fitting, sentences
+    from squama.identify import decay, fitting, sentences
+    from squama.identify.parameters import DEFAULT
 
     names = {name: f"--{name}" for name in vars(search)}
-    names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data)}
+    names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
+    if any(tables.swings(path) for path in data):
+        _of_tests(data, search, corner=corner, bounds=bounds)
+        read = tables.read(data, beam, search.load, decay=True)
+        with flags.laid(names):
+            how: dict[str, Any] = {
+                "mode": swing.mode,
+                "sides": "both" if swing.both else "one",
+                "ideal": swing.ideal or None,
+            }
+            how |= {name: getattr(search, name) for name in _OF_DECAYS}
+            swung = decay.fit_decay(read[0], beam, decay.DEFAULT if find is None else find, **how)
+        written = output.write(common, swung.dataset, "decay_figure", flat_decay)
+        return _said(
+            swung, common, beams[0], data, out, written, swung.record, lambda: _decayed(swung, label(beams[0]))
+        )
+    if swing != SWING:
+        refuse("--mode, --both, --ideal", "", "are for decays: no table has a column of time, and no torque")
     parted = {name: text.partition(":") for name, text in limits.items()}
     given = {name: value for name, value in vars(search).items() if value is not None}
     with flags.laid(names):
         low_high = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted.items()}
-        found = fitting.fit(tables.read(data, beam, search.load), beam, find, bounds=low_high, **given)
+        found = fitting.fit(
+            tables.read(data, beam, search.load), beam, DEFAULT if find is None else find, bounds=low_high, **given
+        )
     written = output.write(common, found.dataset, "fit_figure", flat)
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
-    file = label(beams[0])
+    record, shown = lambda: sentences.record(found), lambda: _shown(found, label(beams[0]))
+    return _said(found, common, beams[0], data, out, written, record, shown)
+
+
+def _said(
+    found: Fit | DecayFit,
+    common: flags.Common,
+    beam: str,
+    data: list[str],
+    out: str | None,
+    written: list[Path],
+    record: Callable[[], dict[str, Any]],
+    shown: Callable[[], Iterable[str]],
+) -> int:
+    """Write the beam file that is asked for, and report."""
+    from squama.identify import sentences
+
     if out is not None:
         written.append(output.write_text(out, sentences.beam_file(found, [label(path) for path in data])))
-    about = {"file": file, "data": data}
-    name, record = ", ".join(data), lambda: {**about, **sentences.record(found)}
-    return output.report(common.json, name, written, record, lambda: _shown(found, file))
+    about = {"file": label(beam), "data": data}
+    return output.report(common.json, ", ".join(data), written, lambda: {**about, **record()}, shown)
+
+
+def _of_tests(data: list[str], search: Search, **others: object) -> None:
+    """Refuse several files, and flags that are for tests of torque and twist only."""
+    for path in data[1:]:
+        flags.problems().add(path, "", "is a second file beside the record of a decay", "give one")
+    given = {**vars(search), **others}
+    for name, value in given.items():
+        if name not in _OF_DECAYS and value != getattr(SEARCH, name, None) and value != ():
+            flags.problems().add(f"--{name}", "", "is for torque and twist, not for a decay", "leave it out")
+    flags.problems().settle()
+
+
+def _decayed(found: DecayFit, file: str) -> Iterable[str]:
+    """Return the summary of a decay."""
+    attrs = found.attrs
+    sides = "both sides" if found.held.both else "one side"
+    yield f" read as a decay (time, no torque), fitted with {file} in {attrs['load']} ({found.mode}), {model(attrs)}"
+    yield f"scales on {sides}"
+    yield from found.summary().splitlines()
 
 
 def _shown(found: Fit, file: str) -> Iterable[str]:
@@ -137,6 +213,11 @@ def _count(beams: list[str], data: list[str]) -> None:
     for path in dict.fromkeys(data):
         if data.count(path) > 1:
             flags.problems().add(path, "", "is given twice", "give each file once")
+
+
+def flat_decay(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the fit of a decay with the dimension ``point`` only."""
+    return dataset.drop_dims([d for d in dataset.dims if d != "point"])
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:

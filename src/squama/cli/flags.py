@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, Generic, NamedTuple, TypeVar, dataclass_transform
 
 from cyclopts import Parameter
 
@@ -382,14 +382,23 @@ class Tables:
     decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
     columns: Annotated[str | None, flag(_COLUMNS)] = None
 
-    def read(self, paths: Iterable[str], beam: Beam, load: str) -> list[Measured]:
-        """Read tables of tests of a beam."""
+    def swings(self, path: str) -> bool:
+        """Tell whether a table is the record of a decay."""
+        from squama.io import measured
+
+        with laid({"columns": "--columns"}):
+            return measured.swings(path, self.columns)
+
+    def read(self, paths: Iterable[str], beam: Beam, load: str, *, decay: bool = False) -> list[Measured]:
+        """Read tables of tests of a beam, or the record of its decay."""
         from squama.io import measured
 
         found, wrong = [], Problems()
         for path in paths:
             with wrong.caught(), laid({"decimal": "--decimal", "columns": "--columns"}):
-                found.append(measured.read_measured(path, beam, load=load, decimal=self.decimal, columns=self.columns))
+                made: dict[str, Any] = {"load": load, "decimal": self.decimal, "columns": self.columns}
+                ordinate = measured.TIME if decay else None
+                found.append(measured.read(path, pitch=beam.pitch, scales=beam.scales, ordinate=ordinate, **made))
         wrong.settle()
         return found
 

@@ -27,13 +27,9 @@ from squama.units import Bounds, Dimension, bounded
 if TYPE_CHECKING:
     import xarray as xr
 
-DENSE = 24
-"""Points of a record on each smooth part of the way."""
 MOST_SWINGS, MOST_FREQUENCIES = 10_000, 1_000
 FAR = 0.6
 """Twist per pitch, rad, to which the real beam is followed that is struck or shaken."""
-ROUGH = 1e-7
-"""Relative error of a step on branches of the real beam."""
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
@@ -57,8 +53,8 @@ class Swinging(NamedTuple):
 
     @property
     def tolerance(self) -> float:
-        """Error of a step in time: a walked branch is no better than its increments."""
-        return ROUGH if self.held.joint == "compliant" else motion.TOLERANCE
+        """Relative error of a step in time."""
+        return systems.tolerance(self.held)
 
     def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
@@ -168,7 +164,7 @@ def vibrated(
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
-    held, asked = _held(beam, mu, law, load, sides, joint, ideal)
+    held, asked = answered(beam, mu, law, load, sides, joint, ideal)
     start = _angle("release", release, beam, held)
     swinging = _bar(beam, held, asked, mode, rotor, density)
     if impulse is not None and mode != "uniform":
@@ -191,7 +187,7 @@ def vibrated(
     return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed))
 
 
-def _held(
+def answered(
     beam: Beam, mu: float | None, law: str, load: str, sides: str, joint: str | None, ideal: bool | None
 ) -> tuple[Held, Asked]:
     """Read how a beam is answered."""
@@ -282,9 +278,7 @@ def _told(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
     """Return the answer to a free vibration, with its record in time."""
     # a beam that jams is seen to stay, for a period of the bare bar
     second, until = 1 / one.bar.omega, float(found.t[-1]) + (2 * math.pi if found.end == JAMS else 0.0)
-    parts = list(motion.follow(one.sides, drive, start, until, dense=DENSE))
-    t, y, v = (np.concatenate([[first], *(getattr(p, name)[1:] for p in parts)])
-               for name, first in (("t", 0.0), ("y", start.y), ("v", start.v)))  # fmt: skip
+    t, y, v = motion.joined(start, motion.follow(one.sides, drive, start, until, dense=motion.DENSE))
     peaks = slice(0, None, 2)
     states = States({
         ("point",): {"t": t * second, "load": y, "load_speed": v / second},
@@ -361,7 +355,7 @@ def shake(
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
-    held, asked = _held(beam, mu, law, load, sides, joint, ideal)
+    held, asked = answered(beam, mu, law, load, sides, joint, ideal)
     force = abs(_angle("static", static, beam, held))
     swinging = _bar(beam, held, asked, mode, rotor, density)
     if torque is not None:

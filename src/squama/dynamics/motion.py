@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,8 @@ from squama.types import Array
 
 TOLERANCE = 1e-10
 """Relative error of a step, where branches are smooth to all digits."""
+DENSE = 24
+"""Points of a record on each smooth part of the way."""
 MOST_PARTS = 1000
 """Parts of the way from one turning point or period to the next, at most."""
 APART, TURNED, STUCK, BEYOND, EVENTS = "apart", "turned", "stuck", "beyond", "events"
@@ -98,6 +100,13 @@ def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int
             sign = 1 if state.y > 0 else -1
             outward = state.v * sign > 0
             way, side = (1, sides.of(sign).up) if outward else (0, None)
+
+
+def joined(start: State, parts: Iterable[Part]) -> tuple[Array, Array, Array]:
+    """Return times, angles and speeds of parts one after the other."""
+    rows = [np.array([[start.t], [start.y], [start.v]]), *(np.array([p.t[1:], p.y[1:], p.v[1:]]) for p in parts)]
+    t, y, v = np.concatenate(rows, axis=1)
+    return t, y, v
 
 
 def _where(sides: Sides, drive: Drive, state: State) -> tuple[int, Branch | None]:

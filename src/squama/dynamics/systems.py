@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
 from squama.curves import hinge_cycles, real, real_cycles
-from squama.dynamics import branches
+from squama.dynamics import branches, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
 from squama.errors import refuse
@@ -21,6 +21,8 @@ from squama.types import Array
 
 STEPS = 256
 """Places of a branch of the real beam between engagement and its end."""
+ROUGH = 1e-7
+"""Relative error of a step in time on branches of the real beam: they are no better than its increments."""
 MOST = 1.0
 """Largest twist per pitch, rad, to which the real beam is followed."""
 
@@ -47,6 +49,11 @@ class Bar(NamedTuple):
     inertia: float
     omega: float
     energy: float
+
+
+def tolerance(held: Held) -> float:
+    """Return the relative error of a step in time."""
+    return ROUGH if held.joint == "compliant" else motion.TOLERANCE
 
 
 def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float | None) -> Bar:

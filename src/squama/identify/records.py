@@ -19,7 +19,7 @@ from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
 from squama.identify.noise import scatter
 from squama.io import measured
-from squama.io.measured import Measured
+from squama.io.measured import Measured, Ordinate
 from squama.loads import LOADS, Load
 from squama.types import Array
 from squama.units import Bounds
@@ -75,7 +75,8 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
             elif isinstance(item, str | os.PathLike):
                 found += measured.read(item, pitch=beam.pitch, scales=beam.scales, load=load).specimens()
             else:
-                found.append(_arrays(item, f"data[{i}]" if len(items) > 1 else "data", beam, LOADS[load]))
+                name = f"data[{i}]" if len(items) > 1 else "data"
+                found.append(arrays(item, name, beam, LOADS[load], measured.torque(LOADS[load])))
     problems.settle()
     # specimens of one name (from several files) get a number
     labels = [s.label for s in found]
@@ -83,17 +84,18 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
     return [s._replace(label=f"{s.label} {n}") if n else s for s, n in zip(found, again, strict=True)]
 
 
-def _arrays(item: Any, name: str, beam: Beam, load: Load) -> Measured:
+def arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) -> Measured:
     """Return a specimen from a mapping or dataset by the symbols of its variables."""
-    wanted = f'"{load.rate}" (rad/m) and "{load.torque}" (N m)'
+    symbol = ordinate.names[0]
+    wanted = f'"{load.rate}" (rad/m) and "{symbol}" {ordinate.cell.removeprefix(symbol).strip()}'
     if not isinstance(item, Mapping) and not hasattr(item, "data_vars"):
         refuse(name, "", "is no file and has no columns", f"give a path, a dataset, or a mapping with {wanted}")
     over = {load.rate: 1.0, load.angle: beam.pitch, "total": beam.length}
     key = next((k for k in over if k in item), None)
-    if key is None or load.torque not in item:
+    if key is None or symbol not in item:
         refuse(name, "", f"has no {wanted}", "give both")
     columns = []
-    for column in (key, load.torque):
+    for column in (key, symbol):
         values, where = item[column], f'{name}["{column}"]'
         array = arguments.numbers(where, getattr(values, "values", values))
         if array.ndim != 1:
@@ -101,7 +103,7 @@ def _arrays(item: Any, name: str, beam: Beam, load: Load) -> Measured:
         columns.append(array)
     rate, values = columns
     if rate.size != values.size:
-        refuse(name, "", f"{rate.size} twists but {values.size} torques", "give one torque for each twist")
+        refuse(name, "", f"{rate.size} twists but {values.size} {ordinate.noun}s", f"give one {ordinate.noun} for each")
     return Measured(rate / over[key], values, name)
 
 

@@ -16,7 +16,7 @@ from squama.curves.path import idealisation
 from squama.identify import estimate
 from squama.identify.doubts import Rival
 from squama.identify.estimate import Points, Remedy
-from squama.identify.parameters import Asked
+from squama.identify.parameters import Asked, Parameter
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.walked import Walked
@@ -49,8 +49,60 @@ class SpecimenFit(NamedTuple):
     problem: str = ""
 
 
+class Estimated:
+    """Parameters with their estimates and the covariance of these."""
+
+    estimates: Array
+    covariance: Array
+
+    @property
+    def rows(self) -> tuple[Parameter, ...]:
+        """What was found."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of what was found."""
+        return tuple(row.name for row in self.rows)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name, SI units."""
+        return dict(zip(self.parameters, self.estimates.tolist(), strict=True))
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name, SI units."""
+        return dict(zip(self.parameters, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation matrix of the estimates."""
+        error = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(error, error))
+
+    @property
+    def lines(self) -> list[str]:
+        """Estimates with their errors: "mu = 0.251 +- 0.013"."""
+        return self._written(self.estimates, np.sqrt(np.diag(self.covariance)))
+
+    def _written(self, values: Array, errors: Array) -> list[str]:
+        rows = zip(self.rows, values, errors, strict=True)
+        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
+
+    def _described(self) -> list[str]:
+        """Return a line for each estimate, with its error and its correlation with those before."""
+        lines = []
+        for i, row in enumerate(self.rows):
+            other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
+            also = f"; correlation {', '.join(other)}" if other else ""
+            text = row.written(self.values[row.name], self.errors[row.name])
+            lines.append(f"{row.name:11} {text:24} {row.words}{also}")
+        return lines
+
+
 @dataclass(frozen=True, repr=False, eq=False)
-class Fit:
+class Fit(Estimated):
     """Parameters of a beam found from a test.
 
     ``beam`` has the estimates put in. Names of what was found are ``parameters``; in this order ``covariance`` and
@@ -105,25 +157,9 @@ class Fit:
     posterior: Posterior | None = None
 
     @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of what was found."""
-        return self.asked.names
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Estimates by name, SI units."""
-        return dict(zip(self.parameters, self.estimates.tolist(), strict=True))
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """Standard errors by name, SI units."""
-        return dict(zip(self.parameters, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation matrix of the estimates."""
-        error = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(error, error))
+    def rows(self) -> tuple[Parameter, ...]:
+        """What was found."""
+        return self.asked.rows
 
     @property
     def condition(self) -> float:
@@ -146,15 +182,6 @@ class Fit:
         """Whether nothing speaks against the errors."""
         return not self.doubts
 
-    @property
-    def lines(self) -> list[str]:
-        """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, np.sqrt(np.diag(self.covariance)))
-
-    def _written(self, values: Array, errors: Array) -> list[str]:
-        rows = zip(self.asked.rows, values, errors, strict=True)
-        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
-
     def __repr__(self) -> str:
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points"
         return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} N m)"
@@ -172,11 +199,7 @@ class Fit:
         """Return estimates, errors, correlations and what is to be known about them, as text."""
         lines = [self.disagreement] if self.disagreement else []
         lines += [f"the errors do not hold: {doubt}" for doubt in self.doubts]
-        for i, row in enumerate(self.asked.rows):
-            other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
-            also = f"; correlation {', '.join(other)}" if other else ""
-            text = row.written(self.values[row.name], self.errors[row.name])
-            lines.append(f"{row.name:11} {text:24} {row.words}{also}")
+        lines += self._described()
         share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
         rms, noise = moment(self.rms, 3), moment(self.noise, 3)
         source = "given" if self.given_noise else "from the residuals"

@@ -10,6 +10,7 @@ import numpy as np
 from squama._version import __version__
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
+from squama.identify.decay_result import DecayFit
 from squama.identify.parameters import NUISANCES
 from squama.identify.result import Fit
 from squama.types import Array
@@ -101,7 +102,7 @@ def _scatter(fit: Fit) -> list[str]:
     return out
 
 
-def beam_file(fit: Fit, sources: list[str]) -> str:
+def beam_file(fit: Fit | DecayFit, sources: list[str]) -> str:
     """Return the beam with the estimates put in as the text of a beam file; comments tell where they come from."""
     lines = [f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"]
     return "\n".join([*lines, *(f"# {line}" for line in fit.lines)]) + "\n\n" + fit.beam.to_toml()

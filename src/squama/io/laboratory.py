@@ -27,7 +27,7 @@ _BRACKETS = re.compile(r"[(\[](.*)[)\]]")
 _WORDS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "Grad": "deg"}
 """Units in other words, which as symbols would mean something else."""
 _PART = re.compile(r",\s*(?=[^,=]+=)")
-MEASURED = (Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE)
+MEASURED = (Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE, Dimension.TIME)
 
 
 class Sheet(NamedTuple):
@@ -48,7 +48,7 @@ def split(cell: str) -> tuple[str, str]:
 
 
 def dimension(unit: str) -> Dimension | None:
-    """Return what a unit measures of what a test has: an angle, a torque, a twist rate; else None."""
+    """Return what a unit measures of what a test has: an angle, a torque, a twist rate, a time; else None."""
     found = look_up(unit) if unit else None
     return found[0] if found and found[0] in MEASURED else None
 

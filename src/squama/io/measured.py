@@ -20,7 +20,7 @@ from squama.errors import InputError, Problem, Problems, TableWarning, refuse
 from squama.io import files, laboratory, tabular
 from squama.loads import LOADS, Load
 from squama.types import Array
-from squama.units import shown
+from squama.units import Dimension, shown
 
 SHOWN = 8
 """Mistakes of a file that are named one by one."""
@@ -29,9 +29,9 @@ SHOWN = 8
 class Measured(NamedTuple):
     """Points in the order in which they were measured, of a whole file or of one specimen.
 
-    ``rate`` is the twist rate or curvature (rad/m), ``load`` the torque or bending moment (N m); ``label`` names the
-    specimen or, for legends, the file; ``file`` and ``lines`` say where the rows stand ("" and None if in no file),
-    ``names`` whose they are in a table that tells specimens apart.
+    ``rate`` is the twist rate or curvature (rad/m), ``load`` the torque or bending moment (N m), of a decay its time
+    (s); ``label`` names the specimen or, for legends, the file; ``file`` and ``lines`` say where the rows stand ("" and
+    None if in no file), ``names`` whose they are in a table that tells specimens apart.
     """
 
     rate: Array
@@ -58,6 +58,32 @@ class Measured(NamedTuple):
         _settle(Problems(empty), self.file)
         groups = ((name, self.names == name) for name in dict.fromkeys(self.names))
         return [Measured(self.rate[own], self.load[own], name, self.file, self.lines[own]) for name, own in groups]
+
+
+class Ordinate(NamedTuple):
+    """What is read beside the twist: noun, names of its column, what it measures, and a header's cell."""
+
+    noun: str
+    names: tuple[str, ...]
+    dimension: Dimension
+    cell: str
+
+
+TIME = Ordinate("time", ("t", "time"), Dimension.TIME, "t (s)")
+
+
+def torque(load: Load) -> Ordinate:
+    """Return the ordinate of a test: the torque or bending moment."""
+    names = (load.torque, load.torque_words, f"{load.name} {load.torque_words}")
+    return Ordinate(load.torque_words, names, Dimension.TORQUE, f"{load.torque} (N m)")
+
+
+def swings(path: str | os.PathLike[str], columns: str | Mapping[str, str] | None = None) -> bool:
+    """Tell whether a table is the record of a decay: it has a column of time, and none of a torque."""
+    names = {name for load in LOADS.values() for name in (*_over(load), *torque(load).names)} | {*TIME.names}
+    cells = [laboratory.split(cell) for cell in laboratory.read(path, names, columns).table.header.cells]
+    found = {laboratory.dimension(unit) for _, unit in cells}
+    return Dimension.TIME in found and Dimension.TORQUE not in found
 
 
 def read_measured(
@@ -122,13 +148,15 @@ def read(
     load: str = "twisting",
     decimal: str | None = None,
     columns: str | Mapping[str, str] | None = None,
+    ordinate: Ordinate | None = None,
 ) -> Measured:
     r"""Read measured points of a beam of so many scales at this pitch (m), or name every mistake with file and line.
 
     Columns of twisting: ``Phi`` or ``twist rate`` (rad/m, deg/mm ...), or ``phi`` or ``twist per pitch`` (deg ...), or
     ``total`` or ``total twist`` (deg ...), and ``T`` or ``torque`` (N m, N mm ...). Bending: ``kappa`` or
     ``curvature``, ``psi`` or ``bend per pitch``, ``total`` or ``total bend``, and ``M`` or ``moment``. A column
-    ``specimen`` tells specimens apart. The rest is as for :func:`read_measured`.
+    ``specimen`` tells specimens apart. With :data:`TIME` for ``ordinate`` a column ``t`` or ``time`` stands in place of
+    the torque. The rest is as for :func:`read_measured`.
 
     Examples
     --------
@@ -143,13 +171,13 @@ def read(
     [('A', [0.04, 0.044]), ('B', [0.042])]
     """
     kind = LOADS[load]
-    example = f"{kind.rate} ({'rad/m' if kind.sided else '1/m'}), {kind.torque} (N m)"
-    over, torques = _known(kind)
-    table, said = laboratory.read(path, {*over, *torques}, columns)
-    places, length, guessed = _places(table, kind, example)
+    wanted = torque(kind) if ordinate is None else ordinate
+    example = f"{kind.rate} ({'rad/m' if kind.sided else '1/m'}), {wanted.cell}"
+    table, said = laboratory.read(path, {*_over(kind), *wanted.names}, columns)
+    places, length, guessed = _places(table, kind, wanted, example)
     cells = [table.header.cells[i] for i in places]
     factors, problems = [], Problems()
-    for cell, span in zip(cells, (length, None), strict=True):
+    for cell, span in zip(cells, (length, wanted.dimension), strict=True):
         with problems.caught(source=table.line()):
             factors.append(_factor(cell, span, pitch, scales, example))
     problems.settle()
@@ -163,23 +191,22 @@ def read(
         remedy = "if that is wrong, tell decimal and columns"
         warnings.warn(f"{table.name} is read {', '.join(said)}; {remedy}", TableWarning, stacklevel=2)
     names = [laboratory.split(cell)[0].casefold() for cell in table.header.cells]
-    rate, torque = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
+    rate, values = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
     lines, own = np.array([row.line for row in table.rows]), None
     if "specimen" in names:
         own = np.array([row.cells[names.index("specimen")].strip() for row in table.rows], object)
-    return Measured(rate, torque, Path(files.label(path)).stem, table.name, lines, own)
+    return Measured(rate, values, Path(files.label(path)).stem, table.name, lines, own)
 
 
-def _known(load: Load) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Return the names of an abscissa, with what it is over, and those of an ordinate."""
+def _over(load: Load) -> dict[str, str]:
+    """Return the names of an abscissa, with what it is over."""
     over = {load.rate: "", load.rate_words: "", load.angle: "/pitch", load.angle_words: "/pitch"}
-    over |= dict.fromkeys(("total", f"total {load.verb}"), " total")
-    return over, (load.torque, load.torque_words, f"{load.name} {load.torque_words}")
+    return over | dict.fromkeys(("total", f"total {load.verb}"), " total")
 
 
-def _places(table: tabular.Table, load: Load, example: str) -> tuple[list[int], str, list[str]]:
+def _places(table: tabular.Table, load: Load, ordinate: Ordinate, example: str) -> tuple[list[int], str, list[str]]:
     """Find the columns of abscissa and ordinate, what the abscissa is over, and what was guessed of them in words."""
-    over, torques = _known(load)
+    over = _over(load)
     names: dict[str, list[int]] = {}
     dimensions = []
     for i, cell in enumerate(table.header.cells):
@@ -187,17 +214,17 @@ def _places(table: tabular.Table, load: Load, example: str) -> tuple[list[int], 
         # phi and Phi are two things, words may begin with a capital
         names.setdefault(name if len(name) < 4 else name.casefold(), []).append(i)
         dimensions.append("" if unit.endswith(("/rad", "/deg")) else str(laboratory.dimension(unit) or ""))
-    for name in (*over, *torques, "specimen"):
+    for name in (*over, *ordinate.names, "specimen"):
         if len(names.get(name, [])) > 1:
             own = laboratory.split(table.header.cells[names[name][1]])[0]
             raise table.error(None, f"the column {shown(own)} is given twice", "keep one")
     # what is named as of another loading is not guessed to be of this one; any torque may be called a moment
-    others = [name for other in LOADS.values() for part in _known(other) for name in part]
+    others = [name for other in LOADS.values() for part in (_over(other), torque(other).names) for name in part]
     taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
     places, length, guessed, problems = [], "", [], Problems()
     for noun, known, kinds in (
         (load.rate_words, tuple(over), ("angle", "twist rate")),
-        (load.torque_words, torques, ("torque",)),
+        (ordinate.noun, ordinate.names, (ordinate.dimension,)),
     ):
         found = next((name for name in known if name in names), None)
         alike = [i for i, d in enumerate(dimensions) if d in kinds and i not in taken]
@@ -222,15 +249,15 @@ def _places(table: tabular.Table, load: Load, example: str) -> tuple[list[int], 
     return places, length, guessed
 
 
-def _factor(cell: str, over: str | None, pitch: float, scales: int, example: str) -> float:
-    """Return what a column is multiplied with to be in SI units; ``over`` is None for a torque."""
+def _factor(cell: str, over: str | Dimension, pitch: float, scales: int, example: str) -> float:
+    """Return what a column is multiplied with to be in SI units; ``over`` is the dimension of an ordinate."""
     name, unit = laboratory.split(cell)
     where, remedy = f"column {shown(cell)}", f"write a header like: {example}"
     if not unit:
         refuse(where, "", "has no unit", remedy)
     try:
-        if over is None:
-            return units.quantity(f"1 {unit}", "torque")
+        if isinstance(over, Dimension):
+            return units.quantity(f"1 {unit}", over)
         try:
             return units.twist(f"1 {unit}", pitch=pitch, scales=scales)
         except units.QuantityError:
@@ -241,7 +268,7 @@ def _factor(cell: str, over: str | None, pitch: float, scales: int, example: str
         reason = f"{unit} does not say over which length"
         remedy = f'write "{name} ({unit}/mm)", "{name} ({unit}/pitch)" or "total ({unit})"'
     except units.QuantityError:
-        reason = f"{unit} is no unit of a {'torque' if over is None else 'twist or curvature'}"
+        reason = f"{unit} is no unit of a {over if isinstance(over, Dimension) else 'twist or curvature'}"
     raise InputError(Problem(where, "", reason, remedy)) from None
 
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from squama.plot.style import save_figure as save_figure
     from squama.plot.sweep import map_figure as map_figure
     from squama.plot.uncertainty import uncertainty_figure as uncertainty_figure
+    from squama.plot.vibration import decay_figure as decay_figure
     from squama.plot.vibration import shaken_figure as shaken_figure
     from squama.plot.vibration import vibration_figure as vibration_figure
 
@@ -46,7 +47,7 @@ _NAMES = {
     "style": "save_figure",
     "solids": "solids_figure",
     "uncertainty": "uncertainty_figure",
-    "vibration": "shaken_figure vibration_figure",
+    "vibration": "decay_figure shaken_figure vibration_figure",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = list(_HOME)

@@ -21,7 +21,7 @@ _POINTS: dict[str, tuple[str, Look]] = {
     "stray": ("stray, not used", {"color": ACCENT, "marker": "x", "markersize": 4}),
     "beyond": ("beyond the range, not used", {"color": GREY, "marker": "x", "markersize": 3}),
 }
-_NAMES = {
+NAMES = {
     "mu": r"friction $\mu$",
     "K_theta": r"joint stiffness $K_\theta$",
     "C_f": "inclusion factor $C_f$",
@@ -69,7 +69,7 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     lower.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
     letters((upper, lower))
     found = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
-    estimates = ", ".join(f"{_NAMES[name]} = {value}" for name, value in found)
+    estimates = ", ".join(f"{NAMES[name]} = {value}" for name, value in found)
     headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}")
     return figure
 
@@ -153,5 +153,5 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
 
 
 def _axis(name: str, unit: str) -> str:
-    text = _NAMES[name][:1].upper() + _NAMES[name][1:]
+    text = NAMES[name][:1].upper() + NAMES[name][1:]
     return f"{text}{'' if unit == '1' else f' ({unit})'}"

@@ -11,12 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.loads import LOADS, Load, model
+from squama.plot.fit import NAMES
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.style import PAGE, Look, angle_label, headline, label, letters, new_figure, styled
 from squama.types import Array
 
 NOTHING = 1e-6
 """Damping ratio that is none in a picture."""
+_FOUND = {name: words for name, words in NAMES.items() if name != "twist_zero"}
+_FOUND |= {"damping": r"$\zeta$ of the material", "f_0": "$f_0$"}
+"""What is said of the fit of a decay above its picture."""
 _POINTS: Look = {"linestyle": "", "marker": "o", "markersize": 3}
 
 
@@ -82,6 +86,32 @@ def _plane(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     _engaged(dataset, names, ax.axvline)
     ax.set(xlabel=angle_label(names.name), ylabel=label(f"{names.angle}_speed"))
+
+
+@styled
+def decay_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the record of a decay with the fitted motion, and what is left, from :meth:`squama.DecayFit.dataset`.
+
+    Below: measured less fitted, with twice the noise of a point.
+    """
+    names, attrs = LOADS[dataset.attrs["load"]], dataset.attrs
+    t, y, fitted = (dataset[name].values for name in ("t", names.angle, f"{names.angle}_fit"))
+    figure = new_figure(PAGE, 4.4)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1))
+    upper.plot(t, y, color=INK, linestyle="", marker=".", markersize=2.5, label="measured")
+    upper.plot(t, fitted, color=ACCENT, linewidth=0.9, label="fitted")
+    upper.set(ylabel=angle_label(names.name), xlim=(t[0], t[-1]))
+    upper.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
+    noise = 2 * float(dataset["noise"])
+    lower.axhspan(-noise, noise, color=ACCENT, alpha=0.12, linewidth=0)
+    lower.axhline(0, color=ACCENT, linewidth=0.8)
+    lower.plot(t, y - fitted, color=INK, linestyle="", marker=".", markersize=2.5)
+    lower.set(xlabel=label("t"), ylabel="Residual (rad per pitch)")
+    letters((upper, lower))
+    found = [text.split(" = ") for text in attrs["estimates"].replace("+-", "±").split(", ")]
+    told = ", ".join(f"{_FOUND[name]} = {value}" for name, value in found if name in _FOUND)
+    headline(figure, f"Decay in {names.name}, {attrs['mode']}, {_scales(dataset)}, {model(attrs)}: {told}")
+    return figure
 
 
 @styled

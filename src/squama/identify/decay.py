@@ -1,0 +1,272 @@
+r"""From the record of a decay, time and twist, to friction, joint and material damping of a beam.
+
+Every point of the record is compared with the motion of a trial beam (:mod:`squama.dynamics.motion`),
+
+.. math::
+    y(t) = y_0 + Y\bigl(2\pi f_0 (t - t_0)\bigr), \qquad
+    \ddot Y + 2\zeta\dot Y + Y + q(Y, \mathrm{sign}\,\dot Y) = 0, \quad Y(0) = A, \quad \dot Y(0) = 0
+
+with the branches q of the beam. The frequency f_0 of the bar without contact, the first turning point A, its time t_0
+and the zero y_0 of the reading are found with what is asked for, so that what swings need not be known. The search goes
+over the first swings first: a small error of f_0 turns the phase of the later ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.dynamics import doors, motion, systems
+from squama.dynamics.branches import KINDS
+from squama.dynamics.motion import Drive, Part, State
+from squama.errors import refuse
+from squama.identify import estimate, noise, swings
+from squama.identify.decay_result import DecayFit
+from squama.identify.parameters import PARAMETERS, Parameter, ask
+from squama.identify.swings import Swings
+from squama.types import Array
+from squama.units import Dimension
+
+DEFAULT = ("mu", "K_theta", "damping")
+"""What is found if nothing is named."""
+CONTACT = ("mu", "K_theta", "C_f", "E_B", "theta0")
+"""What only a record shows that engages."""
+OWN = {
+    row.name: row
+    for row in (
+        Parameter("damping", Dimension.RATIO, "damping ratio of the bar's material", (0.0, 0.5), ""),
+        Parameter("f_0", Dimension.FREQUENCY, "frequency without contact", (1e-6, 1e9), ""),
+        Parameter("release", Dimension.ANGLE, "first turning point, per pitch", (-math.pi, math.pi), ""),
+        Parameter("start", Dimension.TIME, "time of the first turning point", (-math.inf, math.inf), ""),
+        PARAMETERS["twist_zero"],
+    )
+}
+_READ = ("f_0", "start", "twist_zero")
+"""What changes the reading of a motion, not the motion."""
+_TURNS = (4, 16)
+"""Turning points over which the search goes first."""
+_STEP = {"hinge": 1e-5, "compliant": 1e-3}
+"""Steps of the differences, over the sizes of the parameters: the real beam's branches are known to some 1e-6."""
+_MISSES = 1.5
+"""Residual over the noise of a point, from which on the model is said to miss something."""
+_ROUNDING = 1e-6
+"""Residuals over the first turning point that are rounding."""
+
+
+class Trials(NamedTuple):
+    """Trial beams, and the names of the parameters in the order of their values."""
+
+    beam: Beam
+    held: systems.Held
+    mode: str
+    names: tuple[str, ...]
+
+    def fitted(self, p: Array) -> Beam:
+        """Return the beam with values of the parameters put in."""
+        values = zip(self.names, p.tolist(), strict=True)
+        return self.beam._with({PARAMETERS[n].place: v for n, v in values if n in CONTACT})
+
+    def parts(self, p: Array, until: float) -> tuple[State, list[Part]]:
+        """Return the first state of a motion and its parts up to the time ``until``, in 1/omega0."""
+        v = dict(zip(self.names, p.tolist(), strict=True))
+        held, sign = self.held._replace(mu=v.get("mu", self.held.mu)), -1 if v["release"] < 0 else 1
+        sides, _ = systems.sides(self.fitted(p), held, self.mode, sign, abs(v["release"]))
+        # a trial beam that locks before is let go where it locks
+        first = State(0.0, sign * min(abs(v["release"]), sides.of(sign).last), 0.0)
+        drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(held))
+        return first, list(motion.follow(sides, drive, first, until, dense=motion.DENSE))
+
+    def reading(self, p: Array, t: Array) -> tuple[Array, Array]:
+        """Return what is read at times (s), rad per pitch, and its derivatives to f_0, start and twist_zero."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        f, start, zero = (p[self.names.index(name)] for name in _READ)
+        tau = 2 * math.pi * f * (t - start)
+        first, parts = self.parts(p, max(float(tau[-1]), 1e-3))
+        x, y, v = motion.joined(first, parts)
+        new = np.diff(x, prepend=-1.0) > 0
+        way = CubicHermiteSpline(x[new], y[new], v[new])
+        # held before it is let go; a trial that stays or leaves the model, at its end
+        at = np.clip(tau, 0.0, x[-1])
+        speed = np.where(at == tau, way(at, 1), 0.0)
+        zeros = np.full(t.size, 1 / self.beam.scales)
+        return way(at) + zero / self.beam.scales, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
+
+    def derivatives(self, p: Array, t: Array, sizes: Array, high: Array) -> Array:
+        """Return the derivatives of what is read to the parameters over their sizes; of the motion by differences."""
+        h = _STEP[self.held.joint]
+        here, of_reading = self.reading(p, t)
+        columns = dict(zip(_READ, of_reading.T, strict=True))
+        for i, name in enumerate(self.names):
+            if name not in columns:
+                step = np.where(np.arange(p.size) == i, h * sizes, 0.0)
+                step = -step if p[i] + step[i] > high[i] else step
+                columns[name] = (self.reading(p + step, t)[0] - here) / step[i]
+        return np.array([columns[name] for name in self.names]).T * sizes
+
+
+def fit_decay(
+    data: Any,
+    beam: Beam,
+    parameters: Sequence[str] | str = DEFAULT,
+    *,
+    load: str = "twisting",
+    law: str = "edge",
+    mode: str = "uniform",
+    sides: str = "one",
+    joint: str | None = None,
+    ideal: bool | None = None,
+) -> DecayFit:
+    """Find friction, joint stiffness and material damping of a beam from the record of a free vibration.
+
+    Parameters
+    ----------
+    data
+        A CSV file with units in its header, "t (s), phi (deg/pitch)", twists named as for :func:`squama.fit`; a dataset
+        of :func:`squama.vibrate`, or another mapping with ``t`` (s) and ``Phi`` (rad/m), ``phi`` (rad) or ``total``.
+        The record begins where the beam is held or let go, or on the way to a first turning point.
+    beam, parameters
+        The beam, and what is to be found, of ``mu``, ``K_theta``, ``damping`` (ratio of the bar's material; 0 if not
+        to be found) and, as for :func:`squama.fit`, ``C_f``, ``E_B`` and, on hinges, ``theta0``. The frequency without
+        contact, the first turning point, its time and the zero of the reading are found in any case.
+    load, law, mode, sides, joint, ideal
+        As for :func:`squama.vibrate`.
+
+    Returns
+    -------
+    DecayFit
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, the record cannot be used, or it does not show what is to be found: friction and
+        joint are not seen by a record that never engages.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam, how = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3), {"joint": "hinge", "ideal": True}
+    >>> v = squama.vibrate(beam, release="0.15 rad/pitch", rotor="0.01 kg m2", damping=0.01, swings=3, **how)
+    >>> f = squama.fit_decay(v, beam.replace(friction={"mu": 0.1}), "mu, damping", **how)
+    >>> print(f"mu = {f.values['mu']:.4f}, damping = {f.values['damping']:.4f}, rotor {f.beam.rotor:.4f} kg m2")
+    mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
+    """
+    held, contact, damped = _wanted(beam, parameters, load, law, mode, sides, joint, ideal)
+    asked = ask(beam, load, contact) if contact else None
+    names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
+    rows = tuple(OWN.get(name) or PARAMETERS[name] for name in names)
+    swung = swings.swings(swings.read(data, beam, held.load), beam.pitch)
+    trials = Trials(beam, held, mode, names)
+    own = rows[len(contact) :]
+    low = np.array([*(asked.low if asked else ()), *(row.limits[0] for row in own)])
+    high = np.array([*(asked.high if asked else ()), *(row.limits[1] for row in own)])
+    began = (*([0.01] if damped else ()), 1.0, swung.release, swung.start, 0.0)
+    p = _started(trials, np.array([*(asked.start if asked else ()), *began]), swung)
+    _engages(trials, p, swung, contact)
+    return _found(trials, rows, p, (low, high), swung)
+
+
+def _wanted(
+    beam: Beam, parameters: Sequence[str] | str, load: str, law: str, mode: str, sides: str, joint: str | None,
+    ideal: bool | None,
+) -> tuple[systems.Held, list[str], bool]:  # fmt: skip
+    """Read how the beam is answered, what is to be found of its contact, and whether damping is."""
+    given = [n.strip() for n in parameters.split(",")] if isinstance(parameters, str) else [str(n) for n in parameters]
+    known = (*CONTACT, "damping")
+    for name in given:
+        if name not in known:
+            reason = f'"{name}" is not the name of a parameter of a decay'
+            refuse("parameters", "", reason, f"known are {', '.join(known)}")
+    if not given or given.count("damping") > 1:
+        refuse("parameters", "", "damping is given twice" if given else "none is named", 'write e.g. "mu, damping"')
+    mu = 0.25 if "mu" in given and beam.friction.mu is None else None
+    held, _ = doors.answered(beam, mu, law, load, sides, joint, ideal)
+    arguments.one_of("mode", mode, KINDS)
+    systems.bar(beam, held, mode, 1.0, 1.0)
+    if held.joint == "compliant" and "theta0" in given:
+        refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
+    return held, [n for n in given if n != "damping"], "damping" in given
+
+
+def _started(trials: Trials, p: Array, swung: Swings) -> Array:
+    """Return a start whose beam swings, with the frequency that the first two swings ask for."""
+    p, mu = p.copy(), trials.names.index("mu") if "mu" in trials.names else None
+    while True:
+        turned = [part.last.t for part in trials.parts(p, 4 * math.pi)[1] if part.why == motion.TURNED]
+        if len(turned) > 1:
+            p[trials.names.index("f_0")] = turned[1] / (swung.t[swung.turns[1]] - swung.start) / (2 * math.pi)
+            return p
+        if mu is None or p[mu] < 1e-3:
+            reason = f"the beam as given stays at {swung.release:.4g} rad/pitch, where the record begins"
+            refuse("data", "", reason, "check the beam and the unit of the twist")
+        p[mu] /= 2
+
+
+def _engages(trials: Trials, p: Array, swung: Swings, contact: list[str]) -> None:
+    """Refuse what only a record shows that engages."""
+    peaks = np.array([swung.release, *swung.y[swung.turns]])
+    sides, _ = systems.sides(trials.fitted(p), trials.held, trials.mode, 1, max(doors.FAR, float(peaks.max())))
+    if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
+        what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
+        reason = (
+            f"{what}: the record never engages; it goes to {np.abs(peaks).max():.4g} rad/pitch, and scales engage at "
+            f"{sides.plus.y_e:.4g} rad/pitch"
+        )
+        refuse("parameters", "", reason, 'let the beam go from farther, or find "damping" only')
+
+
+def _found(
+    trials: Trials, rows: tuple[Parameter, ...], p: Array, limits: tuple[Array, Array], swung: Swings
+) -> DecayFit:
+    from scipy.optimize import least_squares
+
+    t, y = swung.t, swung.y
+    low, high = limits
+    own = {"mu": 0.1, "damping": 0.01, "theta0": 0.1, "release": abs(swung.release)}
+    own |= {"twist_zero": abs(swung.release) * trials.beam.scales, "start": (t[swung.turns[0]] - swung.start) / math.pi}
+    sizes = np.array([own.get(row.name, value) for row, value in zip(rows, p, strict=True)])
+    stops = [*(swung.turns[n - 1] for n in _TURNS if n < len(swung.turns)), t.size]
+    unit = abs(swung.release)
+    for n in stops:
+
+        def residuals(u: Array, n: int = n) -> Array:
+            return (trials.reading(u * sizes, t[:n])[0] - y[:n]) / unit
+
+        def slope(u: Array, n: int = n) -> Array:
+            return trials.derivatives(u * sizes, t[:n], sizes, high) / unit
+
+        fit = least_squares(
+            residuals, np.clip(p / sizes, low / sizes + 1e-9, high / sizes - 1e-9), slope,
+            bounds=(low / sizes, high / sizes), max_nfev=40,
+        )  # fmt: skip
+        p = fit.x * sizes
+    fitted, J = trials.reading(p, t)[0], np.asarray(fit.jac) * unit
+    residual = y - fitted
+    sigma, least = math.sqrt(float(residual @ residual) / (t.size - p.size)), noise.scatter(residual, np.zeros(t.size))
+    names = tuple(row.name for row in rows)
+    covariance = estimate.covariance(J / sizes, sigma, names) * noise.dependence(residual, np.zeros(t.size))
+    at_bound = np.minimum(p - low, high - p) < 1e-6 * sizes
+    beam = _swinging(trials, p)
+    notes = [f"{names[i]} is at its bound: errors are as without bounds" for i in np.flatnonzero(at_bound)]
+    if sigma > max(_MISSES * least, _ROUNDING * unit):
+        notes.append(f"residuals are {sigma / least:.1f} times the noise of a point: the model misses something")
+    if not fit.success:
+        notes.append("the search did not come to an end: take the estimates as a start")
+    return DecayFit(
+        beam, trials.beam, trials.held, trials.mode, rows, p, covariance, t, y, fitted, least, at_bound,
+        (*notes, *systems.notes(beam, trials.held, None, float(y.min()), float(y.max()))),
+    )  # fmt: skip
+
+
+def _swinging(trials: Trials, p: Array) -> Beam:
+    """Return the fitted beam with the rotor, or in a mode the density, of its frequency."""
+    beam, omega = trials.fitted(p), 2 * math.pi * float(p[trials.names.index("f_0")])
+    uniform = trials.mode == "uniform"
+    unit = systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else 1.0)
+    share = (unit.omega / omega) ** 2
+    return beam.replace(rotor=unit.inertia * (share - 1) + 1.0) if uniform else beam.replace(density=share)

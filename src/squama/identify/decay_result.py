@@ -1,0 +1,120 @@
+"""The result of the fit of a decay: a value with what follows from it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama._version import __version__
+from squama.beam.design import Beam
+from squama.curves.path import idealisation
+from squama.dynamics.systems import Held
+from squama.identify.parameters import Parameter
+from squama.identify.result import Estimated
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class DecayFit(Estimated):
+    """Parameters of a beam found from the record of a decay.
+
+    ``beam`` has the estimates put in, with the rotor (in a mode the density) of the frequency that was found. Names of
+    what was found are ``parameters``: what was asked for, then ``f_0`` (Hz), ``release`` (first turning point, rad per
+    pitch), ``start`` (its time, s) and ``twist_zero`` (reading at rest, rad over the whole beam). In this order
+    ``estimates``, ``covariance`` and ``correlation``, by name ``values`` and standard ``errors``, SI units.
+
+    Arrays of one length, the points: ``t`` (s), ``angle`` measured, ``fitted`` (rad per pitch). ``noise`` of a point
+    from its neighbours, ``rms`` of the residuals (rad per pitch); ``at_bound`` by parameter; ``notes`` what is to be
+    known.
+    """
+
+    beam: Beam
+    initial: Beam
+    held: Held
+    mode: str
+    found: tuple[Parameter, ...]
+    estimates: Array
+    covariance: Array
+    t: Array
+    angle: Array
+    fitted: Array
+    noise: float
+    at_bound: NDArray[np.bool_]
+    notes: tuple[str, ...]
+
+    @property
+    def rows(self) -> tuple[Parameter, ...]:
+        """What was found."""
+        return self.found
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals, rad per pitch."""
+        return math.sqrt(float(np.mean((self.angle - self.fitted) ** 2)))
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """What the fit is made with, in words."""
+        held = self.held
+        return {
+            "load": held.load.name,
+            "law": held.law,
+            "joint": held.joint,
+            "scales": idealisation(self.beam, held.joint, ideal=held.ideal),
+            "mode": self.mode,
+            "sides": "both" if held.both else "one",
+        }
+
+    def record(self) -> dict[str, Any]:
+        """Return all there is to say, for JSON."""
+        rows = zip(self.rows, self.estimates.tolist(), self.errors.values(), self.at_bound.tolist(), strict=True)
+        found = {r.name: {"estimate": v, "error": e, "unit": r.unit, "at_bound": b} for r, v, e, b in rows}
+        points = {"t": self.t, "load": self.angle, "fitted": self.fitted}
+        return {
+            **self.attrs, "parameters": found, "correlation": self.correlation, "noise": self.noise, "rms": self.rms,
+            "points": points, "notes": list(self.notes), "beam": self.beam.model_dump(), "squama_version": __version__,
+        }  # fmt: skip
+
+    def __repr__(self) -> str:
+        return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {self.rms:.3g} rad/pitch)"
+
+    def summary(self) -> str:
+        """Return estimates, errors, correlations and what is to be known about them, as text."""
+        sizes = f"residual rms {self.rms:.3g} rad/pitch, noise of a point {self.noise:.3g} rad/pitch"
+        return "\n".join([*self._described(), f"{sizes}; {self.t.size} points", *(f"note: {n}" for n in self.notes)])
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
+        import xarray as xr
+
+        names, angle = list(self.parameters), self.held.load.angle
+        error = np.sqrt(np.diag(self.covariance))
+        data = {
+            "t": ("point", self.t, {"long_name": "time", "units": "s"}),
+            angle: ("point", self.angle, {"long_name": self.held.load.angle_words, "units": "rad"}),
+            f"{angle}_fit": ("point", self.fitted, {"long_name": f"fitted {angle}", "units": "rad"}),
+            "estimate": ("parameter", self.estimates, {"long_name": "estimate"}),
+            "error": ("parameter", error, {"long_name": "standard error"}),
+            "unit": ("parameter", [row.unit for row in self.rows], {"long_name": "unit of estimate and error"}),
+            "correlation": (("parameter", "other"), self.correlation, {"long_name": "correlation of the estimates"}),
+            "noise": ((), self.noise, {"long_name": "noise of a point", "units": "rad"}),
+        }
+        said = {"estimates": ", ".join(self.lines), "notes": "\n".join(self.notes), "beam": self.beam.to_toml()}
+        title = f"parameters of a scale-covered beam from a decay in {self.held.load.name}"
+        attrs = {"title": title, **self.attrs, **said, "squama_version": __version__}
+        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
+
+    def plot(self) -> Figure:
+        """Draw the record, the fitted motion and the residuals, see :func:`squama.plot.decay_figure`."""
+        from squama.plot import decay_figure
+
+        drawn: Figure = decay_figure(self.dataset())
+        return drawn

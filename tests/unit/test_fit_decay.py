@@ -1,0 +1,165 @@
+"""Parameters of a beam from the record of a decay: given back with their errors, refusals, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+import squama
+from squama.cli import main
+
+BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
+GUESS = BEAM.replace(friction={"mu": 0.12})
+HINGE = {"joint": "hinge", "ideal": True}
+ROTOR = "0.01 kg m2"
+
+
+def sampled(step=0.025, *, load="twisting", **given):
+    """Return times and load angles of a motion of :func:`squama.vibrate`, at even times."""
+    v = squama.vibrate(BEAM, load=load, **{"rotor": ROTOR, **given})
+    angle = "psi" if load == "bending" else "phi"
+    new = np.diff(v.t.values, prepend=-1) > 0
+    t = np.arange(0, float(v.t[-1]), step)
+    columns = (v[name].values[new] for name in ("t", angle, f"{angle}_speed"))
+    return t, CubicHermiteSpline(*columns)(t), v
+
+
+def test_friction_and_damping_are_given_back_within_their_errors():
+    t, y, v = sampled(release="0.15 rad/pitch", damping=0.01, swings=2, **HINGE)
+    truth = {"mu": 0.3, "damping": 0.01, "f_0": float(v.f_0), "release": 0.15, "start": 0.0, "twist_zero": 0.05}
+    off = []
+    for seed in range(10):
+        read = y + 0.05 / BEAM.scales + np.random.default_rng(seed).normal(0, 5e-4, t.size)
+        f = squama.fit_decay({"t": t, "phi": read}, BEAM, "mu, damping", **HINGE)
+        assert f.noise == pytest.approx(5e-4, rel=0.4)
+        assert f.rms == pytest.approx(5e-4, rel=0.25)
+        assert not f.notes
+        off.append([(f.values[name] - value) / f.errors[name] for name, value in truth.items()])
+    assert np.abs(off).max() < 4
+    # as often as errors say: the mean square of ten is 1 +- .45
+    spread = np.mean(np.square(off), axis=0)
+    assert (spread > 0.2).all()
+    assert (spread < 3).all()
+
+
+def test_without_noise_all_of_it_is_exact():
+    t, y, v = sampled(release="-0.2 rad/pitch", damping=0.005, swings=2, sides="both", **HINGE)
+    f = squama.fit_decay({"t": t + 7, "phi": y}, GUESS.replace(joint={"stiffness": 2.0}), sides="both", **HINGE)
+    assert f.values["mu"] == pytest.approx(0.3, rel=1e-5)
+    assert f.values["damping"] == pytest.approx(0.005, rel=1e-5)
+    assert f.beam.joint.stiffness == f.values["K_theta"]
+    again = squama.vibrate(f.beam, release="-0.2 rad/pitch", damping=0.005, swings=2, sides="both", **HINGE)
+    assert again.phi_turn.values == pytest.approx(v.phi_turn.values, rel=1e-5)
+    assert again.t_turn.values == pytest.approx(v.t_turn.values, rel=1e-5)
+    assert f.values["start"] == pytest.approx(7, abs=1e-6)
+
+
+def test_a_struck_beam_and_one_that_is_held_first():
+    struck, y, v = sampled(impulse="0.2 N m s", swings=3, **HINGE)
+    assert float(v.phi_turn[0]) > 2 * float(v.phi_e)
+    f = squama.fit_decay({"t": struck, "phi": y}, GUESS, "mu", **HINGE)
+    assert f.values["mu"] == pytest.approx(0.3, rel=1e-4)
+    assert f.values["release"] == pytest.approx(float(v.phi_turn[0]), rel=1e-5)
+    t, y, _ = sampled(release="0.15 rad/pitch", swings=2, **HINGE)
+    rest = np.arange(0, 1, 0.025)
+    held = {"t": np.append(rest, t + 1), "phi": np.append(np.full(rest.size, 0.15), y)}
+    f = squama.fit_decay(held, GUESS, "mu", **HINGE)
+    assert f.values["mu"] == pytest.approx(0.3, rel=1e-5)
+    assert f.values["start"] == pytest.approx(1.0, abs=1e-5)
+
+
+def test_modes_of_bending_give_the_density():
+    given = {"load": "bending", "mode": "cantilever", "release": "0.15 rad/pitch", "density": 1100, "rotor": None}
+    t, y, _ = sampled(2e-4, **given, swings=2)
+    f = squama.fit_decay({"t": t, "psi": y}, GUESS, "mu", load="bending", mode="cantilever")
+    assert f.values["mu"] == pytest.approx(0.3, rel=1e-4)
+    assert f.beam.density == pytest.approx(1100, rel=1e-4)
+
+
+def test_the_real_beam():
+    t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2)
+    read = y + np.random.default_rng(3).normal(0, 3e-4, t.size)
+    f = squama.fit_decay({"t": t, "phi": read}, GUESS)
+    assert f.attrs["joint"] == "compliant"
+    assert f.values["mu"] == pytest.approx(0.3, abs=4 * f.errors["mu"])
+    assert f.values["damping"] == pytest.approx(0.01, abs=4 * f.errors["damping"])
+    assert f.errors["mu"] < 0.05
+    # hinges lose more for the same friction, so they do not give back the same
+    hinge = squama.fit_decay({"t": t, "phi": read}, GUESS, "mu, damping", **HINGE)
+    assert abs(hinge.values["mu"] - 0.3) > 4 * f.errors["mu"]
+
+
+def test_below_engagement_only_the_material_is_found():
+    t, y, v = sampled(release="0.02 rad/pitch", damping=0.02, swings=4, **HINGE)
+    assert float(v.phi_e) > 0.02
+    for how in (HINGE, {}):
+        with pytest.raises(
+            squama.InputError,
+            match=re.escape("mu is not to be found: the record never engages"),
+        ):
+            squama.fit_decay({"t": t, "phi": y}, GUESS, "mu", **how)
+    f = squama.fit_decay({"t": t, "phi": y}, GUESS, "damping", **HINGE)
+    assert f.values["damping"] == pytest.approx(0.02, rel=1e-6)
+    assert f.values["f_0"] == pytest.approx(float(v.f_0), rel=1e-6)
+
+
+def test_what_is_refused():
+    t, y, _ = sampled(release="0.15 rad/pitch", swings=2, **HINGE)
+    record = {"t": t, "phi": y}
+    with pytest.raises(squama.InputError, match=re.escape('"kappa" is not the name of a parameter of a decay')):
+        squama.fit_decay(record, GUESS, "mu, kappa")
+    with pytest.raises(squama.InputError, match=re.escape("theta0 is not found on the compliant joint")):
+        squama.fit_decay(record, GUESS, "theta0")
+    with pytest.raises(squama.InputError, match=re.escape("is one of bending")):
+        squama.fit_decay(record, GUESS, mode="cantilever")
+    with pytest.raises(squama.InputError, match=re.escape('"t" (s)')):
+        squama.fit_decay({"phi": y}, GUESS)
+    with pytest.raises(squama.InputError, match=re.escape("times")):
+        squama.fit_decay({"t": t[:-1], "phi": y}, GUESS)
+    with pytest.raises(squama.InputError, match=re.escape("the time does not grow")):
+        squama.fit_decay({"t": t[::-1], "phi": y}, GUESS)
+    with pytest.raises(squama.InputError, match=re.escape("are no decay")):
+        squama.fit_decay({"t": t[:10], "phi": y[:10]}, GUESS)
+    with pytest.raises(squama.InputError, match=re.escape("too few turning points")):
+        squama.fit_decay({"t": t, "phi": np.linspace(0, 0.1, t.size)}, GUESS)
+    stiff = {"stiffness": "20 N m", "inclusion_factor": 1}
+    jams = squama.Beam.from_ratios(alpha="20 deg", youngs_modulus="2 MPa", mu=0.5, **stiff)
+    with pytest.raises(squama.InputError, match=re.escape("stays at")):
+        squama.fit_decay({"t": t, "phi": y * 3.5}, jams, "damping", **HINGE)
+
+
+def test_the_command_knows_a_decay_by_its_column_of_time(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    GUESS.to_toml("beam.toml")
+    t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2, **HINGE)
+    rows = [f"{1000 * s};{math.degrees(a * BEAM.scales)}" for s, a in zip(t.tolist(), y.tolist(), strict=True)]
+    (tmp_path / "decay.csv").write_text("\n".join(["time (ms);total (deg)", *rows]) + "\n", encoding="utf-8")
+    flags = ["fit", "decay.csv", "beam.toml", "--find", "mu,damping", "--joint", "hinge", "--ideal"]
+    assert main([*flags, "-o", "found.toml", "--csv", "found.csv", "--plot", "found.png"]) == 0
+    shown = capsys.readouterr().out
+    assert "read as a decay" in shown
+    assert "coefficient of friction" in shown
+    found = squama.Beam.from_toml("found.toml")
+    assert found.friction.mu == pytest.approx(0.3, rel=1e-5)
+    assert found.rotor == pytest.approx(0.01, rel=1e-5)
+    assert main([*flags, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["parameters"]["damping"]["estimate"] == pytest.approx(0.01, rel=1e-5)
+    assert len(told["points"]["fitted"]) == t.size
+    for more, said in (
+        (["--to", "0.1 rad/pitch"], "--to: is for torque and twist"),
+        (["--mode", "cantilever"], "--mode"),
+        (["--decimal", "x"], "decimal"),
+    ):
+        assert main([*flags, *more]) == 2
+        told = capsys.readouterr().err
+        assert said in told
+        assert told.count("\n") == 1
+    (tmp_path / "test.csv").write_text("time (s), Phi (rad/m), T (N m)\n0, 0, 0\n1, 1, .1\n", encoding="utf-8")
+    assert main(["fit", "test.csv", "beam.toml", "--both"]) == 2
+    assert "are for decays" in capsys.readouterr().err
