@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "src"))
 
 from docutils import nodes
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
 import squama
 from squama.beam.beamfile import TABLES
 from squama.joints import law
 from squama.model.joint import LAWS
+from squama.plot import style
 
 project = "squama"
 author = "The squama developers"
@@ -23,7 +28,11 @@ version = release = squama.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 exclude_patterns = ["_build", "api", "images/*.py"]
-nb_execution_mode = "off"
+nb_execution_mode = "force"
+nb_execution_excludepatterns = ["tutorial.ipynb"]  # it holds its own outputs; tests/unit/test_tutorial.py runs it
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_output_stderr = "remove"
 myst_enable_extensions = ["amsmath", "dollarmath", "deflist"]
 myst_heading_anchors = 3
 
@@ -106,6 +115,47 @@ class Table(SphinxDirective):
         return self.parse_text_to_nodes("\n".join(rows))
 
 
+class Gallery(SphinxDirective):
+    """Thumbnails of the gallery's pages: the last picture of each, as this build has made it."""
+
+    def run(self) -> list[nodes.Node]:
+        return [nodes.container(classes=["gallery"])]
+
+
+def thumbnails(app: Sphinx, doctree: nodes.document, docname: str) -> None:
+    """Put the pages' last pictures, with links, where thumbnails are asked for."""
+    env = app.env
+    for place in [node for node in doctree.findall(nodes.container) if "gallery" in node["classes"]]:
+        for page in env.toctree_includes["gallery/index"]:
+            title, picture = env.titles[page].astext(), list(env.get_doctree(page).findall(nodes.image))[-1]["uri"]
+            link = nodes.reference(refuri=app.builder.get_relative_uri(docname, page), internal=True)
+            link += [nodes.image(uri=picture, candidates={"*": picture}, alt=""), nodes.inline(text=title)]
+            place.append(nodes.paragraph("", "", link))
+
+
+def stale(_app: Sphinx, _env: BuildEnvironment) -> Sequence[str]:
+    """Pages with thumbnails are written by every build."""
+    return ["index", "gallery/index"]
+
+
+def looks(app: Sphinx) -> None:
+    """Give the gallery's kernels the look of the package's figures, no settings of the user's, and no small talk."""
+    logging.getLogger("traitlets").setLevel(logging.WARNING)
+    profile = Path(app.doctreedir) / "ipython" / "profile_default"
+    profile.mkdir(parents=True, exist_ok=True)
+    (profile / "ipython_kernel_config.py").write_text("c.IPKernelApp.log_level = 40\n", encoding="utf-8")
+    os.environ["IPYTHONDIR"] = str(profile.parent)
+    rc = profile / "matplotlibrc"
+    sheet = Path(style.__file__).with_name("figure.mplstyle")
+    rc.write_text(f"{sheet.read_text()}figure.dpi: {style.DPI}\n", encoding="utf-8")
+    os.environ["MATPLOTLIBRC"] = str(rc)
+    os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("squama-table", Table)
+    app.add_directive("squama-gallery", Gallery)
+    app.connect("builder-inited", looks)
+    app.connect("env-updated", stale)
+    app.connect("doctree-resolved", thumbnails)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -144,6 +144,14 @@ def test_the_same_figure_gives_the_same_bytes(ending, tmp_path):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+def test_a_figure_shows_itself_in_a_notebook():
+    figure = response_figure(squama.twist(BEAM, points=20, joint="hinge"))
+    made = figure._repr_png_()
+    width = int.from_bytes(made[16:20], "big")
+    assert made.startswith(b"\x89PNG")
+    assert width == round(200 * figure.get_figwidth())
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [

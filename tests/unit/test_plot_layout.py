@@ -132,6 +132,11 @@ def whole(figure):
             assert not any(inside(*p) for p in seen), line.get_label()
 
 
+def test_a_map_takes_dimensions_in_any_order(sweep):
+    drawn = [map_figure(data, "end", x="alpha", y="mu") for data in (sweep, sweep.transpose(..., "alpha", "mu"))]
+    assert drawn[0]._repr_png_() == drawn[1]._repr_png_()
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_is_cut_off_and_legends_are_beside_the_data(name, sweep):
     figure = FIGURES[name](sweep)

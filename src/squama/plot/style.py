@@ -75,9 +75,20 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
     return wrapped
 
 
+class _Shown(Figure):
+    """A figure that shows itself at the end of a notebook's cell, though it is made without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        made = io.BytesIO()
+        with mpl.rc_context():
+            mpl.rcParams.update(_SETTINGS)
+            self.savefig(made, format="png")
+        return made.getvalue()
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure (inches) that can be drawn without a display."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = _Shown(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

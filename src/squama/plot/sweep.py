@@ -55,10 +55,11 @@ def map_figure(
 ) -> Figure:
     """Draw a slice of a sweep: a dataset with the dimensions ``x``, ``y`` and ``panels`` and no other.
 
-    ``variable``: ``end`` gives a regime map, ``lock`` the lock envelopes: where the beams along x lock, a line for each
-    of the values ``lines`` of y, with the ``paths`` of single beams. Without y a line is drawn; with panels a panel for
-    each value of that dimension.
+    The dimensions may be in any order. ``variable``: ``end`` gives a regime map, ``lock`` the lock envelopes: where the
+    beams along x lock, a line for each of the values ``lines`` of y, with the ``paths`` of single beams. Without y a
+    line is drawn; with panels a panel for each value of that dimension.
     """
+    dataset = dataset.transpose(..., *(name for name in (y, x) if name))
     parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
     count, columns = len(parts), min(len(parts), 3)
     rows = -(-count // columns)
