@@ -65,7 +65,7 @@ def test_work_of_the_moment_is_stored_or_rubbed_away(degrees, mu):
 
 def test_it_is_the_way_of_bend_twist_along_psi():
     r = squama.bend(MAIN, mu=0.3, at=[10.0])
-    both = squama.bend_twist(MAIN, "bend 10 rad/m", mu=0.3).isel(point=-1)
+    both = squama.bend_twist(MAIN, "bend 10 rad/m", mu=0.3, joint="hinge").isel(point=-1)
     ratio = MAIN.bending_joint_stiffness / float(both.K_theta)
     for name in ("theta", "mu_lock"):
         assert float(r[name][0]) == pytest.approx(float(both[name]), rel=1e-12)
@@ -109,6 +109,6 @@ def test_twisted_scales_across_the_beam_meet_at_the_corner_of_their_base():
     beam = MAIN.replace(scale={"alpha": 0})
     r = squama.twist(beam, mu=0.3, joint="hinge")
     assert r.other_contact.item().startswith("corner D2 on the face of scale 1")
-    both = squama.bend_twist(beam, "twist 0.2 rad/pitch", mu=0.3)
+    both = squama.bend_twist(beam, "twist 0.2 rad/pitch", mu=0.3, joint="hinge")
     assert both.contact.values[-1] == "DF"
     assert float(r.phi_end) == pytest.approx(float(both.phi_e), rel=1e-9)

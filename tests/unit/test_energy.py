@@ -103,7 +103,7 @@ def test_the_work_of_the_torque_is_stored_or_dissipated(changes: dict, law: str)
 def test_the_work_of_the_moment_is_stored_or_dissipated() -> None:
     beam = paper_beam(eta=5.0, theta0="5 deg", stiffness="400 N m")
     r = plane(beam, mu=0.3)
-    done = work_of_torque(beam, r, "M", "kappa", squama.bend, {"mu": 0.3})
+    done = work_of_torque(beam, r, "M", "kappa", plane, {"mu": 0.3})
     assert done == pytest.approx(float(r.U_el_c) + float(r.W_fr_c), rel=1e-9)
 
 

@@ -69,7 +69,7 @@ def test_a_plain_number_may_be_a_standard_deviation():
         ("alpha", "uniform(61 deg, 59 deg)", "must grow from the first to the last"),
         ("alpha", "triangular(59 deg, 63 deg, 61 deg)", "must grow from the first to the last"),
         ("alpha", "60 deg +- 40 deg", "it reaches to 100 deg, which is out of range (0 or more, below 90 deg)"),
-        ("alpha", "60 deg +- 60 deg", "it reaches to 0 deg, which is out of range"),
+        ("alpha", "60 deg +- 70 deg", "it reaches to -10 deg, which is out of range"),
         ("alpha", "normal(80 deg, 20 deg)", "31% of it would be out of range"),
         ("alpha", "60 deg +- 1 deg 0 sd", "does not say how many standard deviations"),
         ("alpa", "+- 1 deg", "alpa: nothing of that name can have a tolerance; did you mean scale.alpha?"),
