@@ -142,6 +142,8 @@ def model(attrs: Mapping[str, Any]) -> str:
     return LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
 
 
+MODES = ("uniform", "simply supported", "cantilever")
+"""How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
 KEPT = "the line in the {} of the bar keeps its length"
 """How a result is headed by the line of :data:`NEUTRAL`."""
 NEUTRAL = {"middle": 0.0, "face": 1.0}

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import squama
 from squama.arrays import solution
 from squama.dynamics import branches, motion, systems
-from squama.dynamics.branches import APART, MODES, Branch, Side
+from squama.dynamics.branches import APART, SHAPES, Branch, Side
 from squama.dynamics.decay import Sides, decay
 from squama.loads import LOADS
 from squama.model import mechanics
@@ -90,12 +90,12 @@ def test_the_map_is_what_motion_in_time_gives(load: str, seed: int) -> None:
     )
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", SHAPES)
 def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
     """Its torque is that of many pieces of the beam, by the trapezoidal rule; its energies are balanced."""
     d = {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
     side = of_ratios(d, 10.0)
-    found, m = branches.modal(side, mode), MODES[mode]
+    found, m = branches.modal(side, mode), SHAPES[mode]
     x = np.linspace(0, 1 / m.weight, 200_001)
     chi = m.shape(x)
     assert m.weight * np.trapezoid(chi**2, x) == pytest.approx(m.square, rel=1e-9)

@@ -210,7 +210,7 @@ def test_a_frictional_lock_takes_any_energy():
 
 def test_shapes_of_modes():
     for mode, end in (("cantilever", 1.0), ("simply supported", 0.5)):
-        m = branches.MODES[mode]
+        m = branches.SHAPES[mode]
         s = np.linspace(0, end, 50)
         chi = m.shape(s)
         assert (chi[0], chi[-1]) == pytest.approx((1, 0), abs=1e-12)

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.loads import KEPT, LOADS, NEUTRAL, THIN
@@ -68,6 +66,8 @@ def bend_twist(
 
 def ways(data: Answer) -> dict[str, list[float]]:
     """Return moment, torque, inclination and stress at the end of each way, NaN where the path ended before."""
+    import numpy as np
+
     found: dict[str, list[float]] = {name: [] for name in _AT_ENDS if name in data.variables}
     place = np.column_stack([data["kappa"], data["Phi"]])
     for leg, corner in enumerate(np.array(data.attrs["path"]), 1):

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.cli.vibrate import Both, Mode
 from squama.errors import refuse
 from squama.io.files import label
 from squama.loads import LOADS, model
@@ -87,8 +86,8 @@ SEARCH = Search()
 class Swing:
     """How the beam of a decay swings: arguments of :func:`squama.fit_decay`."""
 
-    mode: Mode = "uniform"
-    both: Both = False
+    mode: flags.Mode = "uniform"
+    both: flags.Both = False
     ideal: flags.Ideal = False
 
 

@@ -6,11 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-
 from squama.cli import flags, output
-from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.dynamics.branches import KINDS
+from squama.cli.flags import flag, number, settled, whole
 from squama.loads import LOADS, model
 from squama.units import number as shown_number
 
@@ -19,17 +16,12 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
-    from squama.curves.labelled import Answer
 
 _KEYS = "load law joint scales mode sides damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Cycles in the table of the summary at most."""
 Rotor = Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')]
 Density = Annotated[str | None, flag('Mean density of the bar, "1100 kg/m3" (the beam\'s own).')]
-Mode = Annotated[
-    str, flag("uniform; in bending also simply supported or cantilever, the first mode (uniform).", read=one_of(*KINDS))
-]
-Both = Annotated[bool, flags.Parameter(help="Scales on both sides instead of one.")]
 _LAID = {
     name: f"--{name}" for name in ("rotor", "density", "damping", "release", "impulse", "mode", "swings", "static")
 }
@@ -47,8 +39,8 @@ def vibrate(
     damping: Annotated[float, flag("Damping ratio of the material (0).", read=number(0.0, 0.5, "0.01"))] = 0.0,
     swings: Annotated[int, flag("Number of cycles (8).", read=whole(1, 10_000, "8"))] = 8,
     load: flags.Load = "twisting",
-    mode: Mode = "uniform",
-    both: Both = False,
+    mode: flags.Mode = "uniform",
+    both: flags.Both = False,
     law: flags.Law = "edge",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
@@ -60,30 +52,30 @@ def vibrate(
     described = settled(common.beam(beam, mu))
 
     from squama.curves.labelled import flat_cycle
-    from squama.dynamics.doors import vibrated
+    from squama.dynamics.doors import vibrate
 
     how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
     how |= {"sides": "both" if both else "one", "rotor": rotor, "density": density}
     with flags.laid(flags.arguments(**_LAID)):
-        data = vibrated(described, release=release, impulse=impulse, damping=damping, swings=swings, **how)
-    written = output.write(common, data.dataset, "vibration_figure", flat_cycle)
+        data = vibrate(described, release=release, impulse=impulse, damping=damping, swings=swings, **how)
+    written = output.write(common, lambda: data, "vibration_figure", flat_cycle)
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
 
 
-def _record(beam: Beam, data: Answer) -> dict[str, object]:
+def _record(beam: Beam, data: xr.Dataset) -> dict[str, object]:
     dims = (("turns", "turn"), ("cycles", "cycle"), ("record", "point"))
     parts = {name: output.part(data, dim) for name, dim in dims}
     return output.record(beam, data, _KEYS, figures=output.part(data), **parts)
 
 
-def _shown(data: Answer) -> Iterable[str | Table]:
+def _shown(data: xr.Dataset) -> Iterable[str | Table]:
     """Return the summary: a row per cycle, and how the record ends."""
     kind = LOADS[data.attrs["load"]]
     angle, attrs = kind.angle, data.attrs
     sides = "both sides" if attrs["sides"] == "both" else "one side"
     yield f" swings in {kind.name} ({attrs['mode']}), scales on {sides}: mu = {float(data['mu']):g}, {model(attrs)}"
-    t, y, U = (data[name] for name in ("t_turn", f"{angle}_turn", "U_turn"))
-    zeta, period = data["zeta_cycle"], data["period"]
+    columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
+    t, y, U, zeta, period = (data[name].values for name in columns)
     rows = [
         [
             str(i + 1),
@@ -98,7 +90,7 @@ def _shown(data: Answer) -> Iterable[str | Table]:
         yield f"the first {SHOWN} of {zeta.size} cycles"
     f_0, engaged = float(data["f_0"]), float(data[f"{angle}_e"])
     yield f"without contact {f_0:.4g} Hz; scales engage at {shown_number(engaged, 'rad/pitch')}"
-    if str(data["end"]) == "jams":
+    if data["end"].item() == "jams":
         yield f"it jams: let go at {y[-1]:.4g} rad/pitch it stays at {float(data[f'{angle}_rest']):.4g} rad/pitch"
     elif float(data["mu"]) and math.isfinite(engaged) and not attrs["damping"]:
         yield "friction damps beyond engagement only: below it the beam rings on unless its material damps (--damping)"
@@ -121,8 +113,8 @@ def shake(
     damping: Annotated[float, flag("Damping ratio of the material (0.01).", read=number(0.0, 0.5, "0.01"))] = 0.01,
     points: Annotated[int, flag("Number of frequencies (25).", read=whole(2, 1000, "25"))] = 25,
     load: flags.Load = "twisting",
-    mode: Mode = "uniform",
-    both: Both = False,
+    mode: flags.Mode = "uniform",
+    both: flags.Both = False,
     law: flags.Law = "edge",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
@@ -130,6 +122,8 @@ def shake(
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Shake a beam by a harmonic torque: steady states over frequencies, both ways, from a beam file."""
+    import numpy as np
+
     from squama.dynamics.doors import frequency, shake
 
     common.check(beam)

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.curves import hinge
+from squama.loads import MODES
 from squama.model import history
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
@@ -183,19 +184,18 @@ def _cantilever_far(chi: Array) -> Array:
     return s
 
 
-MODES = {
-    "simply supported": Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi),
-    "cantilever": Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B),
-}
+SHAPES = dict(zip(MODES[1:], (
+    Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi),
+    Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B),
+), strict=True))  # fmt: skip
 """First bending modes (<chi^2> of the cantilever is 1/4 exactly)."""
-KINDS = ("uniform", *MODES)
 
 
 def modal(side: Side, mode: str) -> Side:
     """Return the branches of a bending mode, by those of uniform bending; the largest curvature is the coordinate."""
     if mode == "uniform" or side.up is None:
         return side
-    m, y = MODES[mode], side.rising().force.x
+    m, y = SHAPES[mode], side.rising().force.x
     share = m.far(np.clip(side.y_e / y, 0.0, 1.0))
     nodes, weights = gauss(48)
     # engaged is what bends more than engagement asks for

@@ -16,11 +16,12 @@ from squama.curves import follow as spine
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
 from squama.dynamics import branches, motion, systems
-from squama.dynamics.branches import KINDS, Side
+from squama.dynamics.branches import Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
 from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Held
 from squama.errors import naming, refuse
+from squama.loads import MODES
 from squama.types import Array
 from squama.units import Bounds, Dimension, bounded
 
@@ -136,30 +137,6 @@ def vibrate(
     >>> print(f"{float(v.f_0):.3f} Hz bare, damping {float(v.zeta_cycle[0]):.4f}, then {float(v.zeta_cycle[1]):.4f}")
     0.560 Hz bare, damping 0.0283, then 0.0249
     """
-    return vibrated(
-        beam, release=release, impulse=impulse, rotor=rotor, density=density, damping=damping, swings=swings, mu=mu,
-        law=law, load=load, mode=mode, sides=sides, joint=joint, ideal=ideal,
-    ).dataset()  # fmt: skip
-
-
-def vibrated(
-    beam: Beam,
-    *,
-    release: Quantity | None = None,
-    impulse: Quantity | None = None,
-    rotor: Quantity | None = None,
-    density: Quantity | None = None,
-    damping: float = 0.0,
-    swings: int = 8,
-    mu: float | None = None,
-    law: str = "edge",
-    load: str = "twisting",
-    mode: str = "uniform",
-    sides: str = "one",
-    joint: str | None = None,
-    ideal: bool | None = None,
-) -> Answer:
-    """Return what :func:`vibrate` returns, before it is a dataset."""
     if (release is None) == (impulse is None):
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
@@ -184,7 +161,7 @@ def vibrated(
     )
     if found.end == BEYOND:
         _beyond(one, found, "release" if push == 0 else "impulse")
-    return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed))
+    return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed)).dataset()
 
 
 def answered(
@@ -203,7 +180,7 @@ def answered(
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
     """Read what swings; the branches are not there yet."""
-    arguments.one_of("mode", mode, KINDS)
+    arguments.one_of("mode", mode, MODES)
     own = {"rotor": beam.rotor, "density": beam.density}
     for name, given in (("rotor", rotor), ("density", density)):
         if given is not None:

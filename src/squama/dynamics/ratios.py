@@ -13,10 +13,10 @@ from squama.arrays import solution
 from squama.curves import hinge
 from squama.curves.path import Case
 from squama.dynamics import branches
-from squama.dynamics.branches import APART, KINDS
+from squama.dynamics.branches import APART
 from squama.dynamics.decay import BEYOND, Decay, Sides, damping, decay
 from squama.errors import refuse
-from squama.loads import LOADS
+from squama.loads import LOADS, MODES
 from squama.types import Array
 
 
@@ -98,7 +98,7 @@ def free_vibration(
     [0.22    0.16359 0.13096] [0.0685 0.0518]
     """
     kind = arguments.load(load)
-    arguments.one_of("mode", mode, KINDS)
+    arguments.one_of("mode", mode, MODES)
     arguments.one_of("sides", sides, ("one", "both"))
     if mode != "uniform" and kind.sided:
         refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending"')

@@ -78,7 +78,7 @@ def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float |
     if density is None:
         remedy = 'give e.g. "1100 kg/m3", or write density under [beam]'
         refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)
-    shape, mass = branches.MODES[mode], density * s.width * s.thickness
+    shape, mass = branches.SHAPES[mode], density * s.width * s.thickness
     return Bar(rigidity, mass, (shape.number / L) ** 2 * math.sqrt(rigidity / mass), stiffness * shape.square)
 
 

@@ -22,13 +22,13 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.dynamics import doors, motion, systems
-from squama.dynamics.branches import KINDS
 from squama.dynamics.motion import Drive, Part, State
 from squama.errors import refuse
 from squama.identify import estimate, noise, swings
 from squama.identify.decay_result import DecayFit
 from squama.identify.parameters import PARAMETERS, Parameter, ask
 from squama.identify.swings import Swings
+from squama.loads import MODES
 from squama.types import Array
 from squama.units import Dimension
 
@@ -186,7 +186,7 @@ def _wanted(
         refuse("parameters", "", "damping is given twice" if given else "none is named", 'write e.g. "mu, damping"')
     mu = 0.25 if "mu" in given and beam.friction.mu is None else None
     held, _ = doors.answered(beam, mu, law, load, sides, joint, ideal)
-    arguments.one_of("mode", mode, KINDS)
+    arguments.one_of("mode", mode, MODES)
     systems.bar(beam, held, mode, 1.0, 1.0)
     if held.joint == "compliant" and "theta0" in given:
         refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')

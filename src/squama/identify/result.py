@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -49,16 +50,16 @@ class SpecimenFit(NamedTuple):
     problem: str = ""
 
 
-class Estimated:
+class Estimated(ABC):
     """Parameters with their estimates and the covariance of these."""
 
     estimates: Array
     covariance: Array
 
     @property
+    @abstractmethod
     def rows(self) -> tuple[Parameter, ...]:
         """What was found."""
-        raise NotImplementedError
 
     @property
     def parameters(self) -> tuple[str, ...]:
