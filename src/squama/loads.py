@@ -139,7 +139,8 @@ LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 def model(attrs: Mapping[str, Any]) -> str:
     """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
     about = {**PAPER, **attrs}
-    return LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
+    # of rows, and of both loads together, as of twisting
+    return LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
 
 
 MODES = ("uniform", "simply supported", "cantilever")
