@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from squama.loads import LOADS
 from squama.model.evaluation import BENT, NAMES, OPEN, Room
 from squama.model.figures import Common, Rules, fill, legendre_rules, pole_rules
+from squama.progress import LOG
 from squama.types import Array
 
 FEW = 128
@@ -87,7 +87,7 @@ def _compiled(designs: Array, common: Common, out: Array, whole: Array, threads:
     from squama.batch.threads import in_parts
 
     if not entry.ready():
-        logging.getLogger("squama").warning("squama: compiling the code for many designs, once; some seconds")
+        LOG.warning("squama: compiling the code for many designs, once; some seconds")
 
     def begin() -> Callable[[int, int], None]:
         room = entry.room()

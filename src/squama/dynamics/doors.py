@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
@@ -22,6 +22,7 @@ from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Held
 from squama.errors import naming, refuse
 from squama.loads import MODES
+from squama.progress import steps
 from squama.types import Array
 from squama.units import Bounds, Dimension, bounded
 
@@ -341,9 +342,9 @@ def shake(
         force = _bounded("torque", torque, *beamfile.NUMBERS["joint.stiffness"]) / swinging.per_pitch
     one = _ready(swinging, 1.0, FAR)
     ratios = hertz * 2 * math.pi / one.bar.omega
-    up = _through(one, zeta, force, ratios)
-    down = _through(one, zeta, force, ratios[::-1], up[-1])[::-1]
-    both = [[up[i], down[i]] for i in range(hertz.size)]
+    there_and_back = np.concatenate([ratios, ratios[::-1]])
+    states_at = _through(one, zeta, force, steps(there_and_back.tolist(), 2 * hertz.size, "frequencies"))
+    both = list(zip(states_at[: hertz.size], states_at[: hertz.size - 1 : -1], strict=True))
 
     def table(name: str, factor: float = 1.0) -> Array:
         return np.array([[getattr(s, name) for s in pair] for pair in both]).T * factor
@@ -365,13 +366,11 @@ def frequency(name: str, text: str) -> float:
     return _bounded(name, text, Dimension.FREQUENCY, FREQUENCY)
 
 
-def _through(
-    one: Swinging, zeta: float, force: float, ratios: Array, start: motion.Steady | None = None
-) -> list[motion.Steady]:
+def _through(one: Swinging, zeta: float, force: float, ratios: Iterable[float]) -> list[motion.Steady]:
     """Go through frequencies one after the other, each from the steady state before."""
-    y, v = (start.y, start.v) if start else (0.0, 0.0)
+    y, v = 0.0, 0.0
     found = []
-    for ratio in map(float, ratios):
+    for ratio in ratios:
         try:
             state = motion.steady(one.sides, Drive(zeta, force, ratio, one.tolerance), y, v)
         except motion.LeftError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 from squama.batch.keeping import is_ready, kept
 from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
+from squama.progress import LOG
 from squama.real import chain, start
 from squama.real import follow as following
 from squama.real.contact import BEND, LEG, SHAPE, Design, Step, _jit, onto
@@ -146,4 +146,4 @@ def tell(f: Any = answer, what: str = "the real beam") -> None:
         return
     _told.append(f)
     if not is_ready(f):
-        logging.getLogger("squama").warning("squama: compiling the code of %s, once; some seconds", what)
+        LOG.warning("squama: compiling the code of %s, once; some seconds", what)

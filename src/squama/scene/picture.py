@@ -19,6 +19,7 @@ from squama.io import files
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.plot.palette import STATES, THEMES, WORDS
+from squama.progress import steps
 from squama.scene import geometry, standalone
 from squama.scene.look import Camera, Canvas, fitted, outline
 from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shape
@@ -175,7 +176,8 @@ def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: 
         tips for s in states if looks.get("forces", True) for _, tips in _arrows(design, s, motion.setting.mu)[1]
     ]
     camera = fitted(np.concatenate(around), size[0] / (size[1] - size[1] // WORDS_ROOM))
-    return [_framed(motion, state, camera, size, **looks) for state in states]
+    every = steps(states, len(states), "pictures")
+    return [_framed(motion, state, camera, size, **looks) for state in every]
 
 
 def render(design: geometry.Design, state: State, mu: float, camera: Camera, size: tuple[int, int], *,

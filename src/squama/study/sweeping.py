@@ -29,6 +29,7 @@ from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.loads import LOADS
 from squama.needs import need
+from squama.progress import bars
 from squama.study import cluster, columns, models, parameters, real_columns, store
 from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
@@ -331,13 +332,8 @@ def _json_lines(state: State) -> None:
 @contextmanager
 def _bar() -> Iterator[Listener]:
     """Show a bar on standard error, with the time left."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("tiles, left:"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda state: bar.update(task, total=state.tiles, completed=state.tiles_done)
+    with bars(0.0) as listen:
+        yield lambda state: listen("tiles", state.tiles_done, state.tiles)
 
 
 def known(name: str) -> None:

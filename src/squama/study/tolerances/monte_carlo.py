@@ -23,6 +23,7 @@ from squama.model.bending import Bend
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.paths import Twist as Tip
+from squama.progress import work
 from squama.study import columns, real_columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
@@ -147,7 +148,7 @@ def uncertainty(
     limit = None if before is None else _limit(before, load, beam, model)
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
     own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
-    samples_of = _run(case, _points(len(known), each, sampler, seed), keep=keep)
+    samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
     found = dataset(case, samples_of, own_figures, _indices(case, base) if base else None, keep)
     notes = [*filter(None, [note(beam, load, (law,), joint)])]
     notes += [f"{t.name} = {t.text}: how far the law of the joint was off, added to what is given" for t in own]
@@ -183,22 +184,25 @@ def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
     return Limit(text, twist.value, "rate_end" if twist.unit == "rad/m" else "load_end")
 
 
-def _run(case: Case, chunks: Iterable[Array], *, keep: bool = False) -> dict[str, Array]:
-    """Solve samples at points (n, parameters) of the unit cube, chunk after chunk.
+def _run(case: Case, chunks: Iterable[Array], total: int, what: str, *, keep: bool = False) -> dict[str, Array]:
+    """Solve samples at points (n, parameters) of the unit cube, chunk after chunk; ``total`` of them.
 
     Figures come by role, with ``keep`` the dimensions by name too.
     """
-    parts = []
-    for points in chunks:
-        dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
-        parts.append(solved(case, dimensions) | (dimensions if keep else {}))
+    parts, done = [], 0
+    with work(what, total) as tell:
+        for points in chunks:
+            dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
+            parts.append(solved(case, dimensions) | (dimensions if keep else {}))
+            tell(done := done + len(points))
     # one figure after the other is taken out of the parts, so that memory does not hold all of them twice
     return {name: np.concatenate([part.pop(name) for part in parts]) for name in list(parts[0])}
 
 
 def _indices(case: Case, base: int) -> Indices:
     def evaluate(points: Array) -> dict[str, Array]:
-        found = _run(case, (points[i : i + CHUNK] for i in range(0, len(points), CHUNK)))
+        parts = (points[i : i + CHUNK] for i in range(0, len(points), CHUNK))
+        found = _run(case, parts, len(points), "samples of the indices")
         named = {f.name: found[f.role] for f in case.figures}
         properties = {name.replace("_", " "): has for name, (has, _) in case.properties(found).items()}
         # of a beam that the joint's law does not know nothing is known
