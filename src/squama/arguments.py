@@ -89,7 +89,7 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
             given.append(between(name, value, -np.pi, np.pi))
         elif name in ("dpsi", "dphi", "neutral_height"):
             given.append(numbers(name, value))
-        elif name in ("mu", "stiffness_ratio", "thickness"):
+        elif name in ("lam", "mu", "stiffness_ratio", "thickness"):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach

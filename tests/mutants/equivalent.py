@@ -20,7 +20,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/paths.py", "return 1e-300 - x * x / 2"): {
         "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
     },
-    ("model/bending.py", "psi = 0 * theta"): {"* -> /": _ZERO},
     ("model/bending.py", "for _ in range(8):"): {"*": _TUNING},
     ("model/bending.py", "if np.all(abs(step) <= 1e-12 * abs(psi)):"): {
         "1e-12 -> (1e-12 * 1.1)": _ROUNDING,
@@ -134,8 +133,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {
         "* -> /": "where inside a walker starts is forgotten",
     },
-    ("model/evaluation.py", "places, square = (1.0, 1.0), 1.0"): {
-        "*": "margins that never end a path in bending: any number above 0",
+    ("model/evaluation.py", "square = 1.0"): {
+        "*": "there is no root of the contact condition in bending: any number above 0",
     },
     ("inverse/figures.py", "return np.where(total > 0, work / total, 0.0), partials"): {
         "0.0 -> 1.0": "a bar that is twisted as far as a lock has energy",

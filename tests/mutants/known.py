@@ -94,7 +94,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_ends.py",
         *PROPERTIES[:2],
     ),
-    "model/bending.py": ("unit/test_bending.py", "unit/test_response.py"),
+    "model/bending.py": ("unit/test_bending.py", "unit/test_bend_oblique.py", "unit/test_response.py"),
     "model/paths.py": (
         *REFERENCE,
         *THICK,
@@ -291,8 +291,8 @@ BY_HAND: tuple[tuple[str, str, str], ...] = (
     # a lock that is not looked for
     (
         "model/evaluation.py",
-        "(pt.load_rate, f.D, *places, pt.turn))",
-        "(abs(pt.load_rate) + 1, f.D, *places, pt.turn))",
+        "(pt.load_rate, f.D, tip, side, pt.turn))",
+        "(abs(pt.load_rate) + 1, f.D, tip, side, pt.turn))",
     ),
     # the paper's Eq. 7 sign, its arccos, its normals
     ("model/mechanics.py", "N = (pt.theta - theta0) / D", "N = -(pt.theta - theta0) / D"),

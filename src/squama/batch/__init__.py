@@ -70,9 +70,9 @@ class Solved(NamedTuple):
 def solve(
     *,
     eta: ArrayLike,
-    beta: ArrayLike = 1.0,
-    lam: ArrayLike = 1.0,
-    alpha: ArrayLike = 0.5,
+    beta: ArrayLike,
+    lam: ArrayLike,
+    alpha: ArrayLike,
     theta0: ArrayLike,
     mu: ArrayLike,
     stiffness_ratio: ArrayLike = 0.0,
@@ -87,7 +87,9 @@ def solve(
     Parameters
     ----------
     eta, beta, lam, alpha, theta0, mu
-        Ratios, angles (rad), coefficient of friction; broadcast against each other. Bending needs eta, theta0 and mu.
+        Ratios, angles (rad), coefficient of friction; broadcast against each other. ``lam`` is the height of the
+        scales' face over the line that a load leaves where it is: t/d in twisting and, where a bent bar keeps its
+        middle, in bending; 0 where it keeps its face.
     stiffness_ratio
         C_f C_w G_B I / (K_theta d) of the beam without contact (E_B I / (K d) in bending); 0 leaves the scales alone.
     thickness

@@ -71,7 +71,8 @@ def answers(
     designs = np.ascontiguousarray(np.stack((*columns, thin)), float)
     n = designs.shape[1]
     cut, plain = (NO_RULE, NO_RULE) if margin is None else (pole_rules(margin), legendre_rules())
-    kind, sign = OPEN if LOADS[load].sided else BENT, 1.0 if sense == "+" else -1.0
+    kind = OPEN if LOADS[load].sided else BENT
+    sign = -1.0 if sense == "-" and kind == OPEN else 1.0
     common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
     out, whole = np.full((FLOATS, n), np.nan), np.empty((4, n), np.int64)
     if n <= (FEW if few is None else few):

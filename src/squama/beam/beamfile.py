@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Key(NamedTuple):
-    """One key of the file: what it measures (None: a whole number or a file), what it means, how it may look.
+    """One key of the file: what it measures (None: a whole number, a word or a file), what it means, how it may look.
 
     ``bounds`` are those of a number, in SI units, with the example.
     """
@@ -65,6 +65,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu", "0.49"),
         "strength": _number(Dimension.PRESSURE, MODULUS, "largest stress (von Mises) of the bar", '"4 MPa"'),
         "strain_limit": _number(Dimension.RATIO, STRAIN, "largest strain of the bar", "2"),
+        "neutral": Key(None, "line that keeps its length in bending: middle or face", '"face"'),
     },
     "beam": {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),
@@ -200,7 +201,7 @@ def write(tables: Mapping[str, Mapping[str, float | str | None]]) -> str:
 def _written(value: float | str, dimension: Dimension | None) -> str:
     """Return a value as TOML."""
     if isinstance(value, str):
-        return f"'''\n{value}'''"
+        return f"'''\n{value}'''" if "\n" in value else f'"{value}"'
     if dimension is None:
         return str(value)
     text = as_text(value, dimension)

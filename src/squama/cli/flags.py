@@ -274,8 +274,8 @@ Load = Annotated[
 Law = Annotated[
     str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
 ]
-_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (middle)."
-Neutral = Annotated[str, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
+_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (the beam's)."
+Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
 _MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
 Both = Annotated[bool, Parameter(help="Scales on both sides instead of one.")]

@@ -95,9 +95,8 @@ def attributes(
         "scales": idealisation(asked.beam, joint, ideal=not asked.thickness),
         "beam": text(asked.beam),
         "squama_version": __version__,
-        "warnings": "\n".join(
-            [*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint, asked.neutral), *notes]
-        ),
+        **({} if load.sided else {"neutral": asked.beam.neutral}),
+        "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),
     }
 
 

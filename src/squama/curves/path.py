@@ -50,8 +50,7 @@ class Asked(NamedTuple):
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
     warning that goes along; ``onward``: where another contact comes in the curve goes on by general contact;
-    ``neutral``: which line keeps its length in bending; "": edges across the beam and the scaled face, as in
-    :mod:`squama.model.bending`.
+    ``neutral``: which line keeps its length on a path that bends and twists.
     """
 
     beam: Beam

@@ -16,7 +16,7 @@ from squama.dynamics import branches
 from squama.dynamics.branches import APART
 from squama.dynamics.decay import BEYOND, Decay, Sides, damping, decay
 from squama.errors import refuse
-from squama.loads import LOADS, MODES
+from squama.loads import MODES
 from squama.types import Array
 
 
@@ -41,9 +41,9 @@ class FreeVibration(NamedTuple):
 def free_vibration(
     *,
     eta: ArrayLike,
-    beta: ArrayLike = 1.0,
-    lam: ArrayLike = 1.0,
-    alpha: ArrayLike = 0.5,
+    beta: ArrayLike,
+    lam: ArrayLike,
+    alpha: ArrayLike,
     theta0: ArrayLike,
     mu: ArrayLike,
     kappa: ArrayLike,
@@ -112,7 +112,7 @@ def free_vibration(
     )  # fmt: skip
     arguments.thin(columns[7], arguments.law(law), load)
     n = arguments.whole("swings", swings, 1, 10_000)
-    named = dict(zip((*LOADS["twisting"].contact, "kappa", "thickness"), columns, strict=False))
+    named = dict(zip((*solution.COLUMNS, "kappa", "thickness"), columns, strict=False))
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     found = []

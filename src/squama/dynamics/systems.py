@@ -104,7 +104,7 @@ def _hinged(beam: Beam, held: Held) -> tuple[Sides, Limit | None]:
         return Sides(found["+"], found["+"]), None
     other = both.paths["-"]
     limit: Limit | None = None
-    if kind.sided and found["-"].up is None and math.isfinite(other.load_end):
+    if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
         text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
         limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
         found["-"] = APART

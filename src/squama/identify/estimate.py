@@ -224,14 +224,13 @@ def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int
 
     Friction, joint and inclination at rest are those of the twisting test; its own rigidity is known.
     """
-    if asked.beam.eta < 1:
-        return []
     at = asked.physical(values)
     bent = ask(asked.fitted(values), "bending", asked.names)
     senses = hinge_cycles.senses(bent.beam, "bending", at.mu, "edge", 0.1)
     path = senses.paths["+"]
     if not path.engaged:
         return []
+    theta = min(theta, path.theta_end)
     last = min(float(path.row.point(np.array([theta]), path.law, ARRAY).load[0]), senses.most["+"])
     if last <= path.load_e:
         return []

@@ -176,8 +176,6 @@ def make_plan(
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:
         laws, sense = (LOADS[load].law(laws[0]),), "+"
-        if "alpha" in names:
-            refuse("alpha", "", f"is not in what sweeps know of {load}", "leave it out")
     if "mu" not in names:
         arguments.friction(beam.friction.mu, None, "sweep it")
     columns.check(beam, load, swept)

@@ -198,7 +198,7 @@ class Explorer:
         if axes[1 - i] == name:
             axes[1 - i] = old
         with telling(self.say):
-            map.check_axes(self.state.load, *axes)
+            map.check_axes(*axes)
             self.map_axes = (axes[0], axes[1])
             self.draw_map()
 
@@ -315,9 +315,7 @@ class Explorer:
 
     def draw_map(self) -> None:
         """Move the mark of the design; compute the map anew where it depends on what has changed."""
-        if not set(self.map_axes) <= set(map.axes(self.drawn.load)):
-            self.map_axes = ("mu", "eta")
-        self.map_choices(self.drawn.load, self.map_axes)
+        self.map_choices(self.map_axes)
         wanted = map.key(self.drawn, *self.map_axes)
         panels.show_marks(self.marks, map.marks(self.drawn, wanted))
         if wanted == self.map_key:

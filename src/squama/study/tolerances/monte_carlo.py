@@ -307,7 +307,7 @@ def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
 
     There the lift is zero, so the derivative of the torque has no other term.
     """
-    row: Bend | Tip = Bend(c.eta, c.theta0)
+    row: Bend | Tip = Bend(c.eta, c.beta, c.lam, np.sin(c.alpha), np.cos(c.alpha), c.theta0)
     if LOADS[case.load].sided:
         sa = np.sin(c.alpha) * (-1 if case.sense == "-" else 1)
         thickness = 0.0 if case.model.ideal else c.sizes["scale"]["thickness"] / c.d
