@@ -149,10 +149,14 @@ def uncertainty(
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
     own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
-    found = dataset(case, samples_of, own_figures, _indices(case, base) if base else None, keep)
+    own_indices = _indices(case, base) if base else None
+    found = dataset(case, samples_of, own_figures, own_indices, keep)
     notes = [*filter(None, [note(beam, load, (law,), joint)])]
     notes += [f"{t.name} = {t.text}: how far the law of the joint was off, added to what is given" for t in own]
     notes += _notes(case, found.figure.values.tolist(), samples_of["code"])
+    if own_indices is not None and own_indices.figures and own_indices.known < own_indices.groups:
+        counted = f"Sobol indices are of {own_indices.known} of {own_indices.groups} groups of samples"
+        notes.append(f"{counted}: of the others the law of the joint does not know all beams")
     found.attrs["notes"] = "\n".join(notes)
     return found
 
@@ -200,14 +204,13 @@ def _run(case: Case, chunks: Iterable[Array], total: int, what: str, *, keep: bo
 
 
 def _indices(case: Case, base: int) -> Indices:
-    def evaluate(points: Array) -> dict[str, Array]:
+    def evaluate(points: Array) -> tuple[dict[str, Array], Array]:
         parts = (points[i : i + CHUNK] for i in range(0, len(points), CHUNK))
         found = _run(case, parts, len(points), "samples of the indices")
         named = {f.name: found[f.role] for f in case.figures}
         properties = {name.replace("_", " "): has for name, (has, _) in case.properties(found).items()}
         # of a beam that the joint's law does not know nothing is known
-        known = found["code"] != case.unknown
-        return named | {name: np.where(known, has, np.nan) for name, has in properties.items()}
+        return named | properties, found["code"] != case.unknown
 
     return statistics.indices(tuple(t.name for t in case.tolerances), base, case.seed, evaluate)
 
