@@ -10,9 +10,10 @@ from scipy.integrate import solve_ivp
 
 import squama
 from squama.arrays import solution
-from squama.dynamics import branches, motion, systems
-from squama.dynamics.branches import APART, SHAPES, Branch, Side
+from squama.dynamics import hinged, motion, systems
+from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
+from squama.dynamics.modes import SHAPES
 from squama.loads import LOADS
 from squama.model import mechanics
 from squama.model.paths import FLOAT
@@ -95,7 +96,7 @@ def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
     """Its torque is that of many pieces of the beam, by the trapezoidal rule; its energies are balanced."""
     d = {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
     side = of_ratios(d, 10.0)
-    found, m = branches.modal(side, mode), SHAPES[mode]
+    found, m = of_ratios(d, 10.0, mode=mode), SHAPES[mode]
     x = np.linspace(0, 1 / m.weight, 200_001)
     chi = m.shape(x)
     assert m.weight * np.trapezoid(chi**2, x) == pytest.approx(m.square, rel=1e-9)
@@ -103,20 +104,20 @@ def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
         local = np.maximum(a * chi, side.y_e)
         q = m.weight * np.trapezoid(chi * side.falling(a).force(local), x) / m.square
         assert float(found.falling(a).force(a)) == pytest.approx(q, rel=1e-7)
-    got = decay(Sides(found, APART), start=0.15, turns=5)
+    got = decay(Sides(found, APART), start=0.15, turns=5).single()
     parts = motion.follow(Sides(found, APART), motion.Drive(), motion.State(0.0, 0.15, 0.0), got.t[-1] + 0.1)
     turned = [p.last.y for p in parts if p.why == motion.TURNED]
     assert turned[:4] == pytest.approx(got.y[1:], abs=1e-8)
 
 
-def of_ratios(d: dict[str, float], kappa: float, load: str = "bending") -> Side:
+def of_ratios(d: dict[str, float], kappa: float, load: str = "bending", mode: str = "uniform") -> Side:
     from squama.curves import hinge
     from squama.curves.path import Case
 
     columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=load, law="edge", sense="+")
-    path = hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", branches.FINEST)
-    return branches.of_path(path, kappa)
+    path = hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
+    return hinged.of_path(path, kappa, mode)
 
 
 def test_without_friction_nothing_is_lost() -> None:
@@ -232,7 +233,7 @@ def test_a_beam_that_slides_back_a_part_stays_there() -> None:
     y = np.linspace(0.1, 1.0, 400)
     up, down = Branch(y, 5.0 * (y - 0.1)), Branch(y, (y - 0.1) * (1.2 - 20.0 * np.exp(-(((y - 0.5) / 0.1) ** 2))))
     sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
-    found = decay(sides, start=0.9, turns=3)
+    found = decay(sides, start=0.9, turns=3).single()
     assert found.end == "jams"
     assert 0.4 < found.rest < 0.9
     last = list(motion.follow(sides, motion.Drive(), motion.State(0.0, 0.9, 0.0), 100.0))[-1]
@@ -246,4 +247,4 @@ def test_a_swing_that_only_just_engages_is_seen() -> None:
     sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
     parts = motion.follow(sides, motion.Drive(), motion.State(0.0, -0.100001, 0.0), 2 * math.pi)
     energy = [p.last.y for p in parts if p.why == motion.TURNED]
-    assert energy[0] == pytest.approx(decay(sides, start=-0.100001, turns=2).y[1], rel=1e-9)
+    assert energy[0] == pytest.approx(decay(sides, start=-0.100001, turns=2).single().y[1], rel=1e-9)

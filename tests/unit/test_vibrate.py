@@ -11,7 +11,7 @@ from refusals import refused
 
 import squama
 from squama.cli import main
-from squama.dynamics import branches
+from squama.dynamics.modes import SHAPES
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 HINGE = {"joint": "hinge", "ideal": True}
@@ -210,7 +210,7 @@ def test_a_frictional_lock_takes_any_energy():
 
 def test_shapes_of_modes():
     for mode, end in (("cantilever", 1.0), ("simply supported", 0.5)):
-        m = branches.SHAPES[mode]
+        m = SHAPES[mode]
         s = np.linspace(0, end, 50)
         chi = m.shape(s)
         assert (chi[0], chi[-1]) == pytest.approx((1, 0), abs=1e-12)

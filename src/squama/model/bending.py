@@ -65,6 +65,11 @@ class Bend(NamedTuple):
             turn=1.0,
         )
 
+    def inclination(self, psi: Number, ops: Ops) -> Number:
+        """Inclination at a bend, before the kinematic lock."""
+        sine = ops.smaller(self.eta * psi * ops.cos(psi / 2), 1.0)
+        return 2 * ops.atan(sine / (1 + ops.sqrt(1 - sine * sine))) - psi / 2
+
     def places(self, pt: Point) -> tuple[Number, ...]:  # noqa: ARG002
         """Return no margins: for eta >= 1 the contact never leaves the face."""
         return ()
