@@ -7,9 +7,12 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import squama
 from squama.arrays import solution
+from squama.curves import hinge
+from squama.curves.path import Case
 from squama.dynamics import hinged, motion, systems
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
@@ -111,13 +114,51 @@ def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
 
 
 def of_ratios(d: dict[str, float], kappa: float, load: str = "bending", mode: str = "uniform") -> Side:
-    from squama.curves import hinge
-    from squama.curves.path import Case
+    return hinged.of_path(followed(d, kappa, load), kappa, mode)
 
+
+def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
     columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=load, law="edge", sense="+")
-    path = hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
-    return hinged.of_path(path, kappa, mode)
+    return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
+
+
+def test_where_friction_holds_the_scales_the_beam_stays() -> None:
+    """Much friction: beyond a place on the way no normal force lets the spring push the scale back."""
+    d = {"eta": 1.523, "beta": 2.608, "lam": 1.678, "alpha": 0.378, "theta0": 0.773, "mu": 1.945}
+    p = followed(d, 1.0, "twisting")
+
+    def drive(x: float) -> float:
+        pt = p.row.point(x, "edge", FLOAT)
+        return d["mu"] * pt.M_f - pt.M_N
+
+    every = np.linspace(p.x0, p.x_c, 2000)
+    first = next(x for x in every if drive(x) <= 0)
+    y_h = float(p.row.point(brentq(drive, p.x0, first), "edge", FLOAT).load)
+    v = squama.free_vibration(**d, kappa=1e4, amplitude=np.array([0.98, 1.001]) * y_h, swings=1)
+    assert v.end.tolist() == ["rings", "jams"]
+    assert v.rest[1] == v.peaks[1, 0] == 1.001 * y_h
+    # struck, it comes up there, and stays
+    w = squama.free_vibration(**d, kappa=1e4, impulse=np.array([0.9, 1.05]) * y_h, swings=1)
+    assert w.end.tolist() == ["rings", "jams"]
+    assert w.rest[1] == w.peaks[1, 0] > y_h
+
+
+def test_designs_do_not_depend_on_their_company() -> None:
+    """Some ring, some jam, some leave the model, some do not engage, in one array: each as by itself."""
+    r = np.random.default_rng(8)
+    n = 40
+    d = {"eta": r.uniform(1.5, 5, n), "beta": r.uniform(0.6, 1.8, n), "lam": r.uniform(0.2, 0.8, n)}
+    d |= {"alpha": r.uniform(0.3, 1.2, n), "theta0": r.uniform(0.05, 0.4, n), "mu": r.uniform(0, 0.9, n)}
+    d |= {"kappa": 10 ** r.uniform(-2, 1, n), "impulse": r.uniform(0.02, 4, n)}
+    together = squama.free_vibration(**d, swings=3, sides="both")
+    assert set(together.end) == {"rings", "jams", "beyond"}
+    for i in range(n):
+        one = squama.free_vibration(**{name: v[i] for name, v in d.items()}, swings=3, sides="both")
+        assert one.end == together.end[i]
+        for single, many in zip(one, together, strict=True):
+            if single.dtype.kind == "f":
+                assert single == pytest.approx(many[i], rel=1e-12, abs=1e-13, nan_ok=True)
 
 
 def test_without_friction_nothing_is_lost() -> None:

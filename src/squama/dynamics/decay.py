@@ -98,7 +98,7 @@ def decay(sides: Sides, *, start: Any = 0.0, speed: Any = 0.0, turns: int) -> De
         had = top * top / 2
         if down:
             had = np.where(touches, down.energy(s), had)
-            kept = np.where(touches & on, stays(down, s, top, had), np.nan)
+            kept = np.where(on, stays(down, s, top, had), np.nan)
             stuck = ~np.isnan(kept)
             end[stuck], rest[stuck], on = JAMS, sign * kept[stuck], on & ~stuck
         energy = np.where(on, had, energy)

@@ -155,18 +155,12 @@ class Paths(NamedTuple):
         """Return them cut at load angles, where those come before the end."""
         seen = [self.row.point(x, self.law, ARRAY).load for x in (self.x0, self.x1)]
         x = at_loads(self.row, np.clip(top, *seen), (self.x0, self.x1), (seen[0], seen[1]))
-        return self._replace(x1=np.where(top < seen[1], x, self.x1))
+        return self._replace(x1=x)
 
     @property
     def reach(self) -> Array:
         """E of the module's first lines."""
         return np.asarray(-np.log1p(-(self.x1 - self.x0) / (self.pole - self.x0)))
-
-    def at(self, w: Array) -> tuple[Any, Array]:
-        """Return the contact at w = s^p, and the change of the path parameter with w."""
-        e, far = self.reach, self.pole - self.x0
-        x = np.minimum(self.x0 - far * np.expm1(-e * w), self.x1)
-        return self.row.point(x, self.law, ARRAY), far * e * np.exp(-e * w)
 
     def seen(self, w: Array) -> Seen:
         """Return the contact at w = s^p, growing along the first axis."""
