@@ -244,6 +244,13 @@ def test_scales_on_both_sides_swing_alike() -> None:
     assert sides.plus is sides.minus
 
 
+def test_the_bound_of_a_free_motion_is_its_envelope() -> None:
+    drive, t = motion.Drive(0.4), np.linspace(0, 20, 20_001)
+    w = math.sqrt(1 - 0.4**2)
+    y = np.exp(-0.4 * t) * (0.2 * np.cos(w * t) + (1 + 0.4 * 0.2) / w * np.sin(w * t))
+    assert motion._swing(drive, 0.2, 1.0) == pytest.approx(np.abs(y * np.exp(0.4 * t)).max(), rel=1e-6)
+
+
 def test_material_damping_goes_on_below_engagement() -> None:
     v = squama.vibrate(BEAM, release="0.04 rad/pitch", rotor=ROTOR, mu=0.3, damping=0.02, swings=5, **HINGE)
     peaks = v.phi_turn.values[::2]
@@ -276,16 +283,19 @@ def test_a_beam_that_slides_back_a_part_stays_there() -> None:
     sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
     found = decay(sides, start=0.9, turns=3).single()
     assert found.end == "jams"
+    assert decay(sides, start=0.9, turns=1).single().end == "rings"
     assert 0.4 < found.rest < 0.9
     last = list(motion.follow(sides, motion.Drive(), motion.State(0.0, 0.9, 0.0), 100.0))[-1]
     assert last.why == motion.STUCK
     assert last.last.y == pytest.approx(found.rest, abs=1e-8)
 
 
-def test_a_swing_that_only_just_engages_is_seen() -> None:
+@pytest.mark.parametrize("start", [-0.100001, -0.1001])
+def test_a_swing_that_only_just_engages_is_seen(start: float) -> None:
     y = np.linspace(0.1, 1.0, 40)
     up, down = Branch(y, 50.0 * (y - 0.1)), Branch(y, 20.0 * (y - 0.1))
+    assert up.quick(1.0) == pytest.approx(45.0, rel=1e-12)
     sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
-    parts = motion.follow(sides, motion.Drive(), motion.State(0.0, -0.100001, 0.0), 2 * math.pi)
+    parts = motion.follow(sides, motion.Drive(), motion.State(0.0, start, 0.0), 2 * math.pi)
     energy = [p.last.y for p in parts if p.why == motion.TURNED]
-    assert energy[0] == pytest.approx(decay(sides, start=-0.100001, turns=2).single().y[1], rel=1e-9)
+    assert energy[0] == pytest.approx(decay(sides, start=start, turns=2).single().y[1], rel=1e-9)

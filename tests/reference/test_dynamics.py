@@ -91,6 +91,8 @@ def test_a_forced_state_is_the_recorded_one(case: dict) -> None:
     drive = motion.Drive(case["zeta_m"], case["F"], case["Omega"])
     found = motion.steady(Sides(side(case), APART), drive)
     assert found.settled
+    # Newton's method finds the last digits
+    assert found.periods < 45
     bare = case.get("amplitude", math.nan)
     high, low = case.get("y_max", bare), case.get("y_min", -bare)
     assert (found.high, found.low) == pytest.approx((high, low), abs=min(case["tolerance"], 1e-8))

@@ -90,7 +90,8 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
     A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
     """
     if held.joint == "compliant":
-        first = _real(beam, held, sign, far)
+        # scales on both sides close alike in either sense
+        first = _real(beam, held, 1 if held.both else sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
         second = first if held.both else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
         return Sides(*(first, second)[::sign]), None
@@ -135,7 +136,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
 
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
-        there = np.append(y[y < top - 1e-6], top)
+        there = np.append(y[y < top], top)
         back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
