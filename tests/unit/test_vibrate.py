@@ -11,7 +11,9 @@ from refusals import refused
 
 import squama
 from squama.cli import main
-from squama.dynamics import branches
+from squama.curves.real import STRAIN_LIMIT
+from squama.dynamics import motion
+from squama.dynamics.modes import SHAPES
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 HINGE = {"joint": "hinge", "ideal": True}
@@ -53,6 +55,26 @@ def test_energies_are_those_of_cycle():
     # at the trough the bar alone is twisted
     bare = BEAM.torsional_rigidity * (float(v.phi_turn[1]) / BEAM.pitch) ** 2 / 2 * BEAM.length
     assert float(v.U_turn[1]) == pytest.approx(bare, rel=1e-9)
+
+
+def test_energies_of_the_real_beam_hold_those_of_its_plates():
+    soft = BEAM.replace(scale={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3})
+    v = squama.vibrate(soft, release="0.09 rad/pitch", rotor=ROTOR, swings=1)
+    c = squama.cycle(soft, "0.09 rad/pitch", points=300)
+    top = float(c.U_el.max())
+    assert float(c.U_plate.max()) > 2e-4 * top
+    assert float(v.U_turn[0]) == pytest.approx(top * BEAM.length, rel=1e-4)
+
+
+def test_a_note_tells_how_far_it_goes_in_either_sense():
+    top, turns = 1.005 * STRAIN_LIMIT, []
+    for release in (top, -top):
+        v = squama.vibrate(BEAM, release=f"{release} rad/pitch", rotor=ROTOR, swings=1, sides="both")
+        assert abs(v.phi_turn.values[1]) < STRAIN_LIMIT
+        assert f"{STRAIN_LIMIT:g} rad per pitch" in str(v.attrs)
+        turns.append(v.phi_turn.values)
+    # scales on both sides close alike
+    assert turns[0] == pytest.approx(-turns[1], rel=1e-12)
 
 
 def test_an_impulse_gives_its_energy():
@@ -121,6 +143,16 @@ def test_shaking_both_ways():
     torque = float(BEAM.torsional_rigidity * 0.06 / BEAM.pitch)
     again = squama.shake(BEAM, [0.6], torque=torque, rotor=ROTOR, damping=0.05, **HINGE)
     assert again.phi_high.values[0, 0] == pytest.approx(s.phi_high.values[0, 1], rel=1e-6)
+
+
+def test_parts_of_a_period_are_counted(monkeypatch):
+    given = {"static": "0.06 rad/pitch", "rotor": ROTOR, "damping": 0.05, **HINGE}
+    s = squama.shake(BEAM, [0.6], **given)
+    # up, engaged, back, open: twice turned, twice through engagement
+    assert 4 <= s.turns.values[0, 0] <= 12
+    monkeypatch.setattr(motion, "MOST_PARTS", 3)
+    with pytest.raises(squama.InputError, match="turns and sticks more than 3 times"):
+        squama.shake(BEAM, [0.6], **given)
 
 
 def test_the_real_beam_is_shaken_too():
@@ -210,7 +242,7 @@ def test_a_frictional_lock_takes_any_energy():
 
 def test_shapes_of_modes():
     for mode, end in (("cantilever", 1.0), ("simply supported", 0.5)):
-        m = branches.SHAPES[mode]
+        m = SHAPES[mode]
         s = np.linspace(0, end, 50)
         chi = m.shape(s)
         assert (chi[0], chi[-1]) == pytest.approx((1, 0), abs=1e-12)

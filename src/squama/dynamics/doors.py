@@ -15,9 +15,10 @@ from squama.beam.parts import Quantity
 from squama.curves import follow as spine
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
-from squama.dynamics import branches, motion, systems
-from squama.dynamics.branches import Side
+from squama.dynamics import motion, systems
+from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
+from squama.dynamics.hinged import FINEST
 from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Held
 from squama.errors import naming, refuse
@@ -158,7 +159,7 @@ def vibrate(
     found = (
         _damped(one, Drive(zeta, tolerance=one.tolerance), **how, cycles=n)
         if zeta
-        else decay(one.sides, **how, turns=2 * n + 1)
+        else decay(one.sides, **how, turns=2 * n + 1).single()
     )
     if found.end == BEYOND:
         _beyond(one, found, "release" if push == 0 else "impulse")
@@ -175,7 +176,7 @@ def answered(
     m = arguments.friction(beam.friction.mu, mu)
     joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
     spine.covering(joint, kind.name, law)
-    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, branches.FINEST, 3, ideal=thin, note=note)
+    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, FINEST, 3, ideal=thin, note=note)
     return Held(kind, m, law, joint, thin, both), asked
 
 
@@ -187,7 +188,7 @@ def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None
         if given is not None:
             own[name] = _bounded(name, given, *beamfile.NUMBERS[f"beam.{name}"])
     bar = systems.bar(beam, held, mode, own["rotor"], own["density"])
-    return Swinging(beam, held, mode, bar, Sides(branches.APART, branches.APART), asked, None)
+    return Swinging(beam, held, mode, bar, Sides(APART, APART), asked, None)
 
 
 def _ready(one: Swinging, start: float, far: float) -> Swinging:
@@ -225,9 +226,10 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     """Refuse a motion with more energy than the model can take up."""
     sign = -1 if found.y.size and found.y[-1] > 0 else 1
     side, unit = one.sides.of(sign), one.bar.energy
+    height = float(np.max(side.height())) * unit
     reason = (
         f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{side.height() * unit:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
+        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
         "comes then (an impact, another contact) is not in the model"
     )
     refuse(name, "", reason, "give less")
@@ -236,13 +238,13 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
 def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:
     """Return the turning points of a motion with material damping, by integration with events."""
     sides = one.sides
-    rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start)))] if start else []
+    rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start), abs(start)))] if start else []
     # a cycle takes less than twice the undamped bare bar's
     until, end, rest, state = (2 * cycles + 1) * 2 * math.pi, RINGS, math.nan, State(0.0, start, speed)
     for part in motion.follow(sides, drive, state, until):
         state = part.last
         if part.why == motion.TURNED:
-            rows.append((state.t, state.y, sides.of(-1 if state.y < 0 else 1).stored(abs(state.y))))
+            rows.append((state.t, state.y, sides.of(-1 if state.y < 0 else 1).stored(abs(state.y), abs(state.y))))
         if part.why == motion.STUCK:
             end, rest = JAMS, state.y
         if part.why == motion.BEYOND:

@@ -39,7 +39,7 @@ CONTACT = ("mu", "K_theta", "C_f", "E_B", "theta0")
 OWN = {
     row.name: row
     for row in (
-        Parameter("damping", Dimension.RATIO, "damping ratio of the bar's material", (0.0, 0.5), ""),
+        Parameter("damping", Dimension.RATIO, "damping ratio of the bar's material", doors.DAMPING[:2], ""),
         Parameter("f_0", Dimension.FREQUENCY, "frequency without contact", (1e-6, 1e9), ""),
         Parameter("release", Dimension.ANGLE, "first turning point, per pitch", (-math.pi, math.pi), ""),
         Parameter("start", Dimension.TIME, "time of the first turning point", (-math.inf, math.inf), ""),
