@@ -32,15 +32,15 @@ def drawn(seed: int, load: str) -> dict[str, float]:
     r = np.random.default_rng(seed)
     theta0 = math.radians(r.uniform(5, 15))
     bent = {"eta": r.uniform(3, 6), "theta0": theta0, "mu": r.uniform(0, 0.4), "kappa": r.uniform(2, 20)}
-    if load == "bending":
-        return bent
     sizes = {"beta": r.uniform(1, 1.5), "lam": r.uniform(0.3, 0.6), "alpha": math.radians(r.uniform(30, 50))}
+    if load == "bending":
+        return {**bent, **sizes, "alpha": sizes["alpha"] / 2}
     return {**bent, **sizes, "eta": r.uniform(2.5, 4), "kappa": r.uniform(1, 5)}
 
 
 def integrated(d: dict[str, float], load: str, top: float) -> tuple[list[float], list[float]]:
     """Turning points and their times by the contact's own path parameter, forces evaluated at every step."""
-    columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
+    columns = {name: np.array([d[name]]) for name in solution.COLUMNS}
     row = scalar(solution.solve(columns, load=load, law="edge", sense="+").tracks[0][1].row)
     y_e = row.point(row.theta0, "edge", FLOAT).load
     ends = (np.array([row.theta0]), np.array([row.theta0 + 1.2]))
@@ -118,7 +118,7 @@ def of_ratios(d: dict[str, float], kappa: float, load: str = "bending", mode: st
 
 
 def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
-    columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
+    columns = {name: np.array([d[name]]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=load, law="edge", sense="+")
     return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
 

@@ -39,7 +39,7 @@ def side(case: dict) -> Side:
     from squama.curves import hinge
     from squama.dynamics import hinged
 
-    r = {"beta": 1.0, "lam": 1.0, "alpha": 0.5, "kappa": 1.0, **ratios(case)}
+    r = {"beta": 1.0, "lam": 0.0, "alpha": 0.0, "kappa": 1.0, **ratios(case)}
     columns = {name: np.array([float(r[name])]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=r["load"], law="edge", sense="+")
     path = hinge.path(Case(1.0, r["kappa"], 1.0, r["eta"], r["theta0"]), sol, None, r["mu"], "edge", 1e-6)

@@ -42,9 +42,9 @@ class FreeVibration(NamedTuple):
 def free_vibration(
     *,
     eta: ArrayLike,
-    beta: ArrayLike,
-    lam: ArrayLike,
-    alpha: ArrayLike,
+    beta: ArrayLike | None = None,
+    lam: ArrayLike | None = None,
+    alpha: ArrayLike | None = None,
     theta0: ArrayLike,
     mu: ArrayLike,
     kappa: ArrayLike,
@@ -108,7 +108,7 @@ def free_vibration(
     given = amplitude if impulse is None else impulse
     assert given is not None
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
         **{"amplitude" if impulse is None else "impulse": given},
     )  # fmt: skip
     arguments.thin(columns[7], arguments.law(law), load)
