@@ -312,7 +312,7 @@ BY_HAND: tuple[tuple[str, str, str], ...] = (
         "CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE)",
         "CODES.index(End.OFF_SIDE), CODES.index(End.OFF_TIP)",
     ),
-    ("model/follow.py", "MARGINS = (KINEMATIC, FRICTIONAL,", "MARGINS = (FRICTIONAL, KINEMATIC,"),
+    ("model/follow.py", "\nMARGINS = (KINEMATIC, FRICTIONAL,", "\nMARGINS = (FRICTIONAL, KINEMATIC,"),
     # alpha's sign, the mirror
     ("arrays/solution.py", '(1 if sense == "+" else -1)', "1"),
     ("arrays/edge_contacts.py", "np.sin(alpha) * arguments.sense(sense)", "np.sin(alpha)"),

@@ -182,9 +182,7 @@ def test_summary_of_bend(beam, capsys):
     for value in (f"{float(m.psi_end):.4g} rad/pitch", f"{float(m.kappa_end):.4g} rad/m", f"{float(m.M_c):.4g} N m"):
         assert value in text, value
     assert "plate law" not in text
-    assert [line[9:] for line in text.splitlines() if line.startswith("warning: ")] == beam.warnings(
-        "bending", neutral="middle"
-    )
+    assert [line[9:] for line in text.splitlines() if line.startswith("warning: ")] == beam.warnings("bending")
 
 
 def test_other_contact_is_named(beam, capsys):
