@@ -6,7 +6,7 @@ import functools
 import math
 import tempfile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -145,7 +145,7 @@ def reached(state: State) -> float:
 class Swing(NamedTuple):
     """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart, and its words."""
 
-    frames: list[dict[str, object]]
+    frames: list[dict[str, dict[str, Any]]]
     step: float
     words: str
 
