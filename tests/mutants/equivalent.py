@@ -276,6 +276,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("dynamics/systems.py", "STEPS = 256"): {"*": _TUNING},
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},
+    (
+        "dynamics/systems.py",
+        "back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])",
+    ): {"True -> False": _TUNING},
+    ("dynamics/motion.py", "sign = 1 if state.y > 0 else -1"): {"1 -> 2 #4": "only its sign is looked at"},
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},
     ("dynamics/motion.py", "frequency: float = 1.0"): {"1.0 -> 2.0": "without a force nothing reads it"},
