@@ -17,7 +17,7 @@ from squama.dynamics import hinged, motion, systems
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
 from squama.dynamics.modes import SHAPES
-from squama.loads import LOADS
+from squama.loads import LOADS, MODES
 from squama.model import mechanics
 from squama.model.paths import FLOAT
 from squama.model.tracks import at_loads, scalar
@@ -123,6 +123,17 @@ def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
     return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
 
 
+@pytest.mark.parametrize(("load", "mode"), [("twisting", "uniform"), *(("bending", mode) for mode in MODES)])
+def test_polynomials_of_many_designs_are_the_splines_of_one(load: str, mode: str) -> None:
+    d = {**MAIN, "mu": 0.3} if load == "twisting" else {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
+    one = decay(Sides(of_ratios(d, 2.0, load, mode), APART), speed=0.5, turns=5).single()
+    many = squama.free_vibration(**d, kappa=2.0, impulse=[0.02, 0.5], swings=2, load=load, mode=mode)
+    assert many.peaks[1] == pytest.approx(one.y[::2], abs=1e-9)
+    assert many.troughs[1] == pytest.approx(one.y[1::2], abs=1e-9)
+    assert many.peak_times[1] == pytest.approx(one.t[::2], abs=1e-7)
+    assert many.zeta[1] == pytest.approx(np.log(one.stored[:-1:2] / one.stored[2::2]) / (4 * math.pi), abs=1e-9)
+
+
 def test_where_friction_holds_the_scales_the_beam_stays() -> None:
     """Much friction: beyond a place on the way no normal force lets the spring push the scale back."""
     d = {"eta": 1.523, "beta": 2.608, "lam": 1.678, "alpha": 0.378, "theta0": 0.773, "mu": 1.945}
@@ -135,13 +146,13 @@ def test_where_friction_holds_the_scales_the_beam_stays() -> None:
     every = np.linspace(p.x0, p.x_c, 2000)
     first = next(x for x in every if drive(x) <= 0)
     y_h = float(p.row.point(brentq(drive, p.x0, first), "edge", FLOAT).load)
-    v = squama.free_vibration(**d, kappa=1e4, amplitude=np.array([0.98, 1.001]) * y_h, swings=1)
-    assert v.end.tolist() == ["rings", "jams"]
-    assert v.rest[1] == v.peaks[1, 0] == 1.001 * y_h
+    v = squama.free_vibration(**d, kappa=1e4, amplitude=np.array([1.001, 0.98]) * y_h, swings=1)
+    assert v.end.tolist() == ["jams", "rings"]
+    assert v.rest[0] == v.peaks[0, 0] == 1.001 * y_h
     # struck, it comes up there, and stays
-    w = squama.free_vibration(**d, kappa=1e4, impulse=np.array([0.9, 1.05]) * y_h, swings=1)
-    assert w.end.tolist() == ["rings", "jams"]
-    assert w.rest[1] == w.peaks[1, 0] > y_h
+    w = squama.free_vibration(**d, kappa=1e4, impulse=np.array([1.05, 0.9]) * y_h, swings=1)
+    assert w.end.tolist() == ["jams", "rings"]
+    assert w.rest[0] == w.peaks[0, 0] > y_h
 
 
 def test_designs_do_not_depend_on_their_company() -> None:

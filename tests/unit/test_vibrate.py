@@ -150,6 +150,11 @@ def test_parts_of_a_period_are_counted(monkeypatch):
     s = squama.shake(BEAM, [0.6], **given)
     # up, engaged, back, open: twice turned, twice through engagement
     assert 4 <= s.turns.values[0, 0] <= 12
+    assert s.settled.values.all()
+    monkeypatch.setattr(motion, "MOST_PERIODS", 2)
+    short = squama.shake(BEAM, [0.6], **given)
+    assert not short.settled.values[0, 0]
+    assert short.periods.values[0, 0] == 2
     monkeypatch.setattr(motion, "MOST_PARTS", 3)
     with pytest.raises(squama.InputError, match="turns and sticks more than 3 times"):
         squama.shake(BEAM, [0.6], **given)
@@ -233,9 +238,26 @@ def test_a_swing_with_too_much_energy_is_refused_with_both_energies():
         squama.vibrate(BEAM, impulse="2 N m s", rotor=ROTOR, mu=0, **HINGE)
 
 
+def test_a_later_swing_with_too_much_energy_names_its_sense():
+    beam = BEAM.replace(scale={"alpha": math.radians(15)})
+    with pytest.raises(squama.InputError, match=r"a swing in the sense - has [\d.]+ J"):
+        squama.vibrate(beam, release="0.3 rad/pitch", rotor=ROTOR)
+
+
+def test_energies_with_material_damping_are_those_of_cycle():
+    v = squama.vibrate(BEAM, release="0.2 rad/pitch", rotor=ROTOR, damping=0.01, swings=1, **HINGE)
+    phi, stored = v.phi_turn.values, v.U_turn.values
+    bar = BEAM.torsional_rigidity * (phi / BEAM.pitch) ** 2 / 2 * BEAM.length
+    assert stored[1] == pytest.approx(bar[1], rel=1e-12)
+    for i in (0, 2):
+        c = squama.cycle(BEAM, f"{phi[i]:.16g} rad/pitch", **HINGE)
+        assert stored[i] > 1.01 * bar[i]
+        assert stored[i] == pytest.approx(float(c.U_el.max()) * BEAM.length, rel=1e-9)
+
+
 def test_a_frictional_lock_takes_any_energy():
     for damping in (0.0, 0.01):
-        v = squama.vibrate(BEAM, impulse="2 N m s", rotor=ROTOR, mu=0.5, damping=damping, swings=1, **HINGE)
+        v = squama.vibrate(BEAM, impulse="20 N m s", rotor=ROTOR, mu=0.5, damping=damping, swings=1, **HINGE)
         assert v.end.item() == "rings"
         assert float(v.phi_turn[0]) == pytest.approx(float(squama.twist(BEAM, mu=0.5, **HINGE).phi_end), rel=1e-3)
 

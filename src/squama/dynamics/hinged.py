@@ -35,7 +35,7 @@ NODES = 10
 """Nodes of a part of a piecewise polynomial."""
 PARTS = (8, 16, 32, 64)
 """Parts of a path, as many as it asks for."""
-ENOUGH = 1e-10
+ENOUGH = 1e-11
 """Last term of a polynomial, over the largest value, from which on it counts as converged."""
 ALONG = 48
 """Places along a mode, on the engaged part of the beam."""
