@@ -23,6 +23,7 @@ from squama.model.paths import FLOAT
 from squama.model.tracks import at_loads, scalar
 
 MAIN = {"eta": 3.0, "beta": 1.25, "lam": 0.45, "alpha": math.pi / 4, "theta0": math.radians(10)}
+BENT = {"eta": 5.0, "beta": 1.0, "lam": 0.2, "alpha": 0.3, "theta0": math.radians(5), "mu": 0.3}
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa")
 ROTOR = "0.01 kg m2"
 HINGE = {"joint": "hinge", "ideal": True}
@@ -97,7 +98,7 @@ def test_the_map_is_what_motion_in_time_gives(load: str, seed: int) -> None:
 @pytest.mark.parametrize("mode", SHAPES)
 def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
     """Its torque is that of many pieces of the beam, by the trapezoidal rule; its energies are balanced."""
-    d = {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
+    d = BENT
     side = of_ratios(d, 10.0)
     found, m = of_ratios(d, 10.0, mode=mode), SHAPES[mode]
     x = np.linspace(0, 1 / m.weight, 200_001)
@@ -125,7 +126,7 @@ def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
 
 @pytest.mark.parametrize(("load", "mode"), [("twisting", "uniform"), *(("bending", mode) for mode in MODES)])
 def test_polynomials_of_many_designs_are_the_splines_of_one(load: str, mode: str) -> None:
-    d = {**MAIN, "mu": 0.3} if load == "twisting" else {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
+    d = {**MAIN, "mu": 0.3} if load == "twisting" else BENT
     one = decay(Sides(of_ratios(d, 2.0, load, mode), APART), speed=0.5, turns=5).single()
     many = squama.free_vibration(**d, kappa=2.0, impulse=[0.02, 0.5], swings=2, load=load, mode=mode)
     assert many.peaks[1] == pytest.approx(one.y[::2], abs=1e-9)
