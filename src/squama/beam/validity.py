@@ -62,9 +62,10 @@ def parts_fit(beam: Assembly) -> None:
             reason = f"makes {words} = {ratio:.6g} with beam.pitch = {_mm(d)}; allowed: {reach.ALLOWED}"
             problems.add(f"scale.{key}", _mm(size), reason, f"write at most {_mm(room)}")
     sine = math.sin(beam.scale.theta0)
-    depth, room = beam.scale.embedded * sine, beam.substrate.thickness
+    depth, room = beam.scale.embedded * sine, beam.substrate.thickness / (2 if beam.other else 1)
     if depth >= room:
-        reason = f"the tab goes through the substrate, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
+        words = "through the substrate" if room == beam.substrate.thickness else "beyond the middle, to the other face's"
+        reason = f"the tab goes {words}, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
         problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
     E, width = beam.scale.youngs_modulus, beam.scale.width
     # a length or width that is out of range says nothing of stiffness

@@ -36,6 +36,7 @@ class Bent(NamedTuple):
     load_end: float
     margin: float
     mu_static: float
+    sign: int = 1
 
     @property
     def engaged(self) -> bool:
@@ -45,7 +46,7 @@ class Bent(NamedTuple):
     @property
     def far(self) -> float:
         """Bend per pitch at which the parameter of the pieces is 1."""
-        return self.pieces[0].leg.step[0]
+        return abs(self.pieces[0].leg.step[0])
 
     @property
     def theta_end(self) -> float:
@@ -118,24 +119,26 @@ class Bent(NamedTuple):
             for name, v in values.items():
                 found[name][here] = v
         found["load"] = loads
+        found["scales"] *= self.sign
         along = in_si(self.case, found, work)
         return along | {"T": self.case.stiffness * found["T"], "contact": contact}
 
 
 def solve(asked: Asked) -> tuple[list[Bent], States]:
     """Solve what is asked up to the one bend of its path, for each coefficient of friction."""
-    case, to = Case.of(asked.beam, "bending"), abs(asked.path.values[-1])
-    found = [_cut(case, list(_followed(of(asked, float(m)))), asked.margin, to) for m in np.atleast_1d(asked.mus)]
+    case, to = Case.of(asked.beam, "bending", asked.path.sense), abs(asked.path.values[-1])
+    sign = -1 if case.mirrored else 1
+    found = [_cut(case, list(_followed(of(asked, float(m)), sign)), asked.margin, to) for m in np.atleast_1d(asked.mus)]
     attrs: dict[str, float | str] = {"margin": asked.margin, "neutral": asked.neutral}
     return found, States({}, attrs, soft([piece for bent in found for piece in bent.pieces]))
 
 
-def _followed(design: Design) -> list[Piece]:
-    """Follow a design as it is bent, to its end or to the end of the search."""
+def _followed(design: Design, sign: int) -> list[Piece]:
+    """Follow a design as it is bent, ``sign`` -1 away from its scales, to its end or to the end of the search."""
     far = FIRST / design.eta
     while True:
         far = min(far, SEARCH)
-        pieces = list(follow(design, [(far, 0.0)]))
+        pieces = list(follow(design, [(sign * far, 0.0)]))
         if pieces[-1].end or far == SEARCH:
             return pieces
         far *= 2
@@ -143,7 +146,8 @@ def _followed(design: Design) -> list[Piece]:
 
 def _cut(case: Case, pieces: list[Piece], margin: float, to: float) -> Bent:
     """Return a path that was followed, up to the bend ``to`` per pitch."""
-    far, last = pieces[0].leg.step[0], pieces[-1]
+    step, last = pieces[0].leg.step[0], pieces[-1]
+    far = abs(step)
     first = next((piece for piece in pieces if piece.contact), None)
     load_e, load_end = (first.x0 * far if first else math.inf), last.x1 * far
     end = End(last.end or (End.RANGE if first else End.NONE))
@@ -153,7 +157,8 @@ def _cut(case: Case, pieces: list[Piece], margin: float, to: float) -> Bent:
     if to < load_end:
         end, other, load_end = End.NONE if end is End.NONE else End.RANGE, "", to
     kept = tuple(piece for piece in pieces if piece.x1 > piece.x0 and piece.x0 * far < load_end)
-    return Bent(case, kept, end, other, load_e, load_end, margin, lock if lock > 0 else math.inf)
+    lock = lock if lock > 0 else math.inf
+    return Bent(case, kept, end, other, load_e, load_end, margin, lock, 1 if step > 0 else -1)
 
 
 def _theta(piece: Piece, x: float) -> float:
@@ -169,6 +174,7 @@ def _touching(piece: Piece, x: Array) -> dict[str, Array]:
     return {
         "theta": state["theta"],
         "scales": state["M"],
+        # moment and bend change their signs together
         "tangent": piece.tangent(x) / piece.leg.step[0],
         "N": N,
         "f": piece.leg.design.mu * N,
