@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import squama
 from squama.arrays import solution
-from squama.dynamics import branches, motion, systems
+from squama.dynamics import branches, motion
 from squama.dynamics.branches import APART, SHAPES, Branch, Side
 from squama.dynamics.decay import Sides, decay
 from squama.loads import LOADS
@@ -192,14 +192,20 @@ def test_speed_is_no_group() -> None:
     assert (slow.period / fast.period).values == pytest.approx(np.full(8, 100.0), rel=1e-10)
 
 
-def test_scales_on_both_sides_swing_alike() -> None:
-    one, both = (
-        squama.vibrate(BEAM, release="5 rad/m", rotor=ROTOR, mu=0.3, sides=s, **HINGE) for s in ("one", "both")
+def test_scales_on_both_faces_take_turns_or_work_together() -> None:
+    """Mirrored, each sense closes one face, so a trough is the next peak of one face; turned, one sense closes both."""
+    given = {"joint": {"inclusion_factor": 2.0}}
+    one, mirrored, turned = (
+        squama.vibrate(BEAM.replace(faces=f, **given), release="5 rad/m", rotor=ROTOR, mu=0.3, **HINGE)
+        for f in ("one", "mirrored", "turned")
     )
-    assert -both.phi_turn.values[1] == pytest.approx(one.phi_turn.values[2], rel=1e-9)
-    held = systems.Held(LOADS["twisting"], 0.3, "edge", "hinge", True, True)
-    sides = systems.sides(BEAM, held, "uniform", 1, 0.1)[0]
-    assert sides.plus is sides.minus
+    assert -mirrored.phi_turn.values[1] == pytest.approx(one.phi_turn.values[2], rel=1e-9)
+    # two joints against the bar are one against half of it
+    rigidity, K = BEAM.replace(**given).torsional_rigidity, BEAM.joint_stiffness
+    ratios = BEAM.ratios | {"mu": 0.3, "amplitude": 5 * BEAM.pitch, "kappa": rigidity / (K * BEAM.pitch) / 2}
+    assert turned.phi_turn.values[::2] == pytest.approx(squama.free_vibration(**ratios).peaks, rel=1e-9)
+    told = squama.free_vibration(**ratios | {"kappa": 2 * ratios["kappa"]}, faces="turned")
+    assert told.peaks == pytest.approx(turned.phi_turn.values[::2], rel=1e-9)
 
 
 def test_material_damping_goes_on_below_engagement() -> None:

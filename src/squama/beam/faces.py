@@ -55,10 +55,26 @@ FACES: Mapping[str, Other | None] = {
 
 def read(value: object) -> str:
     """Return a word of :data:`FACES`; refuse others."""
-    if isinstance(value, str) and value in FACES:
-        return value
-    meant = '"mirrored" (as armour) or "turned"' if value == "both" else f"one of {', '.join(map(repr, FACES))}"
-    refuse("", shown(value), "does not say where scales are", f"write {meant}".replace("'", '"'))
+    if not isinstance(value, str) or value not in FACES:
+        meant = '"mirrored" (as armour) or "turned"' if value == "both" else f"one of {', '.join(map(shown, FACES))}"
+        refuse("", shown(value), "does not say where scales are", f"write {meant}")
+    return value
+
+
+def described(faces: str) -> str:
+    """Say on which faces there are scales."""
+    return f"both faces, {faces}" if FACES[faces] else "one face"
+
+
+def sense(faces: str, axis: int, alpha: float) -> int:
+    """Return the sense in which the other face sees the bend (axis 0) or the twist (1) alone; 0 without scales there.
+
+    Scales across the beam, alpha = 0, are their own mirror image in x.
+    """
+    other = FACES[faces]
+    if other is None:
+        return 0
+    return 1 if axis and not alpha else other.seen[axis]
 
 
 def only_one(faces: str, what: str) -> None:

@@ -64,7 +64,7 @@ def parts_fit(beam: Assembly) -> None:
     sine = math.sin(beam.scale.theta0)
     depth, room = beam.scale.embedded * sine, beam.substrate.thickness / (2 if beam.other else 1)
     if depth >= room:
-        words = "through the substrate" if room == beam.substrate.thickness else "beyond the middle, to the other face's"
+        words = "beyond the middle, to those of the other face" if beam.other else "through the substrate"
         reason = f"the tab goes {words}, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
         problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
     E, width = beam.scale.youngs_modulus, beam.scale.width

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.beam import faces
 from squama.beam.design import Beam
 from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, LoadPath, Solved, figures
@@ -28,11 +29,7 @@ OTHER = "of the other face: "
 
 def sense(beam: Beam, load: str) -> int:
     """Return the sense in which the other face sees a load; 0 without scales there."""
-    if beam.other is None:
-        return 0
-    # scales across the beam are their own mirror image
-    across = LOADS[load].sided and not beam.scale.alpha
-    return 1 if across else beam.other.seen[LOADS[load].axis]
+    return faces.sense(beam.faces, LOADS[load].axis, beam.scale.alpha)
 
 
 def alike(beam: Beam, load: str) -> int:
@@ -92,14 +89,14 @@ class Both(NamedTuple):
         grid = np.union1d(np.append(loads, cut), fine)
         along = self._at(grid)
         last = {role: float(v[np.searchsorted(grid, cut)]) for role, v in along.items() if v.dtype.kind == "f"}
-        kept = told | figures(
-            self.case, last, load_e, float(ends["load_end"]), float(told["theta_end"] if ends is told else last["theta"])
-        )
+        theta_end = float(told["theta_end"]) if ends is told else last["theta"]
+        load_end = float(ends["load_end"])
+        load_end = load_end if ends is told or math.isfinite(load_end) else cut
+        kept = told | figures(self.case, last, load_e, load_end, theta_end)
         kept["load_e_other"] = float(other.figures["load_e"])
         if ends is not told:
             words = str(ends["other_contact"])
             kept["end"] = str(End.OTHER) if ends["end"] == End.NONE else ends["end"]
-            kept["load_end"], kept["rate_end"] = min(kept["load_end"], cut), min(kept["rate_end"], cut / d)
             kept["other_contact"] = OTHER + words if words else ""
         if "T" in along:
             kept["T_c"] = last["T"]
@@ -117,7 +114,7 @@ class Both(NamedTuple):
         found = total(parts, self.case.rigidity)
         if "T" in found:
             # the torque that holds a bent beam of oblique scales
-            found["T"] = sum(sign * part["T"] for sign, part in zip(self.turns, parts, strict=True))
+            found["T"] = self.turns[0] * parts[0]["T"] + self.turns[1] * parts[1]["T"]
         return found | {f"{role}_other": parts[1][role] for role in ("theta", "N")}
 
 

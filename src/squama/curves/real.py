@@ -184,8 +184,9 @@ class Path(NamedTuple):
                 own[role][beyond] = values_there
         if held.more:
             rate = own["rate"][beyond]
-            for role, bar in (("torque", rate), ("U_el", rate**2 / 2), ("U_bar", rate**2 / 2), ("tangent", 1 + 0 * rate)):
-                own[role][beyond] += held.more * bar
+            own["torque"][beyond] += held.more * rate
+            own["U_el"][beyond] += held.more * rate**2 / 2
+            own["tangent"][beyond] += held.more
         own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
         q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
         q[:, :3] /= self.beam.pitch

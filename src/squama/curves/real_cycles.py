@@ -105,7 +105,7 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
         return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE))
 
     if seen < 0 and (first := way(-1).contact).first != -1 and first.phi < far:
-        reason = f"is beyond {first.phi:.6g} rad/pitch, where scales of the other face touch, which a cycle does not follow"
+        reason = f"is beyond {first.phi:.6g} rad/pitch, where the other face's scales touch too, which is not followed"
         refuse("twist", f"{far:.6g} rad/pitch", reason, "turn round before")
     for sense in used_senses(values.tolist()):
         sign = -1 if sense == "-" else 1

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.arrays import solution
+from squama.beam.faces import FACES, sense
 from squama.curves import hinge
 from squama.curves.path import Case
 from squama.dynamics import branches
@@ -54,7 +55,7 @@ def free_vibration(
     load: str = "twisting",
     mode: str = "uniform",
     law: str = "edge",
-    sides: str = "one",
+    faces: str = "one",
 ) -> FreeVibration:
     """Let beams of hinged scales swing: peaks, times and damping of every cycle, without steps in time.
 
@@ -76,8 +77,9 @@ def free_vibration(
         "uniform" (a rotor at the end); in bending also "simply supported" or "cantilever", the first mode.
     law
         "edge" or "plate".
-    sides
-        Scales on "one" side (in the other sense the bar is taken as bare) or on "both".
+    faces
+        Which of the bar's faces have scales, as of :class:`squama.Beam`; where scales do not close by their tips the
+        bar is taken as bare.
 
     Returns
     -------
@@ -99,7 +101,7 @@ def free_vibration(
     """
     kind = arguments.load(load)
     arguments.one_of("mode", mode, MODES)
-    arguments.one_of("sides", sides, ("one", "both"))
+    arguments.one_of("faces", faces, tuple(FACES))
     if mode != "uniform" and kind.sided:
         refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending"')
     if (amplitude is None) == (impulse is None):
@@ -120,7 +122,8 @@ def free_vibration(
         one = {name: float(column[i]) for name, column in named.items()}
         case = Case(1.0, one["kappa"], 1.0, one["eta"], one["theta0"])
         path = hinge.path(case, sol.one(i), None, one["mu"], law, branches.FINEST)
-        found.append(_one(path, one["kappa"], value, mode, n, pushed=impulse is not None, both=sides == "both"))
+        seen = sense(faces, kind.axis, one["alpha"])
+        found.append(_one(path, one["kappa"], value, mode, n, pushed=impulse is not None, seen=seen))
     peaks, troughs = slice(0, None, 2), slice(1, None, 2)
     turns = np.array([_filled(one, 2 * n + 1) for one in found]).reshape(*shape, 3, 2 * n + 1)
     t, y, stored = (turns[..., i, :] for i in range(3))
@@ -138,11 +141,14 @@ def _filled(one: Decay, size: int) -> Array:
     return rows
 
 
-def _one(path: hinge.Path, kappa: float, given: float, mode: str, swings: int, *, pushed: bool, both: bool) -> Decay:
-    """Return the decay of one design; what it had too much of energy is over K_theta."""
+def _one(path: hinge.Path, kappa: float, given: float, mode: str, swings: int, *, pushed: bool, seen: int) -> Decay:
+    """Return the decay of one design; what it had too much of energy is over K_theta.
+
+    ``seen``: sense in which scales of the other face see the load, 0 without.
+    """
     # a swing that passes 0 with a speed goes no further than without scales
-    plus = branches.modal(branches.of_path(path, kappa, given), mode)
-    found = Sides(plus, plus if both else APART)
+    plus = branches.modal(branches.of_path(path, kappa / 2 if seen > 0 else kappa, given), mode)
+    found = Sides(plus, plus if seen < 0 else APART)
     if not pushed and given > plus.last * (1 + 1e-12):
         return Decay.of([], BEYOND, math.nan, math.nan)
     how = {"speed": given} if pushed else {"start": min(given, plus.last)}

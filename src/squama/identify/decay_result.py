@@ -70,7 +70,6 @@ class DecayFit(Estimated):
             "joint": held.joint,
             "scales": idealisation(self.beam, held.joint, ideal=held.ideal),
             "mode": self.mode,
-            "sides": "both" if held.both else "one",
         }
 
     def record(self) -> dict[str, Any]:

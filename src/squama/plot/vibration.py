@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from squama.beam.faces import described, sense
 from squama.loads import LOADS, Load, model
 from squama.plot.fit import NAMES
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
@@ -45,7 +47,7 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
 
 
 def _scales(dataset: xr.Dataset) -> str:
-    return "scales on both sides" if dataset.attrs["sides"] == "both" else "scales on one side"
+    return f"scales on {described(dataset.attrs.get('faces', 'one'))}"
 
 
 def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
@@ -62,7 +64,7 @@ def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
 
 def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any]) -> None:
     engaged = float(dataset[f"{names.angle}_e"])
-    both = dataset.attrs["sides"] == "both"
+    both = sense(dataset.attrs.get("faces", "one"), names.axis, math.inf) < 0
     for sign in (1, -1) if both else (1,):
         if np.isfinite(engaged):
             words = "engagement" if sign > 0 else None

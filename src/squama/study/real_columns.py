@@ -106,7 +106,7 @@ def solved(
 
 def _joints(c: Cells, b: _Beams, i: Array) -> Array:
     """Return the joints of some of the beams."""
-    stiffness, inclusion, matrix = c.given
+    stiffness, inclusion, matrix = c.given[:3]
     K = law.stiffness(b.designs.shape.at(i)) if matrix is None else np.broadcast_to(matrix.K, (i.size, *matrix.K.shape))
     K_theta = None if stiffness is None else b.K_theta[i]
     if c.joint_factor is not None:
