@@ -52,6 +52,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("stretch", "1", "stretch of the line in the middle of the bar", r"\epsilon", "theory: combined"),
     ("N", "N", "normal force of a contact", "N", "paper Eqs. 7, 12"),
     ("N_other", "N", "normal force of a contact on the other face", "N'", "theory: both faces"),
+    ("contact_other", "", "what touches on the other face", "", "theory: both faces"),
     ("f", "N", "friction force of a contact", "f", "paper Eq. 12"),
     ("f0", "1", "friction force f l/K_theta", r"\bar{f}_0", "paper Eq. 12"),
     ("p", "m", "place of the contact on the tip edge, from its middle", "p", "paper Eqs. 2, 5"),

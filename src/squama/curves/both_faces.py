@@ -32,6 +32,11 @@ def sense(beam: Beam, load: str) -> int:
     return faces.sense(beam.faces, LOADS[load].axis, beam.scale.alpha)
 
 
+def views(beam: Beam) -> list[tuple[int, int]]:
+    """Return the signs of the bend and of the twist that each face sees, the scaled face first."""
+    return [(1, 1), beam.other.seen] if beam.other else [(1, 1)]
+
+
 def alike(beam: Beam, load: str) -> int:
     """Return on how many faces scales do the same, where those of two do not act one at a time."""
     return 2 if sense(beam, load) > 0 else 1

@@ -11,6 +11,7 @@ import numpy as np
 from squama import arguments
 from squama.arrays.combined_states import combined
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath
@@ -128,7 +129,10 @@ def bent_and_twisted(
     twisting = LOADS["twisting"]
     held, thin, note = _held(beam, joint, ideal, neutral, free)
     lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
-    line = arguments.one_of("neutral", neutral or lines[0], lines)
+    first = "middle" if beam.other else lines[0]
+    line = arguments.one_of("neutral", neutral or first, lines)
+    if beam.other and line != first:
+        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", f'write "{first}"')
     asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
@@ -163,6 +167,7 @@ def _held(
 def _freed(free: str, asked: Asked) -> int:
     """Return the axis of the load that is left free, checked against the rest."""
     axis = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis
+    only_one(asked.beam.faces, "a load that is left free")
     if float(asked.mus):
         refuse(
             "mu", f"{float(asked.mus):g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0"
