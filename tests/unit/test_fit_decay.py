@@ -48,9 +48,10 @@ def test_friction_and_damping_are_given_back_within_their_errors():
 
 
 def test_without_noise_all_of_it_is_exact():
-    both = BEAM.replace(faces="mirrored")
+    given = {"inclusion_factor": BEAM.C_f}
+    both = BEAM.replace(faces="mirrored", joint=given)
     t, y, v = sampled(beam=both, release="-0.2 rad/pitch", damping=0.005, swings=2, **HINGE)
-    guess = GUESS.replace(faces="mirrored", joint={"stiffness": 2.0})
+    guess = GUESS.replace(faces="mirrored", joint={**given, "stiffness": 2.0})
     f = squama.fit_decay({"t": t + 7, "phi": y}, guess, **HINGE)
     assert f.values["mu"] == pytest.approx(0.3, rel=1e-5)
     assert f.values["damping"] == pytest.approx(0.005, rel=1e-5)

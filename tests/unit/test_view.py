@@ -232,7 +232,7 @@ def test_a_picture_shows_the_whole_beam_in_the_colour_of_its_state() -> None:
         camera = look.fitted(look.outline(d, state.load, state.theta), 2.0)
         seen = camera.seen(look.outline(d, state.load, state.theta))
         assert 0.8 < np.abs(seen[:, :2]).max() < 0.97, "whole, and not small"
-        pixels = picture.render(d, state, 0.5, camera, (300, 150)).reshape(-1, 3).astype(float)
+        pixels = picture.render([(d, state)], 0.5, camera, (300, 150)).reshape(-1, 3).astype(float)
         # shaded or not, the hue is that of the state
         wanted = picture._rgb(STATES[colour])
         share = {

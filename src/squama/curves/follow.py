@@ -115,7 +115,7 @@ def solved(
     (the compliant joint goes to 0.3 rad per pitch). No path goes on by general contact, which takes seconds.
     """
     kind = LOADS[load]
-    way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])
+    way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense))])
     asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal, onward=False)
     return model(joint, asked).solve(asked)[0][0]
 
