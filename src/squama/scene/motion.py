@@ -33,6 +33,10 @@ WALKED = 121
 _STATE = ("load", "theta", "N", "f", "torque")
 
 
+SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0, "both": False}
+"""What is of the scaled face in a design; ``both``: the other one has scales, too."""
+
+
 class Setting(NamedTuple):
     """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`."""
 
@@ -248,8 +252,6 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
         "law": kind.law(setting.law),
         "neighbour": max(1, neighbour),
         "scales": min(beam.scales, MOST_SCALES),
-        "S": [1, 1, 1],
-        "bend": 1,
-        "shift": 0.0,
+        **SCALED,
         "both": beam.other is not None,
     }
