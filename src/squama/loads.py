@@ -139,7 +139,13 @@ LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 def model(attrs: Mapping[str, Any]) -> str:
     """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
     about = {**PAPER, **attrs}
-    return LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
+    said = LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
+    return said + covering(attrs)
+
+
+def covering(attrs: Mapping[str, Any]) -> str:
+    """Say how scales lie on both faces, by a result's attributes, to be put behind other words; else nothing."""
+    return f", on both faces ({attrs['faces']})" if "faces" in attrs else ""
 
 
 MODES = ("uniform", "simply supported", "cantilever")

@@ -88,9 +88,7 @@ def _both(beam: Assembly) -> list[str]:
     if beam.other is None or beam.joint.inclusion_factor is not None or not beam.scale.embedded:
         return []
     taken = "tabs in both faces are taken to stiffen the bar by twice what those of one do"
-    return [
-        f"{taken}; in elements it was 1.6 to 2.1 times (joint.inclusion_factor, if given, is that of the whole beam)"
-    ]
+    return [f"{taken}; in elements it was 1.6 to 2.1 times (joint.inclusion_factor would be the whole beam's)"]
 
 
 def _overlap(beam: Assembly) -> list[str]:

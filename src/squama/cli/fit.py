@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam import faces
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import refuse
@@ -184,7 +183,6 @@ def _decayed(found: DecayFit, file: str) -> Iterable[str]:
     """Return the summary of a decay."""
     attrs = found.attrs
     yield f" read as a decay (time, no torque), fitted with {file} in {attrs['load']} ({found.mode}), {model(attrs)}"
-    yield f"scales on {faces.described(found.beam.faces)}"
     yield from found.summary().splitlines()
 
 

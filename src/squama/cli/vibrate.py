@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
-from squama.beam import faces
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, whole
 from squama.loads import LOADS, model
@@ -72,8 +71,7 @@ def _shown(data: xr.Dataset) -> Iterable[str | Table]:
     """Return the summary: a row per cycle, and how the record ends."""
     kind = LOADS[data.attrs["load"]]
     angle, attrs = kind.angle, data.attrs
-    sides = faces.described(attrs.get("faces", "one"))
-    yield f" swings in {kind.name} ({attrs['mode']}), scales on {sides}: mu = {float(data['mu']):g}, {model(attrs)}"
+    yield f" swings in {kind.name} ({attrs['mode']}): mu = {float(data['mu']):g}, {model(attrs)}"
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
     rows = [
