@@ -86,7 +86,8 @@ def bend_twist(
         motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each change of
         contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
         how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
-        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``.
+        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``. With
+        scales on both faces ``contact_other``, ``theta_other`` and ``N_other`` are of the other face.
 
     Raises
     ------
