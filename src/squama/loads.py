@@ -135,7 +135,13 @@ def model(attrs: Mapping[str, Any]) -> str:
     """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
     about = {**PAPER, **attrs}
     # of rows, and of both loads together, as of twisting
-    return LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
+    said = LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
+    return said + covering(attrs)
+
+
+def covering(attrs: Mapping[str, Any]) -> str:
+    """Say how scales lie on both faces, by a result's attributes, to be put behind other words; else nothing."""
+    return f", on both faces ({attrs['faces']})" if "faces" in attrs else ""
 
 
 MODES = ("uniform", "simply supported", "cantilever")

@@ -163,9 +163,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "0 -> 1": "no scale is named where the asked twist is the end",
     },
     ("beam/validity.py", "if tau <= THIN * gap * (1 + 1e-9):"): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
-    ("curves/follow.py", "way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])"): {
-        "1 -> 2": "only its sign is taken",
-    },
     (
         "curves/hinge.py",
         "pole = float(energy.pole(t.row, t.x_end, np.array([mu]), law, t.x0)[0]) if x_end > x0 else x0 + 1",

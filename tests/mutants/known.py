@@ -164,6 +164,8 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_gradient.py",
         PROPERTIES[4],
     ),
+    "beam/faces.py": ("properties/test_both_faces.py",),
+    "curves/both_faces.py": ("properties/test_both_faces.py",),
     "beam/joint_law.py": ("unit/test_joint_law.py", "unit/test_columns.py", "unit/test_design.py"),
     "beam/parts.py": (
         "unit/test_design.py",

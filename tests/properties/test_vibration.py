@@ -13,7 +13,7 @@ import squama
 from squama.arrays import solution
 from squama.curves import hinge
 from squama.curves.path import Case
-from squama.dynamics import hinged, motion, systems
+from squama.dynamics import hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
 from squama.dynamics.modes import SHAPES
@@ -246,14 +246,20 @@ def test_speed_is_no_group() -> None:
     assert (slow.period / fast.period).values == pytest.approx(np.full(8, 100.0), rel=1e-10)
 
 
-def test_scales_on_both_sides_swing_alike() -> None:
-    one, both = (
-        squama.vibrate(BEAM, release="5 rad/m", rotor=ROTOR, mu=0.3, sides=s, **HINGE) for s in ("one", "both")
+def test_scales_on_both_faces_take_turns_or_work_together() -> None:
+    """Mirrored, each sense closes one face, so a trough is the next peak of one face; turned, one sense closes both."""
+    given = {"joint": {"inclusion_factor": 2.0}}
+    one, mirrored, turned = (
+        squama.vibrate(BEAM.replace(faces=f, **given), release="5 rad/m", rotor=ROTOR, mu=0.3, **HINGE)
+        for f in ("one", "mirrored", "turned")
     )
-    assert -both.phi_turn.values[1] == pytest.approx(one.phi_turn.values[2], rel=1e-9)
-    held = systems.Held(LOADS["twisting"], 0.3, "edge", "hinge", True, True)
-    sides = systems.sides(BEAM, held, "uniform", 1, 0.1)[0]
-    assert sides.plus is sides.minus
+    assert -mirrored.phi_turn.values[1] == pytest.approx(one.phi_turn.values[2], rel=1e-9)
+    # two joints against the bar are one against half of it
+    rigidity, K = BEAM.replace(**given).torsional_rigidity, BEAM.joint_stiffness
+    ratios = BEAM.ratios | {"mu": 0.3, "amplitude": 5 * BEAM.pitch, "kappa": rigidity / (K * BEAM.pitch) / 2}
+    assert turned.phi_turn.values[::2] == pytest.approx(squama.free_vibration(**ratios).peaks, rel=1e-9)
+    told = squama.free_vibration(**ratios | {"kappa": 2 * ratios["kappa"]}, faces="turned")
+    assert told.peaks == pytest.approx(turned.phi_turn.values[::2], rel=1e-9)
 
 
 def test_the_bound_of_a_free_motion_is_its_envelope() -> None:

@@ -329,3 +329,26 @@ def test_the_bench_is_a_rotation():
 
 def test_parts_and_formats_in_any_order():
     assert arguments.several("parts", ["mould", "scale", "mould"], exporting.PARTS) == ("scale", "mould")
+
+
+@pytest.mark.parametrize("faces", ["mirrored", "turned, shifted"])
+def test_scales_of_both_faces_stand_where_the_map_puts_them(faces, tmp_path):
+    beam = BEAM.replace(faces=faces)
+    made = squama.export(beam, tmp_path, scales=3, parts=["substrate", "assembly"], formats=["stl"])
+    bar, *scales = made.solids["assembly"]
+    assert [row.number for row in made.bill if row.part == "scale"] == [6]
+    # along, across, up of the bar's middle line
+    S = np.array(beam.other.S)[[2, 0, 1]]
+    middle, shift = np.array([0, 0, 8.0]), [20 * beam.other.shift, 0, 0]
+    for own, other in zip(scales[:3], scales[3:], strict=True):
+        there = (own.vertices - middle) * S + middle + shift
+        assert np.abs(there[:, None] - other.vertices).sum(axis=2).min(axis=1).max() < 1e-9
+    assert bar.volume == pytest.approx(BAR - 6 * SLOT, rel=1e-9)
+    assert {check.measured for check in made.checks if check.what == "slots"} == {3}
+    assert len([check for check in made.checks if check.what == "slots"]) == 2
+    for change, parts, said in (
+        ({}, ["mould"], "casts the slots of one face"),
+        ({"scale": {"embedded": "28 mm", "width": "10 mm"}}, ["substrate"], "comes to those of the other face"),
+    ):
+        with pytest.raises(InputError, match=said):
+            squama.export(beam.replace(**change), tmp_path / "refused", scales=3, parts=parts)

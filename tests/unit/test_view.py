@@ -22,7 +22,7 @@ from squama.model.paths import ARRAY
 from squama.plot.palette import SCENE, STATES
 from squama.scene import geometry, look, picture, standalone
 from squama.scene.look import SAMPLES, Canvas
-from squama.scene.motion import ENDED, FREE, LOCKED, MOST_SCALES, SLIDING, Motion, Setting, shape
+from squama.scene.motion import ENDED, FREE, LOCKED, MOST_SCALES, SCALED, SLIDING, Motion, Setting, shape, shapes
 
 MAIN = squama.Beam.from_ratios(scales=7)
 hinged = functools.partial(Setting, joint="hinge")
@@ -58,7 +58,16 @@ def one_pair(monkeypatch):
 def test_scales_are_those_of_the_oracle(sense: int) -> None:
     rng = np.random.default_rng(3)
     for eta, alpha, beta, lam, theta, phi in rng.uniform([1, 0.1, 0.3, 0.1, 0.1, 0], [5, 1.4, 2, 1, 1.6, 1], (20, 6)):
-        d = {"kind": "twisting", "eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "half": 1.0, "sense": sense}
+        d = {
+            "kind": "twisting",
+            "eta": eta,
+            "beta": beta,
+            "lam": lam,
+            "alpha": alpha,
+            "half": 1.0,
+            "sense": sense,
+            **SCALED,
+        }
         for j in (0, 1, 3):
             ours = geometry.scale(d, phi, theta, j)
             theirs = scale(FP, Design(eta, alpha, beta, lam, 0.1, sense), theta, phi, j)
@@ -81,7 +90,16 @@ def test_a_moved_scale_has_its_pose_in_every_cross_section(sense: int) -> None:
     rest = plate.Rest.at(eta, beta, lam, alpha, 0.2)
     v = np.array([0.02, -0.01, 0.03, 0.1, 0.3, -0.2])
     moved = plate.pose(rest, v)
-    d = {"kind": "twisting", "eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "half": 1.0, "sense": sense}
+    d = {
+        "kind": "twisting",
+        "eta": eta,
+        "beta": beta,
+        "lam": lam,
+        "alpha": alpha,
+        "half": 1.0,
+        "sense": sense,
+        **SCALED,
+    }
     pose = np.array([moved.c - rest.base, *(moved.R @ rest.axes[:2].T).T])
     first = geometry.scale(d, phi, pose.tolist(), 0.0)
     xi = np.array([[0, -beta, 0], [0, beta, 0], [eta, beta, 0], [eta, -beta, 0]])
@@ -236,7 +254,7 @@ def test_a_picture_shows_the_whole_beam_in_the_colour_of_its_state() -> None:
         camera = look.fitted(look.outline(d, state.load, state.theta), 2.0)
         seen = camera.seen(look.outline(d, state.load, state.theta))
         assert 0.8 < np.abs(seen[:, :2]).max() < 0.97, "whole, and not small"
-        pixels = picture.render(d, state, 0.5, camera, (300, 150)).reshape(-1, 3).astype(float)
+        pixels = picture.render([(d, state)], 0.5, camera, (300, 150)).reshape(-1, 3).astype(float)
         # shaded or not, the hue is that of the state
         wanted = picture._rgb(STATES[colour])
         share = {
@@ -382,3 +400,33 @@ def test_the_scripts_have_the_same_sizes_and_are_handed_the_colours() -> None:
     assert f"LONGEST = {geometry.LONGEST};" in form
     assert f"away *= {look.AWAY};" in scene
     assert all(len(path.read_text(encoding="utf-8").splitlines()) < 350 for path in folder.glob("*.js"))
+
+
+@pytest.mark.parametrize("faces", ["mirrored", "turned, shifted"])
+@pytest.mark.parametrize("load", ["twisting", "bending"])
+def test_scales_of_the_other_face_follow_the_same_bar(faces: str, load: str) -> None:
+    """Each face's next scale is this one moved by one and the same motion, that of the bar's sections."""
+    motion = Motion(hinged(MAIN.replace(faces=faces), 0.2, load=load))
+    state = motion.state(0.6 * motion.last)
+    (own, _), (other, _) = motion_shapes = shapes(motion)
+    a, b = (geometry.frame(own, state.load, k) for k in (0.3, 1.3))
+
+    def middle(f: geometry.Frame) -> np.ndarray:
+        return f.o - own["lam"] * f.y
+
+    turn = np.array([b.x, b.y, b.z]).T @ np.array([a.x, a.y, a.z])
+    for design, of in motion_shapes:
+        one = of(state)
+        first, second = (geometry.scale(design, one.load, one.attitude, k).corners for k in (0.3, 1.3))
+        assert np.allclose((first - middle(a)) @ turn.T + middle(b), second, rtol=0, atol=1e-12)
+    # at rest on the other side of the bar
+    up, down = (geometry.scale(design, 0.0, 0.2, 0.0).corners for design in (own, other))
+    assert np.allclose(down, up * MAIN.replace(faces=faces).other.S, rtol=0, atol=1e-15)
+    assert geometry.first(other) - geometry.first(own) == (0.5 if "shifted" in faces else 0.0)
+    beam = MAIN.replace(faces=faces)
+    if load == "twisting":
+        found = squama.twist(beam, mu=0.2, at=[state.load / beam.pitch], joint="hinge", ideal=True)
+        assert state.torque == pytest.approx(found["T"].item(), rel=1e-9)
+        assert state.other.theta == pytest.approx(found.theta_other.item(), rel=1e-9)
+    else:
+        assert (state.name, state.other.name) == (SLIDING, FREE)

@@ -30,7 +30,10 @@ class Beam(Assembly):
     pitch : float or str
         Distance d between two scales, m.
     scales : int
-        Number N of scales, at least 2; the beam is N d long.
+        Number N of scales (of a face), at least 2; the beam is N d long.
+    faces : str
+        "one": scales on one face; "mirrored" (in the bar's middle plane, as armour) or "turned" (by half a turn about
+        the beam's axis): on both; "mirrored, shifted" and "turned, shifted" by half a pitch. See `squama.beam.faces`.
     joint, friction : Joint, Friction
         Optional.
     density, rotor : float or str, optional
@@ -52,6 +55,7 @@ class Beam(Assembly):
             substrate: Substrate | Mapping[str, Any],
             pitch: Quantity,
             scales: int = 25,
+            faces: str = "one",
             joint: Joint | Mapping[str, Any] = ...,
             friction: Friction | Mapping[str, Any] = ...,
             density: Quantity | None = None,
@@ -253,7 +257,9 @@ class Beam(Assembly):
         # the matrix itself, so that the text says all wherever it goes
         matrix = self.joint.matrix
         tables["joint"]["matrix"] = None if matrix is None else matrix.text
-        text = beamfile.write({**tables, "beam": {name: getattr(self, name) for name in beamfile.TABLES["beam"]}})
+        own = {name: getattr(self, name) for name in beamfile.TABLES["beam"]}
+        own["faces"] = self.faces if self.other else None
+        text = beamfile.write({**tables, "beam": own})
         if path is not None:
             files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
         return text

@@ -22,11 +22,21 @@ Each = Callable[..., Number]
 
 
 class Given(NamedTuple):
-    """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not."""
+    """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not.
+
+    ``faces``: how many of the bar's have scales; stiffness and matrix are of one, a factor that is given is the beam's.
+    """
 
     stiffness: Number | None
     inclusion_factor: Number | None
     matrix: StoredMatrix | None
+    faces: int = 1
+
+    def gathered(self, factor: Number) -> Number:
+        """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""
+        if self.faces == 1 or self.inclusion_factor is not None:
+            return factor
+        return 1 + self.faces * (factor - 1)
 
 
 class Sizes(NamedTuple):
@@ -79,8 +89,8 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
-        return each(_scaled, given.matrix.rigidity, s.modulus, s.pitch, 4) / bare(load, s, each)
-    return each(joint.LAWS[f"inclusion {load}"].value, s.zeta, s.beta, s.lam)
+        return given.gathered(each(_scaled, given.matrix.rigidity, s.modulus, s.pitch, 4) / bare(load, s, each))
+    return given.gathered(each(joint.LAWS[f"inclusion {load}"].value, s.zeta, s.beta, s.lam))
 
 
 def rigidity(load: str, s: Sizes, given: Given, each: Each = one) -> Number:

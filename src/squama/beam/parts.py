@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 
 from squama.beam import beamfile, joint_law, matrixfile
+from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
 from squama.loads import NEUTRAL
 from squama.model import reach, section
@@ -90,6 +91,7 @@ def _line(value: object) -> str:
     raise InputError(Problem("", shown(value), f"must be {' or '.join(map(shown, NEUTRAL))}"))
 
 
+Faces = Annotated[str, BeforeValidator(read)]
 Pitch = Annotated[float, _read("beam.pitch")]
 Density = Annotated[float, _read("beam.density")]
 Rotor = Annotated[float, _read("beam.rotor")]
@@ -290,10 +292,16 @@ class Assembly(Part):
     substrate: Substrate
     pitch: Pitch
     scales: Annotated[int, BeforeValidator(whole)] = 25
+    faces: Faces = "one"
     joint: Joint = Joint()
     friction: Friction = Friction()
     density: Density | None = None
     rotor: Rotor | None = None
+
+    @property
+    def other(self) -> Other | None:
+        """Scales of the other face, if there are any."""
+        return FACES[self.faces]
 
     @property
     def eta(self) -> float:
@@ -379,7 +387,10 @@ class Assembly(Part):
 
     @property
     def C_f(self) -> float:
-        """Inclusion factor in twisting: as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda."""
+        """Inclusion factor in twisting: as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
+
+        Tabs in both faces add twice what those of one do, unless the factor is given.
+        """
         return float(joint_law.inclusion("twisting", self.sizes, self.given))
 
     @property
@@ -398,7 +409,8 @@ class Assembly(Part):
     @property
     def given(self) -> joint_law.Given:
         """What is known of the joint."""
-        return joint_law.Given(self.joint.stiffness, self.joint.inclusion_factor, self.joint.matrix)
+        j = self.joint
+        return joint_law.Given(j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1)
 
     @property
     def torsional_rigidity(self) -> float:

@@ -88,13 +88,13 @@ def _record(beam: Beam, found: Mapping[str, Answer]) -> dict[str, object]:
 
 def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     """Return the summary: what happens on the way, the ends of ways on the joint and on hinges, how it ends."""
-    from squama.cli.report import held
+    from squama.cli.report import covered, held
 
     data = next(iter(found.values()))
     attrs = data.attrs
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
-        f" bent and twisted: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {float(data['mu']):g}, "
+        f" bent and twisted: {covered(beam)}, mu = {float(data['mu']):g}, "
         f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {_LINES[attrs['neutral']]}{freed}"
     )
     yield ""

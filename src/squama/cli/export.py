@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
 from squama.io.files import exists, label
@@ -103,7 +104,8 @@ def _record(made: Export) -> dict[str, object]:
 def _shown(made: Export) -> Iterable[str | Table]:
     """Return the bill, and what was measured."""
     plan = made.plan
-    yield f": {plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm"
+    where = f", on {described(plan.faces)}" if plan.pieces > plan.scales else ""
+    yield f": {plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
     rows: list[tuple[str, ...]] = []
     for row in made.bill:
         volume, n = row.volume / 1000, row.number

@@ -87,7 +87,6 @@ class Swing:
     """How the beam of a decay swings: arguments of :func:`squama.fit_decay`."""
 
     mode: flags.Mode = "uniform"
-    both: flags.Both = False
     ideal: flags.Ideal = False
 
 
@@ -127,11 +126,7 @@ def fit(
         _of_tests(data, search, corner=corner, bounds=bounds)
         read = tables.read(data, beam, search.load, decay=True)
         with flags.laid(names):
-            how: dict[str, Any] = {
-                "mode": swing.mode,
-                "sides": "both" if swing.both else "one",
-                "ideal": swing.ideal or None,
-            }
+            how: dict[str, Any] = {"mode": swing.mode, "ideal": swing.ideal or None}
             how |= {name: getattr(search, name) for name in _OF_DECAYS}
             swung = decay.fit_decay(read[0], beam, decay.DEFAULT if find is None else find, **how)
         written = output.write(common, swung.dataset, "decay_figure", flat_decay)
@@ -139,7 +134,7 @@ def fit(
             swung, common, beams[0], data, out, written, swung.record, lambda: _decayed(swung, label(beams[0]))
         )
     if swing != SWING:
-        refuse("--mode, --both, --ideal", "", "are for decays: no table has a column of time, and no torque")
+        refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     parted = {name: text.partition(":") for name, text in limits.items()}
     given = {name: value for name, value in vars(search).items() if value is not None}
     with flags.laid(names):
@@ -187,9 +182,7 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
 def _decayed(found: DecayFit, file: str) -> Iterable[str]:
     """Return the summary of a decay."""
     attrs = found.attrs
-    sides = "both sides" if found.held.both else "one side"
     yield f" read as a decay (time, no torque), fitted with {file} in {attrs['load']} ({found.mode}), {model(attrs)}"
-    yield f"scales on {sides}"
     yield from found.summary().splitlines()
 
 

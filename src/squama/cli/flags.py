@@ -278,7 +278,6 @@ _NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (th
 Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
 _MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
-Both = Annotated[bool, Parameter(help="Scales on both sides instead of one.")]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
 _HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; so are bending and the plate law)."
 Joint = Annotated[str | None, flag(_HELD, read=one_of("hinge", "compliant"))]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
 from squama.fe.agreement import SHARE, holds
@@ -31,6 +32,12 @@ REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
 """What the steps from the beam as it is to the paper's model are called."""
 
 
+def covered(beam: Beam) -> str:
+    """Say how many scales a beam has, and where."""
+    where = f" on {faces.described(beam.faces)}" if beam.other else ""
+    return f"{beam.scales} scales on {beam.length * 1e3:.4g} mm{where}"
+
+
 def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn."""
     data = laws[law]
@@ -40,7 +47,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
     line = f"; {KEPT.format(data.attrs['neutral'])}" if "neutral" in data.attrs else ""
-    yield f" {words.done}{how}: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {mus}{sense}{line}"
+    yield f" {words.done}{how}: {covered(beam)}, mu = {mus}{sense}{line}"
     yield ""
     if data.family is not None:
         for name, response in laws.items():

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
 
-_KEYS = "load law joint scales mode sides damping inertia K_theta rigidity squama_version"
+_KEYS = "load law joint scales mode faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Cycles in the table of the summary at most."""
 Rotor = Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')]
@@ -40,7 +40,6 @@ def vibrate(
     swings: Annotated[int, flag("Number of cycles (8).", read=whole(1, 10_000, "8"))] = 8,
     load: flags.Load = "twisting",
     mode: flags.Mode = "uniform",
-    both: flags.Both = False,
     law: flags.Law = "edge",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
@@ -55,7 +54,7 @@ def vibrate(
     from squama.dynamics.doors import vibrate
 
     how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
-    how |= {"sides": "both" if both else "one", "rotor": rotor, "density": density}
+    how |= {"rotor": rotor, "density": density}
     with flags.laid(flags.arguments(**_LAID)):
         data = vibrate(described, release=release, impulse=impulse, damping=damping, swings=swings, **how)
     written = output.write(common, lambda: data, "vibration_figure", flat_cycle)
@@ -72,8 +71,7 @@ def _shown(data: xr.Dataset) -> Iterable[str | Table]:
     """Return the summary: a row per cycle, and how the record ends."""
     kind = LOADS[data.attrs["load"]]
     angle, attrs = kind.angle, data.attrs
-    sides = "both sides" if attrs["sides"] == "both" else "one side"
-    yield f" swings in {kind.name} ({attrs['mode']}), scales on {sides}: mu = {float(data['mu']):g}, {model(attrs)}"
+    yield f" swings in {kind.name} ({attrs['mode']}): mu = {float(data['mu']):g}, {model(attrs)}"
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
     rows = [
@@ -114,7 +112,6 @@ def shake(
     points: Annotated[int, flag("Number of frequencies (25).", read=whole(2, 1000, "25"))] = 25,
     load: flags.Load = "twisting",
     mode: flags.Mode = "uniform",
-    both: flags.Both = False,
     law: flags.Law = "edge",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
@@ -133,7 +130,7 @@ def shake(
         last = frequency("--highest", highest)
     described = settled(common.beam(beam, mu))
     how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
-    how |= {"sides": "both" if both else "one", "rotor": rotor, "density": density, "damping": damping}
+    how |= {"rotor": rotor, "density": density, "damping": damping}
     with flags.laid(flags.arguments(**_LAID, frequencies="--lowest, --highest")):
         data = shake(described, np.linspace(first, last, points), static=static, torque=torque, **how)
     written = output.write(common, lambda: data, "shaken_figure", _table)

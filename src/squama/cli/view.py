@@ -53,15 +53,18 @@ def view(
 
 
 def _record(load: str, found: View) -> dict[str, object]:
-    state = {key: getattr(found.state, key) for key in ("load", "theta", "N", "f", "torque")}
-    data = {"load": load, "asked": found.asked, "state": {**state, "scales": found.state.name}}
+    state, other = found.state, found.state.other
+    told = {key: getattr(state, key) for key in ("load", "theta", "N", "f", "torque")} | {"scales": state.name}
+    if other:
+        told["other"] = {"theta": other.theta, "N": other.N, "f": other.f, "scales": other.name}
+    data = {"load": load, "asked": found.asked, "state": told}
     return {**data, "model": found.model, "warnings": found.notes, "end": str(found.end), "last": found.last}
 
 
 def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
-    theta = math.degrees(state.theta)
-    yield f": {state.load:.4g} rad per pitch, inclination {theta:.4g} deg, {state.name}; {found.model}"
+    faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
+    yield f": {state.load:.4g} rad per pitch, {'; on the other face '.join(faces)}; {found.model}"
     if asked > found.last:
         yield f"asked for {asked:.4g} rad per pitch, but the curve ends before: {found.end}; its last state is shown"
     yield from output.warnings(found.notes)

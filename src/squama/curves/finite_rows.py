@@ -10,6 +10,7 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import doors, follow, hinge_rows
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
@@ -80,6 +81,7 @@ def row(
     >>> print([f"{t:.3f}" for t in ends], f"{float(r.decay):.2f} per scale")
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
+    only_one(beam.faces, "a finite row")
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
     points = arguments.whole("points", points, 3, 1e5)
     sign = arguments.sense(sense)

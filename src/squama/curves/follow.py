@@ -14,7 +14,7 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.curves import hinge, hinge_cycles
+from squama.curves import both_faces, hinge, hinge_cycles
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, Solved, States
 from squama.errors import refuse
@@ -111,7 +111,7 @@ def solved(
     (the compliant joint goes to 0.3 rad per pitch). No path goes on by general contact, which takes seconds.
     """
     kind = LOADS[load]
-    way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense) if kind.sided else 1)])
+    way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense))])
     asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal, onward=False)
     return model(joint, asked).solve(asked)[0][0]
 
@@ -119,7 +119,9 @@ def solved(
 def curves(asked: Asked, joint: str) -> Answer:
     """Follow a path in one sense: a curve for each coefficient of friction."""
     way = asked.path
-    solved_paths, more = model(joint, asked).solve(asked)
+    solve = model(joint, asked).solve
+    one_face, more = solve(asked)
+    solved_paths = both_faces.gather(asked, one_face, lambda other: solve(other)[0])
     found = [path.curve(points=asked.points, at=asked.at) for path in solved_paths]
     family = ("mu",) * asked.mus.ndim
 
@@ -148,6 +150,8 @@ def cycles(asked: Asked, joint: str) -> Answer:
 
 def _small(beam: Beam, sense: str) -> float:
     """Twist per pitch at engagement by the paper's formula for small angles."""
-    alpha = beam.scale.alpha
-    slope = arguments.sense(sense) * (beam.eta * math.tan(alpha) - math.sin(alpha)) + beam.beta
+    alpha, sign = beam.scale.alpha, arguments.sense(sense)
+    # with scales on both faces that of the one whose scales touch first
+    signs = {sign, sign * (both_faces.sense(beam, "twisting") or 1)}
+    slope = max(s * (beam.eta * math.tan(alpha) - math.sin(alpha)) + beam.beta for s in signs)
     return beam.scale.theta0 / slope if slope > 0 else math.inf

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.curves import both_faces
 from squama.curves.hinge import LOCKS, SAME, Path, in_si, solve, straight, touching
 from squama.curves.path import Asked, Case, LoadPath, States, loop_figures, loop_table, used_senses
 from squama.errors import refuse
@@ -43,18 +44,26 @@ _BEYOND = {
 
 
 class Senses(NamedTuple):
-    """Both senses of loading of a beam, by "+" and "-": solved paths, sides in contact, largest load angles allowed."""
+    """Both senses of loading of a beam, by "+" and "-": solved paths, sides in contact, largest load angles allowed.
+
+    ``faces``: on how many of the bar's faces scales do the same.
+    """
 
     case: Case
     mu: float
     paths: dict[str, Path]
     sides: dict[str, history.Side]
     most: dict[str, float]
+    faces: int = 1
 
     @property
     def bar(self) -> float:
-        """Rigidity of the bar without contact over K_theta d."""
-        return self.case.rigidity / (self.case.stiffness * self.case.pitch)
+        """Rigidity of the bar without contact over K_theta d of what touches."""
+        return self.case.rigidity / (self.faces * self.case.stiffness * self.case.pitch)
+
+    def in_si(self, values: dict[str, Array], work: Array, sign: int = 1) -> dict[str, Array]:
+        """Give values of one face their units, see :func:`squama.curves.hinge.in_si`; sums of all faces that touch."""
+        return both_faces.total([in_si(self.case, values, work, sign)] * self.faces, self.case.rigidity)
 
     def place(self, sign: str, load: float) -> float:
         """Path parameter at a load angle (magnitude, beyond engagement)."""
@@ -63,14 +72,28 @@ class Senses(NamedTuple):
 
 
 def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: bool = True) -> Senses:
-    """Solve a beam in both senses of loading."""
-    found = {}
-    for sign, end in (("+", math.inf), ("-", -math.inf)):
+    """Solve a beam in both senses of loading.
+
+    Of scales on both faces one acts at a time, or both do the same: where the other face's touch too, the path ends.
+    """
+
+    def path(end: float) -> Path:
         asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
-        found[sign] = solve(asked)[0][0]
+        return solve(asked)[0][0]
+
+    found = {"+": path(math.inf), "-": path(-math.inf)}
+    seen = both_faces.sense(beam, load)
+    if seen < 0:
+        other = found["-"]
+        first, told = min((other.load_e, "they come to rest on each other"), (other.load_end, other.other))
+        closed = found["+"]
+        if first < closed.load_end:
+            words = f"{both_faces.OTHER}{told}"
+            closed = path(first)._replace(end=End.OTHER, other=words)
+        found = {"+": closed, "-": closed}
     most = {sign: p.last if p.engaged and p.end in LOCKS else p.load_end for sign, p in found.items()}
     sides = {sign: p.side for sign, p in found.items() if p.engaged}
-    return Senses(Case.of(beam, load), mu, found, sides, most)
+    return Senses(Case.of(beam, load), mu, found, sides, most, both_faces.alike(beam, load))
 
 
 def walk(asked: Asked) -> States:
@@ -196,7 +219,7 @@ def _along(senses: Senses, values: list[float], points: int) -> dict[str, Array]
 
 def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
     """Every variable on a part of the way, ends included."""
-    case, way = senses.case, 1 if abs(piece.stop) > abs(piece.start) else -1
+    way = 1 if abs(piece.stop) > abs(piece.start) else -1
     sign = -1 if piece.sign == "-" else 1
     n = points if piece.sign else max(2, points // STRAIGHT)
     w = np.linspace(0.0, 1.0, n + 1)
@@ -211,9 +234,9 @@ def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
         values, work = touching(side.row, side.law, x, side.friction(way)), history.work(side, a, b)(x)
         load = sign * values["load"]
         load[0], load[-1] = piece.start, piece.stop
-        out = in_si(case, {**values, "load": load}, work, sign)
+        out = senses.in_si({**values, "load": load}, work, sign)
     else:
-        out = in_si(case, straight(case, piece.start + (piece.stop - piece.start) * w), np.zeros(n + 1))
+        out = senses.in_si(straight(senses.case, piece.start + (piece.stop - piece.start) * w), np.zeros(n + 1))
     branch = BRANCHES[{0: 0, 1: 1, -1: 2}[way if piece.sign else 0]]
     return {"branch": np.full(n + 1, branch, "U9"), **{role: out[role] for role in _ALONG[1:-1]}}
 

@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
+from squama.curves import both_faces
 from squama.curves.path import Asked, States
 from squama.loads import LOADS, neutral_height
 from squama.model import energy
@@ -24,39 +26,83 @@ FEWEST = 4
 """Points of a piece at least, both its ends among them."""
 SOFT = "contact {} bears on the root of the next scale, where a real bar bulges"
 _FIGURES = ("psi", "phi", "kappa", "Phi", "theta")
+_SAME = 1e-9
+"""Places of a way that are one but for rounding."""
+
+
+class Span(NamedTuple):
+    """A part of a way, from x0 to x1, on which no face's contact changes: a piece of each face's path.
+
+    ``leg`` is the number of the way, from 1; ``end`` is why the path ends there, else "".
+    """
+
+    pieces: tuple[Piece, ...]
+    leg: int
+    x0: float
+    x1: float
+    end: End | str = ""
+    other: str = ""
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """What touches on each face."""
+        return tuple(piece.contact for piece in self.pieces)
 
 
 def walk(asked: Asked) -> States:
     """Return the states along a path, its events, and how it ends."""
-    beam, design = asked.beam, of(asked, float(asked.mus))
-    pieces = list(follow(design, asked.path.points))
+    beam, spans = asked.beam, _spans(asked)
     parts: list[dict[str, Array]] = []
-    legs: list[int] = []
     done = 0.0
-    for piece in pieces:
-        legs.append(legs[-1] + (piece.leg != pieces[len(parts) - 1].leg) if legs else 1)
-        part = _evaluate(asked, piece, done)
+    for span in spans:
+        part = _evaluate(asked, span, done)
         done = float(part["W_fr"][-1]) if part["W_fr"].size else done
-        parts.append(part | {"leg": np.full(part["theta"].size, legs[-1])})
+        parts.append(part | {"leg": np.full(part["theta"].size, span.leg)})
     along = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    last = pieces[-1]
+    last = spans[-1]
     figures: dict[str, Array] = {
         "end": np.asarray(str(last.end or End.RANGE)),
         "other_contact": np.asarray(last.other),
         "K_theta": np.asarray(LOADS["twisting"].stiffness(beam)),
     }
     ends = dict(zip(_FIGURES, _place(asked, last, last.x1), strict=True))
-    first = next((piece for piece in pieces if piece.contact), None)
+    first = next((span for span in spans if any(span.contacts)), None)
     engaged = _place(asked, first, first.x0) if first else [math.nan] * len(_FIGURES)
     figures |= {f"{name}_end": np.asarray(v) for name, v in ends.items()}
     figures |= {f"{name}_e": np.asarray(v) for name, v in zip(_FIGURES[:-1], engaged, strict=False)}
     figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
     attrs: dict[str, float | str] = {"margin": asked.margin, "neutral": asked.neutral, "load": "bending and twisting"}
     return States(
-        {("point",): along, ("event",): _events(asked, pieces, parts, legs), (): figures},
+        {("point",): along, ("event",): _events(asked, spans, parts), (): figures},
         attrs,
-        soft(pieces),
+        soft([piece for span in spans for piece in span.pieces]),
     )
+
+
+def _spans(asked: Asked) -> list[Span]:
+    """Follow a path on every face, up to where the first of them ends."""
+    design, faces = of(asked, float(asked.mus)), []
+    for bend, twist in both_faces.views(asked.beam):
+        pieces = list(follow(design, [(bend * psi, twist * phi) for psi, phi in asked.path.points]))
+        legs = np.cumsum([1, *(a.leg != b.leg for a, b in pairwise(pieces))]).tolist()
+        faces.append([Span((p,), leg, p.x0, p.x1, p.end, p.other) for leg, p in zip(legs, pieces, strict=True)])
+    if len(faces) == 1:
+        return faces[0]
+    lasts = [face[-1] for face in faces]
+    which = min((0, 1), key=lambda i: (lasts[i].leg, lasts[i].x1))
+    last, found = lasts[which], []
+    cuts = sorted({(one.leg, one.x1) for face in faces for one in face if (one.leg, one.x1) <= (last.leg, last.x1)})
+    leg, x0 = 1, 0.0
+    for number, x1 in cuts:
+        x0 = x0 if number == leg else 0.0
+        leg = number
+        if x1 - x0 > _SAME:
+            at = (leg, (x0 + x1) / 2)
+            both = tuple(next(one for one in face if (one.leg, one.x1) >= at).pieces[0] for face in faces)
+            found.append(Span(both, leg, x0, x1))
+            x0 = x1
+    other = both_faces.OTHER * bool(which and last.other) + last.other
+    return [*found[:-1], found[-1]._replace(end=last.end, other=other)]
 
 
 def of(asked: Asked, mu: float) -> Design:
@@ -77,48 +123,64 @@ def pole_of(piece: Piece) -> float:
     return float(energy.pole(piece, *ends)[0])
 
 
-def _place(asked: Asked, piece: Piece, x: float) -> list[float]:
+def _place(asked: Asked, span: Span, x: float) -> list[float]:
     """Return bend and twist per pitch and per length, and inclination."""
+    piece = span.pieces[0]
     psi, phi = (float(v) for v in piece.leg.loads(np.asarray(x)))
     d = asked.beam.pitch
     return [psi, phi, psi / d, phi / d, float(piece.states(np.array([x]))["theta"][0])]
 
 
-def _evaluate(asked: Asked, piece: Piece, done: float) -> dict[str, Array]:
-    """Return every variable on a piece, ends (the cut-off before a lock) included."""
-    beam, mu, x0 = asked.beam, float(asked.mus), piece.x0
+def _evaluate(asked: Asked, span: Span, done: float) -> dict[str, Array]:
+    """Return every variable on a span, ends (the cut-off before a lock) included."""
+    beam, mu, x0, x1 = asked.beam, float(asked.mus), span.x0, span.x1
     d, K = beam.pitch, LOADS["twisting"].stiffness(beam)
-    unbounded = piece.end in (End.FRICTIONAL, End.KINEMATIC)
-    x1 = float(energy.cutoff(piece, np.array([x0]), np.array([piece.x1]), np.array([unbounded]), asked.margin)[0])
+    if span.end in (End.FRICTIONAL, End.KINEMATIC):
+        locks = [p for p in span.pieces if p.end == span.end]
+        start, stop, unbounded = np.array([x0]), np.array([x1]), np.array([True])
+        x1 = min(float(energy.cutoff(p, start, stop, unbounded, asked.margin)[0]) for p in locks)
     # what locks as soon as it touches or turns has no forces
-    w = np.linspace(0, 1, max(FEWEST, round(asked.points * (piece.x1 - x0)))) if x1 > x0 else np.zeros(0)
+    w = np.linspace(0, 1, max(FEWEST, round(asked.points * (span.x1 - x0)))) if x1 > x0 else np.zeros(0)
     # closer together where the curve steepens
-    x = x0 + (x1 - x0) * (1 - (1 - w) ** 2 if piece.end else w)
-    state, (psi, phi) = piece.states(x), piece.leg.loads(x)
-    work = np.zeros(x.size)
-    if piece.contact and mu and x.size:
-        work = energy.work(piece, x0, x1, pole_of(piece), mu, "")(x)
-    return _in_si(asked, np.full(x.size, piece.contact, "U5"), psi, phi, state, done + work * K / d)
+    x = x0 + (x1 - x0) * (1 - (1 - w) ** 2 if span.end else w)
+    psi, phi = span.pieces[0].leg.loads(x)
+    states, work = [piece.states(x) for piece in span.pieces], np.zeros(x.size)
+    for piece in span.pieces:
+        if piece.contact and mu and x.size:
+            work += energy.work(piece, x0, x1, pole_of(piece), mu, "")(x)
+    contacts = [np.full(x.size, contact, "U5") for contact in span.contacts]
+    return _in_si(asked, contacts, psi, phi, states, done + work * K / d)
 
 
 def _in_si(
-    asked: Asked, contact: Array, psi: Array, phi: Array, state: Mapping[str, Array], W_fr: Array
+    asked: Asked,
+    contacts: Sequence[Array],
+    psi: Array,
+    phi: Array,
+    states: Sequence[Mapping[str, Array]],
+    W_fr: Array,
 ) -> dict[str, Array]:
-    """Give states their units, with the bar's part, energies and RED."""
-    beam, mu = asked.beam, float(asked.mus)
+    """Give states of all faces their units, with the bar's part, energies and RED."""
+    beam, mu, state = asked.beam, float(asked.mus), states[0]
     d, K = beam.pitch, LOADS["twisting"].stiffness(beam)
     kappa, Phi = psi / d, phi / d
     bar = {"M": LOADS["bending"].rigidity(beam) * kappa, "T": LOADS["twisting"].rigidity(beam) * Phi}
-    joints = K / d * (state["theta"] - beam.scale.theta0) ** 2
+    seen = list(zip(both_faces.views(beam), states, strict=True))
+    M, T = (K * np.sum([signs[i] * one[name] for signs, one in seen], axis=0) for i, name in enumerate("MT"))
+    joints = K / d * np.sum([(one["theta"] - beam.scale.theta0) ** 2 for one in states], axis=0)
+    other = {}
+    if len(states) > 1:
+        theta, N = (states[1][name] for name in ("theta", "N"))
+        other = {"contact_other": contacts[1], "theta_other": theta, "N_other": K / d * N}
     U_el = (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
     total = U_el + W_fr
     return {
-        "contact": contact,
+        "contact": contacts[0],
         "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, "theta": state["theta"],
-        "M": bar["M"] + K * state["M"], "M_scales": K * state["M"],
-        "T": bar["T"] + K * state["T"], "T_scales": K * state["T"],
+        "M": bar["M"] + M, "M_scales": M, "T": bar["T"] + T, "T_scales": T,
         "N": K / d * state["N"], "f": mu * K / d * state["N"], "mu_lock": state["mu_lock"],
         "U_el": U_el, "W_fr": W_fr, "RED": np.divide(W_fr, total, out=np.zeros(psi.size), where=total > 0),
+        **other,
     }  # fmt: skip
 
 
@@ -133,7 +195,7 @@ def relax(asked: Asked, free: int) -> States:
     psi, phi, contact = found.psi[kept], found.phi[kept], found.contact[kept]
     none = np.full(psi.size, np.nan)
     state = {"theta": found.theta[kept], "N": found.N[kept], "M": found.M[kept], "T": found.T[kept], "mu_lock": none}
-    along = _in_si(asked, contact, psi, phi, state, 0 * psi) | {"leg": np.ones(psi.size, int)}
+    along = _in_si(asked, [contact], psi, phi, [state], 0 * psi) | {"leg": np.ones(psi.size, int)}
     # rounding of the balance
     along["T" if free else "M"] *= 0
     changed = np.flatnonzero(contact[1:] != contact[:-1]) + 1
@@ -153,27 +215,25 @@ def relax(asked: Asked, free: int) -> States:
     return States({("point",): along, ("event",): events, (): figures}, attrs)
 
 
-def _events(
-    asked: Asked, pieces: Sequence[Piece], parts: Sequence[dict[str, Array]], legs: Sequence[int]
-) -> dict[str, Array]:
-    """Return what happens at the ends of pieces, where, and by how much M and T jump there."""
+def _events(asked: Asked, spans: Sequence[Span], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:
+    """Return what happens at the ends of spans, where, and by how much M and T jump there."""
     rows = []
-    for i, piece in enumerate(pieces):
-        after = pieces[i + 1] if i + 1 < len(pieces) else None
+    for i, span in enumerate(spans):
+        after = spans[i + 1] if i + 1 < len(spans) else None
         # no force where scales come together or part
-        held = after and piece.contact and after.contact and parts[i + 1]["M"].size
+        held = after and parts[i + 1]["M"].size and any(map(min, zip(span.contacts, after.contacts, strict=True)))
         jumps = [float(parts[i + 1][name][0] - parts[i][name][-1]) if held else 0.0 for name in ("M", "T")]
-        rows.append((_words(piece, after), legs[i], *_place(asked, piece, piece.x1), *jumps))
+        rows.append((_words(span, after), span.leg, *_place(asked, span, span.x1), *jumps))
     names = ("event", "event_leg", *(f"{name}_event" for name in _FIGURES), "M_jump", "T_jump")
     return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
-def _words(piece: Piece, after: Piece | None) -> str:
-    """Say what happens at the end of a piece."""
+def _words(span: Span, after: Span | None) -> str:
+    """Say what happens at the end of a span."""
     if after is None:
-        return str(piece.end or End.RANGE)
-    if piece.contact == after.contact:
-        return "corner"
-    if piece.contact == NONE:
-        return f"engagement ({after.contact})"
-    return f"{piece.contact} to {after.contact}" if after.contact else "release"
+        return str(span.end or End.RANGE)
+    found = []
+    for face, (a, b) in zip(("", both_faces.OTHER), zip(span.contacts, after.contacts, strict=True), strict=False):
+        if a != b:
+            found.append(face + (f"engagement ({b})" if a == NONE else f"{a} to {b}" if b else "release"))
+    return "; ".join(found) or "corner"

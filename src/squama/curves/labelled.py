@@ -94,6 +94,7 @@ def attributes(
         "joint": joint,
         "scales": idealisation(asked.beam, joint, ideal=not asked.thickness),
         "beam": text(asked.beam),
+        **({"faces": asked.beam.faces} if asked.beam.other else {}),
         "squama_version": __version__,
         **({} if load.sided else {"neutral": asked.beam.neutral}),
         "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),

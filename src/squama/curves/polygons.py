@@ -11,6 +11,7 @@ import numpy as np
 from squama import arguments
 from squama.arrays.combined_states import combined
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath
@@ -85,7 +86,8 @@ def bend_twist(
         motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each change of
         contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
         how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
-        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``.
+        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``. With
+        scales on both faces ``contact_other``, ``theta_other`` and ``N_other`` are of the other face.
 
     Raises
     ------
@@ -129,7 +131,10 @@ def bent_and_twisted(
     neutral = neutral or beam.substrate.neutral
     held, thin, note = _held(beam, joint, ideal, neutral, free)
     lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
-    line = arguments.one_of("neutral", neutral or lines[0], lines)
+    first = "middle" if beam.other else lines[0]
+    line = arguments.one_of("neutral", neutral or first, lines)
+    if beam.other and line != first:
+        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", f'write "{first}"')
     asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
@@ -164,6 +169,7 @@ def _held(
 def _freed(free: str, asked: Asked) -> int:
     """Return the axis of the load that is left free, checked against the rest."""
     axis = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis
+    only_one(asked.beam.faces, "a load that is left free")
     if float(asked.mus):
         refuse(
             "mu", f"{float(asked.mus):g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0"

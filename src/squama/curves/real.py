@@ -28,7 +28,8 @@ TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
-_FINE = 2e-3
+FINE = 2e-3
+"""Largest step of the twist along a curve, rad per pitch."""
 _NEAR, _SAME = 1e-5, 1e-6
 OWN = (
     *(*MOTIONS, "stiffness_ratio", "slip", "deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
@@ -49,12 +50,21 @@ def general() -> bool:
 
 
 class Held(NamedTuple):
-    """What holds a beam's scales, and its figures in SI units."""
+    """What holds a beam's scales, and its figures in SI units.
+
+    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's.
+    """
 
     joint: Joint
     K: Array
     K_theta: float
     rigidity: float
+    alone: float
+
+    @property
+    def more(self) -> float:
+        """What tabs of the other face add to the rigidity, N m^2."""
+        return self.rigidity - self.alone
 
     @classmethod
     def of(cls, beam: Beam) -> Held:
@@ -64,7 +74,9 @@ class Held(NamedTuple):
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
         K = np.asarray(joint.K, float)
         case = Case.held(beam, K[:7, :7], 1)
-        return cls(joint, K, case.stiffness, case.rigidity)
+        bare = beam.G_B * beam.J
+        rigidity = float(beam.given.gathered(case.rigidity / bare)) * bare if beam.other else case.rigidity
+        return cls(joint, K, case.stiffness, rigidity, case.rigidity)
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -119,7 +131,7 @@ class Path(NamedTuple):
         if at is None:
             stop = self.far
             if not self.general:
-                whole = np.linspace(0.0, self.far, math.ceil(self.far / _FINE) + 1)
+                whole = np.linspace(0.0, self.far, math.ceil(self.far / FINE) + 1)
                 before = self.states(whole)[1]
                 stop = float(whole[max(0, before.solved - 2)] if before.solved < whole.size else self.far)
             at = np.linspace(0.0, stop, points)
@@ -127,7 +139,7 @@ class Path(NamedTuple):
                 at[np.abs(at - engaged).argmin()] = engaged
         at = np.asarray(at, float)
         most = float(at.max(initial=0.0))
-        fine = np.linspace(0.0, most, max(3, math.ceil(most / _FINE) + 1))
+        fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
         wanted = np.union1d(at, engaged) if engaged < most else np.unique(at)
         # no step may be much smaller than the others; twists that are all but equal are put between their neighbours
         bounds = np.concatenate([[-np.inf], wanted, [np.inf]])
@@ -170,6 +182,11 @@ class Path(NamedTuple):
         for role, values_there in c.along.items():
             if role in own:
                 own[role][beyond] = values_there
+        if held.more:
+            rate = own["rate"][beyond]
+            own["torque"][beyond] += held.more * rate
+            own["U_el"][beyond] += held.more * rate**2 / 2
+            own["tangent"][beyond] += held.more
         own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
         q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
         q[:, :3] /= self.beam.pitch
@@ -249,6 +266,10 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"], own["onset"], own["work"] = column["T"], column["T_slip"], column["W"]
+    if one.held.more:
+        more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
+        own |= {role: own[role] + more * twists for role in ("torque", "onset")}
+        own |= {role: own[role] + more * twists**2 / 2 for role in ("U_bar", "U_el", "work")}
     own["theta"] = path.inclinations(way, rows)
     own |= path.plate_figures(way.scale, path.deflections(way, rows))
     for role in ("scale_twist", "stress_y"):
@@ -316,20 +337,25 @@ def _thresholds(one: Path, twists: Array, v: dict[str, Array]) -> dict[str, floa
     reached = np.isfinite(v["torque"])
     touching = reached & (twists >= one.way.contact.phi)
     x, torque = twists[reached], v["torque"][reached]
-    found = {f"load_{name}": _first(twists[touching], v["stiffness_ratio"][touching], n) for name, n in TIMES.items()}
+    found = {f"load_{name}": first(twists[touching], v["stiffness_ratio"][touching], n) for name, n in TIMES.items()}
     strength = one.beam.scale.strength
-    found["load_strength"] = math.nan if strength is None else _first(x, v["stress"][reached], strength)
+    found["load_strength"] = math.nan if strength is None else first(x, v["stress"][reached], strength)
     limit = one.beam.substrate.strain_limit
-    found["load_strain"] = math.nan if limit is None else _first(x, v["strain"][reached], limit)
-    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
-    found["load_peak"] = float(x[peak[0] + 1]) if peak.size else math.nan
+    found["load_strain"] = math.nan if limit is None else first(x, v["strain"][reached], limit)
+    found["load_peak"] = peak(x, torque)
     own = np.flatnonzero(np.isfinite(v["work"]))
     work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0
     return found
 
 
-def _first(x: Array, y: Array, level: float) -> float:
+def peak(x: Array, torque: Array) -> float:
+    """Return where a torque has its first peak; NaN if it has none."""
+    found = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
+    return float(x[found[0] + 1]) if found.size else math.nan
+
+
+def first(x: Array, y: Array, level: float) -> float:
     """Return where y first comes to a level, linear between points; NaN where it does not."""
     above = np.flatnonzero(y >= level)
     if not above.size:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves import real
+from squama.curves import both_faces, real
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
 from squama.errors import refuse
 from squama.model import history
@@ -95,12 +95,21 @@ def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _W
 
 
 def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Array) -> dict[str, real.Path]:
-    """Return what is followed in each sense that a history of twists goes to."""
-    far, found = float(np.abs(values).max()), {}
+    """Return what is followed in each sense that a history of twists goes to.
+
+    Of scales on both faces one acts at a time, or both do the same: a history to where both touch is refused.
+    """
+    far, found, seen = float(np.abs(values).max()), {}, both_faces.sense(beam, "twisting")
+
+    def way(sign: int) -> path.Path:
+        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE))
+
+    if seen < 0 and (first := way(-1).contact).first != -1 and first.phi < far:
+        reason = f"is beyond {first.phi:.6g} rad/pitch, where the other face's scales touch too, which is not followed"
+        refuse("twist", f"{far:.6g} rad/pitch", reason, "turn round before")
     for sense in used_senses(values.tolist()):
         sign = -1 if sense == "-" else 1
-        way = path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE))
-        found[sense] = real.Path(beam, held, way, sign, far)
+        found[sense] = real.Path(beam, held, way(1 if seen < 0 else sign), sign, far)
     return found
 
 
@@ -151,11 +160,12 @@ def _refuse(one: real.Path, end: follow.End, asked: float) -> None:
 
 def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
     """Return every variable along the history, by role."""
-    size, negative = np.abs(way.twists), way.twists < 0
+    size, negative, one = np.abs(way.twists), way.twists < 0, paths["+"]
     parts = {sense: real.values(one, size, way.rows) for sense, one in paths.items()}
     v = dict(parts["+"])
     if "-" in parts:
         v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
+    v = both_faces.total([v] * both_faces.alike(one.beam, "twisting"), one.held.rigidity)
     sign = np.where(negative, -1.0, 1.0)
     for role in ("load", "rate", "torque", "scales", "onset"):
         v[role] = v[role] * sign
@@ -167,7 +177,7 @@ def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
         v["tangent"][a + 1 : b + 1] = slope[1:]
         if a == 0:
             v["tangent"][0] = slope[0]
-    v["stiffness_ratio"] = v["tangent"] / next(iter(paths.values())).held.rigidity
+    v["stiffness_ratio"] = v["tangent"] / one.held.rigidity
     mode = way.rows[:, 10]
     branch = np.where(mode == follow.STICK, 3, np.where(inward, 2, 1)) * (mode != follow.FREE)
     v["branch"] = _BRANCHES[branch.astype(int)]
@@ -236,6 +246,8 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     targets = np.array([*np.abs(values[start : last + 1]), *down])
     rows, end = one.way.states(targets, INCREMENT)
     x, torque = targets[-len(down) :], rows[-len(down) :, 1]
+    faces = both_faces.alike(one.beam, "twisting")
+    torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
     if end.code != follow.RANGE or not (torque <= 0).any():
         return 0.0
     i = int(np.argmax(torque <= 0))

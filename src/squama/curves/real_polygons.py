@@ -15,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.beam.joint_law import bare
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import real
+from squama.curves import both_faces, real
 from squama.curves.path import Asked, Case, States, in_si
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.model.outcome import End
@@ -80,15 +81,18 @@ class Stations(NamedTuple):
 class Followed(NamedTuple):
     """States at the first stations (E = d = 1, by role), and their contacts; way and word of the end.
 
-    ``q`` (n, 9) are the motions, twist, bend and stretch, ``changes`` ways and names of new contacts.
+    ``q`` (n, 9) are the motions, twist, bend and stretch, ``changes`` ways and names of new contacts; ``other`` what
+    comes in from elsewhere.
     """
 
     own: dict[str, Array]
     q: Array
     contact: Array
+    contact_other: Array | None
     changes: list[tuple[float, str]]
     stop: float
     end: str
+    other: str = ""
 
 
 def impossible(beam: Beam) -> str:
@@ -102,33 +106,39 @@ def impossible(beam: Beam) -> str:
 def walk(asked: Asked) -> States:
     """Return the states along a path, its events, and how it ends."""
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
-    held, mu, corners = real.Held.of(beam), float(asked.mus), asked.path.points
-    far = max(abs(v) for point in corners for v in point)
-    stretch = NEUTRAL[asked.neutral]
-    first = follow_legs(plate, held.K, mu, np.array(corners), stretch=stretch)
-    met, end = first.answers.contact(), first.answers.end()
-    engaged = met.phi if met.first != -1 else math.inf
+    held, mu, corners = real.Held.of(beam), float(asked.mus), np.array(asked.path.points)
+    far = float(np.abs(corners).max())
+    stretch, views = NEUTRAL[asked.neutral], both_faces.views(beam)
+    roughly = [follow_legs(plate, held.K, mu, corners * view, stretch=stretch) for view in views]
+    ends, met = [r.answers.end() for r in roughly], [r.answers.contact() for r in roughly]
+    touched = [c.phi if c.first != -1 else math.inf for c in met]
+    engaged = min(touched)
     # a step from there on must not be much smaller than others
     before = engaged * (1 - _BEFORE)
     # plates that touch at rest are through each other there
-    generally = end.code != follow.RANGE and engaged > 0 and real.general()
-    stations = Stations.of(corners, asked.points, SPACING if generally else 0.0, before)
-    one = real.Path(beam, held, first.way, 1, far)
-    if generally:
-        found = _generally(asked, one, stations)
-    else:
-        found = _by_edges(one, follow_legs(plate, held.K, mu, stations.strains[1:], stretch=stretch), stations)
+    generally = [end.code != follow.RANGE and engaged > 0 and real.general() for end in ends]
+    stations = Stations.of(asked.path.points, asked.points, SPACING if any(generally) else 0.0, before)
+    one = real.Path(beam, held, roughly[0].way, 1, far)
+    faces = []
+    for i, view in enumerate(views):
+        seen = stations._replace(strains=stations.strains * view)
+        if generally[i]:
+            faces.append(_generally(asked, one, seen, corners * view))
+            continue
+        found = _by_edges(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch), seen)
+        if found.end == End.OTHER:
+            words = str(real.ending(roughly[i].way, ends[i])["other_contact"]) or met[i].words
+            found = found._replace(other=both_faces.OTHER * i + words)
+        faces.append(found)
+    found = _gathered(one, faces, stations)
     along = _in_si(one, found, stations)
     at = _Places(stations, along["theta"], beam.pitch)
-    notes = real.notes(held, beam, far, ideal=asked.ideal)
-    other: float | int | str = ""
-    if found.end == End.OTHER:
-        other, notes = real.ending(first.way, end)["other_contact"] or met.words, [*notes, _NEEDS]
+    notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * bool(found.other)
     reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
     total = float(along["U_el"][-1] + along["W_fr"][-1])
     work = float(found.own["work"][-1]) * beam.unit_moment / beam.pitch
     figures = {
-        "end": found.end, "other_contact": other, "K_theta": held.K_theta,
+        "end": found.end, "other_contact": found.other, "K_theta": held.K_theta,
         **{f"{name}_e": value for name, value in at(engaged).items() if name != "theta"},
         **{f"{name}_end": value for name, value in at(found.stop).items()},
         **{f"{name}_c": value for name, value in reached.items()},
@@ -136,9 +146,10 @@ def walk(asked: Asked) -> States:
     }  # fmt: skip
     attrs: dict[str, float | str] = {
         **real.attributes(held), "neutral": asked.neutral, "load": "bending and twisting",
-        "followed": "general contact" if generally else "one contact of two edges",
+        "followed": "general contact" if any(generally) else "one contact of two edges",
     }  # fmt: skip
-    events, single = _events(stations, found, engaged, at), {k: np.asarray(v) for k, v in figures.items()}
+    events = _events(stations, faces, touched, (found.stop, found.end), at)
+    single = {k: np.asarray(v) for k, v in figures.items()}
     return States({("point",): along, ("event",): events, (): single}, attrs, notes)
 
 
@@ -159,10 +170,37 @@ def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     changes = [(met.phi, name)] if met.first >= 0 else []
     stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
-    return Followed(own, path.motions(rows), contact, changes, stop, str(word))
+    return Followed(own, path.motions(rows), contact, None, changes, stop, str(word))
 
 
-def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
+def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:
+    """Return the states of a beam by those of its faces: sums, else those of the scaled face."""
+    first = faces[0]
+    if len(faces) == 1:
+        return first
+    # where both go all the way one that touches nothing says less
+    last = min(faces, key=lambda face: (round(face.stop, 9), face.end == End.NONE))
+    n = min(len(face.q) for face in faces)
+    psi, phi = stations.strains[:n].T
+    (bend, twist), (bare_phi, bare_psi) = both_faces.views(one.beam)[1], _once(one)
+    a, b = ({role: v[:n] for role, v in face.own.items()} for face in faces)
+    bar = (bare_phi * phi**2 + bare_psi * psi**2) / 2
+    own = a | {"torque": a["torque"] + twist * b["torque"] - bare_phi * phi}
+    own |= {"M": a["M"] + bend * b["M"] - bare_psi * psi}
+    own |= {"W_fr": a["W_fr"] + b["W_fr"], **{role: a[role] + b[role] - bar for role in ("U_el", "work")}}
+    own |= {"theta_other": b["theta"], "N_other": b["N"]}
+    one_contact, other_contact = (face.contact[:n] for face in faces)
+    return Followed(own, first.q[:n], one_contact, other_contact, first.changes, last.stop, last.end, last.other)
+
+
+def _once(one: real.Path) -> tuple[float, float]:
+    """Return the stiffness of what both faces share, against twist and bend (E = d = 1): the bar without tabs."""
+    beam, held = one.beam, one.held
+    twist = (2 * held.alone - held.rigidity) / beam.pitch
+    return twist / beam.unit_moment, float(bare("bending", beam.sizes)) / beam.pitch / beam.unit_moment
+
+
+def _generally(asked: Asked, one: real.Path, stations: Stations, corners: Array) -> Followed:
     """Return the states by general contact, from rest."""
     from squama.curves import general_contact
     from squama.fe.assembly import make_bent
@@ -173,7 +211,7 @@ def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
     led = make_bent(one.held.K, geometry(one.beam), float(asked.mus), free=free, exposed=surface)
     led.begin()
     kept, moved, end = [0], [led.moved[:, :, 0]], str(End.RANGE)
-    for leg, corner in enumerate(asked.path.points, 1):
+    for leg, corner in enumerate(corners.tolist(), 1):
         goal = led.aim(*corner)
         ways = stations.ways[stations.legs == leg]
         # the way that is aimed at is this one's sum but for rounding
@@ -194,7 +232,7 @@ def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
     q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(kept), ::-1], own["stretch"]])
     contact = np.array([_letters(str(led.columns["contact"][i])) for i in kept])
     changes = [(met.phi, _letters(f"{met.pair} (k = {met.k})" if met.k else "")) for met in led.contacts]
-    return Followed(own, q, contact, changes, float(led.phi), end)
+    return Followed(own, q, contact, None, changes, float(led.phi), end)
 
 
 def _letters(words: str) -> str:
@@ -210,9 +248,15 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     own = {role: values for role, values in found.own.items() if role not in ("M", "work")}
     v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    bar = unit * path.bare(one.way) @ [phi, psi]
+    alone = path.bare(one.way)
+    if one.beam.other:
+        signs = np.array(one.beam.other.seen[::-1])
+        alone = alone + alone * np.outer(signs, signs) - np.diag(_once(one))
+    bar = unit * alone @ [phi, psi]
     v |= {"psi": psi, "kappa": psi / beam.pitch, "M": unit * found.own["M"], "leg": stations.legs[:n]}
     v |= {"M_scales": v["M"] - bar[1], "scales": v["torque"] - bar[0], "contact": found.contact}
+    if found.contact_other is not None:
+        v["contact_other"], v["N_other"] = found.contact_other, v["N_other"] * unit / one.beam.pitch
     return v | real.embedded(one, found.q)
 
 
@@ -232,17 +276,21 @@ class _Places(NamedTuple):
         return {"psi": psi, "phi": phi, "kappa": psi / self.pitch, "Phi": phi / self.pitch, "theta": theta}
 
 
-def _events(stations: Stations, found: Followed, engaged: float, at: _Places) -> dict[str, Array]:
+def _events(
+    stations: Stations, faces: Sequence[Followed], touched: Sequence[float], end: tuple[float, str], at: _Places
+) -> dict[str, Array]:
     """Return what happens on the way, and where: contacts that come and go, corners, the end."""
     rows: list[tuple[float, str]] = []
-    before = ""
-    for way, name in found.changes:
-        # the increment in which it touches ends a little behind
-        first, word = not before and not rows, f"{before} to {name}" if name else "release"
-        rows.append((engaged if first and math.isfinite(engaged) else way, word if before else f"engagement ({name})"))
-        before = name
-    rows += [(way, "corner") for way, _ in stations.corners()[:-1] if way < found.stop]
-    rows = [*sorted(rows, key=lambda row: row[0]), (found.stop, found.end)]
+    for of, face, engaged in zip(("", both_faces.OTHER), faces, touched, strict=False):
+        before = ""
+        for i, (way, name) in enumerate(face.changes):
+            # the increment in which it touches ends a little behind
+            place = engaged if not i and math.isfinite(engaged) else way
+            word = f"{before} to {name}" if name else "release"
+            rows.append((place, of + (word if before else f"engagement ({name})")))
+            before = name
+    rows += [(way, "corner") for way, _ in stations.corners()[:-1]]
+    rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), end]
     places = [at(way) for way, _ in rows]
     ends = np.array([way for way, _ in stations.corners()])
     legs = 1 + np.searchsorted(ends[:-1], [way * (1 - 1e-12) for way, _ in rows])

@@ -66,7 +66,7 @@ class Swinging(NamedTuple):
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
         said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
-        said |= {"mode": self.mode, "sides": "both" if self.held.both else "one", "inertia": self.bar.inertia}
+        said |= {"mode": self.mode, "inertia": self.bar.inertia}
         return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
 
 
@@ -83,7 +83,6 @@ def vibrate(
     law: str = "edge",
     load: str = "twisting",
     mode: str = "uniform",
-    sides: str = "one",
     joint: str | None = None,
     ideal: bool | None = None,
 ) -> xr.Dataset:
@@ -115,8 +114,6 @@ def vibrate(
         "twisting" or "bending".
     mode
         "uniform", or in bending the first mode of a bar that is "simply supported" or a "cantilever".
-    sides
-        Scales on "one" side, or alike on "both", which close in either sense.
 
     Returns
     -------
@@ -143,7 +140,7 @@ def vibrate(
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
-    held, asked = answered(beam, mu, law, load, sides, joint, ideal)
+    held, asked = answered(beam, mu, law, load, joint, ideal)
     start = _angle("release", release, beam, held)
     swinging = _bar(beam, held, asked, mode, rotor, density)
     if impulse is not None and mode != "uniform":
@@ -167,17 +164,16 @@ def vibrate(
 
 
 def answered(
-    beam: Beam, mu: float | None, law: str, load: str, sides: str, joint: str | None, ideal: bool | None
+    beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
 ) -> tuple[Held, Asked]:
     """Read how a beam is answered."""
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
-    both = arguments.one_of("sides", sides, ("one", "both")) == "both"
     m = arguments.friction(beam.friction.mu, mu)
     joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
     spine.covering(joint, kind.name, law)
     asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, FINEST, 3, ideal=thin, note=note)
-    return Held(kind, m, law, joint, thin, both), asked
+    return Held(kind, m, law, joint, thin), asked
 
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
@@ -285,7 +281,6 @@ def shake(
     law: str = "edge",
     load: str = "twisting",
     mode: str = "uniform",
-    sides: str = "one",
     joint: str | None = None,
     ideal: bool | None = None,
 ) -> xr.Dataset:
@@ -304,7 +299,7 @@ def shake(
         Or the torque itself, N m or text; uniform load only.
     damping
         Damping ratio of the bar's material, above 0 to 0.5.
-    rotor, density, mu, law, load, mode, sides, joint, ideal
+    rotor, density, mu, law, load, mode, joint, ideal
         As in :func:`vibrate`.
 
     Returns
@@ -335,7 +330,7 @@ def shake(
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
-    held, asked = answered(beam, mu, law, load, sides, joint, ideal)
+    held, asked = answered(beam, mu, law, load, joint, ideal)
     force = abs(_angle("static", static, beam, held))
     swinging = _bar(beam, held, asked, mode, rotor, density)
     if torque is not None:

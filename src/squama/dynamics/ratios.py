@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.arrays import solution
+from squama.beam.faces import FACES, sense
 from squama.dynamics import hinged
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, RINGS, Sides, damping, decay
@@ -55,7 +56,7 @@ def free_vibration(
     load: str = "twisting",
     mode: str = "uniform",
     law: str = "edge",
-    sides: str = "one",
+    faces: str = "one",
 ) -> FreeVibration:
     """Let beams of hinged scales swing: peaks, times and damping of every cycle, without steps in time.
 
@@ -77,8 +78,9 @@ def free_vibration(
         "uniform" (a rotor at the end); in bending also "simply supported" or "cantilever", the first mode.
     law
         "edge" or "plate".
-    sides
-        Scales on "one" side (in the other sense the bar is taken as bare) or on "both".
+    faces
+        Which of the bar's faces have scales, as of :class:`squama.Beam`; where scales do not close by their tips the
+        bar is taken as bare.
 
     Returns
     -------
@@ -100,7 +102,7 @@ def free_vibration(
     """
     kind = arguments.load(load)
     arguments.one_of("mode", mode, MODES)
-    arguments.one_of("sides", sides, ("one", "both"))
+    arguments.one_of("faces", faces, tuple(FACES))
     if mode != "uniform" and kind.sided:
         refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending"')
     if (amplitude is None) == (impulse is None):
@@ -117,11 +119,13 @@ def free_vibration(
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     given, kappa = columns[-1], named["kappa"]
+    # scales of the other face that see the same sense work together, those that see the other one take turns
+    seen = sense(faces, kind.axis, float(named["alpha"].max()))
     turns = np.full((3, 2 * n + 1, given.size), np.nan)
     end, rest, energy = np.full(given.size, RINGS, "<U6"), *np.full((2, given.size), np.nan)
-    for index, side in _groups(sol, named["mu"], kappa, given, law, mode):
+    for index, side in _groups(sol, named["mu"], kappa / 2 if seen > 0 else kappa, given, law, mode):
         # a swing that passes 0 with a speed goes no further than without scales
-        both = Sides(side, side if sides == "both" else APART)
+        both = Sides(side, side if seen < 0 else APART)
         over = (given[index] > side.last * (1 + 1e-12)) & (impulse is None)
         how = {"speed": given[index]} if impulse is not None else {"start": np.minimum(given[index], side.last)}
         made = decay(both, **how, turns=2 * n + 1)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.curves import hinge_cycles, real, real_cycles
+from squama.curves import both_faces, hinge_cycles, real, real_cycles
 from squama.dynamics import hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
@@ -25,6 +25,8 @@ STEPS = 256
 """Places of a branch of the real beam between engagement and its end."""
 ROUGH = 1e-7
 """Relative error of a step in time on branches of the real beam: they are no better than its increments."""
+NOTHING = 1e-12
+"""Torque over that of the bar at a rad per pitch that is rounding."""
 MOST = 1.0
 """Largest twist per pitch, rad, to which the real beam is followed."""
 
@@ -34,14 +36,13 @@ Limit = tuple[float, str]
 
 
 class Held(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales, scales on both sides."""
+    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
 
     load: Load
     mu: float
     law: str
     joint: str
     ideal: bool
-    both: bool
 
 
 class Bar(NamedTuple):
@@ -90,10 +91,10 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
     A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
     """
     if held.joint == "compliant":
-        # scales on both sides close alike in either sense
-        first = _real(beam, held, 1 if held.both else sign, far)
+        seen = both_faces.sense(beam, held.load.name)
+        first = _real(beam, held, 1 if seen < 0 else sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
-        second = first if held.both else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
+        second = first if seen < 0 else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
         return Sides(*(first, second)[::sign]), None
     return _hinged(beam, held, mode)
 
@@ -102,8 +103,6 @@ def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
     kind = held.load
     both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, FINEST, held.ideal)
     found = {sign: hinged.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
-    if held.both:
-        return Sides(found["+"], found["+"]), None
     other = both.paths["-"]
     limit: Limit | None = None
     if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
@@ -114,24 +113,38 @@ def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
 
 
 def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
-    """Return the branches of the real beam: each way back from a turning point is walked from there."""
-    holds, plate = real.Held.of(beam), real.scale(beam, ideal=held.ideal)
+    """Return the branches of the real beam: each way back from a turning point is walked from there.
+
+    Of scales on both faces they end where the other face's come into contact too, unless these do the same.
+    """
+    holds, plate, ends = real.Held.of(beam), real.scale(beam, ideal=held.ideal), ""
     way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far)
     y_e = way.contact.phi
+    if both_faces.sense(beam, held.load.name) < 0:
+        other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far).contact
+        if other.first != -1 and other.phi < far:
+            far, ends = other.phi, both_faces.OTHER + other.words
     if not y_e < far:
-        return APART
+        return Side(math.inf, far, ends) if ends else APART
+    faces, ratio = both_faces.alike(beam, held.load.name), holds.rigidity / holds.alone
     y = np.linspace(y_e, far, STEPS)
     rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
-    n, rows, ends = y.size, rows[1:], ""
+    n, rows = y.size, rows[1:]
     if end.code != follow.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
         told = real.ending(way, end)
         ends = hinged.words(str(told["end"]), str(told["other_contact"]))
     if n < 4:
         return Side(math.inf, y_e, ends)
-    unit = path.rigidity(way)
+    alone = path.rigidity(way)
     y, rows = y[:n], rows[:n]
-    up = Branch(y, _over(rows[:, 1] / unit - y))
+
+    def scales(torque: Array, twist: Array) -> Array:
+        """Return the scales' torque over the beam's rigidity by one face's, without the rounding before contact."""
+        q = torque / alone - twist
+        return np.where(np.abs(q) < NOTHING, 0.0, q) * faces / ratio
+
+    up = Branch(y, scales(rows[:, 1], y))
     u = path.energies(way, rows)
 
     @functools.lru_cache(maxsize=256)
@@ -140,22 +153,11 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
-        q = _over(states[:, 1] / unit - np.append(top, back))
+        q = scales(states[:, 1], np.append(top, back))
         return Branch(np.concatenate([[y_e], back[::-1], [top]]), np.concatenate([[0.0], q[::-1]]))
 
-    return Side(
-        y_e,
-        float(y[-1]),
-        ends,
-        up,
-        lambda top: walked(float(np.max(top))),
-        CubicSpline(y, (u["U_joint"] + u["U_plate"]) / unit),
-    )
-
-
-def _over(q: Array) -> Array:
-    """Return the scales' torque without the rounding of the bar's where nothing touches yet."""
-    return np.where(np.abs(q) < 1e-12, 0.0, q)
+    stored = (u["U_joint"] + u["U_plate"]) * faces / (ratio * alone)
+    return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), CubicSpline(y, stored))
 
 
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:

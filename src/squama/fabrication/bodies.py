@@ -59,11 +59,12 @@ def scale(plan: Plan) -> Recipe:
     return Recipe("scale", whole, (), (plan.length + plan.embedded) * plan.breadth * t)
 
 
-def seat(plan: Plan, k: int, thickness: float) -> tuple[Array, Array]:
-    """Return rotation and shift that bring a flat scale or blade to its place k on the bar (along, across, up; mm)."""
-    turn = BENCH @ plan.axes.T
+def seat(plan: Plan, i: int, thickness: float) -> tuple[Array, Array]:
+    """Return rotation and shift that bring a flat scale or blade to its place i on the bar (along, across, up; mm)."""
+    axes, base = plan.stands(i)
+    turn = BENCH @ axes.T
     low = np.array([0.0, 0.0, -thickness / 2])
-    return turn, turn @ low + (BENCH @ plan.base(k) + [0.0, 0.0, plan.height / 2])
+    return turn, turn @ low + (BENCH @ base + [0.0, 0.0, plan.height / 2])
 
 
 def on_bench(plan: Plan, solid: Recipe) -> Recipe:
@@ -81,11 +82,8 @@ def substrate(plan: Plan) -> Recipe:
     x, y = plan.width / 2, plan.height / 2
     whole = block((-x, -y, 0), (x, y, plan.total))
     out = t / 2 / tan(plan.theta0) + t + 1
-    cuts = [
-        block((-deep, -across / 2, -t / 2), (out, across / 2, t / 2), plan.axes, plan.base(k))
-        for k in range(plan.scales)
-    ]
-    volume = plan.width * plan.height * plan.total - plan.scales * deep * across * t
+    cuts = [block((-deep, -across / 2, -t / 2), (out, across / 2, t / 2), *plan.stands(i)) for i in range(plan.pieces)]
+    volume = plan.width * plan.height * plan.total - plan.pieces * deep * across * t
     return on_bench(plan, Recipe("substrate", whole, tuple(cuts), volume))
 
 

@@ -204,7 +204,7 @@ def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast
         found.append(Row(solid.name, material, how, count, solid.volume, density))
     if plan.clearance > 0 and "substrate" in {row.part for row in found}:
         glue = math.prod(plan.slot) - plan.embedded * plan.breadth * plan.thickness
-        found.append(Row("glue in a slot", "silicone", "filled in", plan.scales, glue, cast))
+        found.append(Row("glue in a slot", "silicone", "filled in", plan.pieces, glue, cast))
     return found
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from squama.fabrication import mesh as meshes
-from squama.fabrication.bodies import Recipe
+from squama.fabrication.bodies import BENCH, Recipe
 from squama.fabrication.mesh import Index, Mesh
 from squama.fabrication.plan import Plan
 from squama.types import Array
@@ -100,6 +100,25 @@ def _levels(mesh: Mesh, face: meshes.Faces, normal: Array) -> tuple[Array, list[
     order = np.argsort(heights)
     planes = np.split(order, np.flatnonzero(np.diff(heights[order]) > LENGTH) + 1)
     return points, planes, np.array([heights[p].mean() for p in planes])
+
+
+def upright(plan: Plan, mesh: Mesh, face: int) -> Mesh:
+    """Return a solid on the bench with a face brought to the scaled one's place by the map between them."""
+    S = BENCH @ plan.sides[face][0]
+    middle = np.array([0.0, 0.0, plan.height / 2])
+    inside_out = np.prod(S) < 0
+    return mesh._replace(
+        vertices=(mesh.vertices - middle) * S + middle,
+        triangles=mesh.triangles[:, ::-1] if inside_out else mesh.triangles,
+    )
+
+
+def halves(plan: Plan, mesh: Mesh) -> Iterator[Mesh]:
+    """Return the substrate's surface for each face with scales, that face up; of two faces the upper half's only."""
+    for face in range(len(plan.sides)):
+        seen = upright(plan, mesh, face)
+        above = seen.vertices[seen.triangles, 2].mean(axis=1) > plan.height / 2
+        yield seen._replace(triangles=seen.triangles[above]) if len(plan.sides) > 1 else seen
 
 
 def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:

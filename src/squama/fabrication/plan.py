@@ -4,6 +4,7 @@ z runs along the bar from its end, y out of the scaled face from the bar's middl
 base midpoint at O = (0, lambda, ends + (k + 1/2) d) and the axes (theory, section 2)
     n_X = (-sin a cos th, sin th, cos a cos th)    n_Y = (cos a, 0, sin a)    n_Z = n_X x n_Y.
 It fills -L <= X <= l, |Y| <= b, |Z| <= t_s/2. Its slot is larger by the clearance on every side and open at the face.
+Scales of the other face are counted on behind those; S and the shift of :mod:`squama.beam.faces` bring them there.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from squama import arguments
+from squama.beam.faces import FACES
 from squama.errors import Problems
 from squama.fe import plate
 from squama.types import Array
@@ -48,7 +50,7 @@ class Plan(NamedTuple):
     ``width`` and ``height`` of the bar, ``pitch``, number of ``scales``; a scale's exposed ``length``, ``embedded``
     length, full ``breadth``, ``thickness``, ``alpha`` and ``theta0``; ``ends``: plain lengths of the bar before and
     behind its pitches; ``clearance`` per side; ``feature``: least size that can be printed; ``wall`` of the mould;
-    ``draft`` of its sides; ``bed``: longest part that can be printed, or None.
+    ``draft`` of its sides; ``bed``: longest part that can be printed, or None; ``faces`` with scales, as of a beam.
     """
 
     width: float
@@ -67,6 +69,26 @@ class Plan(NamedTuple):
     wall: float = 3.0
     draft: float = 0.0
     bed: float | None = None
+    faces: str = "one"
+
+    @property
+    def sides(self) -> list[tuple[Array, float]]:
+        """Of each face with scales: what maps the scaled face's directions to its own, and the shift, mm."""
+        other = FACES[self.faces]
+        own = [(np.ones(3), 0.0)]
+        return [*own, (np.array(other.S, float), other.shift * self.pitch)] if other else own
+
+    @property
+    def pieces(self) -> int:
+        """Number of scales of all faces."""
+        return self.scales * len(self.sides)
+
+    def stands(self, i: int) -> tuple[Array, Array]:
+        """Return axes (rows, right-handed) and base midpoint of scale i of all faces."""
+        face, k = divmod(i, self.scales)
+        S, shift = self.sides[face]
+        x, y, _ = self.axes * S
+        return np.array([x, y, np.cross(x, y)]), self.base(k) * S + [0.0, 0.0, shift]
 
     @property
     def axes(self) -> Array:
@@ -153,7 +175,7 @@ def plan(beam: Beam, scales: int | None, sizes: dict[str, float]) -> Plan:
     bar, one = beam.substrate, beam.scale
     across = mm(bar.width), mm(bar.thickness), mm(beam.pitch)
     plate_sizes = mm(one.length), mm(one.embedded), mm(one.width), mm(one.thickness)
-    return Plan(*across, count, *plate_sizes, one.alpha, one.theta0, **lengths)
+    return Plan(*across, count, *plate_sizes, one.alpha, one.theta0, **lengths, faces=beam.faces)
 
 
 def mm(length: float) -> float:

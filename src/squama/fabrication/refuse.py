@@ -18,6 +18,9 @@ SLACK = 1e-9
 def check(plan: Plan, parts: tuple[str, ...]) -> None:
     """Refuse a plan that cannot be made, all causes together; the mould has conditions of its own."""
     found = [*_scale(plan), *_section(plan), *_along(plan), *_at_rest(plan)]
+    if "mould" in parts and plan.faces != "one":
+        reason = "casts the slots of one face, and scales are on both"
+        found.append(Problem("parts", '"mould"', reason, 'write e.g. "scale,substrate,assembly"'))
     if "mould" in parts and not found:
         found += _mould(plan)
     if found:
@@ -52,9 +55,11 @@ def _section(plan: Plan) -> Iterator[Problem]:
         least = mm_up(closes + plan.feature - plan.clearance)
         yield Problem(*embedded, reason, f"write at least {least}, or a larger scale.theta0")
     depth = deep * sin(th) + t / 2 * cos(th)
-    room = plan.height - plan.feature
+    own = plan.height / len(plan.sides)
+    room = own - plan.feature / len(plan.sides)
     if depth > room + SLACK:
-        reason = f"the slot goes through the substrate, it is {mm(depth)} deep in {mm(plan.height)}"
+        through = "goes through the substrate" if plan.faces == "one" else "comes to those of the other face"
+        reason = f"the slot {through}, it is {mm(depth)} deep in {mm(own)}"
         most = (room - t / 2 * cos(th)) / sin(th) - plan.clearance
         yield Problem(*embedded, reason, _at_most(most, "write a thicker substrate"))
     across = plan.breadth * cos(a)
@@ -76,7 +81,8 @@ def _along(plan: Plan) -> Iterator[Problem]:
     yield from _ligament(plan, lambda p: between(p, p.slot_profile, p.slot[1]), *slots)
     low = plan.corners(plan.slot_profile, plan.slot[1], 0)[:, 2].min()
     high = plan.corners(plan.slot_profile, plan.slot[1], plan.scales - 1)[:, 2].max()
-    short = plan.feature - min(float(low), plan.total - float(high))
+    high = float(high) + max(shift for _, shift in plan.sides)
+    short = plan.feature - min(float(low), plan.total - high)
     if short > SLACK:
         remedy = f"write at least {mm_up(plan.ends + short)}"
         yield Problem("ends", mm(plan.ends), "a slot opens at the bar's end", remedy)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from math import ceil, sqrt
 from typing import NamedTuple
@@ -51,14 +50,14 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
     scale, bar = bodies.scale(plan), bodies.substrate(plan)
     if {"scale", "assembly"} & set(parts):
         flat = built(scale)
-        counts.append((scale, plan.scales))
+        counts.append((scale, plan.pieces))
     if "scale" in parts:
         files["scale"] = [_alone(scale, flat)]
         files |= {name: [Item(scale, placed)] for name, placed in _plates(plan, flat)}
     if {"substrate", "assembly"} & set(parts):
         body = built(bar)
         counts.append((bar, 1))
-        checks += measured.slots(plan, body)
+        checks += [check for half in measured.halves(plan, body) for check in measured.slots(plan, half)]
     if "substrate" in parts:
         files["substrate"] = [_alone(bar, body)]
     if "mould" in parts:
@@ -81,8 +80,8 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
 
 def _fitted(plan: Plan, body: Mesh, seated: list[Mesh]) -> Iterator[Check]:
     """Measure the assembled beam."""
-    for one in seated:
-        yield from measured.scale(plan, one)
+    for i, one in enumerate(seated):
+        yield from measured.scale(plan, measured.upright(plan, one, i // plan.scales))
     yield measured.overlaps([body, *seated], "assembly")
     search = 2 * max(plan.clearance, plan.thickness)
     found = measured.gap(body, seated, search)
@@ -90,7 +89,7 @@ def _fitted(plan: Plan, body: Mesh, seated: list[Mesh]) -> Iterator[Check]:
     t = plan.thickness / 2
     sides = np.array([(-plan.embedded, -t), (plan.length, -t), (plan.length, t), (-plan.embedded, t)])
     expected = between(plan, sides, plan.breadth)
-    for one, other in itertools.islice(itertools.pairwise(seated), 1):
+    for one, other in (seated[i : i + 2] for i in range(0, plan.pieces, plan.scales) if plan.scales > 1):
         found = measured.gap(one, [other], 2 * expected)
         yield Check("gap between neighbouring scales", "assembly", expected, found, "mm", measured.LENGTH)
 
@@ -102,21 +101,21 @@ def _alone(recipe: Recipe, made: Mesh, *, down: bool = False) -> Item:
 
 
 def _names(plan: Plan, word: str) -> list[str]:
-    digits = len(str(plan.scales))
-    return [f"{word} {k + 1:0{digits}d}" for k in range(plan.scales)]
+    digits = len(str(plan.pieces))
+    return [f"{word} {i + 1:0{digits}d}" for i in range(plan.pieces)]
 
 
 def _seated(plan: Plan, word: str, recipe: Recipe, made: Mesh, thickness: float) -> Item:
     """Return flat plates of a thickness, each in its place on the bar."""
-    places = (bodies.seat(plan, k, thickness) for k in range(plan.scales))
+    places = (bodies.seat(plan, i, thickness) for i in range(plan.pieces))
     return Item(recipe, [Placed(n, made, *place) for n, place in zip(_names(plan, word), places, strict=True)])
 
 
 def _plates(plan: Plan, flat: Mesh) -> Iterator[tuple[str, list[Placed]]]:
     """Lay all scales out flat in rows, on as many beds as it takes."""
     long, wide = plan.length + plan.embedded + SPACING, plan.breadth + SPACING
-    rows = max(1, round(sqrt(plan.scales * wide / long)))
-    columns = ceil(plan.scales / rows)
+    rows = max(1, round(sqrt(plan.pieces * wide / long)))
+    columns = ceil(plan.pieces / rows)
     if plan.bed is not None:
         room = plan.bed + SPACING
         columns, rows = min(columns, int(room // wide)), int(room // long)

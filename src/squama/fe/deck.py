@@ -19,6 +19,7 @@ import numpy as np
 
 from squama import arguments
 from squama._version import __version__
+from squama.beam.faces import only_one
 from squama.beam.parts import PLASTIC
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import Index, Tiled, pitch_mesh, tile
@@ -136,6 +137,7 @@ def model(
     InputError
         An argument is out of range, the mesher is missing or fails.
     """
+    only_one(beam.faces, "a deck")
     scales = arguments.whole("scales", scales, 2, MOST_SCALES)
     increments = arguments.whole("increments", increments, 1, 10_000)
     arguments.not_negative("mu", mu)

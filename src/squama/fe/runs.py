@@ -14,6 +14,7 @@ import numpy as np
 
 from squama import arguments, units
 from squama._version import __version__
+from squama.beam.faces import only_one
 from squama.beam.parts import PLASTIC
 from squama.errors import naming, refuse
 from squama.fe import bending
@@ -149,6 +150,7 @@ def cell(
     KeyboardInterrupt
         Ctrl-C, after the increment under way; the restart file holds what is done.
     """
+    only_one(beam.faces, "elements")
     if scales is not None:
         scales = arguments.whole("scales", scales, 2, MOST)
     elif ends != "free":

@@ -118,7 +118,6 @@ def fit_decay(
     load: str = "twisting",
     law: str = "edge",
     mode: str = "uniform",
-    sides: str = "one",
     joint: str | None = None,
     ideal: bool | None = None,
 ) -> DecayFit:
@@ -134,7 +133,7 @@ def fit_decay(
         The beam, and what is to be found, of ``mu``, ``K_theta``, ``damping`` (ratio of the bar's material; 0 if not
         to be found) and, as for :func:`squama.fit`, ``C_f``, ``E_B`` and, on hinges, ``theta0``. The frequency without
         contact, the first turning point, its time and the zero of the reading are found in any case.
-    load, law, mode, sides, joint, ideal
+    load, law, mode, joint, ideal
         As for :func:`squama.vibrate`.
 
     Returns
@@ -156,7 +155,7 @@ def fit_decay(
     >>> print(f"mu = {f.values['mu']:.4f}, damping = {f.values['damping']:.4f}, rotor {f.beam.rotor:.4f} kg m2")
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
-    held, contact, damped = _wanted(beam, parameters, load, law, mode, sides, joint, ideal)
+    held, contact, damped = _wanted(beam, parameters, load, law, mode, joint, ideal)
     asked = ask(beam, load, contact) if contact else None
     names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
     rows = tuple(OWN.get(name) or PARAMETERS[name] for name in names)
@@ -172,7 +171,7 @@ def fit_decay(
 
 
 def _wanted(
-    beam: Beam, parameters: Sequence[str] | str, load: str, law: str, mode: str, sides: str, joint: str | None,
+    beam: Beam, parameters: Sequence[str] | str, load: str, law: str, mode: str, joint: str | None,
     ideal: bool | None,
 ) -> tuple[systems.Held, list[str], bool]:  # fmt: skip
     """Read how the beam is answered, what is to be found of its contact, and whether damping is."""
@@ -185,7 +184,7 @@ def _wanted(
     if not given or given.count("damping") > 1:
         refuse("parameters", "", "damping is given twice" if given else "none is named", 'write e.g. "mu, damping"')
     mu = 0.25 if "mu" in given and beam.friction.mu is None else None
-    held, _ = doors.answered(beam, mu, law, load, sides, joint, ideal)
+    held, _ = doors.answered(beam, mu, law, load, joint, ideal)
     arguments.one_of("mode", mode, MODES)
     systems.bar(beam, held, mode, 1.0, 1.0)
     if held.joint == "compliant" and "theta0" in given:

@@ -70,7 +70,7 @@ class DecayFit(Estimated):
             "joint": held.joint,
             "scales": idealisation(self.beam, held.joint, ideal=held.ideal),
             "mode": self.mode,
-            "sides": "both" if held.both else "one",
+            **({"faces": self.beam.faces} if self.beam.other else {}),
         }
 
     def record(self) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from squama import arguments, units
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import follow, hinge_cycles
 from squama.errors import InputError, naming, refuse
 from squama.identify import doubts, estimate, prepare, records, search, sentences
@@ -102,6 +103,7 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
+    only_one(beam.faces, "a fit of torques")
     arguments.load(load)
     law = LOADS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)

@@ -14,6 +14,7 @@ from squama import arguments
 from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import doors
 from squama.curves.labelled import Answer
 from squama.curves.path import idealisation
@@ -189,6 +190,7 @@ def find(
     target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
 ) -> InverseDesign:
     """Return what :func:`inverse_design` returns, for a target that was read."""
+    only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
     if elements and not (target.real and any(goal.want.at for goal in target.goals)):

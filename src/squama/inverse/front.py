@@ -11,6 +11,7 @@ import numpy as np
 
 from squama._version import __version__
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves.path import idealisation
 from squama.errors import Problems, refuse
 from squama.inverse import making, real
@@ -112,6 +113,7 @@ def trade(
     given = {"population": population, "generations": generations, "seed": seed}
     table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
     options, bare = target.options, not target.source
+    only_one(target.space.beam.faces, "a front")
     context = Context(target.space.beam.scales, target.space.load, bare, options.joint)
     chosen = read_settings(table, context, target.source)
     trade = Trade(target, chosen)

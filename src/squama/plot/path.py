@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import HELD
+from squama.loads import HELD, covering
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK, KEPT, UNLOADED
 from squama.plot.response import BESIDE, READABLE
@@ -28,11 +28,12 @@ FAINT, LEVELS = 0.18, (20, 30, 40, 50, 60, 70, 80)
 def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
 
-    Left: the path in the colours of its contacts, the line on which a scale's tip edge lies flush in the next face
-    dashed, events marked; behind it, where ``plane`` is given (:func:`squama.curves.polygons.plane`), the contacts all
-    over the plane, lines of equal inclination, and in grey where no inclination leads. Right: moment and torque over
-    the way gone, with their jumps (the axis ends before a lock), and the inclination; ``hinge``, the answer of hinges
-    for the same path, is drawn thin beside them, as far as the axes of the dataset alone go.
+    Left: the path in the colours of its contacts (those of the scaled face), the line on which a scale's tip edge lies
+    flush in the next face dashed, events marked; behind it, where ``plane`` is given
+    (:func:`squama.curves.polygons.plane`), the contacts all over the plane, lines of equal inclination, and in grey
+    where no inclination leads. Right: moment and torque over the way gone, with their jumps (the axis ends before a
+    lock), and the inclination; ``hinge``, the answer of hinges for the same path, is drawn thin beside them, as far as
+    the axes of the dataset alone go.
 
     >>> import squama
     >>> r = squama.bend_twist(squama.Beam.from_ratios(), "bend 0.1 rad/pitch; twist 0.15 rad/pitch", mu=0.2)
@@ -48,14 +49,17 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
         _regimes(left, plane)
     _plane(left, dataset)
     _loads(loads, dataset, way, hinge)
-    theta.plot(way, np.degrees(dataset["theta"].values), color=INK)
+    theta.plot(way, np.degrees(dataset["theta"].values), color=INK, label="scaled face")
+    if "theta_other" in dataset:
+        theta.plot(way, np.degrees(dataset["theta_other"].values), color=ACCENT, label="other face")
+        theta.legend(loc="best")
     if hinge is not None:
         limits = theta.get_ylim()
         theta.plot(_gone(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
         theta.set_ylim(limits)
     theta.set(xlabel="Way gone (rad per pitch)", ylabel=r"$\theta$ (deg)", xlim=(0, way[-1]))
     loads.tick_params(labelbottom=False)
-    held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
+    held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
     headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}")
     letters((left, loads, theta))
     return figure

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from squama.beam.faces import sense
 from squama.loads import LOADS, Load, model
 from squama.plot.fit import NAMES
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
@@ -37,15 +39,11 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
     _record(axes["record"], dataset, names)
     _damping(axes["damping"], dataset, names)
     _plane(axes["plane"], dataset, names)
-    about = f"{_scales(dataset)}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
+    about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
     material = f", $\\zeta$ of the material {dataset.attrs['damping']:g}" if dataset.attrs["damping"] else ""
     headline(figure, f"Free vibration in {names.name}, {dataset.attrs['mode']}, {about}{material}")
     letters(axes[name] for name in ("record", "damping", "plane"))
     return figure
-
-
-def _scales(dataset: xr.Dataset) -> str:
-    return "scales on both sides" if dataset.attrs["sides"] == "both" else "scales on one side"
 
 
 def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
@@ -60,10 +58,10 @@ def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
 
 
-def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any]) -> None:
+def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any], ways: Sequence[int] = (1, -1)) -> None:
     engaged = float(dataset[f"{names.angle}_e"])
-    both = dataset.attrs["sides"] == "both"
-    for sign in (1, -1) if both else (1,):
+    both = sense(dataset.attrs.get("faces", "one"), names.axis, math.inf) < 0
+    for sign in ways if both else (1,):
         if np.isfinite(engaged):
             words = "engagement" if sign > 0 else None
             line(sign * engaged, color=GREY, linewidth=0.7, label=words, zorder=0)
@@ -76,7 +74,7 @@ def _damping(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     ax.set(xlabel="Peak at which a cycle begins (rad per pitch)", ylabel="Damping ratio of the cycle $\\zeta_n$")
     most = float(np.nanmax(zeta, initial=0.0))
     ax.set_ylim(0, 1.15 * most if most > NOTHING else NOTHING)
-    _engaged(dataset, names, ax.axvline)
+    _engaged(dataset, names, ax.axvline, ways=(1,))
     if np.isfinite(float(dataset[f"{names.angle}_e"])):
         ax.legend(loc="upper left")
 
@@ -110,7 +108,7 @@ def decay_figure(dataset: xr.Dataset) -> Figure:
     letters((upper, lower))
     found = [text.split(" = ") for text in attrs["estimates"].replace("+-", "±").split(", ")]
     told = ", ".join(f"{_FOUND[name]} = {value}" for name, value in found if name in _FOUND)
-    headline(figure, f"Decay in {names.name}, {attrs['mode']}, {_scales(dataset)}, {model(attrs)}: {told}")
+    headline(figure, f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {told}")
     return figure
 
 
@@ -146,7 +144,7 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     left.set(xlabel=label("frequency"), ylabel=f"Largest, smallest {angle_label(names.name).lower()}")
     right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque", ylim=(0, 1))
     left.legend(loc="upper right", fontsize=7)
-    about = f"{_scales(dataset)}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
+    about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
     headline(figure, f"Steady states in {names.name}, {dataset.attrs['mode']}, {about}, $\\zeta$ = {zeta:g}")
     letters((left, right))
     return figure

@@ -1,7 +1,8 @@
 """The beam in space: bar, scales, contact points and forces, in pitches; ``js/geometry.js`` states the same.
 
 Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam stays where it
-is. A design is what :func:`squama.scene.motion.shape` returns.
+is. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the scaled face's places to those of its
+face, which sees the bend ``d["bend"]`` times and the twist in the sense ``d["sense"]`` (:mod:`squama.beam.faces`).
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ def frame(d: Design, load: float, k: float) -> Frame:
         c, s = math.cos(turn), math.sin(turn)
         x, y = np.array([c, -s, 0.0]), np.array([s, c, 0.0])
         return Frame(d["lam"] * y + np.array([0.0, 0.0, k]), x, y, np.array([0.0, 0.0, 1.0]))
+    load = d["bend"] * load
     turn = load * k
     c, s = math.cos(turn), math.sin(turn)
     half = math.sin(turn / 2)
@@ -79,10 +81,10 @@ def scale(d: Design, load: float, theta: Attitude, k: float) -> Scale:
     f = frame(d, load, k)
     section = np.array([f.x, f.y, f.z])
     own = [(0.0, 0.0, 0.0), *axes(d["alpha"], theta)[:2]] if isinstance(theta, int | float) else theta
-    moved, x, y = np.asarray(own) @ section
-    o = f.o + moved
+    moved, x, y = np.asarray(own) @ section * d["S"]
+    o = f.o * d["S"] + moved
     m, half = o + d["eta"] * x, d["beta"] * y
-    return Scale(x, y, np.cross(x, y), o, m, np.array([o - half, o + half, m + half, m - half]))
+    return Scale(x, y, np.prod(d["S"]) * np.cross(x, y), o, m, np.array([o - half, o + half, m + half, m - half]))
 
 
 def contact(d: Design, load: float, theta: Attitude, k: float) -> Contact:
@@ -115,7 +117,7 @@ def directions(d: Design, load: float, theta: Attitude, slip: tuple[float, float
     if d["law"] == "plate":
         t = t - (t @ n) * n
     elif sided:
-        n = np.cross(two.x, one.y)
+        n = np.prod(d["S"]) * np.cross(two.x, one.y)
         n = n / np.linalg.norm(n)
     size = float(np.linalg.norm(t))
     return n, t / size if size else t
@@ -143,4 +145,4 @@ def bar(d: Design, load: float) -> tuple[Array, Array]:
 
 def first(d: Design) -> float:
     """Place of the first scale; the others follow at distances of one pitch."""
-    return -(int(d["scales"]) - 1) / 2
+    return -(int(d["scales"]) - 1) / 2 + float(d["shift"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import follow, hinge
+from squama.curves import both_faces, follow, hinge
 from squama.curves.path import idealisation, thin
 from squama.fe import plate
 from squama.fe.geometry import geometry
@@ -31,6 +32,10 @@ WALKED = 121
 _STATE = ("load", "theta", "N", "f", "torque")
 
 
+SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
+"""What is of the scaled face in a design."""
+
+
 class Setting(NamedTuple):
     """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`."""
 
@@ -50,7 +55,7 @@ class State(NamedTuple):
     ``slip`` are the rates along the side edge and along the tip edge; by ``x`` arrows are drawn: N d/K_theta on the
     hinge, where N grows without bound, else N over half of the largest along the curve;
     ``pose`` of scales that move and turn in more ways than on a hinge: place of the base, n_X and n_Y, in pitches in
-    the axes of the cross-section.
+    the axes of the cross-section; ``other`` the state of the other face's scales.
     """
 
     load: float
@@ -62,6 +67,7 @@ class State(NamedTuple):
     slip: tuple[float, float]
     name: str
     pose: list[list[float]] | None = None
+    other: State | None = None
 
     @property
     def attitude(self) -> Attitude:
@@ -78,14 +84,18 @@ class Motion:
     the cut-off before a lock, or the end; ``most`` that may be asked for; ``model`` it was found by in words,
     ``joint`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or leaves its range.
 
+    Of scales on both faces these are those of the scaled face, and ``other`` is the other one's (``own``: it is looked
+    for); ``last`` and ``end`` are those of the face that ends first.
+
     Raises InputError: the law, margin, sense, friction or joint is out of range, or they do not go together.
     """
 
-    def __init__(self, setting: Setting) -> None:
+    def __init__(self, setting: Setting, *, own: bool = True) -> None:
         self.setting = setting
         mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
         self.kind = arguments.load(setting.load)
-        margin, sense, load = arguments.margin(setting.margin), setting.sense, self.kind.name
+        margin, load = arguments.margin(setting.margin), self.kind.name
+        sense = setting.sense if self.kind.sided or not own else "+"
         joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
         self.joint = joint
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, ideal=ideal))
@@ -104,8 +114,25 @@ class Motion:
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
         self.last = self.hinge.last if self.hinge else float(self.curve["load"][-1])
-        self.most = ROOM * self.last
+        self.own_last, self.own_end = self.last, self.end
         self.engaged = self.hinge.engaged if self.hinge else self.load_e < self.last
+        self.other = self._of_other_face() if own else None
+        if self.other and self.other.last < self.last:
+            self.last, self.end = self.other.last, self.other.end
+        self.most = ROOM * self.last
+
+    def _of_other_face(self) -> Motion | None:
+        """Return the motion of the other face's scales, if there are any."""
+        seen = both_faces.sense(self.setting.beam, self.kind.name)
+        if not seen:
+            return None
+        turned = {"+": "-", "-": "+"}[self.setting.sense] if seen < 0 else self.setting.sense
+        return Motion(self.setting._replace(sense=turned), own=False)
+
+    @property
+    def shape(self) -> dict[str, Any]:
+        """What the geometry needs of the scaled face."""
+        return shape(self.setting, self.neighbour)
 
     def along(self, points: int) -> dict[str, Array]:
         """Every variable along the curve, from no load to the cut-off."""
@@ -121,31 +148,41 @@ class Motion:
 
     def state(self, load: float) -> State:
         """Return the state at a load angle per pitch; beyond the last one, the last one."""
-        held, touching = load >= self.last, self.engaged and load > self.load_e
+        if self.other is None:
+            return self._alone(load)
+        own, other = (motion._alone(min(load, self.last)) for motion in (self, self.other))
+        # each face's has the bar's torque in it
+        torque = own.torque + other.torque - self.rigidity * own.load / self.setting.beam.pitch
+        return own._replace(torque=torque, other=other)
+
+    def _alone(self, load: float) -> State:
+        """Return the state of one face."""
+        held, touching = load >= self.own_last, self.engaged and load > self.load_e
         name = self._named(load) if held else SLIDING if touching else FREE
         if self.hinge is None:
-            return self._between(min(load, self.last), name)
+            return self._between(min(load, self.own_last), name)
         if not touching:
             # a beam that locks as it engages goes no further than that
-            return self._straight(min(load, self.last), name)
+            return self._straight(min(load, self.own_last), name)
         x = np.array([self.hinge.x_c]) if held else self.hinge.place(np.array([load]))
         return self._states(self.hinge, x, name)[0]
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""
-        if self.hinge:
+        if self.hinge and self.other is None:
             load, x = hinge.samples(self.hinge, points)
             states = [self._straight(float(v), FREE) for v in load]
             states += self._states(self.hinge, x, SLIDING) if x.size else []
         else:
             states = [self.state(float(v)) for v in np.linspace(0.0, self.last, points)]
-        states[-1] = states[-1]._replace(name=self._named(self.most))
+        if self.last == self.own_last:
+            states[-1] = states[-1]._replace(name=self._named(self.most))
         return states
 
     def _named(self, load: float) -> str:
-        if self.end.locks:
+        if self.own_end.locks:
             return LOCKED
-        return FREE if self.end is End.NONE and load < self.last else ENDED
+        return FREE if self.own_end is End.NONE and load < self.own_last else ENDED
 
     def _straight(self, load: float, name: str) -> State:
         beam = self.setting.beam
@@ -156,7 +193,7 @@ class Motion:
         v = hinge.evaluate(path, np.empty(0), x)
         force = v["N"] * self.setting.beam.pitch / self.stiffness if self.stiffness else 0 * x
         columns = np.stack([*(v[role] for role in _STATE), force, *self._slip(path, x)], axis=1)
-        return [State._make((*values, (along, across), name, None)) for *values, along, across in columns.tolist()]
+        return [State._make((*v[:6], (v[6], v[7]), name, None, None)) for v in columns.tolist()]
 
     def _between(self, load: float, name: str) -> State:
         """State between the points of a walked curve; the slip follows from the places of its contact."""
@@ -186,6 +223,19 @@ class Motion:
         return np.asarray(c.a_rate), np.asarray(c.c_rate)
 
 
+def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:
+    """Return the design of each face with scales, and its part of a state; the scaled face first."""
+    found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(motion.shape, lambda state: state)]
+    if motion.other:
+        other = motion.setting.beam.other
+        assert other is not None
+        bend, twist = other.seen
+        design = motion.shape | {"S": list(other.S), "shift": other.shift, "neighbour": motion.other.shape["neighbour"]}
+        design |= {"sense": twist * design["sense"], "bend": bend}
+        found.append((design, lambda state: state.other or state))
+    return found
+
+
 def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
     """Return what the geometry needs of a design: ratios (lengths in pitches, rad), kind of loading, sense, law."""
     beam, kind = setting.beam, LOADS[setting.load]
@@ -201,4 +251,5 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
         "law": kind.law(setting.law),
         "neighbour": max(1, neighbour),
         "scales": min(beam.scales, MOST_SCALES),
+        **SCALED,
     }

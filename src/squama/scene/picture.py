@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import io
+import itertools
 import math
 import os
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,7 +24,7 @@ from squama.plot.palette import STATES, THEMES, WORDS
 from squama.progress import steps
 from squama.scene import geometry, standalone
 from squama.scene.look import Camera, Canvas, fitted, outline
-from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shape
+from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shapes
 from squama.types import Array
 from squama.units import moment
 
@@ -170,33 +172,41 @@ def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
     """Return the pictures of states, from where the last beam and every arrow is seen whole."""
-    design = shape(motion.setting, motion.neighbour)
-    around = [outline(design, states[-1].load, states[-1].attitude)]
+    faces = shapes(motion)
+    around = [outline(design, of(states[-1]).load, of(states[-1]).attitude) for design, of in faces]
     around += [
-        tips for s in states if looks.get("forces", True) for _, tips in _arrows(design, s, motion.setting.mu)[1]
+        tips
+        for s, (design, of) in itertools.product(states, faces)
+        if looks.get("forces", True)
+        for _, tips in _arrows(design, of(s), motion.setting.mu)[1]
     ]
     camera = fitted(np.concatenate(around), size[0] / (size[1] - size[1] // WORDS_ROOM))
     every = steps(states, len(states), "pictures")
     return [_framed(motion, state, camera, size, **looks) for state in every]
 
 
-def render(design: geometry.Design, state: State, mu: float, camera: Camera, size: tuple[int, int], *,
+def render(faces: Sequence[tuple[geometry.Design, State]], mu: float, camera: Camera, size: tuple[int, int], *,
            dark: bool = False, forces: bool = True) -> Array:  # fmt: skip
-    """Return the pixels (height, width, 3) of a beam in a state."""
+    """Return the pixels (height, width, 3) of a beam by the design and the state of each face with scales."""
     theme = {name: _rgb(value) for name, value in THEMES["dark" if dark else "light"].items()}
     canvas = Canvas(*size, camera, theme["background"])
-    sections, _ = geometry.bar(design, state.load)
+    sections, _ = geometry.bar(faces[0][0], faces[0][1].load)
     _bar(canvas, sections, theme)
+    for design, state in faces:
+        _scales(canvas, design, state, theme, size[1] / 600)
+    for design, state in faces:
+        if state.x > 0:
+            _contacts(canvas, design, state, mu, theme, forces=forces)
+    return canvas.pixels()
+
+
+def _scales(canvas: Canvas, design: geometry.Design, state: State, theme: dict[str, Array], thick: float) -> None:
     plates = np.array([geometry.scale(design, state.load, state.attitude, geometry.first(design) + i).corners
                        for i in range(design["scales"])])  # fmt: skip
     faces = plates[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    canvas.triangles(faces, _lit(normals, _rgb(STATES[state.name]), camera))
-    thick = size[1] / 600
+    canvas.triangles(faces, _lit(normals, _rgb(STATES[state.name]), canvas.camera))
     canvas.lines(plates.reshape(-1, 3), np.roll(plates, -1, axis=1).reshape(-1, 3), theme["edge"], thick)
-    if state.x > 0:
-        _contacts(canvas, design, state, mu, theme, forces=forces)
-    return canvas.pixels()
 
 
 def _bar(canvas: Canvas, sections: Array, theme: dict[str, Array]) -> None:
@@ -270,8 +280,8 @@ def _framed(
 
     width, height = size
     room = height // WORDS_ROOM
-    design = shape(motion.setting, motion.neighbour)
-    beam = render(design, state, motion.setting.mu, camera, (width, height - room), dark=dark, forces=forces)
+    faces = [(design, of(state)) for design, of in shapes(motion)]
+    beam = render(faces, motion.setting.mu, camera, (width, height - room), dark=dark, forces=forces)
     theme = THEMES["dark" if dark else "light"]
     whole = Image.new("RGB", size, theme["background"])
     whole.paste(Image.fromarray(beam), (0, 0))
@@ -281,9 +291,10 @@ def _framed(
     model = motion.model + ", drawn flat" * (motion.hinge is None)
     pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
     x, y = width * 0.02, height - room * 0.48
-    end = f" ({motion.end})" if state.name in (LOCKED, ENDED) else ""
-    keys = [(STATES[state.name], f"scales: {WORDS[state.name]}{end}")]
-    if forces and state.x > 0:
+    names = dict.fromkeys(one.name for _, one in faces)
+    ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
+    keys = [(STATES[name], f"scales: {WORDS[name]}{ends[name]}") for name in names]
+    if forces and max(one.x for _, one in faces) > 0:
         keys += [(theme["normal"], "normal force on the tip")]
         keys += [(theme["friction"], "friction on the tip")] if motion.setting.mu else []
     for colour, words in keys:

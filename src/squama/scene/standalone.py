@@ -8,12 +8,13 @@ from html import escape
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import SENTENCES
 from squama.plot.palette import SCENE, variables
-from squama.scene.motion import Motion, shape
+from squama.scene.motion import Motion, State, shapes
 
 LIBRARY = Path("elements", "scene", "dist")
 """Folder of the module inside NiceGUI."""
@@ -47,9 +48,10 @@ def page(motion: Motion, load: float) -> str:
     imports = {"nicegui-scene": _data(library)}
     imports |= {f"squama/{name}": _data(text.encode()) for name, text in scripts.items()}
     setting = motion.setting
-    states = [{**s._asdict(), "mu": setting.mu} for s in motion.samples(SAMPLES)]
+    states = [_told(s, setting.mu) for s in motion.samples(SAMPLES)]
+    design, *others = (design for design, _ in shapes(motion))
     data = {
-        "design": shape(setting, motion.neighbour),
+        "design": {**design, "other": next(iter(others), None)},
         "states": states,
         "first": min(range(len(states)), key=lambda i: abs(states[i]["load"] - load)),
         "end": str(motion.end),
@@ -66,6 +68,11 @@ def page(motion: Motion, load: float) -> str:
         dark=variables("dark"),
         title=escape(f"{setting.beam.scales} scales, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
     )
+
+
+def _told(state: State, mu: float) -> dict[str, Any]:
+    """Return a state, and within it that of the other face's scales, for the page."""
+    return {**state._asdict(), "mu": mu, "other": _told(state.other, mu) if state.other else None}
 
 
 def _own(name: str) -> str:

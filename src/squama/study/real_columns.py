@@ -110,7 +110,7 @@ def solved(
 
 def _joints(c: Cells, b: _Beams, i: Array) -> Array:
     """Return the joints of some of the beams."""
-    stiffness, inclusion, matrix = c.given
+    stiffness, inclusion, matrix = c.given[:3]
     if matrix is None:
         K = law.stiffness(b.designs.shape.at(i))
     else:

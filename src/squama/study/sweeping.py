@@ -24,6 +24,7 @@ from squama import arguments
 from squama.batch.answers import FEW
 from squama.beam import joint_law
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.errors import refuse
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
@@ -161,6 +162,7 @@ def make_plan(
     bare: bool = True,
 ) -> Plan:
     """Check the arguments of :func:`sweep` and every corner of its grid; return what is to be computed."""
+    only_one(beam.faces, "a sweep")
     arguments.load(load)
     arguments.sense(sense)
     laws = (law,) if isinstance(law, str) else tuple(law)

@@ -12,6 +12,7 @@ import numpy as np
 
 from squama import arguments, units
 from squama.beam import matrixfile
+from squama.beam.faces import only_one
 from squama.curves import doors, finite_rows
 from squama.errors import InputError, naming
 from squama.fe import runs
@@ -88,6 +89,7 @@ def verify(
     KeyboardInterrupt
         Ctrl-C; what is done stays in the folder.
     """
+    only_one(beam.faces, "elements")
     say = announce or (lambda _: None)
     friction = arguments.friction(beam.friction.mu, mu)
     if to is None:

@@ -15,6 +15,7 @@ from squama import arguments
 from squama.beam import beamfile
 from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import follow
 from squama.errors import InputError, Problems, naming, refuse
 from squama.joints import choice
@@ -155,6 +156,7 @@ class State(NamedTuple):
 
 def of(beam: Beam) -> State:
     """Return the first state of a beam."""
+    only_one(beam.faces, "the explorer")
     mu = State(beam, 0.0).mu
     return State(beam.replace(friction={"mu": mu}), 0.0).started()
 

@@ -1,6 +1,7 @@
 // The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
-// A design: {kind, eta, beta, lam, height, alpha, half, sense, law, neighbour, scales}, ratios and radians.
+// A design: {kind, eta, beta, lam, height, alpha, half, sense, bend, law, neighbour, scales, S, shift}, ratios and
+// radians. S maps the scaled face's places to those of its face.
 
 export const STEPS = 6; // pieces of the bar per pitch
 export const LONGEST = 1.6; // length that an arrow comes near to as its force grows, in pitches
@@ -28,9 +29,10 @@ export function frame(d, load, k) {
     const [c, s] = [Math.cos(turn), Math.sin(turn)];
     return { o: [d.lam * s, d.lam * c, k], x: [c, -s, 0], y: [s, c, 0], z: [0, 0, 1] };
   }
-  const turn = load * k;
+  const psi = d.bend * load;
+  const turn = psi * k;
   const [c, s, half] = [Math.cos(turn), Math.sin(turn), Math.sin(turn / 2)];
-  const [rise, run] = load ? [(2 * half * half) / load, s / load] : [0, k];
+  const [rise, run] = psi ? [(2 * half * half) / psi, s / psi] : [0, k];
   const o = [0, d.lam + d.height * (c - 1) + rise, run - d.height * s];
   return { o, x: [1, 0, 0], y: [0, c, -s], z: [0, s, c] };
 }
@@ -41,11 +43,14 @@ function hinged(d, theta) {
   return [[0, 0, 0], [-sa * ct, st, ca * ct], [ca, 0, sa]];
 }
 
+const det = (d) => d.S[0] * d.S[1] * d.S[2];
+const mapped = (d, v) => v.map((x, i) => d.S[i] * x);
+
 function placed(d, o, x, y) {
   const m = add(o, mul(d.eta, x));
   const half = mul(d.beta, y);
   const corners = [sub(o, half), add(o, half), add(m, half), sub(m, half)];
-  return { x, y, z: cross(x, y), o, m, corners };
+  return { x, y, z: mul(det(d), cross(x, y)), o, m, corners };
 }
 
 // The scale k pitches from the middle: axes, o and m the middles of base and tip edge, corners D, A, B, C. theta is its
@@ -55,7 +60,7 @@ export function scale(d, load, theta, k) {
   const [o, x, y] = (Array.isArray(theta) ? theta : hinged(d, theta)).map(([across, out, along]) =>
     add(add(mul(across, f.x), mul(out, f.y)), mul(along, f.z)),
   );
-  return placed(d, add(f.o, o), x, y);
+  return placed(d, mapped(d, add(f.o, o)), mapped(d, x), mapped(d, y));
 }
 
 // The contact of scale k's tip with its neighbour, as the common normal of tip edge and side edge. In bending the
@@ -86,7 +91,7 @@ export function directions(d, load, theta, slip, k) {
   let friction = add(mul(slip[0], two.x), mul(slip[1], across));
   let normal = two.z;
   if (d.kind === "twisting" && d.law === "plate") friction = sub(friction, mul(dot(friction, normal), normal));
-  else if (d.kind === "twisting") normal = unit(cross(two.x, one.y));
+  else if (d.kind === "twisting") normal = unit(mul(det(d), cross(two.x, one.y)));
   return { normal, friction: unit(friction) };
 }
 
@@ -108,4 +113,4 @@ export function bar(d, load) {
 }
 
 // Place of the first scale; the others follow at distances of one pitch.
-export const first = (d) => -(d.scales - 1) / 2;
+export const first = (d) => -(d.scales - 1) / 2 + d.shift;

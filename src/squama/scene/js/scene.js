@@ -1,9 +1,9 @@
 // The beam as a three.js scene. It gets a design and a state and makes every vertex from them (geometry.js).
 // It draws when something has changed, never on its own.
 import { OrbitControls, THREE } from "nicegui-scene";
-import { arrow, bar, contact, directions, first, scale } from "./geometry.js";
+import { arrow, bar, contact, cross, directions, first, scale } from "./geometry.js";
 
-const MOST = 64; // scales that can be drawn
+const MOST = 128; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
 const [HEAD, SHAFT, DOT] = [0.13, 0.042, 0.07];
 
@@ -87,13 +87,15 @@ export class BeamScene {
     this.request();
   }
 
-  // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose}; a pose stands for theta
+  // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose}; a pose stands for theta; `other` in both is
+  // that of the other face's scales
   set(design, state) {
     const shape = JSON.stringify([design.kind, design.scales, design.half]);
     const sizes = JSON.stringify([design.eta, design.beta, design.lam]);
     this.design = design;
     this.state = state;
-    this.plate.color.set(this.palette.states[state.name]);
+    this.faces = [[design, state]];
+    if (design.other) this.faces.push([design.other, state.other]);
     this.moveBar();
     this.moveScales();
     this.moveContacts();
@@ -131,45 +133,61 @@ export class BeamScene {
     }
   }
 
+  // Design, state and place of every scale; at another load if one is given.
+  placed(load) {
+    return this.faces.flatMap(([d, state]) =>
+      Array.from({ length: d.scales }, (_, i) => [
+        d,
+        state,
+        scale(d, load ?? state.load, state.pose ?? state.theta, first(d) + i),
+      ]),
+    );
+  }
+
   moveScales() {
-    const { design: d, state } = this;
-    const rims = new Float32Array(24 * d.scales);
+    const all = this.placed();
+    const rims = new Float32Array(24 * all.length);
     const matrix = new THREE.Matrix4();
-    for (let i = 0; i < d.scales; i++) {
-      const one = scale(d, state.load, state.pose ?? state.theta, first(d) + i);
+    all.forEach(([d, state, one], i) => {
+      const up = cross(one.x, one.y);
       matrix.set(
-        d.eta * one.x[0], d.beta * one.y[0], one.z[0], one.o[0],
-        d.eta * one.x[1], d.beta * one.y[1], one.z[1], one.o[1],
-        d.eta * one.x[2], d.beta * one.y[2], one.z[2], one.o[2],
+        d.eta * one.x[0], d.beta * one.y[0], up[0], one.o[0],
+        d.eta * one.x[1], d.beta * one.y[1], up[1], one.o[1],
+        d.eta * one.x[2], d.beta * one.y[2], up[2], one.o[2],
         0, 0, 0, 1,
       ); // prettier-ignore
       this.scales.setMatrixAt(i, matrix);
+      this.scales.setColorAt(i, new THREE.Color(this.palette.states[state.name]));
       for (let j = 0; j < 4; j++) rims.set([...one.corners[j], ...one.corners[(j + 1) % 4]], 24 * i + 6 * j);
-    }
-    this.scales.count = d.scales;
+    });
+    this.scales.count = all.length;
     this.scales.instanceMatrix.needsUpdate = true;
+    this.scales.instanceColor.needsUpdate = true;
     this.rims.geometry.setAttribute("position", new THREE.BufferAttribute(rims, 3));
   }
 
   // Contact points of every scale that has its neighbour, and the forces on it.
   moveContacts() {
-    const { design: d, state } = this;
-    const count = state.x > 0 ? Math.max(0, d.scales - d.neighbour) : 0;
-    const drawn = this.arrows ? count : 0;
     const matrix = new THREE.Matrix4();
     this.contacts = [];
-    for (let i = 0; i < count; i++) {
-      const k = first(d) + i;
-      const at = state.pose ?? state.theta;
-      const { point } = contact(d, state.load, at, k);
-      this.contacts.push(point);
-      this.points.setMatrixAt(i, matrix.makeTranslation(...point));
-      const ways = directions(d, state.load, at, state.slip, k);
-      const long = arrow(state.x);
-      this.place(this.forces.normal, i, point, ways.normal, long);
-      this.place(this.forces.friction, i, point, ways.friction, long * state.mu);
+    for (const [d, state] of this.faces) {
+      const count = state.x > 0 ? Math.max(0, d.scales - d.neighbour) : 0;
+      for (let j = 0; j < count; j++) {
+        const i = this.contacts.length;
+        const k = first(d) + j;
+        const at = state.pose ?? state.theta;
+        const { point } = contact(d, state.load, at, k);
+        this.contacts.push(point);
+        this.points.setMatrixAt(i, matrix.makeTranslation(...point));
+        const ways = directions(d, state.load, at, state.slip, k);
+        const long = arrow(state.x);
+        this.place(this.forces.normal, i, point, ways.normal, long);
+        this.place(this.forces.friction, i, point, ways.friction, long * state.mu);
+      }
     }
-    const friction = state.mu ? drawn : 0;
+    const count = this.contacts.length;
+    const drawn = this.arrows ? count : 0;
+    const friction = this.state.mu ? drawn : 0;
     const counts = [[[this.points], count], [this.forces.normal, drawn], [this.forces.friction, friction]];
     for (const [meshes, n] of counts)
       for (const mesh of meshes) {
@@ -198,7 +216,7 @@ export class BeamScene {
     this.chosen = false;
     const seen = [0, this.state.load].flatMap((load) => [
       ...bar(d, load).flat(),
-      ...Array.from({ length: d.scales }, (_, i) => first(d) + i).flatMap((k) => scale(d, load, this.state.pose ?? this.state.theta, k).corners),
+      ...this.placed(load).flatMap(([, , one]) => one.corners),
     ]);
     const box = new THREE.Box3().setFromPoints(seen.map((p) => new THREE.Vector3(...p)));
     const middle = box.getCenter(new THREE.Vector3());

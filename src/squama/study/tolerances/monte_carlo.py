@@ -15,6 +15,7 @@ import numpy as np
 from squama import arguments
 from squama.arrays import edge_contacts
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.errors import InputError, refuse
 from squama.joints.law import errors
 from squama.loads import LOADS
@@ -124,6 +125,7 @@ def uncertainty(
     >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
     0.283 +- 0.006 rad/pitch
     """
+    only_one(beam.faces, "tolerances")
     arguments.load(load)
     arguments.law(law)
     arguments.sense(sense)

@@ -1,0 +1,193 @@
+"""Scales on both faces: against plates in space that share nothing with the kernel, virtual work, symmetries."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import squama
+from squama.beam.faces import FACES
+from squama.errors import InputError
+
+BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", mu=0.2, youngs_modulus="2 MPa")
+BOTH = ("mirrored", "turned")
+HINGE = {"joint": "hinge", "ideal": True}
+
+
+def plate(beam: squama.Beam, theta: float, S: np.ndarray) -> np.ndarray:
+    """Return corners D, A, B, C of a scale at z = 0 on the face that S maps the upper one to."""
+    a = beam.scale.alpha
+    x = np.array([-math.sin(a) * math.cos(theta), math.sin(theta), math.cos(a) * math.cos(theta)])
+    y = beam.beta * np.array([math.cos(a), 0.0, math.sin(a)])
+    base = np.array([0.0, beam.lam, 0.0])
+    return np.array([base - y, base + y, base + y + beam.eta * x, base - y + beam.eta * x]) * S
+
+
+def next_one(points: np.ndarray, psi: float, phi: float) -> np.ndarray:
+    """Move points by a pitch of a bar that is bent by psi towards +y and twisted by phi: a thousand small steps."""
+    n = 1000
+    w = np.array([-psi, 0.0, -phi]) / n
+    angle = np.linalg.norm(w)
+    k = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]) / max(angle, 1e-300)
+    R = np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
+    # half a step along the middle line, the turn, half a step
+    half = np.array([0.0, 0.0, 0.5 / n])
+    for _ in range(n):
+        points = (points + half) @ R.T + half
+    return points
+
+
+def through(one: np.ndarray, two: np.ndarray) -> bool:
+    """Say whether an edge of one rectangle passes through the other."""
+    for a, b in ((one, two), (two, one)):
+        o, u, v = b[0], b[1] - b[0], b[3] - b[0]
+        n = np.cross(u, v)
+        for p, q in zip(a, np.roll(a, -1, axis=0), strict=True):
+            hp, hq = (p - o) @ n, (q - o) @ n
+            if hp * hq < 0:
+                x = p + (q - p) * hp / (hp - hq) - o
+                if 0 <= x @ u / (u @ u) <= 1 and 0 <= x @ v / (v @ v) <= 1:
+                    return True
+    return False
+
+
+@pytest.mark.parametrize("faces", BOTH)
+@pytest.mark.parametrize(("psi", "phi"), [(-0.08, 0.1), (-0.1, 0.0), (-0.06, -0.15), (0.05, -0.15), (-0.02, 0.2)])
+def test_plates_in_space_just_touch(faces: str, psi: float, phi: float) -> None:
+    r = squama.bend_twist(BEAM.replace(faces=faces), f"bend {psi} rad/pitch, twist {phi} rad/pitch", mu=0, **HINGE)
+    assert r.end == "range end"
+    for name, S in (("theta", (1, 1, 1)), ("theta_other", FACES[faces].S)):
+        theta = float(r[name][-1])
+
+        def meets(theta: float, S: tuple[int, ...] = S) -> bool:
+            one = plate(BEAM, theta, np.array(S))
+            return through(one, next_one(one, psi, phi))
+
+        assert not meets(theta + 1e-4)
+        if theta > BEAM.scale.theta0:
+            assert meets(theta - 1e-4)
+    # turned, both faces open where the twist does
+    assert (float(r.N_other[-1]) + float(r.N[-1]) > 0) == (faces == "mirrored" or phi >= 0)
+
+
+def work(beam: squama.Beam, psi: float, phi: float, **how: object) -> tuple[float, float, float]:
+    path = f"bend {psi!r} rad/pitch, twist {phi!r} rad/pitch"
+    r = squama.bend_twist(beam, path, mu=0, points=60, **how)
+    return float(r.U_el[-1]), float(r.M[-1]), float(r["T"][-1])
+
+
+@pytest.mark.parametrize(("how", "tolerance"), [(HINGE, 1e-6), ({"ideal": True}, 2e-3)])
+@pytest.mark.parametrize("faces", BOTH)
+def test_moment_and_torque_are_slopes_of_the_energy(faces: str, how: dict[str, object], tolerance: float) -> None:
+    """Both faces and the bar: M = dU/dkappa, T = dU/dPhi per length."""
+    beam, h, d = BEAM.replace(faces=faces), 1e-4, BEAM.pitch
+    for psi, phi in ((0.01, 0.13), (-0.01, 0.12), (-0.01, -0.12)):
+        _, M, T = work(beam, psi, phi, **how)
+        by_psi = work(beam, psi + h, phi, **how)[0] - work(beam, psi - h, phi, **how)[0]
+        by_phi = work(beam, psi, phi + h, **how)[0] - work(beam, psi, phi - h, **how)[0]
+        assert pytest.approx(by_psi / (2 * h) * d, rel=tolerance, abs=tolerance * abs(T)) == M
+        assert pytest.approx(by_phi / (2 * h) * d, rel=tolerance) == T
+
+
+@pytest.mark.parametrize("joint", ["hinge", "compliant"])
+def test_mirrored_beams_do_the_same_both_ways_and_turned_ones_both_at_once(joint: str) -> None:
+    beam = BEAM.replace(joint={"inclusion_factor": 1.5})
+    at = np.linspace(1, 9, 5)
+    one, back = (squama.twist(beam, at=at, joint=joint, sense=s) for s in "+-")
+    for sense in "+-":
+        r = squama.twist(beam.replace(faces="mirrored"), at=at, joint=joint, sense=sense)
+        assert r.T_scales.values == pytest.approx((one.T_scales + back.T_scales).values, rel=1e-9)
+        assert r.N.values == pytest.approx(one.N.values, rel=1e-9)
+        assert r.N_other.values == pytest.approx(back.N.values, rel=1e-9)
+        turned = squama.twist(beam.replace(faces="turned"), at=at, joint=joint, sense=sense)
+        alone = one if sense == "+" else back
+        for name in ("T_scales", "W_fr"):
+            assert turned[name].values == pytest.approx(2 * alone[name].values, rel=1e-9)
+        assert turned["T"].values == pytest.approx((alone["T"] + alone.T_scales).values, rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", ["", ", shifted"])
+def test_across_the_beam_both_ways_are_one_and_a_shift_changes_nothing(shift: str) -> None:
+    beam = BEAM.replace(scale={"alpha": 0})
+    found = [
+        (
+            squama.twist(beam.replace(faces=faces), at=[5.0], joint="hinge")["T"].item(),
+            squama.cycle(beam.replace(faces=faces), "0, 0.1, -0.1, 0 rad/pitch", joint="hinge").W_d.values.tolist(),
+            squama.bend_twist(
+                beam.replace(faces=faces), "bend -0.1 rad/pitch; twist 0.1 rad/pitch", **HINGE
+            ).M_c.item(),
+        )
+        for faces in ("mirrored", "turned" + shift)
+    ]
+    assert found[0][0] == pytest.approx(found[1][0], rel=1e-12)
+    assert found[0][1] == pytest.approx(found[1][1], rel=1e-12)
+    assert float(found[0][2]) == pytest.approx(float(found[1][2]), rel=1e-9)
+
+
+@pytest.mark.parametrize("faces", BOTH)
+def test_bent_both_ways_the_beam_is_as_stiff(faces: str) -> None:
+    beam = BEAM.replace(faces=faces)
+    there, back = (squama.bend_twist(beam, f"bend {v} rad/pitch", **HINGE) for v in (0.1, -0.1))
+    alone = squama.bend_twist(BEAM, "bend -0.1 rad/pitch", **HINGE)
+    assert float(back.M_c) == pytest.approx(-float(there.M_c), rel=1e-9)
+    assert float(back.T_c) == pytest.approx({"mirrored": -1, "turned": 1}[faces] * float(there.T_c), rel=1e-9)
+    # scales on one face open
+    assert float(alone.M_scales[-1]) == 0
+    assert abs(float(back.M_scales[-1])) > abs(float(back.M_c - back.M_scales[-1]))
+    one = squama.bend(BEAM, at=[0.1 / BEAM.pitch])
+    assert squama.bend(beam, at=[0.1 / BEAM.pitch]).M_scales.item() == pytest.approx(one.M_scales.item(), rel=1e-9)
+
+
+@pytest.mark.parametrize("joint", ["hinge", "compliant"])
+@pytest.mark.parametrize("faces", BOTH)
+def test_a_cycle_goes_up_the_curve(faces: str, joint: str) -> None:
+    beam = BEAM.replace(faces=faces)
+    history = "0, 0.12, -0.12, 0 rad/pitch" if faces == "mirrored" else "0, 0.12, 0 rad/pitch"
+    c = squama.cycle(beam, history, joint=joint)
+    r = squama.twist(beam, at="0.12 rad/pitch", joint=joint)
+    i = int(np.argmax(c.phi.values))
+    for name in ("T", "U_el", "T_scales"):
+        assert float(c[name][i]) == pytest.approx(r[name].item(), rel=1e-6)
+    if faces == "mirrored":
+        assert float(c["T"].min()) == pytest.approx(-float(c["T"].max()), rel=1e-6)
+        # a loop on each side
+        assert c.W_d.values[0] == pytest.approx(c.W_d.values[1], rel=1e-4)
+
+
+def test_the_curve_ends_where_one_face_does() -> None:
+    """At a small alpha the other face's scales meet in the other sense as well, and are followed in a curve only."""
+    beam = BEAM.replace(scale={"alpha": "5 deg"}, faces="mirrored")
+    one, back = (squama.twist(BEAM.replace(scale={"alpha": "5 deg"}), sense=s, joint="hinge") for s in "+-")
+    r = squama.twist(beam, joint="hinge")
+    assert r.end == back.end == "other contact"
+    assert float(r.phi_end) == pytest.approx(float(back.phi_end), rel=1e-9)
+    assert float(one.phi_end) > float(r.phi_end)
+    assert str(r.other_contact.values).startswith("of the other face: ")
+    with pytest.raises(InputError, match="of the other face"):
+        squama.cycle(beam, "0.16 rad/pitch", joint="hinge")
+
+
+@pytest.mark.parametrize("call", [
+    squama.row,
+    lambda b: squama.sweep(b, {"alpha": ("30 deg", "40 deg", 3)}, out="store.zarr"),
+    lambda b: squama.uncertainty(b, {"alpha": "+- 1 deg"}),
+    lambda b: squama.fit({"Phi": [1, 2], "T": [1, 2]}, b),
+    lambda b: squama.cell(b, to=1.0),
+    squama.joint,
+    lambda b: squama.bend_twist(b, "bend 1 rad/m", mu=0, free="twisting"),
+])  # fmt: skip
+def test_what_takes_one_face_says_so(call, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r'beam.faces = "mirrored": is not covered by .*write faces = "one"'):
+        call(BEAM.replace(faces="mirrored"))
+
+
+def test_the_line_between_both_faces_is_in_the_middle() -> None:
+    for call in (
+        lambda b: squama.bend(b, neutral="face"),
+        lambda b: squama.bend_twist(b, "bend 1 rad/m", neutral="free", joint="compliant"),
+    ):
+        with pytest.raises(InputError, match=r'write "?(neutral=)?"?middle"'):
+            call(BEAM.replace(faces="turned"))
