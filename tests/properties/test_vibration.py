@@ -163,10 +163,10 @@ def test_designs_do_not_depend_on_their_company() -> None:
     d = {"eta": r.uniform(1.5, 5, n), "beta": r.uniform(0.6, 1.8, n), "lam": r.uniform(0.2, 0.8, n)}
     d |= {"alpha": r.uniform(0.3, 1.2, n), "theta0": r.uniform(0.05, 0.4, n), "mu": r.uniform(0, 0.9, n)}
     d |= {"kappa": 10 ** r.uniform(-2, 1, n), "impulse": r.uniform(0.02, 4, n)}
-    together = squama.free_vibration(**d, swings=3, sides="both")
+    together = squama.free_vibration(**d, swings=3, faces="mirrored")
     assert set(together.end) == {"rings", "jams", "beyond"}
     for i in range(n):
-        one = squama.free_vibration(**{name: v[i] for name, v in d.items()}, swings=3, sides="both")
+        one = squama.free_vibration(**{name: v[i] for name, v in d.items()}, swings=3, faces="mirrored")
         assert one.end == together.end[i]
         for single, many in zip(one, together, strict=True):
             if single.dtype.kind == "f":

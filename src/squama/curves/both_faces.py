@@ -14,7 +14,6 @@ import numpy as np
 
 from squama.beam import faces
 from squama.beam.design import Beam
-from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, LoadPath, Solved, figures
 from squama.errors import refuse
 from squama.loads import LOADS
@@ -79,6 +78,9 @@ class Both(NamedTuple):
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end."""
+        # compiled, and not needed for one face
+        from squama.curves import real
+
         own, other = (path.curve(points=points) for path in (self.lead, self.other))
         d, told = self.case.pitch, own.figures
         cuts = [float(one.figures["rate_c"]) * d for one in (own, other)]
