@@ -271,6 +271,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/section.py", "for n in range(1, 13, 2):"): {"13 -> (13 * 2 + 1)": _ROUNDING},
     ("model/joint.py", "slack = 1e-9"): {"*": _ROUNDING},
     ("dynamics/decay.py", "for _ in range(100):"): {"*": _TUNING},
+    ("dynamics/decay.py", "still = np.abs(new - s) <= near"): {"- -> +": _SHARP},
     ("dynamics/decay.py", "rest = np.where((s > down.last * (1 + 1e-12)) | (down.slope(s) <= 0), top, np.nan)"): {
         "1e-12 -> (1e-12 * 1.1)": _ROUNDING,
     },
