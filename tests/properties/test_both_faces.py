@@ -191,3 +191,19 @@ def test_the_line_between_both_faces_is_in_the_middle() -> None:
     ):
         with pytest.raises(InputError, match=r'write "?(neutral=)?"?middle"'):
             call(BEAM.replace(faces="turned"))
+
+
+def test_tabs_of_both_faces_stiffen_the_bar_unless_that_is_given() -> None:
+    alone = BEAM.C_f
+    both = BEAM.replace(faces="mirrored")
+    assert both.C_f == pytest.approx(1 + 2 * (alone - 1), rel=1e-12)
+    assert any("tabs in both faces" in line for line in both.warnings())
+    one, two = (squama.twist(b, joint="compliant").attrs["rigidity"] for b in (BEAM, both))
+    bare = BEAM.G_B * BEAM.J
+    assert two - bare == pytest.approx(2 * (one - bare), rel=1e-12)
+    given = both.replace(joint={"inclusion_factor": 1.3})
+    assert given.C_f == 1.3
+    assert squama.twist(given, joint="compliant").attrs["rigidity"] == pytest.approx(1.3 * bare, rel=1e-9)
+    assert not any("tabs in both faces" in line for line in given.warnings())
+    with pytest.raises(InputError, match="beyond the middle, to those of the other face"):
+        both.replace(scale={"embedded": "80 mm", "theta0": "10 deg"})

@@ -13,7 +13,7 @@ from oracle.vectors import FP, Design, add, mul
 from oracle.vectors import scale as oracle_scale
 from squama.fe import plate
 from squama.scene import geometry, look
-from squama.scene.motion import Motion, Setting, shape
+from squama.scene.motion import Motion, Setting, shape, shapes
 from squama.web import state
 
 hinged = functools.partial(Setting, joint="hinge")
@@ -51,6 +51,18 @@ def states(monkeypatch) -> list:
     return found
 
 
+def of_both_faces() -> list:
+    """Return states of both faces' scales."""
+    found = []
+    for faces, load in (("turned, shifted", "twisting"), ("mirrored", "bending")):
+        motion = Motion(hinged(squama.Beam.from_ratios(scales=9).replace(faces=faces), 0.2, load=load))
+        state = motion.state(0.6 * motion.last)
+        for d, of in shapes(motion):
+            s = of(state)
+            found.append((d, s.load, s.theta, list(s.slip), 0.5))
+    return found
+
+
 def moved(d: dict) -> list[list[float]]:
     """Return the pose of a scale whose base has moved and that has turned about all axes."""
     rest = plate.Rest.at(d["eta"], d["beta"], d["lam"], d["alpha"], 0.2)
@@ -60,6 +72,7 @@ def moved(d: dict) -> list[list[float]]:
 
 def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:
     page = visit()
+    states += of_both_faces()
     states += [(d, load, moved(d), slip, k) for d, load, _, slip, k in states[::4]]
     for (d, load, theta, slip, k), js in zip(states, page.page.evaluate(SCRIPT, states), strict=True):
         one, c = geometry.scale(d, load, theta, k), geometry.contact(d, load, theta, k)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 from html import escape
 
+from squama.beam.faces import described
 from squama.beam.parts import RATIOS, Assembly
 from squama.units import as_text, number
 
@@ -41,7 +43,8 @@ def of_beam(beam: Assembly, warnings: Iterable[str]) -> str:
         ("ratios", ratios),
     ]
     length = beam.pitch * beam.scales * mm
-    title = f"Beam: {beam.scales} scales, pitch {beam.pitch * mm:.4g} mm, {length:.4g} mm long"
+    faces = f" on {described(beam.faces)}" if beam.other else ""
+    title = f"Beam: {beam.scales} scales{faces}, pitch {beam.pitch * mm:.4g} mm, {length:.4g} mm long"
     return card(title, rows, (f"warning: {text}" for text in warnings), side(beam))
 
 
@@ -54,7 +57,10 @@ def side(beam: Assembly) -> str:
     out = math.cos(scale.alpha) * math.cos(scale.theta0), math.sin(scale.theta0)
     tip, root = ((out[0] * x, out[1] * x) for x in (scale.length, -scale.embedded))
     left, right = min(-width + root[0], -d / 2), (count - 1) * d + max(width + tip[0], d / 2)
-    top, bottom = t + tip[1], -t
+    # up or down, and how far along
+    faces = [(1, 0.0), *([(-1, beam.other.shift * d)] if beam.other else [])]
+    right += faces[-1][1]
+    top, bottom = t + tip[1], -t - tip[1] * (len(faces) - 1)
     k = _ACROSS / (right - left)
 
     def polygon(points: Iterable[tuple[float, float]], style: str) -> str:
@@ -62,10 +68,11 @@ def side(beam: Assembly) -> str:
 
     bar = [(left, -t), (right, -t), (right, t), (left, t)]
     shapes = [polygon(bar, 'fill="#d9d4c7" stroke="none"')]
-    for i in range(count - 1, -1, -1):
-        z = i * d
+    for (up, along), i in itertools.product(faces, range(count - 1, -1, -1)):
+        z = i * d + along
         for (x, y), style in ((root, 'fill-opacity="0.15"'), (tip, 'fill-opacity="0.55"')):
-            plate = [(z - width, t), (z + width, t), (z + width + x, t + y), (z - width + x, t + y)]
+            plate = [(z - width, up * t), (z + width, up * t)]
+            plate += [(z + width + x, up * (t + y)), (z - width + x, up * (t + y))]
             shapes.append(polygon(plate, f'fill="#4c86bd" stroke="#1f5fa8" stroke-width="0.8" {style}'))
     words = f"{count} of {beam.scales} scales seen from the side"
     return (

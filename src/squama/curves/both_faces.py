@@ -22,6 +22,8 @@ from squama.types import Array
 
 _FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "U_joint", "U_plate")
 _NEAR = 1e-9
+FINE = 2e-3
+"""Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
 OTHER = "of the other face: "
 """Before what is told of the other face's contacts."""
 
@@ -78,10 +80,7 @@ class Both(NamedTuple):
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end."""
-        # compiled, and not needed for one face
-        from squama.curves import real
-
-        own, other = (path.curve(points=points) for path in (self.lead, self.other))
+        own, other = (path.curve(points=points, at=at) for path in (self.lead, self.other))
         d, told = self.case.pitch, own.figures
         cuts = [float(one.figures["rate_c"]) * d for one in (own, other)]
         load_e = float(told["load_e"])
@@ -92,8 +91,8 @@ class Both(NamedTuple):
             if 0 < load_e < cut:
                 loads[np.abs(loads - load_e).argmin()] = load_e
         loads = loads if at is None else np.asarray(at, float)
-        fine = np.linspace(0.0, cut, math.ceil(cut / real.FINE) + 1) if "load_twofold" in told else np.empty(0)
-        grid = np.union1d(np.append(loads, cut), fine)
+        walked = "load_twofold" in told
+        grid = np.union1d(np.append(loads, cut), np.linspace(0.0, cut, math.ceil(cut / FINE) + 1) if walked else [])
         along = self._at(grid)
         last = {role: float(v[np.searchsorted(grid, cut)]) for role, v in along.items() if v.dtype.kind == "f"}
         theta_end = float(told["theta_end"]) if ends is told else last["theta"]
@@ -107,11 +106,13 @@ class Both(NamedTuple):
             kept["other_contact"] = OTHER + words if words else ""
         if "T" in along:
             kept["T_c"] = last["T"]
-        if "load_twofold" in told:
-            touching = grid >= min(load_e, kept["load_e_other"])
-            stiffer = {f"load_{n}": (along["stiffness_ratio"], level) for n, level in real.TIMES.items()}
-            kept |= {n: real.first(grid[touching], v[touching], level) for n, (v, level) in stiffer.items()}
-            kept["load_peak"] = real.peak(grid, along["torque"])
+        if walked:
+            from squama.curves.real import stiffened
+
+            reached = np.isfinite(along["torque"])
+            touching = reached & (grid >= load_e)
+            ratios = along["stiffness_ratio"][touching]
+            kept |= stiffened(grid[touching], ratios, grid[reached], along["torque"][reached])
         which = np.searchsorted(grid, loads)
         return Curve({role: v[which] for role, v in along.items()}, kept)
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
+from squama.curves.both_faces import FINE
 from squama.curves.path import Asked, Case, Curve, States, figures, in_si
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
@@ -28,8 +29,6 @@ TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
-FINE = 2e-3
-"""Largest step of the twist along a curve, rad per pitch."""
 _NEAR, _SAME = 1e-5, 1e-6
 OWN = (
     *(*MOTIONS, "stiffness_ratio", "slip", "deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
@@ -337,25 +336,25 @@ def _thresholds(one: Path, twists: Array, v: dict[str, Array]) -> dict[str, floa
     reached = np.isfinite(v["torque"])
     touching = reached & (twists >= one.way.contact.phi)
     x, torque = twists[reached], v["torque"][reached]
-    found = {f"load_{name}": first(twists[touching], v["stiffness_ratio"][touching], n) for name, n in TIMES.items()}
+    found = stiffened(twists[touching], v["stiffness_ratio"][touching], x, torque)
     strength = one.beam.scale.strength
-    found["load_strength"] = math.nan if strength is None else first(x, v["stress"][reached], strength)
+    found["load_strength"] = math.nan if strength is None else _first(x, v["stress"][reached], strength)
     limit = one.beam.substrate.strain_limit
-    found["load_strain"] = math.nan if limit is None else first(x, v["strain"][reached], limit)
-    found["load_peak"] = peak(x, torque)
+    found["load_strain"] = math.nan if limit is None else _first(x, v["strain"][reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
     work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0
     return found
 
 
-def peak(x: Array, torque: Array) -> float:
-    """Return where a torque has its first peak; NaN if it has none."""
-    found = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
-    return float(x[found[0] + 1]) if found.size else math.nan
+def stiffened(touching: Array, ratios: Array, x: Array, torque: Array) -> dict[str, float]:
+    """Return where the stiffness over that without contact comes to :data:`TIMES`, and the torque to its first peak."""
+    found = {f"load_{name}": _first(touching, ratios, n) for name, n in TIMES.items()}
+    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
+    return found | {"load_peak": float(x[peak[0] + 1]) if peak.size else math.nan}
 
 
-def first(x: Array, y: Array, level: float) -> float:
+def _first(x: Array, y: Array, level: float) -> float:
     """Return where y first comes to a level, linear between points; NaN where it does not."""
     above = np.flatnonzero(y >= level)
     if not above.size:
