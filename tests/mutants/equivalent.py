@@ -207,7 +207,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {
         "1 -> 2": _ENDS,
     },
-    ("inverse/goals.py", "return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d)"): {
+    ("inverse/goals.py", "return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d, scales)"): {
         "* -> /": _ZERO,
     },
     ("model/plates.py", "z = np.stack([ca * ct, sa + 0 * ct, -ca * st])"): {
