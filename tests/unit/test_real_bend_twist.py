@@ -39,6 +39,18 @@ def test_without_bend_and_with_its_length_held_it_is_the_twisted_beam(ideal):
     }
 
 
+@pytest.mark.parametrize("path", ["bend 2 rad/m", "twist 2 rad/m", "bend 1 rad/m, twist 1 rad/m"])
+@pytest.mark.parametrize(
+    ("asked", "scales"),
+    [({}, "thick, elastic scales"), ({"ideal": True}, "thin, rigid scales"), ({"joint": "hinge"}, "thin, rigid scales")],
+)
+def test_scales_are_named_by_what_is_asked_and_not_by_the_way(path, asked, scales):
+    r = squama.bend_twist(PLA, path, points=5, **asked)
+    assert r.attrs["scales"] == scales
+    elastic = bool(np.isfinite(r["stress"]).any()) if "stress" in r else False
+    assert elastic == (not asked)
+
+
 def test_a_bar_that_may_stretch_stores_less():
     free, held = (squama.bend_twist(PLA, "twist 0.1 rad/pitch", mu=0, neutral=line) for line in ("free", "middle"))
     assert (free.stretch.values[1:] != 0).all()

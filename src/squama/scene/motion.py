@@ -89,7 +89,7 @@ class Motion:
         margin, sense, load = arguments.margin(setting.margin), setting.sense, self.kind.name
         joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
         self.joint = joint
-        scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, ideal=ideal))
+        scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint, ideal=ideal)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
