@@ -12,6 +12,7 @@ from squama.curves import real, real_polygons
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.joints.choice import joint_of
+from squama.loads import THIN
 from squama.plot import path_figure
 
 PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
@@ -42,7 +43,11 @@ def test_without_bend_and_with_its_length_held_it_is_the_twisted_beam(ideal):
 @pytest.mark.parametrize("path", ["bend 2 rad/m", "twist 2 rad/m", "bend 1 rad/m, twist 1 rad/m"])
 @pytest.mark.parametrize(
     ("asked", "scales"),
-    [({}, "thick, elastic scales"), ({"ideal": True}, "thin, rigid scales"), ({"joint": "hinge"}, "thin, rigid scales")],
+    [
+        ({}, "thick, elastic scales"),
+        ({"ideal": True}, "thin, rigid scales"),
+        ({"joint": "hinge"}, "thin, rigid scales"),
+    ],
 )
 def test_scales_are_named_by_what_is_asked_and_not_by_the_way(path, asked, scales):
     r = squama.bend_twist(PLA, path, points=5, **asked)
