@@ -12,7 +12,6 @@ from squama.curves import real, real_polygons
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.joints.choice import joint_of
-from squama.loads import THIN
 from squama.plot import path_figure
 
 PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
