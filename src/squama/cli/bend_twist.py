@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.loads import KEPT, LOADS, NEUTRAL, THIN
+from squama.loads import LINES, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
-_NEUTRAL = "Line of the bar that keeps its length: free (none, no axial force), middle, face (hinge) (by the joint)."
 _FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
 _KEYS = "load free law joint scales joint_source band followed neutral margin path squama_version"
-_LINES = {"free": "no axial force", **{name: KEPT.format(name) for name in NEUTRAL}}
 _AT_ENDS = {
     "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
     "stress": ("largest stress in a scale, MPa", 1e-6),
@@ -39,7 +37,7 @@ def bend_twist(
     points: Annotated[int, flags.points(200)] = 200,
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
-    neutral: Annotated[str | None, flag(_NEUTRAL, read=one_of(*_LINES))] = None,
+    neutral: flags.Neutral = None,
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -95,7 +93,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
         f" bent and twisted: {beam.scales} scales on {beam.length * 1e3:.4g} mm, mu = {float(data['mu']):g}, "
-        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {_LINES[attrs['neutral']]}{freed}"
+        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {LINES[attrs['neutral']]}{freed}"
     )
     yield ""
     yield _events(data)

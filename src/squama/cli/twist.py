@@ -57,12 +57,14 @@ def bend(
     /,
     *,
     curve: Curve = CURVE,
-    neutral: flags.Neutral = "middle",
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
+    neutral: flags.Neutral = None,
     tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file."""
-    return respond("bending", beam, curve, tables, common, neutral=neutral)
+    """Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction."""
+    return respond("bending", beam, curve, tables, common, joint=joint, ideal=ideal, neutral=neutral)
 
 
 def respond(
@@ -76,7 +78,7 @@ def respond(
     joint: str | None = None,
     *,
     ideal: bool = False,
-    neutral: str = "",
+    neutral: str | None = "",
 ) -> int:
     """Run one of them, and return the exit status."""
     mu, data = curve.mu, curve.data
@@ -91,19 +93,23 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves.follow import meant
+    from squama.curves import follow, polygons
 
     family = list(mu) if len(mu) > 1 else None
-    numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
-    with flags.laid(flags.arguments()):
-        held, _, note = meant(beam, load, law, joint)
+    numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
+    with flags.laid(flags.arguments("neutral")):
+        if neutral == "":
+            held, _, note = follow.meant(beam, load, law, joint)
+        else:
+            held, _, note, neutral = polygons.meant(beam, joint, None, neutral)
+        numbers |= {"neutral": neutral}
         if note:
             print(f"squama: warning: {note}", file=sys.stderr)
         if held == "compliant":
-            laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
+            laws = report.ladder(load, beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:
-            laws = report.responses(load, beam, law, sense, numbers | {"neutral": neutral})
+            laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
     record, shown = report.record, report.summary

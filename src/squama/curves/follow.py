@@ -40,9 +40,9 @@ def _hinge_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
 
 
 def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
-    from squama.curves import real
+    from squama.curves import real, real_bent
 
-    return real.solve(asked)
+    return real_bent.solve(asked) if asked.neutral else real.solve(asked)
 
 
 def _compliant_walk(asked: Asked) -> States:
@@ -84,8 +84,8 @@ def meant(
 
 
 def model(joint: str, asked: Asked) -> Model:
-    """Return the model of a kind of joint, see :func:`covering`."""
-    return covering(joint, asked.path.load.name, asked.law)
+    """Return the model of a kind of joint, see :func:`covering`; both know the line that keeps its length."""
+    return covering(joint, LOADS["twisting"].name if asked.neutral else asked.path.load.name, asked.law)
 
 
 def covering(joint: str, load: str, law: str) -> Model:

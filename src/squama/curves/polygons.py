@@ -126,9 +126,7 @@ def bent_and_twisted(
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
     twisting = LOADS["twisting"]
-    held, thin, note = _held(beam, joint, ideal, neutral, free)
-    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
-    line = arguments.one_of("neutral", neutral or lines[0], lines)
+    held, thin, note, line = meant(beam, joint, ideal, neutral, free)
     asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
@@ -140,10 +138,10 @@ def bent_and_twisted(
     return Answer(labelled(twisting, states, m), attrs)
 
 
-def _held(
-    beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None
-) -> tuple[str, bool, str]:
-    """Return the joint, whether scales are ideal, and a warning, as :func:`squama.curves.follow.meant`."""
+def meant(
+    beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None = None
+) -> tuple[str, bool, str, str]:
+    """Return what :func:`squama.curves.follow.meant` does, of a beam that is bent, and which line keeps its length."""
     hinged = 'write joint="hinge"'
     if joint is None and (free is not None or neutral == "face"):
         joint = "hinge"
@@ -156,8 +154,9 @@ def _held(
     if held == "compliant" and free is not None:
         refuse("free", f'"{free}"', "is of the hinge", hinged)
     if held == "hinge" and not thin:
-        refuse("ideal", "False", "is not covered by the hinge that is bent and twisted", "leave it out")
-    return held, thin, note
+        refuse("ideal", "False", "is not covered by the hinge that is bent", "leave it out")
+    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
+    return held, thin, note, arguments.one_of("neutral", neutral or lines[0], lines)
 
 
 def _freed(free: str, asked: Asked) -> int:

@@ -8,7 +8,7 @@ of the path the contact sticks while friction turns, so forces do not jump.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -98,47 +98,78 @@ def impossible(beam: Beam) -> str:
     return why
 
 
-def walk(asked: Asked) -> States:
-    """Return the states along a path, its events, and how it ends."""
+class Gone(NamedTuple):
+    """A path that was followed: variables ``along`` the stations as far as it went, the way at engagement (or inf).
+
+    ``other``: the contact that ends it; ``notes`` for the reader.
+    """
+
+    one: real.Path
+    stations: Stations
+    found: Followed
+    along: dict[str, Array]
+    engaged: float
+    generally: bool
+    other: str
+    notes: list[str]
+
+    @property
+    def attrs(self) -> dict[str, float | str]:
+        """What answers say of it."""
+        words = "general contact" if self.generally else "one contact of two edges"
+        return {**real.attributes(self.one.held), "followed": words}
+
+
+def go(
+    asked: Asked, mu: float, stations: Callable[[float, float], Stations], ahead: Sequence[tuple[float, float]]
+) -> Gone:
+    """Follow a beam from rest through ``stations``, made for the least distance and the way just before engagement.
+
+    ``ahead``: corners of the path, or of one that goes on straight beyond its end, on which engagement is looked for.
+    """
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
-    held, mu, corners = real.Held.of(beam), float(asked.mus), asked.path.points
-    far = max(abs(v) for point in corners for v in point)
-    stretch = NEUTRAL[asked.neutral]
-    first = follow_legs(plate, held.K, mu, np.array(corners), stretch=stretch)
+    held, stretch = real.Held.of(beam), NEUTRAL[asked.neutral]
+    first = follow_legs(plate, held.K, mu, np.array(ahead), stretch=stretch)
     met, end = first.answers.contact(), first.answers.end()
     engaged = met.phi if met.first != -1 else math.inf
     # a step from there on must not be much smaller than others
     before = engaged * (1 - _BEFORE)
     # plates that touch at rest are through each other there
     generally = end.code != follow.RANGE and engaged > 0 and real.general()
-    stations = Stations.of(corners, asked.points, SPACING if generally else 0.0, before)
+    where = stations(SPACING if generally else 0.0, before)
+    far = float(np.abs(where.strains).max())
     one = real.Path(beam, held, first.way, 1, far)
-    if generally:
-        found = _generally(asked, one, stations)
+    if generally and end.phi < where.ways[-1]:
+        found = _generally(asked, one, where)
     else:
-        found = _by_edges(one, follow_legs(plate, held.K, mu, stations.strains[1:], stretch=stretch), stations)
-    along = _in_si(one, found, stations)
-    at = _Places(stations, along["theta"], beam.pitch)
-    notes = real.notes(held, beam, far, ideal=asked.ideal)
-    other: float | int | str = ""
+        generally = False
+        found = _by_edges(one, follow_legs(plate, held.K, mu, where.strains[1:], stretch=stretch), where)
+    if found.end == End.NONE and math.isfinite(engaged):
+        found = found._replace(end=str(End.RANGE))
+    notes, other = real.notes(held, beam, far, ideal=asked.ideal), ""
     if found.end == End.OTHER:
-        other, notes = real.ending(first.way, end)["other_contact"] or met.words, [*notes, _NEEDS]
+        other, notes = str(real.ending(first.way, end)["other_contact"]) or met.words, [*notes, _NEEDS]
+    return Gone(one, where, found, _in_si(one, found, where), engaged, generally, other, notes)
+
+
+def walk(asked: Asked) -> States:
+    """Return the states along a path, its events, and how it ends."""
+    corners, beam = asked.path.points, asked.beam
+    gone = go(asked, float(asked.mus), lambda least, e: Stations.of(corners, asked.points, least, e), corners)
+    stations, found, along = gone.stations, gone.found, gone.along
+    at = _Places(stations, along["theta"], beam.pitch)
     reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
-    total = float(along["U_el"][-1] + along["W_fr"][-1])
-    work = float(found.own["work"][-1]) * beam.unit_moment / beam.pitch
+    total, work = float(along["U_el"][-1] + along["W_fr"][-1]), float(along.pop("work")[-1])
     figures = {
-        "end": found.end, "other_contact": other, "K_theta": held.K_theta,
-        **{f"{name}_e": value for name, value in at(engaged).items() if name != "theta"},
+        "end": found.end, "other_contact": gone.other, "K_theta": gone.one.held.K_theta,
+        **{f"{name}_e": value for name, value in at(gone.engaged).items() if name != "theta"},
         **{f"{name}_end": value for name, value in at(found.stop).items()},
         **{f"{name}_c": value for name, value in reached.items()},
         "energy_error": (work - total) / max(float(along["U_el"].max()), float(along["W_fr"][-1]), 1e-300),
     }  # fmt: skip
-    attrs: dict[str, float | str] = {
-        **real.attributes(held), "neutral": asked.neutral, "load": "bending and twisting",
-        "followed": "general contact" if generally else "one contact of two edges",
-    }  # fmt: skip
-    events, single = _events(stations, found, engaged, at), {k: np.asarray(v) for k, v in figures.items()}
-    return States({("point",): along, ("event",): events, (): single}, attrs, notes)
+    attrs: dict[str, float | str] = {**gone.attrs, "neutral": asked.neutral, "load": "bending and twisting"}
+    events, single = _events(stations, found, gone.engaged, at), {k: np.asarray(v) for k, v in figures.items()}
+    return States({("point",): along, ("event",): events, (): single}, attrs, gone.notes)
 
 
 def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
@@ -169,11 +200,11 @@ def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
 
     plate, free = one.way.scale, ("stretch",) * (asked.neutral == "free")
     surface = general_contact.surface(plate)
-    led = make_bent(one.held.K, geometry(one.beam), float(asked.mus), free=free, exposed=surface)
+    led = make_bent(one.held.K, geometry(one.beam), one.way.mu, free=free, exposed=surface)
     led.begin()
     kept, moved, end = [0], [led.moved[:, :, 0]], str(End.RANGE)
-    for leg, corner in enumerate(asked.path.points, 1):
-        goal = led.aim(*corner)
+    for _, leg in stations.corners():
+        goal = led.aim(*stations.strains[stations.legs == leg][-1])
         ways = stations.ways[stations.legs == leg]
         # the way that is aimed at is this one's sum but for rounding
         for way in [*ways[ways > led.phi][:-1].tolist(), goal]:
@@ -205,7 +236,7 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
     beam, n = one.beam, len(found.q)
     psi, phi = stations.strains[:n].T
-    own = {role: values for role, values in found.own.items() if role not in ("M", "work")}
+    own = {role: values for role, values in found.own.items() if role != "M"}
     v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     bar = unit * path.bare(one.way) @ [phi, psi]
