@@ -151,6 +151,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("decay", "1", "factor per scale by which the effect of an end decays, at engagement", "", "theory: a finite row"),
     ("scale_end", "1", "scale whose contact ends the row; 0 for none", ""),
     ("contact", "", "pair of a scale and the next one that touches", "", "theory: combined"),
+    ("state", "", "open, sliding, or what ends the way to it from rest", ""),
     ("event", "", "what happens on the way", ""),
     ("event_leg", "1", "way of the path on which it happens, counted from 1", "i"),
     ("psi_event", "rad", "bend per pitch at the event", r"\psi"),

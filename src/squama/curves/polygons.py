@@ -9,20 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from squama import arguments
-from squama.arrays.combined_states import combined
 from squama.beam.design import Beam
 from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LOADS, NEUTRAL, neutral_height
+from squama.loads import LOADS, NEUTRAL
 from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ROOM, PLACES = 0.15, 181
-"""Room around a path on a map of its plane, as a part of the path's size, and the places of the map each way."""
 EXAMPLE = '"bend 5 rad/m; twist 8 rad/m"'
 Stations = str | Sequence[tuple[float | str, float | str]]
 """Where a path goes: text, or pairs of curvature and twist rate in rad/m or as texts with their units."""
@@ -214,17 +211,3 @@ def _pair(item: object, beam: Beam) -> tuple[float, float]:
         for load, value in zip(sorted(LOADS.values(), key=lambda load: load.axis), item, strict=True)
     )
     return psi, phi
-
-
-def plane(answer: Answer) -> xr.Dataset:
-    """Return contacts and inclinations of hinges over the plane of bend and twist around a path on them (psi, phi)."""
-    import xarray as xr
-
-    beam = Beam.from_toml_text(answer.attrs["beam"])
-    loads = answer["psi"], answer["phi"]
-    room = ROOM * max(float(np.ptp(v)) for v in loads)
-    psi, phi = (np.linspace(v.min() - room, v.max() + room, PLACES) for v in loads)
-    height = neutral_height(answer.attrs["neutral"], beam.lam)
-    s = combined(psi[:, None], phi, **beam.ratios, mu=0, toward=(1, 0), neutral_height=height)
-    axes = ("psi", "phi")
-    return xr.Dataset({"contact": (axes, s.contact), "theta": (axes, s.theta)}, coords={"psi": psi, "phi": phi})

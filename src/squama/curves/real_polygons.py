@@ -184,12 +184,18 @@ def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
     own |= {"p": column["x"], "s": column["y"], "work": column["W"], "U_el": sum(path.energies(way, rows).values())}
     own |= {"M": np.append(0.0, found.M)[:n], "torque": np.append(0.0, found.T)[:n]}
     own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(way, rows))
-    name = _EDGES.get((met.first, met.second), met.words) + f" (k = {met.k})" * (met.k > 1)
+    name = named(met)
     contact = np.where(column["N"] > 0, name, "")
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     changes = [(met.phi, name)] if met.first >= 0 else []
     stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
     return Followed(own, path.motions(rows), contact, changes, stop, str(word))
+
+
+def named(met: path.Contact) -> str:
+    """Return the letters of a first contact, its words where it is not of two edges."""
+    letters = _EDGES.get((met.first, met.second))
+    return met.words if letters is None else letters + f" (k = {met.k})" * (met.k > 1)
 
 
 def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
