@@ -6,7 +6,6 @@ is. A design is what :func:`squama.scene.motion.shape` returns.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from squama.fe.plate import axes
 from squama.loads import LOADS
+from squama.model.screw import Screw
 from squama.types import Array
 
 Design = Mapping[str, Any]
@@ -57,19 +57,14 @@ class Contact(NamedTuple):
 def frame(d: Design, load: float, k: float) -> Frame:
     """Return the cross-section ``k`` pitches from the middle of the beam at a load angle per pitch.
 
-    In twisting it is turned by k phi about z; in bending the scaled face bends to an arc and keeps its length.
+    It is moved by k times the screw of bend and twist: in twisting with the bend that is held (``bend``) about the
+    bar's middle, in bending alone about its scaled face, which keeps its length.
     """
-    if LOADS[d["kind"]].sided:
-        turn = d["sense"] * load * k
-        c, s = math.cos(turn), math.sin(turn)
-        x, y = np.array([c, -s, 0.0]), np.array([s, c, 0.0])
-        return Frame(d["lam"] * y + np.array([0.0, 0.0, k]), x, y, np.array([0.0, 0.0, 1.0]))
-    turn = load * k
-    c, s = math.cos(turn), math.sin(turn)
-    half = math.sin(turn / 2)
-    rise, run = (2 * half * half / load, s / load) if load else (0.0, k)
-    o = np.array([0.0, d["lam"] + rise, run])
-    return Frame(o, np.array([1.0, 0.0, 0.0]), np.array([0.0, c, -s]), np.array([0.0, s, c]))
+    psi, phi, height = (d.get("bend", 0.0), d["sense"] * load, 0.0) if LOADS[d["kind"]].sided else (load, 0.0, d["lam"])
+    g = Screw.of(np.asarray(k * psi), np.asarray(k * phi), np.asarray(0.0))
+    g = g._replace(v=np.array([0.0, 0.0, k * (1 + psi * height)]))
+    x, y, z = (g.turned(axis) for axis in np.eye(3))
+    return Frame(d["lam"] * y + g.shift, x, y, z)
 
 
 def scale(d: Design, load: float, theta: Attitude, k: float) -> Scale:

@@ -10,8 +10,10 @@ from squama import arguments
 from squama.beam import validity
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import follow, hinge
-from squama.curves.path import idealisation, thin
+from squama.curves import follow, hinge, polygons
+from squama.curves.bent_twist import Twisted
+from squama.curves.path import Solved, idealisation, thin
+from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
 from squama.loads import LOADS
@@ -33,7 +35,10 @@ _STATE = ("load", "theta", "N", "f", "torque")
 
 
 class Setting(NamedTuple):
-    """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`."""
+    """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`.
+
+    ``bend``: per pitch, rad, signed, held before the beam is twisted.
+    """
 
     beam: Beam
     mu: float
@@ -43,6 +48,7 @@ class Setting(NamedTuple):
     sense: str = "+"
     joint: str | None = None
     ideal: bool | None = None
+    bend: float = 0.0
 
 
 class State(NamedTuple):
@@ -87,11 +93,21 @@ class Motion:
         mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
         self.kind = arguments.load(setting.load)
         margin, sense, load = arguments.margin(setting.margin), setting.sense, self.kind.name
-        joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
+        if setting.bend:
+            joint, ideal, note, _ = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
+        else:
+            joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
         self.joint = joint
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
-        path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint, ideal=ideal)
+        how: dict[str, Any] = {"mu": mu, "margin": margin, "sense": sense, "joint": joint, "ideal": ideal}
+        if setting.bend and (load, law) != ("twisting", "edge"):
+            refuse("bend", f"{setting.bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+        path: Solved
+        if setting.bend:
+            path = Twisted.of(setting.beam, setting.bend, **how)
+        else:
+            path = follow.solved(setting.beam, load, law=law, **how)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [note]), *getattr(path, "notes", []), *validity.plane(setting.beam, self.kind)]
         self.hinge = path if isinstance(path, hinge.Path) else None
@@ -167,6 +183,9 @@ class Motion:
             return float(np.interp(load, v["load"], values))
 
         load_, theta, N, f, torque = (at(v[role]) for role in _STATE)
+        if "u_X" not in v:
+            # on hinges, held bent
+            return State(load_, theta, N, f, torque, 0.0, (0.0, 0.0), name)
         s, p = (at(np.nan_to_num(np.gradient(v[role], v["load"]))) for role in ("s", "p"))
         beam, d = self.setting.beam, self.setting.beam.pitch
         rest = geometry(beam).rest
@@ -193,6 +212,7 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
     beam, kind = setting.beam, LOADS[setting.load]
     return {
         "kind": setting.load,
+        "bend": setting.bend,
         "eta": beam.eta,
         "beta": beam.beta,
         "lam": beam.lam,
