@@ -145,6 +145,15 @@ def test_where_general_contact_is_missing_the_path_ends_by_name(monkeypatch):
     assert np.isfinite(r.M).all()
 
 
+@pytest.mark.parametrize("path", ["twist 0.09 rad/pitch", BY_EDGES])
+def test_a_matrix_of_nine_motions_in_the_file_is_bent_and_twisted_as_it_is(path):
+    text = SKIN.replace(joint={"matrix": matrixfile.stored(SKIN, joint_of(SKIN).K)}).to_toml()
+    r, law = (squama.bend_twist(beam, path, points=30) for beam in (squama.Beam.from_toml_text(text), SKIN))
+    assert (r.attrs["joint"], r.attrs["joint_source"], law.attrs["joint_source"]) == ("compliant", "matrix", "law")
+    for name in ("M", "T", "theta", "N", "W_fr", "stretch"):
+        np.testing.assert_allclose(r[name], law[name], rtol=1e-6, atol=1e-9 * float(abs(law[name]).max()))
+
+
 def seven(beam):
     return beam.replace(joint={"matrix": matrixfile.stored(beam, joint_of(beam).K[:7, :7])})
 

@@ -40,8 +40,8 @@ _PAIRS = {
 """Letters of contacts, those of :data:`squama.model.screw.CONTACTS` and of a tip edge on the face of a bent plate."""
 _NEEDS = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
 _SEVEN = (
-    "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; without "
-    "it in the file the law of the joint holds all"
+    "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; squama "
+    "joint --matrix writes all nine, and without it in the file the law of the joint holds them"
 )
 
 
