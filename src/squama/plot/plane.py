@@ -101,7 +101,7 @@ def _load(figure: Figure, ax: Axes, dataset: xr.Dataset, name: str) -> None:
     # closer together where little has happened yet
     levels = factor * (low + (high - low) * np.linspace(0, 1, LINES) ** 2)
     drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, levels=levels, cmap="viridis", extend="max")
-    bar = figure.colorbar(drawn, ax=ax, format="%.2g", pad=0.03)
+    bar = figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
     bar.set_label(text)
     bar.ax.tick_params(labelsize=7)
 
