@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
     from squama.curves.doors import bend, cycle, twist
     from squama.curves.finite_rows import row
+    from squama.curves.planes import bend_twist_map
     from squama.curves.polygons import bend_twist
     from squama.dynamics.doors import shake, vibrate
     from squama.dynamics.ratios import FreeVibration, free_vibration
@@ -53,6 +54,7 @@ _NAMES = {
     "model.outcome": "End",
     "curves.doors": "twist bend cycle",
     "curves.finite_rows": "row",
+    "curves.planes": "bend_twist_map",
     "curves.polygons": "bend_twist",
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
@@ -105,6 +107,7 @@ __all__ = [
     "__version__",
     "bend",
     "bend_twist",
+    "bend_twist_map",
     "cell",
     "combined",
     "contact",

@@ -146,13 +146,13 @@ def covering(attrs: Mapping[str, Any]) -> str:
 
 MODES = ("uniform", "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
-KEPT = "the line in the {} of the bar keeps its length"
-"""How a result is headed by the line of :data:`NEUTRAL`."""
 NEUTRAL = {"middle": 0.0, "face": 1.0}
 """Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses.
 
 The first is that of a homogeneous bar without axial force, which is taken where none is given.
 """
+LINES = {"free": "no axial force"} | {name: f"the line in the {name} of the bar keeps its length" for name in NEUTRAL}
+"""How a result is headed by its line; "free": of a bar that stretches as it likes."""
 
 
 def neutral_height(neutral: str, lam: Any) -> Any:

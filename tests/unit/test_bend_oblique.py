@@ -13,6 +13,10 @@ from squama.model.screw_path import Design, Leg, followed
 MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
 
 
+def bend(beam, **asked):
+    return squama.bend(beam, joint="hinge", **asked)
+
+
 def drawn(n, seed):
     """Designs at random, one in five across the beam, and the height of the line that keeps its length."""
     r = np.random.default_rng(seed)
@@ -66,12 +70,12 @@ def test_paths_end_where_those_of_both_loads_end():
 
 
 def test_engagement_and_lock_of_the_derivation():
-    assert float(squama.bend(MAIN, mu=0).psi_e) == pytest.approx(0.04780, abs=5e-6)
+    assert float(bend(MAIN, mu=0).psi_e) == pytest.approx(0.04780, abs=5e-6)
     across = MAIN.replace(scale={"alpha": 0})
     for neutral, lock in (("middle", 0.29257), ("face", 0.33816)):
-        assert float(squama.bend(across, mu=0, neutral=neutral).psi_end) == pytest.approx(lock, abs=5e-6)
+        assert float(bend(across, mu=0, neutral=neutral).psi_end) == pytest.approx(lock, abs=5e-6)
     # off the line the plates lock: cot(theta) = (omega_Y / rho) tan(rho / 2)
-    r = squama.bend(MAIN, mu=0)
+    r = bend(MAIN, mu=0)
     assert r.end.item() == "kinematic lock (line contact)"
     wanted = np.cos(MAIN.scale.alpha) * np.tan(r.psi_end / 2)
     assert float(1 / np.tan(r.theta_end)) == pytest.approx(float(wanted), rel=1e-9)
@@ -80,23 +84,23 @@ def test_engagement_and_lock_of_the_derivation():
 @pytest.mark.parametrize(("degrees", "mu"), [(5, 0.3), (45, 0.0), (45, 1.0), (80, 0.3)])
 def test_work_of_the_moment_is_stored_or_rubbed_away(degrees, mu):
     beam = MAIN.replace(scale={"alpha": f"{degrees} deg"})
-    whole = squama.bend(beam, mu=mu, points=3)
+    whole = bend(beam, mu=mu, points=3)
     a, b = float(whole.kappa_e), float(whole.kappa_e + 0.8 * (whole.kappa_end - whole.kappa_e))
     nodes, weights = np.polynomial.legendre.leggauss(40)
     at = (a + b) / 2 + (b - a) / 2 * nodes
-    r = squama.bend(beam, mu=mu, at=[a, *at, b])
+    r = bend(beam, mu=mu, at=[a, *at, b])
     given = beam.bending_rigidity * a**2 / 2 + (b - a) / 2 * weights @ r.M.values[1:-1]
     assert float(given) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=1e-9)
     assert (float(r.W_fr[-1]) > 0) == (mu > 0)
     # the tangent against a difference
     h = 1e-5 * b
-    low, high = squama.bend(beam, mu=mu, at=[0.9 * b - h, 0.9 * b + h]).M.values
-    tangent = float(squama.bend(beam, mu=mu, at=[0.9 * b]).K_b[0])
+    low, high = bend(beam, mu=mu, at=[0.9 * b - h, 0.9 * b + h]).M.values
+    tangent = float(bend(beam, mu=mu, at=[0.9 * b]).K_b[0])
     assert tangent == pytest.approx((high - low) / (2 * h), rel=1e-6)
 
 
 def test_it_is_the_way_of_bend_twist_along_psi():
-    r = squama.bend(MAIN, mu=0.3, at=[10.0])
+    r = bend(MAIN, mu=0.3, at=[10.0])
     both = squama.bend_twist(MAIN, "bend 10 rad/m", mu=0.3, joint="hinge").isel(point=-1)
     ratio = MAIN.bending_joint_stiffness / float(both.K_theta)
     for name in ("theta", "mu_lock"):
@@ -108,33 +112,33 @@ def test_it_is_the_way_of_bend_twist_along_psi():
 
 
 def test_a_range_ends_where_it_is_asked_to():
-    whole = squama.bend(MAIN, mu=0.3, points=3)
-    part = squama.bend(MAIN, mu=0.3, to="0.2 rad/pitch", points=9)
+    whole = bend(MAIN, mu=0.3, points=3)
+    part = bend(MAIN, mu=0.3, to="0.2 rad/pitch", points=9)
     assert part.end.item() == "range end"
     assert float(part.psi[-1]) == pytest.approx(0.2, rel=1e-15)
     assert float(part.psi_e) == float(whole.psi_e)
-    before = squama.bend(MAIN, mu=0.3, to="0.03 rad/pitch", points=9)
+    before = bend(MAIN, mu=0.3, to="0.03 rad/pitch", points=9)
     assert (before.end.item(), float(before.psi_e)) == ("range end", float(whole.psi_e))
     assert set(before.contact.values) == {""}
-    beyond = squama.bend(MAIN, mu=0.3, at=[0.0, 100.0])
+    beyond = bend(MAIN, mu=0.3, at=[0.0, 100.0])
     assert np.isnan(beyond.M.values).tolist() == [False, True]
     # scales shorter than the pitch: oblique ones touch, and so do those that the bar's middle brings together
     short = squama.Beam.from_ratios(eta=0.9)
-    assert float(squama.bend(short, mu=0.3).psi_e) < 0.2
+    assert float(bend(short, mu=0.3).psi_e) < 0.2
     across = short.replace(scale={"alpha": 0})
     # along the face a pitch is 1 - lambda psi long
-    assert squama.bend(across, mu=0.3, neutral="face").end.item() == "no engagement"
-    r = squama.bend(across, mu=0, at="0.5 rad/pitch")
+    assert bend(across, mu=0.3, neutral="face").end.item() == "no engagement"
+    r = bend(across, mu=0, at="0.5 rad/pitch")
     gap = 0.9 * 0.5 * np.cos(0.25) - (1 - 0.45 * 0.5) * np.sin(r.theta + 0.25)
     assert float(gap[0]) == pytest.approx(0, abs=1e-13)
 
 
 def test_a_family_and_bad_input():
-    r = squama.bend(MAIN, mu=[0, 0.3, 9], points=12)
+    r = bend(MAIN, mu=[0, 0.3, 9], points=12)
     assert r.M.shape == (3, 12)
     assert r.end.values.tolist()[-1] == "static lock"
     with pytest.raises(squama.InputError, match='neutral = "top": must be "middle" or "face"'):
-        squama.bend(MAIN, mu=0, neutral="top")
+        bend(MAIN, mu=0, neutral="top")
 
 
 def test_twisted_scales_across_the_beam_meet_at_the_corner_of_their_base():

@@ -7,7 +7,7 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.curves.polygons import bent_and_twisted, plane
+from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.plot import path_figure
 
@@ -173,7 +173,7 @@ def test_the_command(tmp_path, capsys):
 
 def test_the_picture_has_path_loads_and_inclination():
     answer = bent_and_twisted(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.4, joint="hinge")
-    around = plane(answer)
+    around = squama.bend_twist_map(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0, joint="hinge")
     # what the map says where the path is
     at = around.sel(psi=answer["psi"][60:160:20], phi=answer["phi"][60:160:20], method="nearest")
     assert {"", "BF"} == set(np.diag(at.contact))

@@ -71,7 +71,8 @@ def test_a_matrix_stands_in_no_range_of_a_law():
 @pytest.mark.parametrize("start", [PLAIN, BEAM], ids=["law", "matrix"])
 def test_tolerances_of_the_joint_against_changed_beams(load, start):
     """A share of K_theta and C_f is one of what the beam has: 1 in bending, by the law or the matrix in twisting."""
-    torque, at = ("T", functools.partial(squama.twist, joint="hinge")) if load == "twisting" else ("M", squama.bend)
+    torque, call = ("T", squama.twist) if load == "twisting" else ("M", squama.bend)
+    at = functools.partial(call, joint="hinge")
     tolerance = {"joint.stiffness": "10 %", "joint.inclusion_factor": "5 %"}
     asked = {"points": [{"twist": "80 deg total", "torque": "at least 1 N mm"}], "stiffness": "at least 0.001 N m^2"}
     data = {"target": asked, "vary": VARY, "joint": "hinge", "load": load, "tolerance": tolerance}

@@ -66,6 +66,23 @@ def test_a_file_comes_back_to_the_last_bit(tmp_path):
     }  # fmt: skip
 
 
+def test_a_file_of_nine_has_bend_and_elongation(tmp_path):
+    K = np.block([[A, 0.01 * A[:, :2]], [0.01 * A[:2], np.array([[0.06, 0.02], [0.02, 1.3]])]])
+    nine = matrixfile.stored(BEAM, K)
+    back = matrixfile.read(matrixfile.write(nine, tmp_path / "joint.csv"))
+    assert (back, back.text) == (nine, nine.text)
+    np.testing.assert_allclose(back.K, K, rtol=1e-14)
+    # moment by bend, tension by elongation, moment by elongation
+    assert back.rows[7][7] == pytest.approx(0.06 * E * D**3)
+    assert back.rows[8][8] == pytest.approx(1.3 * E * D)
+    assert back.rows[7][8] == pytest.approx(0.02 * E * D**2)
+    head = next(line for line in back.text.splitlines() if line.startswith("force"))
+    assert head.endswith("phi (rad),psi (rad),elongation (m)")
+    # what a beam that is neither bent nor stretched takes from it is the same
+    assert back.K_theta == pytest.approx(STORED.K_theta)
+    assert back.rigidity == pytest.approx(STORED.rigidity)
+
+
 def test_units_of_the_file_are_read(tmp_path):
     rows = np.array(STORED.rows)
     rows[:, :3] *= 1e-3  # per mm
@@ -168,7 +185,7 @@ def changed(row, column, value):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("\n".join(TEXT.splitlines()[:-1]), "has 6 rows and 7 columns of numbers; a joint's matrix has 7 and 7"),
+        ("\n".join(TEXT.splitlines()[:-1]), "has 6 rows and 7 columns of numbers; a joint's matrix has 9 and 9 (or"),
         (TEXT.replace(",phi (rad)", ""), "has 7 rows and 6 columns of numbers"),
         (changed(0, 4, "3.1"), "is not symmetric: F_X by w_Y is 3.1, M_Y by u_X is -312500; both must be the same"),
         (changed(4, 4, "1"), "is not positive definite, so some motion would need no force or give energy away"),

@@ -39,6 +39,22 @@ def test_without_bend_and_with_its_length_held_it_is_the_twisted_beam(ideal):
     }
 
 
+@pytest.mark.parametrize("path", ["bend 2 rad/m", "twist 2 rad/m", "bend 1 rad/m, twist 1 rad/m"])
+@pytest.mark.parametrize(
+    ("asked", "scales"),
+    [
+        ({}, "thick, elastic scales"),
+        ({"ideal": True}, "thin, rigid scales"),
+        ({"joint": "hinge"}, "thin, rigid scales"),
+    ],
+)
+def test_scales_are_named_by_what_is_asked_and_not_by_the_way(path, asked, scales):
+    r = squama.bend_twist(PLA, path, points=5, **asked)
+    assert r.attrs["scales"] == scales
+    elastic = bool(np.isfinite(r["stress"]).any()) if "stress" in r else False
+    assert elastic == (not asked)
+
+
 def test_a_bar_that_may_stretch_stores_less():
     free, held = (squama.bend_twist(PLA, "twist 0.1 rad/pitch", mu=0, neutral=line) for line in ("free", "middle"))
     assert (free.stretch.values[1:] != 0).all()
@@ -127,6 +143,15 @@ def test_where_general_contact_is_missing_the_path_ends_by_name(monkeypatch):
     assert float(r.psi_end) == pytest.approx(float(r.psi_e), rel=1e-12)
     assert 0 < float(r.psi[-1]) <= float(r.psi_end)
     assert np.isfinite(r.M).all()
+
+
+@pytest.mark.parametrize("path", ["twist 0.09 rad/pitch", BY_EDGES])
+def test_a_matrix_of_nine_motions_in_the_file_is_bent_and_twisted_as_it_is(path):
+    text = SKIN.replace(joint={"matrix": matrixfile.stored(SKIN, joint_of(SKIN).K)}).to_toml()
+    r, law = (squama.bend_twist(beam, path, points=30) for beam in (squama.Beam.from_toml_text(text), SKIN))
+    assert (r.attrs["joint"], r.attrs["joint_source"], law.attrs["joint_source"]) == ("compliant", "matrix", "law")
+    for name in ("M", "T", "theta", "N", "W_fr", "stretch"):
+        np.testing.assert_allclose(r[name], law[name], rtol=1e-6, atol=1e-9 * float(abs(law[name]).max()))
 
 
 def seven(beam):

@@ -27,11 +27,13 @@ laws = pytest.mark.parametrize("law", ["plate", "edge"])
 
 
 def respond(load: str, **kwargs):
-    return squama.twist(BEAM, **kwargs, joint="hinge") if load == "twist" else squama.bend(BENT, **kwargs)
+    return (
+        squama.twist(BEAM, **kwargs, joint="hinge") if load == "twist" else squama.bend(BENT, **kwargs, joint="hinge")
+    )
 
 
 def test_every_variable_is_labelled() -> None:
-    for r in (squama.twist(BEAM, joint="hinge"), squama.bend(BENT)):
+    for r in (squama.twist(BEAM, joint="hinge"), squama.bend(BENT, joint="hinge")):
         for name, variable in {**r.data_vars, **r.coords}.items():
             assert variable.attrs["long_name"] == squama.SYMBOLS[name].long_name
             assert variable.attrs["units"] == squama.SYMBOLS[name].unit
@@ -54,7 +56,7 @@ def test_attributes_say_what_was_computed() -> None:
     assert r.attrs["squama_version"] == squama.__version__
     assert squama.Beam.from_toml_text(r.attrs["beam"]) == BEAM
     assert "not thin" in r.attrs["warnings"]
-    assert squama.bend(BENT).attrs["load"] == "bending"
+    assert squama.bend(BENT, joint="hinge").attrs["load"] == "bending"
 
 
 @both
@@ -219,7 +221,7 @@ def test_rates_as_texts(load: str) -> None:
 
 def test_friction_is_in_the_attributes() -> None:
     assert squama.twist(BEAM, joint="hinge").attrs["mu"] == 0.5
-    assert squama.bend(BENT, mu=[0.1]).attrs["mu"] == [0.1]
+    assert squama.bend(BENT, mu=[0.1], joint="hinge").attrs["mu"] == [0.1]
     assert squama.twist(BEAM, mu=np.array([0.0, 0.2]), joint="hinge").attrs["mu"] == [0.0, 0.2]
     assert squama.row(BEAM, scales=3, mu=0.2, points=5, joint="hinge").attrs["mu"] == 0.2
 
@@ -256,7 +258,7 @@ def test_a_family_of_curves() -> None:
     at = squama.twist(BEAM, mu=mus, at=[1.0, 8.0], joint="hinge")
     assert np.isnan(at["T"].sel(mu=9.0)[1])
     assert at["T"].sel(mu=0.2)[1] > at["T"].sel(mu=0.0)[1]
-    assert squama.bend(BENT, mu=[0.1, 0.3]).sizes["mu"] == 2
+    assert squama.bend(BENT, mu=[0.1, 0.3], joint="hinge").sizes["mu"] == 2
     given = BEAM.replace(friction={"mu": 0.2})
     np.testing.assert_array_equal(squama.twist(given, points=40, joint="hinge")["T"], family["T"].sel(mu=0.2))
     one = respond_to(BEAM, "twisting", mu=mus, points=40, joint="hinge").pick(1).dataset()

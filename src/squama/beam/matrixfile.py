@@ -1,8 +1,10 @@
-"""The stiffness of a scale's joint as a file: seven rows and columns with units, and the beam that it was made for.
+"""The stiffness of a scale's joint as a file: nine rows and columns with units, and the beam that it was made for.
 
-A table of text (CSV) with a row for each force on the scale (F along n_X, n_Y, n_Z, moments M about them, and the
-torque T) and a column for each motion (u_X .. w_Z, and phi, the twist per pitch); an entry is the force that the motion
-takes while all others are held. Comments name what it was made for, as in a beam file:
+A table of text (CSV) with a row for each force on the scale (F along n_X, n_Y, n_Z, moments M about them), the torque
+T, the moment M and the tension, and a column for each motion (u_X .. w_Z), the twist phi, the bend psi and the
+elongation of a pitch; an entry is the force that the motion takes while all others are held. Files of seven, without
+bend and elongation, are of bars that are neither bent nor stretched. Comments name what it was made for, as in a beam
+file:
 
     # scale.embedded = "4.5 mm"
 """
@@ -28,10 +30,14 @@ if TYPE_CHECKING:
 
 MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
 """The motions of a scale in their order: lengths along its axes and angles about them."""
-VARIABLES = (*MOTIONS, "phi")
-"""Columns in their order."""
-FORCES = ("F_X", "F_Y", "F_Z", "M_X", "M_Y", "M_Z", "T")
-"""Rows in their order; the first three are forces, the others moments."""
+VARIABLES = (*MOTIONS, "phi", "psi", "elongation")
+"""Columns in their order, the last two where the bar may be bent."""
+FORCES = ("F_X", "F_Y", "F_Z", "M_X", "M_Y", "M_Z", "T", "M", "tension")
+"""Rows in their order, forces on lengths and moments on angles."""
+SIZES = (7, 9)
+"""Rows of a matrix that knows no bend, and of one that does."""
+_LENGTHS = (0, 1, 2, 8)
+"""Numbers of the variables that are lengths."""
 SHAPE = (
     "scale.embedded", "scale.width", "scale.thickness", "scale.alpha", "scale.theta0", "substrate.width",
     "substrate.thickness", "substrate.poisson_ratio",
@@ -44,16 +50,16 @@ NEAR = 1e-6
 _NEWTON = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 _CELL = re.compile(r"\s*([A-Za-z]+(?:_[XYZ])?)\s*\(([^()]+)\)\s*")
 _MADE = re.compile(r"#\s*([a-z]+\.[a-z0-9_]+)\s*=\s*(.+)")
-_COLUMNS = [f"{name} ({'m' if i < 3 else 'rad'})" for i, name in enumerate(VARIABLES)]
-_ROWS = [f"{name} ({'N' if i < 3 else 'N m'})" for i, name in enumerate(FORCES)]
+_COLUMNS = [f"{name} ({'m' if i in _LENGTHS else 'rad'})" for i, name in enumerate(VARIABLES)]
+_ROWS = [f"{name} ({'N' if i in _LENGTHS else 'N m'})" for i, name in enumerate(FORCES)]
 
 
 class StoredMatrix:
     """A stiffness matrix as it stands in a file; frozen, equal where the numbers are.
 
-    ``rows`` (7 by 7) are over the six motions and the twist per pitch: N, m and rad. ``made`` says what it was made
-    for, SI values by "table.key", those of :data:`SCALING` at least; ``name`` is the file, for messages. Refused: not
-    symmetric, not positive definite.
+    ``rows`` (7 by 7, or 9 by 9) are over :data:`VARIABLES`: N, m and rad. ``made`` says what it was made for, SI values
+    by "table.key", those of :data:`SCALING` at least; ``name`` is the file, for messages. Refused: not symmetric, not
+    positive definite.
     """
 
     __slots__ = ("__dict__", "made", "name", "rows")
@@ -88,22 +94,22 @@ class StoredMatrix:
 
     @functools.cached_property
     def K(self) -> Array:
-        """The matrix (7, 7) in units of the pitch and of the substrate's modulus that it was made for."""
+        """The matrix (7, 7) or (9, 9) in units of the pitch and of the substrate's modulus that it was made for."""
         import numpy as np
 
-        lengths, unit = _scales(self.made)
+        lengths, unit = _scales(self.made, len(self.rows))
         K = np.array(self.rows) * lengths / unit
         return np.asarray((K + K.T) / 2)
 
     @functools.cached_property
     def K_theta(self) -> float:
         """Stiffness against inclination, E d^3."""
-        return inclination_stiffness(self.K)
+        return inclination_stiffness(self.K[:7, :7])
 
     @functools.cached_property
     def rigidity(self) -> float:
         """Torque over the twist per pitch without contact, E d^3."""
-        return twisting_stiffness(self.K)
+        return twisting_stiffness(self.K[:7, :7])
 
     @property
     def text(self) -> str:
@@ -112,8 +118,9 @@ class StoredMatrix:
         for name, value in self.made.items():
             written = as_text(value, NUMBERS[name][0])
             lines.append(f"# {name} = " + (written if NUMBERS[name][0] is Dimension.RATIO else f'"{written}"'))
-        lines.append(",".join(("force", *_COLUMNS)))
-        lines += [f"{name},{','.join(map(repr, row))}" for name, row in zip(_ROWS, self.rows, strict=True)]
+        n = len(self.rows)
+        lines.append(",".join(("force", *_COLUMNS[:n])))
+        lines += [f"{name},{','.join(map(repr, row))}" for name, row in zip(_ROWS[:n], self.rows, strict=True)]
         return "\n".join(lines) + "\n"
 
     def differences(self, values: Mapping[str, float]) -> list[tuple[str, float, float]]:
@@ -137,18 +144,18 @@ def made_for(beam: object) -> dict[str, float]:
 
 
 def stored(beam: object, K: Array, name: str = "matrix") -> StoredMatrix:
-    """Return a matrix (7, 7) in units of the pitch and the substrate's modulus as a file holds it, SI."""
+    """Return a matrix (7, 7) or (9, 9) in units of the pitch and the substrate's modulus as a file holds it, SI."""
     made = made_for(beam)
-    lengths, unit = _scales(made)
+    lengths, unit = _scales(made, len(K))
     return StoredMatrix(K * unit / lengths, made, name)
 
 
-def _scales(made: Mapping[str, float]) -> tuple[Array, float]:
-    """Return the lengths (7, 7) by which entries are scaled, and E d^3."""
+def _scales(made: Mapping[str, float], n: int) -> tuple[Array, float]:
+    """Return the lengths (n, n) by which entries are scaled, and E d^3."""
     import numpy as np
 
     d, E = (made[key] for key in SCALING)
-    lengths = np.array([d, d, d, 1.0, 1.0, 1.0, 1.0])
+    lengths = np.array([d if i in _LENGTHS else 1.0 for i in range(n)])
     return np.outer(lengths, lengths), E * d**3
 
 
@@ -188,12 +195,12 @@ def _parsed(table: tabular.Table) -> StoredMatrix:
     import numpy as np
 
     head = table.header
-    if len(head.cells) != 8 or len(table.rows) != 7:
+    if (n := len(head.cells) - 1) not in SIZES or len(table.rows) != n:
         have = f"has {len(table.rows)} rows and {max(len(head.cells) - 1, 0)} columns of numbers"
-        refuse("", "", have, f"a joint's matrix has 7 and 7, over {', '.join(VARIABLES)}", table.name)
+        refuse("", "", have, f"a joint's matrix has 9 and 9 (or the first 7), over {', '.join(VARIABLES)}", table.name)
     motions = [_unit(table, head.line, cell, i, _COLUMNS) for i, cell in enumerate(head.cells[1:])]
     read_cell = functools.partial(tabular.number, example="1234.5")
-    columns = {motion: (i, read_cell) for i, motion in enumerate(VARIABLES, start=1)}
+    columns = {motion: (i, read_cell) for i, motion in enumerate(VARIABLES[:n], start=1)}
     rows, values, problems = tabular.numbers(table, columns, "force")
     problems.settle()
     forces = [[_unit(table, row.line, row.cells[0], i, _ROWS)] for i, row in enumerate(rows)]

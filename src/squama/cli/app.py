@@ -11,8 +11,8 @@ from squama.io.files import label
 COMMANDS = {
     "new": "Write a commented example of a beam file.",
     "twist": "Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction.",
-    "bend": "Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file.",
-    "bend-twist": "Bend and twist a beam of hinged scales along a path: contacts, jumps, locks, moment and torque.",
+    "bend": "Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction.",
+    "bend-twist": "Bend and twist a beam as it is made along a path, beside hinges: contacts, moment and torque, ends.",
     "cycle": "Load and unload a beam: loops, stick intervals, dissipation, damping, jamming.",
     "vibrate": "Let a beam swing: its decay, and the damping of every cycle.",
     "shake": "Shake a beam by a harmonic torque: steady states over frequencies, both ways.",

@@ -6,23 +6,26 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopts import Parameter
+
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.loads import KEPT, LOADS, NEUTRAL, THIN
+from squama.errors import refuse
+from squama.loads import LINES, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
 if TYPE_CHECKING:
+    import xarray as xr
     from rich.table import Table
 
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
-_NEUTRAL = "Line of the bar that keeps its length: free (none, no axial force), middle, face (hinge) (by the joint)."
 _FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
+_MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
 _KEYS = "load free law joint scales joint_source band followed neutral margin path squama_version"
-_LINES = {"free": "no axial force", **{name: KEPT.format(name) for name in NEUTRAL}}
 _AT_ENDS = {
     "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
     "stress": ("largest stress in a scale, MPa", 1e-6),
@@ -39,15 +42,17 @@ def bend_twist(
     points: Annotated[int, flags.points(200)] = 200,
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
-    neutral: Annotated[str | None, flag(_NEUTRAL, read=one_of(*_LINES))] = None,
+    neutral: flags.Neutral = None,
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
+    plane: Annotated[bool, Parameter("--map", negative="", help=_MAP)] = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Bend and twist a beam as it is made along a path, beside hinges: contacts, moment and torque, ends."""
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
-    from squama.curves.polygons import bent_and_twisted, plane
+    from squama.curves.planes import bend_twist_map
+    from squama.curves.polygons import bent_and_twisted
 
     asked: dict[str, Any] = {"path": path, "margin": margin, "points": points}
     with flags.laid(flags.arguments("path", "neutral", "free")):
@@ -55,11 +60,23 @@ def bend_twist(
         found = {data.attrs["joint"]: data}
         if "compliant" in found:
             found["hinge"] = bent_and_twisted(described, **asked, joint="hinge")
+        if plane and free:
+            refuse("--map", "", "has both loads imposed", "leave out --free")
     hinge = found["hinge"]
-    beside: dict[str, Any] = {}
-    if common.plot:
-        beside = {"plane": plane(data)} if hinge is data else {"hinge": hinge.dataset()}
-    written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), **beside)
+
+    def mapped(**how: Any) -> xr.Dataset:
+        return bend_twist_map(described, path, neutral=neutral, **how)
+
+    if plane:
+        shown_in = [data.dataset()] if common.plot else []
+        written = output.write(
+            common, lambda: mapped(joint=data.attrs["joint"], ideal=ideal or None), "plane_figure", paths=shown_in
+        )
+    else:
+        beside: dict[str, Any] = {}
+        if common.plot:
+            beside = {"hinge": hinge.dataset()} if hinge is not data else {"plane": mapped(joint="hinge", mu=0.0)}
+        written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), **beside)
     record, shown = _record, _shown
     return output.report(common.json, beam, written, lambda: record(described, found), lambda: shown(described, found))
 
@@ -95,7 +112,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
         f" bent and twisted: {covered(beam)}, mu = {float(data['mu']):g}, "
-        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {_LINES[attrs['neutral']]}{freed}"
+        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {LINES[attrs['neutral']]}{freed}"
     )
     yield ""
     yield _events(data)

@@ -20,7 +20,7 @@ from cyclopts import Parameter
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label
-from squama.loads import LOADS, MODES, NEUTRAL
+from squama.loads import LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
@@ -274,8 +274,8 @@ Load = Annotated[
 Law = Annotated[
     str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
 ]
-_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (the beam's)."
-Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
+_NEUTRAL = "Line of the bar that keeps its length: free (none, no axial force), middle, face (hinge) (the beam's)."
+Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*LINES))]
 _MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]

@@ -71,7 +71,7 @@ def joint(
         described.replace(joint=own).to_toml(toml)
         written.append(label(toml))
     if matrix is not None:
-        written.append(label(matrixfile.write(matrixfile.stored(described, found.K[:7, :7], matrix), matrix)))
+        written.append(label(matrixfile.write(matrixfile.stored(described, found.K, matrix), matrix)))
     return output.report(base.json, beam, written, lambda: _record(described, found), lambda: _shown(described, found))
 
 

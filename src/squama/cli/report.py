@@ -15,7 +15,7 @@ from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
 from squama.fe.agreement import SHARE, holds
-from squama.loads import KEPT, LOADS, Load
+from squama.loads import LINES, LOADS, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
@@ -46,7 +46,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    line = f"; {KEPT.format(data.attrs['neutral'])}" if "neutral" in data.attrs else ""
+    line = f"; {LINES[data.attrs['neutral']]}" if "neutral" in data.attrs else ""
     yield f" {words.done}{how}: {covered(beam)}, mu = {mus}{sense}{line}"
     yield ""
     if data.family is not None:
@@ -61,7 +61,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
             f"margin {margin:g}"
         )
     else:
-        yield _steps(beam, laws) if HINGE in laws else _single(words, beam, margin, laws)
+        yield _steps(words, beam, laws) if HINGE in laws else _single(words, beam, margin, laws)
         yield ""
     yield from _notes(words, beam, law, laws)
     yield from warnings(data.attrs["warnings"])
@@ -149,7 +149,7 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines under the table: the joint, and a sentence for each kind of end."""
-    lines = _real(beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
+    lines = _real(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     lines += _others(laws)
@@ -210,7 +210,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
             name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
         }
     figures = {name: _figures(response) for name, response in laws.items()}
-    keys, parts = "load law joint scales sense margin neutral squama_version", {"laws": figures, "curve": data.curves}
+    keys = "load law joint scales sense margin neutral followed squama_version"
+    parts = {"laws": figures, "curve": data.curves}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 
@@ -231,24 +232,27 @@ def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, An
     }
 
 
-def ladder(beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool) -> dict[str, Answer]:
-    """Return the response of the real beam and, at the same twists, that of simpler ones, by what they are called."""
+def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool) -> dict[str, Answer]:
+    """Return the response of the real beam and, at the same loads, that of simpler ones, by what they are called."""
     from squama.curves.doors import respond
 
-    ours = respond(beam, "twisting", law=law, sense=sense, joint="compliant", ideal=ideal, **numbers)
-    rates = ours["Phi"] if ours.family is None else ours["Phi"][0]
+    ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, **numbers)
+    rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
     # their own ends are looked for within the same range
     same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense}
     found = {IDEAL if ideal else REAL: ours}
     if not ideal:
-        found[IDEAL] = respond(beam, "twisting", joint="compliant", ideal=True, **same)
-    return {**found, HINGE: respond(beam, "twisting", joint="hinge", ideal=True, **same)}
+        found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
+    # a hinge has no line but the bar's middle where there is no axial force
+    hinged = same | ({} if LOADS[load].sided else {"neutral": "middle"})
+    return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
-def _steps(beam: Beam, laws: Mapping[str, Answer]) -> Table:
-    """Return the table of the real beam beside simpler ones, at twists of the real one."""
+def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
+    """Return the table of the real beam beside simpler ones, at loads of the real one."""
+    angle, rate, torque = words.angle, words.rate, words.torque
     first = next(iter(laws.values()))
-    engaged, last = float(first["phi_e"]), float(first["phi"][np.isfinite(first["T"])].max())
+    engaged, last = float(first[f"{angle}_e"]), float(first[angle][np.isfinite(first[torque])].max())
 
     def row(label: str, name: str) -> list[str]:
         return [label, *(_figure(data, name) for data in laws.values())]
@@ -256,35 +260,40 @@ def _steps(beam: Beam, laws: Mapping[str, Answer]) -> Table:
     def at(label: str, name: str, twist: float, factor: float = 1.0) -> list[str]:
         cells = [label]
         for data in laws.values():
-            value, reach = math.nan, float(data["phi"][np.isfinite(data["T"])].max(initial=0.0))
+            value, reach = math.nan, float(data[angle][np.isfinite(data[torque])].max(initial=0.0))
             if name in data.variables and twist <= reach * (1 + 1e-9):
-                value = float(np.interp(twist, data["phi"], data[name])) * factor
+                value = float(np.interp(twist, data[angle], data[name])) * factor
             cells.append("-" if math.isnan(value) else number(value))
         return cells
 
-    def state(words: str, twist: float) -> list[list[str]]:
+    def state(place: str, twist: float) -> list[list[str]]:
         total = math.degrees(twist / beam.pitch * beam.length)
         return [
-            [f"{words} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
-            at("  torque T, N m", "T", twist),
-            at("  dT/dPhi, N m2", "K_t", twist),
-            at("  dT/dPhi over that without contact", "stiffness_ratio", twist),
+            [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
+            at(f"  {words.torque_words} {torque}, N m", torque, twist),
+            *([] if words.sided else [at("  torque T that keeps it from twisting, N m", "T", twist)]),
+            at(f"  d{torque}/d{rate}, N m2", words.tangent, twist),
+            at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),
             at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
             at("  largest strain around a scale", "strain", twist),
         ]
 
-    rows = [row("end", "end"), row("  at phi, rad/pitch", "phi_end"), row("engagement phi_e", "phi_e")]
+    rows = [
+        row("end", "end"),
+        row(f"  at {angle}, rad/pitch", f"{angle}_end"),
+        row(f"engagement {angle}_e", f"{angle}_e"),
+    ]
     if math.isfinite(engaged) and 2 * engaged < last:
-        rows += state("at 2 phi_e =", 2 * engaged)
-    rows += state("at the end, phi =", last)
+        rows += state(f"at 2 {angle}_e =", 2 * engaged)
+    rows += state(f"at the end, {angle} =", last)
     rows += [
-        row("twice as stiff as bare from phi", "phi_twofold"),
-        row("five times as stiff from phi", "phi_fivefold"),
-        row("torque has its peak at phi", "phi_peak"),
-        row("stress comes to strength at phi", "phi_strength"),
-        row("strain comes to its limit at phi", "phi_strain"),
-        row("by general contact from phi", "phi_general"),
+        row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
+        row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
+        row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
+        row(f"stress comes to strength at {angle}", f"{angle}_strength"),
+        row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
+        row(f"by general contact from {angle}", f"{angle}_general"),
     ]
     kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
     head = ["", *laws]
@@ -300,7 +309,7 @@ def held(attrs: Mapping[str, Any]) -> str:
     return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
 
 
-def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
+def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines on the joint, and from where on simpler models are off."""
     ours = next(iter(laws.values()))
     attrs = ours.attrs
@@ -308,58 +317,62 @@ def _real(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     rest = list(laws)[1:]
     lines = [
         held(attrs),
-        f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
-        f"without contact dT/dPhi = {rigidity:.4g} N m2 (hinge {beam.torsional_rigidity:.4g})",
+        f"K_theta = {moment(K)} per rad (hinge {moment(words.stiffness(beam))}); "
+        f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m2 (hinge {words.rigidity(beam):.4g})",
     ]
     if (ours["N"] > 0).any():
-        lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take torque away: squama row")
+        row = ": squama row" if words.sided else ""
+        torque = words.torque_words
+        lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take {torque} away{row}")
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
     for i, mu in enumerate(ours["mu"].ravel()):
         of_mu = f"mu = {mu:g}: " if ours.family is not None else ""
         first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
         if first:
-            lines.append(f"{of_mu}first contact: {first}; the torque's work is balanced to {abs(error):.1e}")
-            lines += [f"{of_mu}{line}" for line in _borne(ours if ours.family is None else ours.pick(i))]
+            by = f" followed by {attrs['followed']};" if "followed" in attrs else ""
+            work = f"the {words.torque_words}'s work is balanced to {abs(error):.1e}"
+            lines.append(f"{of_mu}first contact: {first};{by} {work}")
+            lines += [f"{of_mu}{line}" for line in _borne(words, ours if ours.family is None else ours.pick(i))]
         for other in rest:
             d = differences(laws[other], ours)[i]
             if not math.isnan(d.within):
-                lines.append(f"{of_mu}{other}: {apart(*d[1:])}")
+                lines.append(f"{of_mu}{other}: {apart(*d[1:], torque=words.torque_words)}")
     return lines
 
 
-def _borne(data: Answer) -> list[str]:
+def _borne(words: Load, data: Answer) -> list[str]:
     """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
-    lines = []
+    lines, loads = [], data[words.angle]
     for i in np.flatnonzero(np.isfinite(data["stress_x"]))[-1:]:
         x, stress = float(data["stress_x"][i]), float(data["stress"][i])
         place = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
-        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}, at {data['phi'][i]:.4g} rad/pitch")
-    for i in np.flatnonzero(np.isfinite(data["tab_force"]) & (data["phi"] > data["phi_e"]))[-1:]:
+        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}, at {loads[i]:.4g} rad/pitch")
+    for i in np.flatnonzero(np.isfinite(data["tab_force"]) & (loads > data[f"{words.angle}_e"]))[-1:]:
         pull, bend, twist = (float(data[name][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
         way = "outwards" if pull > 0 else "inwards"
         lines.append(
             f"its embedded part bears {data['tab_force'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
-            f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {data['phi'][i]:.4g} rad/pitch"
+            f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {loads[i]:.4g} rad/pitch"
         )
     return lines
 
 
-def apart(within: float, last: float, torque: float, theta: float, share: float = SHARE) -> str:
-    """Return how far a curve holds, and by how much it is off at the last twist; as in a `Difference`."""
+def apart(within: float, last: float, off: float, theta: float, share: float = SHARE, *, torque: str = "torque") -> str:
+    """Return how far a curve holds, and by how much it is off at the last load; as in a `Difference`."""
     if within >= last:
-        return f"within {share:.0%} in torque as far as both go, {last:.4g} rad/pitch"
-    holds = f"within {share:.0%} in torque up to {within:.4g} rad/pitch"
-    holds = holds if within else f"more than {share:.0%} off in torque from the start"
-    off = f"{100 * torque:+.3g} %" if abs(torque) < 1 else f"{1 + torque:.3g} times"
-    return f"{holds}; at {last:.4g} rad/pitch {off}, theta {math.degrees(theta):+.3g} deg"
+        return f"within {share:.0%} in {torque} as far as both go, {last:.4g} rad/pitch"
+    holds = f"within {share:.0%} in {torque} up to {within:.4g} rad/pitch"
+    holds = holds if within else f"more than {share:.0%} off in {torque} from the start"
+    by = f"{100 * off:+.3g} %" if abs(off) < 1 else f"{1 + off:.3g} times"
+    return f"{holds}; at {last:.4g} rad/pitch {by}, theta {math.degrees(theta):+.3g} deg"
 
 
 class Difference(NamedTuple):
-    """A curve against a reference: it holds up to the twist ``within``; differences at ``last``, the last common twist.
+    """A curve against a reference: it holds up to the load ``within``; differences at ``last``, the last common one.
 
-    Twists in rad per pitch; ``torque`` is the torque over the reference's, less 1; ``theta`` the inclination less the
-    reference's, rad; NaN where the curves have no twist in common.
+    Loads in rad per pitch; ``torque`` is the torque or moment over the reference's, less 1; ``theta`` the inclination
+    less the reference's, rad; NaN where the curves have no load in common.
     """
 
     mu: float
@@ -370,14 +383,15 @@ class Difference(NamedTuple):
 
 
 def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list[Difference]:
-    """Compare twisting curves, one result per friction; ``share`` of the torque is free."""
-    found = []
+    """Compare curves of one load, one result per friction; ``share`` of the torque or moment is free."""
+    found, words = [], LOADS[reference.attrs["load"]]
+    angle, torque = words.angle, words.torque
     for i, mu in enumerate(np.atleast_1d(answer["mu"])):
         one, two = (a if a.family is None else a.pick(i) for a in (answer, reference))
         # in a family the curve may stand at the twists of another friction
-        phi, theta = two["phi"], np.interp(two["phi"], one["phi"], one["theta"], right=np.nan)
+        phi, theta = two[angle], np.interp(two[angle], one[angle], one["theta"], right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.where(phi > 0, np.interp(phi, one["phi"], one["T"], right=np.nan) / two["T"] - 1, np.nan)
+            off = np.where(phi > 0, np.interp(phi, one[angle], one[torque], right=np.nan) / two[torque] - 1, np.nan)
         within, end = holds(phi, off, share)
         last = np.array([phi[end], off[end], theta[end] - two["theta"][end]])
         found.append(Difference(float(mu), within, *(last if math.isfinite(within) else np.full(3, np.nan)).tolist()))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
+from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -57,12 +58,14 @@ def bend(
     /,
     *,
     curve: Curve = CURVE,
+    joint: flags.Joint = None,
+    ideal: flags.Ideal = False,
     neutral: flags.Neutral = None,
     tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend a beam of hinged scales towards them: moment, locking and friction, from a beam file."""
-    return respond("bending", beam, curve, tables, common, neutral=neutral)
+    """Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction."""
+    return respond("bending", beam, curve, tables, common, joint=joint, ideal=ideal, neutral=neutral)
 
 
 def respond(
@@ -88,21 +91,22 @@ def respond(
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
     beam = settled(beam)
-    if neutral is not None:
-        beam = beam.replace(substrate={"neutral": neutral})
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves.follow import meant
+    from squama.curves import follow, polygons
 
     family = list(mu) if len(mu) > 1 else None
-    numbers = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
-    with flags.laid(flags.arguments()):
-        held, _, note = meant(beam, load, law, joint)
+    numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
+    with flags.laid(flags.arguments("neutral")):
+        if LOADS[load].sided:
+            held, _, note = follow.meant(beam, load, law, joint)
+        else:
+            held, _, note, numbers["neutral"] = polygons.meant(beam, joint, None, neutral)
         if note:
             print(f"squama: warning: {note}", file=sys.stderr)
         if held == "compliant":
-            laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
+            laws = report.ladder(load, beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)

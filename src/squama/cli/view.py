@@ -20,6 +20,7 @@ def view(
     /,
     *,
     twist: Annotated[str | None, flag(f"How far: {flags.TWISTS} (0.7 of the way to the end).")] = None,
+    bend: Annotated[str | None, flag(f"Bend held while it is twisted: {flags.TWISTS}; below 0 away.")] = None,
     out: Annotated[tuple[str, ...], flag("File: .png, .gif or .html; may be repeated.", "--out", "-o")] = (),
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
@@ -44,8 +45,9 @@ def view(
             standalone.find()
     described, asked = base.turned(beam, mu, "--twist", twist, load=load, still=True)
     how: dict[str, Any] = {"law": law, "sense": sense, "margin": margin, "joint": joint, "ideal": ideal or None}
+    how |= {"bend": bend} if bend is not None else {}
     described = settled(described)
-    with flags.laid(flags.arguments()):
+    with flags.laid(flags.arguments("bend")):
         found = picture.view(
             described, *out, to=asked, load=load, dark=dark, forces=not no_forces, frames=frames, **how
         )

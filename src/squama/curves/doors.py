@@ -21,7 +21,7 @@ from squama.curves import follow
 from squama.curves.labelled import Answer
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LOADS, NEUTRAL, Load
+from squama.loads import LOADS, Load
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,9 +120,13 @@ def bend(
     points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
+    joint: str | None = None,
+    ideal: bool | None = None,
     neutral: str | None = None,
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
+
+    The real beam by default, as :func:`twist`: the way along the bend alone of :func:`squama.bend_twist`.
 
     Parameters
     ----------
@@ -132,16 +136,24 @@ def bend(
         Curvatures (as ``to``) at which to give the response instead; NaN beyond the end of the curve.
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
+    joint
+        "compliant" (the joint's nine motions; goes to ``to``, 0.3 rad per pitch if not given) or "hinge" (closed form,
+        with the stiffness of a hinge in bending); "hinge" if not given where ``neutral="face"`` means it, or where the
+        joint is not known in bend (a warning says so).
+    ideal
+        Thin, rigid scales, as in :func:`twist`; the hinge has no others here.
     neutral
-        Line of the bar that keeps its length, in place of the beam's own (``substrate.neutral``): "middle" (a
-        homogeneous bar without axial force) or "face" (that of the scales, as the paper's theory of bending takes it).
+        Which line of the bar keeps its length, in place of the beam's own (``substrate.neutral``): "free" (none, there
+        is no axial force: the compliant joint's default) or "middle"; on the hinge "middle" (the default) or "face"
+        (that of the scales, as the paper's theory of bending takes it).
 
     Returns
     -------
     xarray.Dataset
         As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``T`` is the
         torque that keeps a beam of oblique scales from twisting, ``contact`` what touches (docs, theory: bending and
-        twisting), ``r`` its distance from the base of the other scale. The hinge has the stiffness of bending.
+        twisting), ``r`` its distance from the base of the other scale. Attributes: ``joint``, ``scales``, ``neutral``,
+        of the real beam ``followed`` (by which contact), too.
 
     Raises
     ------
@@ -155,9 +167,9 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
-    if neutral is not None:
-        beam = beam.replace(substrate={"neutral": arguments.one_of("neutral", neutral, tuple(NEUTRAL))})
-    return respond(beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to).dataset()
+    return respond(
+        beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral
+    ).dataset()
 
 
 def respond(
@@ -173,6 +185,7 @@ def respond(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    neutral: str | None = None,
 ) -> Answer:
     """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
     kind, d = arguments.load(load), beam.pitch
@@ -186,9 +199,17 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    held, thin, note = follow.meant(beam, load, law, joint, ideal)
+    line = ""
+    if kind.sided:
+        held, thin, note = follow.meant(beam, load, law, joint, ideal)
+    else:
+        from squama.curves import polygons
+
+        held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
+        if held == "hinge":
+            beam = beam.replace(substrate={"neutral": line})
     points = arguments.whole("points", points, 3, 1e6)
-    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note)
+    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
     return follow.curves(asked, held)
 
 

@@ -36,9 +36,9 @@ class Model(NamedTuple):
 
 
 def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
-    from squama.curves import real
+    from squama.curves import real, real_bent
 
-    return real.solve(asked)
+    return real_bent.solve(asked) if asked.neutral else real.solve(asked)
 
 
 def _compliant_walk(asked: Asked) -> States:
@@ -80,8 +80,8 @@ def meant(
 
 
 def model(joint: str, asked: Asked) -> Model:
-    """Return the model of a kind of joint, see :func:`covering`."""
-    return covering(joint, asked.path.load.name, asked.law)
+    """Return the model of a kind of joint, see :func:`covering`; both know the line that keeps its length."""
+    return covering(joint, LOADS["twisting"].name if asked.neutral else asked.path.load.name, asked.law)
 
 
 def covering(joint: str, load: str, law: str) -> Model:
@@ -121,7 +121,9 @@ def curves(asked: Asked, joint: str) -> Answer:
     way = asked.path
     solve = model(joint, asked).solve
     one_face, more = solve(asked)
-    solved_paths = both_faces.gather(asked, one_face, lambda other: solve(other)[0])
+    # the real beam that is bent is followed on all its faces at once
+    whole = joint == "compliant" and bool(asked.neutral)
+    solved_paths = one_face if whole else both_faces.gather(asked, one_face, lambda other: solve(other)[0])
     found = [path.curve(points=asked.points, at=asked.at) for path in solved_paths]
     family = ("mu",) * asked.mus.ndim
 

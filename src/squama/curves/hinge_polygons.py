@@ -149,10 +149,10 @@ def _evaluate(asked: Asked, span: Span, done: float) -> dict[str, Array]:
         if piece.contact and mu and x.size:
             work += energy.work(piece, x0, x1, pole_of(piece), mu, "")(x)
     contacts = [np.full(x.size, contact, "U5") for contact in span.contacts]
-    return _in_si(asked, contacts, psi, phi, states, done + work * K / d)
+    return in_si(asked, contacts, psi, phi, states, done + work * K / d)
 
 
-def _in_si(
+def in_si(
     asked: Asked,
     contacts: Sequence[Array],
     psi: Array,
@@ -195,7 +195,7 @@ def relax(asked: Asked, free: int) -> States:
     psi, phi, contact = found.psi[kept], found.phi[kept], found.contact[kept]
     none = np.full(psi.size, np.nan)
     state = {"theta": found.theta[kept], "N": found.N[kept], "M": found.M[kept], "T": found.T[kept], "mu_lock": none}
-    along = _in_si(asked, [contact], psi, phi, [state], 0 * psi) | {"leg": np.ones(psi.size, int)}
+    along = in_si(asked, [contact], psi, phi, [state], 0 * psi) | {"leg": np.ones(psi.size, int)}
     # rounding of the balance
     along["T" if free else "M"] *= 0
     changed = np.flatnonzero(contact[1:] != contact[:-1]) + 1

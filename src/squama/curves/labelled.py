@@ -11,7 +11,7 @@ import numpy as np
 
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.curves.path import Asked, States, idealisation
+from squama.curves.path import Asked, States, idealisation, thin
 from squama.loads import Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -92,7 +92,7 @@ def attributes(
         "load": load.name,
         "law": load.law(asked.law),
         "joint": joint,
-        "scales": idealisation(asked.beam, joint, ideal=not asked.thickness),
+        "scales": idealisation(asked.beam, joint, ideal=thin(load, asked.law, joint, ideal=asked.ideal)),
         "beam": text(asked.beam),
         **({"faces": asked.beam.faces} if asked.beam.other else {}),
         "squama_version": __version__,

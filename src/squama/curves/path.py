@@ -67,13 +67,14 @@ class Asked(NamedTuple):
 
     @property
     def thickness(self) -> float:
-        """Thickness of the scales in pitches, where the model knows of it."""
-        return 0.0 if thin(self.path.load, self.law, ideal=self.ideal) else self.beam.scale.thickness / self.beam.pitch
+        """Thickness of the scales on hinges in pitches, where the model knows of it."""
+        thin_ones = thin(self.path.load, self.law, "hinge", ideal=self.ideal)
+        return 0.0 if thin_ones else self.beam.scale.thickness / self.beam.pitch
 
 
-def thin(load: Load, law: str, *, ideal: bool) -> bool:
+def thin(load: Load, law: str, joint: str, *, ideal: bool) -> bool:
     """Whether scales are taken as thin: as asked, or because the model knows of no thickness."""
-    return ideal or law == "plate" or not load.sided
+    return ideal or law == "plate" or (joint == "hinge" and not load.sided)
 
 
 def idealisation(beam: Beam, joint: str, *, ideal: bool) -> str:

@@ -9,21 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from squama import arguments
-from squama.arrays.combined_states import combined
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LOADS, NEUTRAL, neutral_height
+from squama.loads import LOADS, NEUTRAL
 from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ROOM, PLACES = 0.15, 181
-"""Room around a path on a map of its plane, as a part of the path's size, and the places of the map each way."""
 EXAMPLE = '"bend 5 rad/m; twist 8 rad/m"'
 Stations = str | Sequence[tuple[float | str, float | str]]
 """Where a path goes: text, or pairs of curvature and twist rate in rad/m or as texts with their units."""
@@ -128,13 +125,7 @@ def bent_and_twisted(
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
     twisting = LOADS["twisting"]
-    neutral = neutral or beam.substrate.neutral
-    held, thin, note = _held(beam, joint, ideal, neutral, free)
-    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
-    first = "middle" if beam.other else lines[0]
-    line = arguments.one_of("neutral", neutral or first, lines)
-    if beam.other and line != first:
-        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", f'write "{first}"')
+    held, thin, note, line = meant(beam, joint, ideal, neutral, free)
     asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
@@ -146,11 +137,11 @@ def bent_and_twisted(
     return Answer(labelled(twisting, states, m), attrs)
 
 
-def _held(
-    beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None
-) -> tuple[str, bool, str]:
-    """Return the joint, whether scales are ideal, and a warning, as :func:`squama.curves.follow.meant`."""
-    hinged = 'write joint="hinge"'
+def meant(
+    beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None = None
+) -> tuple[str, bool, str, str]:
+    """Return what :func:`squama.curves.follow.meant` does, of a beam that is bent, and which line keeps its length."""
+    hinged, neutral = 'write joint="hinge"', neutral or beam.substrate.neutral
     if joint is None and (free is not None or neutral == "face"):
         joint = "hinge"
     joint_given = joint and arguments.one_of("joint", joint, tuple(follow.MODELS))
@@ -162,8 +153,13 @@ def _held(
     if held == "compliant" and free is not None:
         refuse("free", f'"{free}"', "is of the hinge", hinged)
     if held == "hinge" and not thin:
-        refuse("ideal", "False", "is not covered by the hinge that is bent and twisted", "leave it out")
-    return held, thin, note
+        refuse("ideal", "False", "is not covered by the hinge that is bent", "leave it out")
+    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
+    first = "middle" if beam.other else lines[0]
+    line = arguments.one_of("neutral", neutral or first, lines)
+    if beam.other and line != first:
+        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", f'write "{first}"')
+    return held, thin, note, line
 
 
 def _freed(free: str, asked: Asked) -> int:
@@ -222,17 +218,3 @@ def _pair(item: object, beam: Beam) -> tuple[float, float]:
         for load, value in zip(sorted(LOADS.values(), key=lambda load: load.axis), item, strict=True)
     )
     return psi, phi
-
-
-def plane(answer: Answer) -> xr.Dataset:
-    """Return contacts and inclinations of hinges over the plane of bend and twist around a path on them (psi, phi)."""
-    import xarray as xr
-
-    beam = Beam.from_toml_text(answer.attrs["beam"])
-    loads = answer["psi"], answer["phi"]
-    room = ROOM * max(float(np.ptp(v)) for v in loads)
-    psi, phi = (np.linspace(v.min() - room, v.max() + room, PLACES) for v in loads)
-    height = neutral_height(answer.attrs["neutral"], beam.lam)
-    s = combined(psi[:, None], phi, **beam.ratios, mu=0, toward=(1, 0), neutral_height=height)
-    axes = ("psi", "phi")
-    return xr.Dataset({"contact": (axes, s.contact), "theta": (axes, s.theta)}, coords={"psi": psi, "phi": phi})

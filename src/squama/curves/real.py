@@ -154,7 +154,7 @@ class Path(NamedTuple):
             # the curve was cut short at the end that is told
             end = before
         own = values(self, twists, rows)
-        own |= tangents(self, twists[kept], twists, own)
+        own |= tangents(self.held.rigidity, self.beam.pitch, engaged, twists[kept], twists, own)
         more: dict[str, float | int | str] = {"load_general": math.nan}
         if end.code != follow.RANGE and self.general:
             more |= self.onward(twists, end.phi, own)
@@ -164,7 +164,7 @@ class Path(NamedTuple):
         found = {
             **figures(self.case, last, engaged, float(more.get("load_end", end.phi)), last["theta"]),
             **ending(self.way, end),
-            **_thresholds(self, twists, own),
+            **thresholds(engaged, self.beam, twists, own),
             **more,
         }
         return Curve({role: own[role][which] for role in _ALONG}, found)
@@ -296,17 +296,21 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
     }
 
 
-def tangents(one: Path, steps: Array, twists: Array, v: dict[str, Array]) -> dict[str, Array]:
-    """Return the tangent stiffness at twists of a curve, from the steps among them, and over that without contact."""
-    rigidity, d = one.held.rigidity, one.beam.pitch
+def tangents(
+    rigidity: float, d: float, engaged: float, steps: Array, twists: Array, v: dict[str, Array]
+) -> dict[str, Array]:
+    """Return the tangent stiffness at load angles, from the steps among them, and over that without contact.
+
+    ``rigidity`` is the one without contact, N m^2, ``engaged`` the load angle per pitch at engagement, ``d`` the pitch.
+    """
     torque = np.interp(steps, twists, v["torque"])
     slope = np.where(np.isfinite(torque), rigidity, np.nan)
-    contact = np.flatnonzero(steps >= one.way.contact.phi)
+    contact = np.flatnonzero(steps >= engaged)
     if contact.size > 1:
         slope[contact] = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
     found = np.interp(twists, steps, slope)
     # it jumps at engagement
-    found[twists < one.way.contact.phi] = rigidity
+    found[twists < engaged] = rigidity
     found[np.isnan(v["torque"])] = np.nan
     return {"tangent": found, "stiffness_ratio": found / rigidity}
 
@@ -331,15 +335,15 @@ def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
     }
 
 
-def _thresholds(one: Path, twists: Array, v: dict[str, Array]) -> dict[str, float]:
-    """Return what replaces a lock: twists per pitch, NaN where they are not reached, and the energy's error."""
+def thresholds(engaged: float, beam: Beam, twists: Array, v: dict[str, Array]) -> dict[str, float]:
+    """Return what replaces a lock: load angles, NaN where they are not reached, and the energy's error."""
     reached = np.isfinite(v["torque"])
-    touching = reached & (twists >= one.way.contact.phi)
+    touching = reached & (twists >= engaged)
     x, torque = twists[reached], v["torque"][reached]
     found = stiffened(twists[touching], v["stiffness_ratio"][touching], x, torque)
-    strength = one.beam.scale.strength
+    strength = beam.scale.strength
     found["load_strength"] = math.nan if strength is None else _first(x, v["stress"][reached], strength)
-    limit = one.beam.substrate.strain_limit
+    limit = beam.substrate.strain_limit
     found["load_strain"] = math.nan if limit is None else _first(x, v["strain"][reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
     work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))

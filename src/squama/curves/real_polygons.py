@@ -8,7 +8,7 @@ of the path the contact sticks while friction turns, so forces do not jump.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -42,8 +42,8 @@ _PAIRS = {
 """Letters of contacts, those of :data:`squama.model.screw.CONTACTS` and of a tip edge on the face of a bent plate."""
 _NEEDS = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
 _SEVEN = (
-    "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; without "
-    "it in the file the law of the joint holds all"
+    "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; squama "
+    "joint --matrix writes all nine, and without it in the file the law of the joint holds them"
 )
 
 
@@ -103,54 +103,91 @@ def impossible(beam: Beam) -> str:
     return why
 
 
-def walk(asked: Asked) -> States:
-    """Return the states along a path, its events, and how it ends."""
+class Gone(NamedTuple):
+    """A path that was followed: variables ``along`` the stations as far as it went; of each face states and engagement.
+
+    ``found``: the states of the beam; ``touched`` ways at engagement, inf where none; ``notes`` for the reader.
+    """
+
+    one: real.Path
+    stations: Stations
+    faces: list[Followed]
+    found: Followed
+    along: dict[str, Array]
+    touched: list[float]
+    generally: bool
+    notes: list[str]
+
+    @property
+    def engaged(self) -> float:
+        """Way at the first engagement."""
+        return min(self.touched)
+
+    @property
+    def attrs(self) -> dict[str, float | str]:
+        """What answers say of it."""
+        words = "general contact" if self.generally else "one contact of two edges"
+        return {**real.attributes(self.one.held), "followed": words}
+
+
+def go(
+    asked: Asked, mu: float, stations: Callable[[float, float], Stations], ahead: Sequence[tuple[float, float]]
+) -> Gone:
+    """Follow a beam from rest through ``stations``, made for the least distance and the way just before engagement.
+
+    ``ahead``: corners of the path, or of one that goes on straight beyond its end, on which engagement is looked for.
+    """
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
-    held, mu, corners = real.Held.of(beam), float(asked.mus), np.array(asked.path.points)
-    far = float(np.abs(corners).max())
-    stretch, views = NEUTRAL[asked.neutral], both_faces.views(beam)
-    roughly = [follow_legs(plate, held.K, mu, corners * view, stretch=stretch) for view in views]
-    ends, met = [r.answers.end() for r in roughly], [r.answers.contact() for r in roughly]
+    held, stretch, views = real.Held.of(beam), NEUTRAL[asked.neutral], both_faces.views(beam)
+    firsts = [follow_legs(plate, held.K, mu, np.array(ahead) * view, stretch=stretch) for view in views]
+    ends, met = [r.answers.end() for r in firsts], [r.answers.contact() for r in firsts]
     touched = [c.phi if c.first != -1 else math.inf for c in met]
     engaged = min(touched)
     # a step from there on must not be much smaller than others
     before = engaged * (1 - _BEFORE)
     # plates that touch at rest are through each other there
     generally = [end.code != follow.RANGE and engaged > 0 and real.general() for end in ends]
-    stations = Stations.of(asked.path.points, asked.points, SPACING if any(generally) else 0.0, before)
-    one = real.Path(beam, held, roughly[0].way, 1, far)
+    where = stations(SPACING if any(generally) else 0.0, before)
+    far = float(np.abs(where.strains).max())
+    one = real.Path(beam, held, firsts[0].way, 1, far)
+    generally = [g and end.phi < where.ways[-1] for g, end in zip(generally, ends, strict=True)]
     faces = []
     for i, view in enumerate(views):
-        seen = stations._replace(strains=stations.strains * view)
+        seen = where._replace(strains=where.strains * view)
         if generally[i]:
-            faces.append(_generally(asked, one, seen, corners * view))
+            faces.append(_generally(asked, one, seen))
             continue
         found = _by_edges(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch), seen)
+        if found.end == End.NONE and math.isfinite(touched[i]):
+            found = found._replace(end=str(End.RANGE))
         if found.end == End.OTHER:
-            words = str(real.ending(roughly[i].way, ends[i])["other_contact"]) or met[i].words
+            words = str(real.ending(firsts[i].way, ends[i])["other_contact"]) or met[i].words
             found = found._replace(other=both_faces.OTHER * i + words)
         faces.append(found)
-    found = _gathered(one, faces, stations)
-    along = _in_si(one, found, stations)
+    whole = _gathered(one, faces, where)
+    notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * bool(whole.other)
+    return Gone(one, where, faces, whole, _in_si(one, whole, where), touched, any(generally), notes)
+
+
+def walk(asked: Asked) -> States:
+    """Return the states along a path, its events, and how it ends."""
+    corners, beam = asked.path.points, asked.beam
+    gone = go(asked, float(asked.mus), lambda least, e: Stations.of(corners, asked.points, least, e), corners)
+    stations, found, along = gone.stations, gone.found, gone.along
     at = _Places(stations, along["theta"], beam.pitch)
-    notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * bool(found.other)
     reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
-    total = float(along["U_el"][-1] + along["W_fr"][-1])
-    work = float(found.own["work"][-1]) * beam.unit_moment / beam.pitch
+    total, work = float(along["U_el"][-1] + along["W_fr"][-1]), float(along.pop("work")[-1])
     figures = {
-        "end": found.end, "other_contact": found.other, "K_theta": held.K_theta,
-        **{f"{name}_e": value for name, value in at(engaged).items() if name != "theta"},
+        "end": found.end, "other_contact": found.other, "K_theta": gone.one.held.K_theta,
+        **{f"{name}_e": value for name, value in at(gone.engaged).items() if name != "theta"},
         **{f"{name}_end": value for name, value in at(found.stop).items()},
         **{f"{name}_c": value for name, value in reached.items()},
         "energy_error": (work - total) / max(float(along["U_el"].max()), float(along["W_fr"][-1]), 1e-300),
     }  # fmt: skip
-    attrs: dict[str, float | str] = {
-        **real.attributes(held), "neutral": asked.neutral, "load": "bending and twisting",
-        "followed": "general contact" if any(generally) else "one contact of two edges",
-    }  # fmt: skip
-    events = _events(stations, faces, touched, (found.stop, found.end), at)
+    attrs: dict[str, float | str] = {**gone.attrs, "neutral": asked.neutral, "load": "bending and twisting"}
+    events = _events(stations, gone.faces, gone.touched, (found.stop, found.end), at)
     single = {k: np.asarray(v) for k, v in figures.items()}
-    return States({("point",): along, ("event",): events, (): single}, attrs, notes)
+    return States({("point",): along, ("event",): events, (): single}, attrs, gone.notes)
 
 
 def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
@@ -165,7 +202,7 @@ def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
     own |= {"p": column["x"], "s": column["y"], "work": column["W"], "U_el": sum(path.energies(way, rows).values())}
     own |= {"M": np.append(0.0, found.M)[:n], "torque": np.append(0.0, found.T)[:n]}
     own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(way, rows))
-    name = _EDGES.get((met.first, met.second), met.words) + f" (k = {met.k})" * (met.k > 1)
+    name = named(met)
     contact = np.where(column["N"] > 0, name, "")
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     changes = [(met.phi, name)] if met.first >= 0 else []
@@ -200,7 +237,13 @@ def _once(one: real.Path) -> tuple[float, float]:
     return twist / beam.unit_moment, float(bare("bending", beam.sizes)) / beam.pitch / beam.unit_moment
 
 
-def _generally(asked: Asked, one: real.Path, stations: Stations, corners: Array) -> Followed:
+def named(met: path.Contact) -> str:
+    """Return the letters of a first contact, its words where it is not of two edges."""
+    letters = _EDGES.get((met.first, met.second))
+    return met.words if letters is None else letters + f" (k = {met.k})" * (met.k > 1)
+
+
+def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
     """Return the states by general contact, from rest."""
     from squama.curves import general_contact
     from squama.fe.assembly import make_bent
@@ -208,11 +251,11 @@ def _generally(asked: Asked, one: real.Path, stations: Stations, corners: Array)
 
     plate, free = one.way.scale, ("stretch",) * (asked.neutral == "free")
     surface = general_contact.surface(plate)
-    led = make_bent(one.held.K, geometry(one.beam), float(asked.mus), free=free, exposed=surface)
+    led = make_bent(one.held.K, geometry(one.beam), one.way.mu, free=free, exposed=surface)
     led.begin()
     kept, moved, end = [0], [led.moved[:, :, 0]], str(End.RANGE)
-    for leg, corner in enumerate(corners.tolist(), 1):
-        goal = led.aim(*corner)
+    for _, leg in stations.corners():
+        goal = led.aim(*stations.strains[stations.legs == leg][-1])
         ways = stations.ways[stations.legs == leg]
         # the way that is aimed at is this one's sum but for rounding
         places = [*ways[ways > led.phi][:-1].tolist(), goal]
@@ -245,7 +288,7 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
     beam, n = one.beam, len(found.q)
     psi, phi = stations.strains[:n].T
-    own = {role: values for role, values in found.own.items() if role not in ("M", "work")}
+    own = {role: values for role, values in found.own.items() if role != "M"}
     v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     alone = path.bare(one.way)

@@ -165,7 +165,10 @@ def crowding(shape: Shape) -> tuple[Array, Array, Array]:
     _, lam, zeta, _, t, alpha, theta, _ = shape
     sin, cos = np.sin(theta), np.cos(theta)
     along = (zeta * cos + t / 2 * (sin + 1 / sin)) / np.cos(alpha)
-    return t * cos / (2 * zeta * sin), along, (zeta * sin + t / 2 * cos) / (2 * lam)
+    # without an embedded length there is none to take from
+    with np.errstate(divide="ignore"):
+        cover = t * cos / (2 * zeta * sin)
+    return cover, along, (zeta * sin + t / 2 * cos) / (2 * lam)
 
 
 def bare(shape: Shape) -> Array:

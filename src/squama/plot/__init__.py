@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from squama.plot.inverse import inverse_figure as inverse_figure
     from squama.plot.maps import red_figure as red_figure
     from squama.plot.path import path_figure as path_figure
+    from squama.plot.plane import plane_figure as plane_figure
     from squama.plot.regimes import lock_lines_figure as lock_lines_figure
     from squama.plot.regimes import regime_figure as regime_figure
     from squama.plot.response import response_figure as response_figure
@@ -40,6 +41,7 @@ _NAMES = {
     "cycle": "cycle_figure",
     "row": "finite_figure row_figure",
     "path": "path_figure",
+    "plane": "plane_figure",
     "inverse": "front_figure inverse_figure",
     "regimes": "lock_lines_figure regime_figure",
     "along": "line",

@@ -7,21 +7,16 @@ import itertools
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
 from squama.loads import HELD, covering
 from squama.model.outcome import End
-from squama.plot.palette import ACCENT, GREY, INK, KEPT, UNLOADED
+from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
+from squama.plot.plane import CONTACTS, regimes
 from squama.plot.response import BESIDE, READABLE
 from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, letters, new_figure, prefixed, styled
 from squama.types import Array
-
-CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
-"""Colours of contacts; those at the base have another."""
-FAINT, LEVELS = 0.18, (20, 30, 40, 50, 60, 70, 80)
-"""How strong they are behind a path, and inclinations with a line, degrees."""
 
 
 @styled
@@ -29,11 +24,10 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
 
     Left: the path in the colours of its contacts (those of the scaled face), the line on which a scale's tip edge lies
-    flush in the next face dashed, events marked; behind it, where ``plane`` is given
-    (:func:`squama.curves.polygons.plane`), the contacts all over the plane, lines of equal inclination, and in grey
-    where no inclination leads. Right: moment and torque over the way gone, with their jumps (the axis ends before a
-    lock), and the inclination; ``hinge``, the answer of hinges for the same path, is drawn thin beside them, as far as
-    the axes of the dataset alone go.
+    flush in the next face dashed, events marked; behind it, where ``plane`` is given (:func:`squama.bend_twist_map`),
+    the contacts all over the plane, lines of equal inclination, and where straight ways from rest end before. Right:
+    moment and torque over the way gone, with their jumps (the axis ends before a lock), and the inclination; ``hinge``,
+    the answer of hinges for the same path, is drawn thin beside them, as far as the axes of the dataset alone go.
 
     >>> import squama
     >>> r = squama.bend_twist(squama.Beam.from_ratios(), "bend 0.1 rad/pitch; twist 0.15 rad/pitch", mu=0.2)
@@ -46,7 +40,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     theta = figure.add_subplot(grid[1, 1], sharex=loads)
     way = _gone(dataset)
     if plane is not None:
-        _regimes(left, plane)
+        regimes(left, plane, (plane["psi"].values, plane["phi"].values))
     _plane(left, dataset)
     _loads(loads, dataset, way, hinge)
     theta.plot(way, np.degrees(dataset["theta"].values), color=INK, label="scaled face")
@@ -95,20 +89,6 @@ def _plane(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set(xlabel=angle_label("bending"), ylabel=angle_label("twisting"))
     ax.locator_params(nbins=TICKS)
     ax.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
-
-
-def _regimes(ax: Axes, plane: xr.Dataset) -> None:
-    """Draw contacts and inclinations behind a path."""
-    contact, where = plane["contact"].values.T, (plane["psi"].values, plane["phi"].values)
-    colours = {name: to_rgba(CONTACTS.get(name, UNLOADED), FAINT) for name in np.unique(contact).tolist()}
-    colours |= {"": to_rgba("white"), "locked": to_rgba(GREY, 0.45)}
-    shown = np.array([[colours[name] for name in row] for row in contact.tolist()])
-    box = (where[0][0], where[0][-1], where[1][0], where[1][-1])
-    ax.imshow(shown, extent=box, origin="lower", aspect="auto", interpolation="nearest", zorder=0)
-    theta = np.degrees(np.where((contact == "") | (contact == "locked"), np.nan, plane["theta"].values.T))
-    if np.isfinite(theta).any():
-        lines = ax.contour(*where, theta, levels=LEVELS, colors=GREY, linewidths=0.5, zorder=1)
-        ax.clabel(lines, fmt="%g°", fontsize=6)
 
 
 def _loads(ax: Axes, dataset: xr.Dataset, way: Array, hinge: xr.Dataset | None) -> None:

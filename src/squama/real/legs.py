@@ -57,18 +57,32 @@ def follow_legs(
     one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), stretch=stretch)
     found = follow_all(one, ways[None], step=step, every=every, corners=corners[None])
     rows = dict(zip(STRAINED, found.rows[0].T, strict=True))
-    M, T = _moments(scale, found, rows)
+    M, T = _moments(scale, K, found.contacts[0], rows)
     way = Path(scale, one, found.tables[0], found.contact())
     return Bent(rows["psi"], rows["twist"], rows["stretch"], M, T, found, way)
 
 
-def _moments(scale: Scale, found: Answers, rows: dict[str, Array]) -> tuple[Array, Array]:
+def follow_straight(scale: Scale, K: Array, mu: float, ends: Array, *, stretch: str = "free") -> Bent:
+    """Follow a beam from rest straight to each of ``ends`` (n, 2), see :func:`follow_legs`; ``way`` is of the first."""
+    n = len(ends)
+    one = beams(Scale(*np.tile(scale, (n, 1)).T), np.broadcast_to(K, (n, 9, 9)), np.full(n, mu), stretch=stretch)
+    found = follow_all(one, np.hypot(*ends.T)[:, None], corners=np.ascontiguousarray(ends[:, None], float))
+    rows = dict(zip(STRAINED, found.rows[:, 0].T, strict=True))
+    M, T = np.empty(n), np.empty(n)
+    for contact in np.unique(found.contacts[:, :3], axis=0):
+        alike = (found.contacts[:, :3] == contact).all(axis=1)
+        M[alike], T[alike] = _moments(scale, K, contact, {name: v[alike] for name, v in rows.items()})
+    way = Path(scale, one, found.tables[0], found.contact())
+    return Bent(rows["psi"], rows["twist"], rows["stretch"], M, T, found, way)
+
+
+def _moments(scale: Scale, K: Array, contact: Array, rows: dict[str, Array]) -> tuple[Array, Array]:
     """Return moment and torque (n,) by virtual work: of the joint, and of the contact's force on the other scale."""
     from scipy.spatial.transform import Rotation
 
-    first, second, k = found.contacts[0, :3].astype(int)
+    first, second, k = contact[:3].astype(int)
     q = np.array([rows[name] for name in ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "twist", "psi", "stretch")])
-    T, M = found.tables[0, 6:8, :9] @ q
+    T, M = K[6:8] @ q
     touches = rows["N"] > 0
     if first < 0 or not touches.any():
         return M, T

@@ -7,7 +7,6 @@ face, which sees the bend ``d["bend"]`` times and the twist in the sense ``d["se
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -15,6 +14,7 @@ import numpy as np
 
 from squama.fe.plate import axes
 from squama.loads import LOADS
+from squama.model.screw import Screw
 from squama.types import Array
 
 Design = Mapping[str, Any]
@@ -58,22 +58,14 @@ class Contact(NamedTuple):
 def frame(d: Design, load: float, k: float) -> Frame:
     """Return the cross-section ``k`` pitches from the middle of the beam at a load angle per pitch.
 
-    In twisting it is turned by k phi about z; in bending the line ``height`` below the scaled face bends to an arc and
-    keeps its length.
+    It is moved by k times the screw of bend and twist, about the line that keeps its length; in twisting with the bend
+    that is held.
     """
-    if LOADS[d["kind"]].sided:
-        turn = d["sense"] * load * k
-        c, s = math.cos(turn), math.sin(turn)
-        x, y = np.array([c, -s, 0.0]), np.array([s, c, 0.0])
-        return Frame(d["lam"] * y + np.array([0.0, 0.0, k]), x, y, np.array([0.0, 0.0, 1.0]))
-    load = d["bend"] * load
-    turn = load * k
-    c, s = math.cos(turn), math.sin(turn)
-    half = math.sin(turn / 2)
-    rise, run = (2 * half * half / load, s / load) if load else (0.0, k)
-    y = np.array([0.0, c, -s])
-    o = np.array([0.0, d["lam"] - d["height"] + rise, run]) + d["height"] * y
-    return Frame(o, np.array([1.0, 0.0, 0.0]), y, np.array([0.0, s, c]))
+    psi, phi = (d["held"], d["sense"] * load) if LOADS[d["kind"]].sided else (d["bend"] * load, 0.0)
+    g = Screw.of(np.asarray(k * psi), np.asarray(k * phi), np.asarray(0.0))
+    g = g._replace(v=np.array([0.0, 0.0, k * (1 + psi * (d["lam"] - d["height"]))]))
+    x, y, z = (g.turned(axis) for axis in np.eye(3))
+    return Frame(d["lam"] * y + g.shift, x, y, z)
 
 
 def scale(d: Design, load: float, theta: Attitude, k: float) -> Scale:

@@ -9,9 +9,12 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge
-from squama.curves.path import idealisation, thin
+from squama.curves import both_faces, follow, hinge, polygons
+from squama.curves.bent_twist import Twisted
+from squama.curves.path import Solved, idealisation, thin
+from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
 from squama.loads import LOADS
@@ -37,7 +40,10 @@ SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
 
 
 class Setting(NamedTuple):
-    """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`."""
+    """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`.
+
+    ``bend``: per pitch, rad, signed, held before the beam is twisted.
+    """
 
     beam: Beam
     mu: float
@@ -47,6 +53,7 @@ class Setting(NamedTuple):
     sense: str = "+"
     joint: str | None = None
     ideal: bool | None = None
+    bend: float = 0.0
 
 
 class State(NamedTuple):
@@ -96,11 +103,22 @@ class Motion:
         self.kind = arguments.load(setting.load)
         margin, load = arguments.margin(setting.margin), self.kind.name
         sense = setting.sense if self.kind.sided or not own else "+"
-        joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
+        if setting.bend:
+            only_one(setting.beam.faces, "the view of a bend that is held")
+            joint, ideal, note, _ = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
+        else:
+            joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
         self.joint = joint
-        scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, ideal=ideal))
+        scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
-        path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint, ideal=ideal)
+        how: dict[str, Any] = {"mu": mu, "margin": margin, "sense": sense, "joint": joint, "ideal": ideal}
+        if setting.bend and (load, law) != ("twisting", "edge"):
+            refuse("bend", f"{setting.bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+        path: Solved
+        if setting.bend:
+            path = Twisted.of(setting.beam, setting.bend, **how)
+        else:
+            path = follow.solved(setting.beam, load, law=law, **how)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
@@ -203,6 +221,9 @@ class Motion:
             return float(np.interp(load, v["load"], values))
 
         load_, theta, N, f, torque = (at(v[role]) for role in _STATE)
+        if "u_X" not in v:
+            # on hinges, held bent
+            return State(load_, theta, N, f, torque, 0.0, (0.0, 0.0), name)
         s, p = (at(np.nan_to_num(np.gradient(v[role], v["load"]))) for role in ("s", "p"))
         beam, d = self.setting.beam, self.setting.beam.pitch
         rest = geometry(beam).rest
@@ -241,6 +262,7 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
     beam, kind = setting.beam, LOADS[setting.load]
     return {
         "kind": setting.load,
+        "held": setting.bend,
         "eta": beam.eta,
         "beta": beam.beta,
         "lam": beam.lam,

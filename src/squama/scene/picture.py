@@ -86,6 +86,7 @@ def view(
     beam: Beam,
     *paths: str | os.PathLike[str],
     to: float | str | None = None,
+    bend: float | str = 0.0,
     load: str = "twisting",
     mu: float | None = None,
     law: str = "edge",
@@ -106,6 +107,9 @@ def view(
     to
         How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
         if not given. Beyond the end of the curve the last state is shown.
+    bend
+        Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
+        not drawn then; the real beam is followed by general contact where two edges do not do (some seconds).
     load, mu, law, sense, margin, joint, ideal
         "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint scales are drawn flat, in
         the pose of their six motions, up to the first other contact.
@@ -132,7 +136,9 @@ def view(
     problems.settle()
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
-    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal))
+    with naming("bend"):
+        curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.scales)
+    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
     asked = FIRST * motion.last
     if to is not None:
         with naming("to"):
@@ -288,7 +294,7 @@ def _framed(
     pen = ImageDraw.Draw(whole)
     letters = ImageFont.truetype(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"), int(room // 3.2))
     pen.text((width * 0.02, height - room * 0.95), _words(motion, state), font=letters, fill=theme["edge"])
-    model = motion.model + ", drawn flat" * (motion.hinge is None)
+    model = motion.model + ", drawn flat" * (state.pose is not None)
     pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
     x, y = width * 0.02, height - room * 0.48
     names = dict.fromkeys(one.name for _, one in faces)
@@ -308,8 +314,10 @@ def _framed(
 def _words(motion: Motion, state: State) -> str:
     beam, names = motion.setting.beam, LOADS[motion.setting.load]
     total = math.degrees(state.load) * beam.scales
+    bend = motion.setting.bend
+    held = f"Bend {bend:.4f}, twist" if bend else names.verb.capitalize()
     return (
-        f"{names.verb.capitalize()} {state.load:.4f} rad per pitch ({total:.0f}° over {beam.scales} scales), "
+        f"{held} {state.load:.4f} rad per pitch ({total:.0f}° over {beam.scales} scales), "
         f"inclination {math.degrees(state.theta):.1f}°, "
         f"{names.torque_words} {moment(state.torque)}, µ = {motion.setting.mu:g}"
     )

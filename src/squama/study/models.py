@@ -91,7 +91,7 @@ class Model(NamedTuple):
         if held == "hinge":
             if at is not None:
                 refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
-            return cls(held, thin(LOADS[load], law, ideal=ideal))
+            return cls(held, thin(LOADS[load], law, held, ideal=ideal))
         if at is not None:
             twist = Twist.read("at", at, load, beam)
         elif 0 < (engaged := _engagement(beam, sense, ideal=ideal)) < RANGE:

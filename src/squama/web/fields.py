@@ -14,6 +14,7 @@ MEASURES: dict[str, tuple[Dimension, Bounds]] = {
     **{name: (Dimension.RATIO, bounds) for name, bounds in RATIOS.items()},
     # a curve ends before
     "twist": (Dimension.RATIO, Bounds(0.0, 10.0, "0 to 10 rad/pitch", closed=True, example="0.2")),
+    "bend": (Dimension.RATIO, Bounds(-1.0, 1.0, "-1 to 1 rad/pitch", closed=True, example="0.05")),
     "margin": (Dimension.RATIO, MARGIN),
     "beam.scales": (Dimension.RATIO, Bounds(2, 1e6, "a whole number from 2 to 1000000", closed=True, example="25")),
 }
@@ -23,7 +24,8 @@ MEASURES: dict[str, tuple[Dimension, Bounds]] = {
 class Field(NamedTuple):
     """A number on the page: shown in ``unit``, its slider from ``low`` to ``high`` (shown units).
 
-    ``place`` is "table.key" of the beam file, the name of a ratio, "twist" or "margin"; ``group`` the part of the page.
+    ``place`` is "table.key" of the beam file, the name of a ratio, or one of :data:`PLAIN`; ``group`` the part of the
+    page.
     """
 
     label: str
@@ -69,6 +71,7 @@ _RATIOS, _SIZES, _BAR, _LOAD = "Ratios and angles", "Dimensions", "Material and 
 _T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
 FIELDS: dict[str, Field] = {
     "twist": Field("Twist per pitch", "φ", "rad/pitch", 0, 1, "twist", _LOAD),
+    "bend": Field("Bend held per pitch", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD),
     "mu": Field("Friction coefficient", "μ", "", 0, 2, "friction.mu", _LOAD),
     "margin": Field("Cut-off margin before a lock", "m", "", 1e-4, 0.5, "margin", _LOAD, log=True),
     "eta": Field("Overlap ratio l/d", "η", "", 0.5, 8, "eta", _RATIOS),
@@ -103,6 +106,8 @@ FIELDS: dict[str, Field] = {
     "inclusion": Field("Inclusion factor", "C_f", "", 1, 5, "joint.inclusion_factor", _BAR, optional=True),
 }  # fmt: skip
 """Every number of the page, in its order."""
+PLAIN = ("margin", "twist", "bend")
+"""Numbers that are not of the beam."""
 LABELS = {field.place: field.label for field in FIELDS.values() if "." in field.place}
 """What the page calls the keys of a beam file."""
 CHOICES: dict[str, tuple[str, dict[str, str]]] = {

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama import arguments
+from squama.curves.bent_twist import Twisted
 from squama.curves.doors import cycled, respond
 from squama.curves.labelled import Answer, flat_cycle
 from squama.errors import InputError, refuse
@@ -31,6 +32,8 @@ READABLE = 0.9
 NEAR = 1e-9
 SWINGS, PERIOD, STEP = 8, 1500.0, 50.0
 """Cycles of a decay; time in which a period of the bare bar is played, and between two pictures, ms."""
+_BENT = "bent and twisted it is on hinges here, far stiffer than real ones (squama bend-twist); the map has no bend"
+_HELD = "with a bend that is held only loading is followed here: squama bend-twist goes back, too"
 NAMES = "ABC"
 """Kept designs."""
 THRESHOLDS = {
@@ -41,6 +44,7 @@ THRESHOLDS = {
     "load_strain": "strain comes to its limit at",
 }
 """What replaces a lock on a joint that gives, by its role."""
+_TWISTED = ("beam", "mu", "sense", "margin", "joint", "ideal")
 KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
 """Names of the files that the page hands out, by their kind."""
 
@@ -104,6 +108,8 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
     Raises InputError: the contact is not followed so far, or does not slide back.
     """
     s = setting
+    if s.bend:
+        refuse("", "", _HELD)
     names, joint = LOADS[s.load], motion(s).joint
     rates = [v / s.beam.pitch for v in values]
     return cycled(
@@ -203,8 +209,9 @@ def scene(state: State) -> dict[str, object]:
     now, design, many = m.state(state.twist), shape(state.setting, m.neighbour), state.beam.scales
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
     # what the view shows, for those who do not see it
+    bent = f"bent by {number(state.bend)} and " if state.bent else ""
     words = (
-        f"Beam of {count}, {LOADS[state.load].done} by {number(now.load)} rad per pitch; "
+        f"Beam of {count}, {bent}{LOADS[state.load].done} by {number(now.load)} rad per pitch; "
         f"scales at {number(math.degrees(now.theta))} degrees, {WORDS[now.name]}"
     )
     return {"design": design, "state": {**now._asdict(), "mu": state.mu}, "words": words}
@@ -284,6 +291,8 @@ def warnings(state: State) -> list[str]:
     most = shape(state.setting)["scales"]
     if state.beam.scales > most:
         found.append(f"the view shows {most} of the {state.beam.scales} scales")
+    if state.bent:
+        found.insert(0, _BENT)
     if state.path == "cycle" and isinstance(told := loop(state), str):
         found.append(f"no unloading is shown: {told}")
     return found
@@ -307,10 +316,20 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
             m = motion(state.setting)
             # up to what is shown: general contact would take seconds
             stop = None if m.hinge else m.last / state.beam.pitch
-            answer = loop(state) if state.path == "cycle" else respond(**state.setting._asdict(), to=stop)
+            asked = state.setting._asdict()
+            held = asked.pop("bend")
+            answer: Answer | str
+            if held:
+                answer = Twisted.of(**{name: asked[name] for name in _TWISTED}, bend=held).answer
+            else:
+                answer = loop(state) if state.path == "cycle" else respond(**asked, to=stop)
             if isinstance(answer, str):
                 refuse("", "", answer)
-            table = flat_cycle(answer.dataset()) if state.path == "cycle" else answer.dataset()
+            table = answer.dataset()
+            if held:
+                table = table.drop_dims("event")
+            elif state.path == "cycle":
+                table = flat_cycle(table)
             place = datasets.save(table, Path(folder) / "curve.csv")
             text = place.read_text(encoding="utf-8")
     return KINDS[kind], text.encode()

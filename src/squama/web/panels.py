@@ -118,6 +118,7 @@ class Controls:
                 field.show(value, hint=laws.get(name))
         for name in ("law", "sense", "joint", "ideal"):
             self.choices[name].set_visibility(names.sided)
+        self.fields["bend"].set_visibility(names.sided)
 
 
 class Outcome:

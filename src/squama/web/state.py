@@ -24,7 +24,7 @@ from squama.paper import parameters
 from squama.scene.motion import Motion, Setting
 from squama.scene.picture import FIRST
 from squama.units import as_text, bounded, is_number, shown
-from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, MEASURES, made_of, placed
+from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, MEASURES, PLAIN, made_of, placed
 
 MOST_KEPT = 3
 """Designs that can be compared."""
@@ -39,6 +39,8 @@ MOST_VALUES = 64
 class State(NamedTuple):
     """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad.
 
+    ``bend``: that is held while the beam is twisted, per pitch, rad, signed; it is then on the paper's hinges, for
+    general contact takes seconds.
     ``ideal``, "yes" or "no": thin, rigid scales; ``path``: loading only, "cycle": to the
     load and back, or "decay": let go from there.
     """
@@ -52,6 +54,7 @@ class State(NamedTuple):
     joint: str = "compliant"
     ideal: str = "no"
     path: str = "loading"
+    bend: float = 0.0
     kept: tuple[State, ...] = ()
 
     @property
@@ -60,8 +63,15 @@ class State(NamedTuple):
         return FRICTION if self.beam.friction.mu is None else self.beam.friction.mu
 
     @property
+    def bent(self) -> bool:
+        """Whether a bend is held."""
+        return bool(self.bend) and LOADS[self.load].sided
+
+    @property
     def setting(self) -> Setting:
         """What the curve depends on."""
+        if self.bent:
+            return Setting(self.beam, self.mu, self.load, "edge", self.margin, self.sense, "hinge", True, self.bend)
         ideal = self.ideal == "yes"
         if self.joint == "compliant":
             # where it is not known the beam is on hinges, and the page says so
@@ -71,7 +81,7 @@ class State(NamedTuple):
     @property
     def quick(self) -> bool:
         """Whether the curve is there at once: no elements are needed first."""
-        return self.joint == "hinge" or not follow.covers(self.load, self.law) or choice.known(self.beam)
+        return self.joint == "hinge" or self.bent or not follow.covers(self.load, self.law) or choice.known(self.beam)
 
     @property
     def hinged(self) -> State:
@@ -81,14 +91,14 @@ class State(NamedTuple):
     @property
     def beside(self) -> State | None:
         """The same by the other model, where that is there at once: hinges beside the real beam, and the reverse."""
-        if not follow.covers(self.load, "edge"):
+        if self.bent or not follow.covers(self.load, "edge"):
             return None
         other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
         return other if other.quick else None
 
     def value(self, name: str) -> float | int | None:
         """Return what a field holds, in SI units."""
-        if name in ("twist", "margin"):
+        if name in PLAIN:
             return float(getattr(self, name))
         table, _, key = FIELDS[name].place.rpartition(".")
         return getattr(getattr(self.beam, table, self.beam), key)  # type: ignore[no-any-return]
@@ -110,8 +120,8 @@ class State(NamedTuple):
             return self._replace(beam=self.beam.replace(scale=made_of(arguments.one_of(name, text, tuple(MATERIALS)))))
         field = FIELDS[name]
         with naming(field.label):
-            number = self._load(text) if name == "twist" else field.read(text)
-        if name in ("twist", "margin"):
+            number = self._load(name, text) if name in ("twist", "bend") else field.read(text)
+        if name in PLAIN:
             return self._with(name, number)
         try:
             return self._replace(beam=self.beam._with(dict([placed(self.beam, name, number)])))
@@ -121,12 +131,13 @@ class State(NamedTuple):
     def _with(self, name: str, value: Any) -> State:
         return self._replace(**{name: value})
 
-    def _load(self, text: str) -> float:
+    def _load(self, name: str, text: str) -> float:
         """Read a load: a plain number in rad per pitch, or "5 rad/m", "20 deg/pitch", "90 deg total"."""
         if not is_number(text):
-            rate = LOADS[self.load].read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
+            load = LOADS["bending" if name == "bend" else self.load]
+            rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
             text = repr(rate * self.beam.pitch)
-        return bounded(text, *MEASURES["twist"])
+        return bounded(text, *MEASURES[name])
 
     def started(self) -> State:
         """Return the state part of the way to its end, or to that of hinges where its own is not there at once."""
@@ -198,7 +209,7 @@ def query(state: State) -> str:
 
 def _pairs(state: State) -> Iterable[tuple[str, str]]:
     yield from ((name, getattr(state, name)) for name in CHOICES)
-    yield from ((name, repr(float(getattr(state, name)))) for name in ("margin", "twist"))
+    yield from ((name, repr(float(getattr(state, name)))) for name in PLAIN if name != "bend" or state.bend)
     data = state.beam.model_dump()
     for table, keys in TABLES.items():
         part = data if table == "beam" else data[table]
@@ -227,7 +238,7 @@ def read(text: str, *, kept: bool = True) -> State:
         if dot and table in TABLES and key in TABLES[table]:
             whole = TABLES[table][key].dimension is None and given.isdecimal() and len(given) < 9
             tables.setdefault(table, {})[key] = int(given) if whole else given
-        elif name in CHOICES or name in ("margin", "twist"):
+        elif name in CHOICES or name in PLAIN:
             plain[name] = given
         elif name == "keep" and kept:
             keeps.append(given)
@@ -240,7 +251,7 @@ def read(text: str, *, kept: bool = True) -> State:
     state = State(beam, 0.0)
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
     # the idealisation comes after the joint, which has one of its own
-    for name in sorted(plain, key=[*CHOICES, "margin", "twist"].index):
+    for name in sorted(plain, key=[*CHOICES, *PLAIN].index):
         given = plain[name]
         other = state.change(name, given)
         # a load of a link has not the start of its own that a change on the page has

@@ -1,6 +1,6 @@
 // The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
-// A design: {kind, eta, beta, lam, height, alpha, half, sense, bend, law, neighbour, scales, S, shift}, ratios and
+// A design: {kind, held, eta, beta, lam, height, alpha, half, sense, bend, law, neighbour, scales, S, shift}, ratios and
 // radians. S maps the scaled face's places to those of its face.
 
 export const STEPS = 6; // pieces of the bar per pitch
@@ -21,20 +21,25 @@ const unit = (v) => {
 };
 
 // The cross-section k pitches from the middle of the beam at a load angle per pitch: axes, and o, the middle of its
-// scaled edge. In twisting it is turned by k phi about z; in bending the line height below it bends and keeps its
-// length.
+// scaled edge. It is moved by k times the screw of bend and twist, about the line that keeps its length; in twisting with
+// the bend that is held.
 export function frame(d, load, k) {
-  if (d.kind === "twisting") {
-    const turn = d.sense * load * k;
-    const [c, s] = [Math.cos(turn), Math.sin(turn)];
-    return { o: [d.lam * s, d.lam * c, k], x: [c, -s, 0], y: [s, c, 0], z: [0, 0, 1] };
-  }
-  const psi = d.bend * load;
-  const turn = psi * k;
-  const [c, s, half] = [Math.cos(turn), Math.sin(turn), Math.sin(turn / 2)];
-  const [rise, run] = psi ? [(2 * half * half) / psi, s / psi] : [0, k];
-  const o = [0, d.lam + d.height * (c - 1) + rise, run - d.height * s];
-  return { o, x: [1, 0, 0], y: [0, c, -s], z: [0, s, c] };
+  const [psi, phi] = d.kind === "twisting" ? [d.held ?? 0, d.sense * load] : [d.bend * load, 0];
+  const w = [-k * psi, 0, -k * phi];
+  const q = dot(w, w);
+  const r = Math.sqrt(q);
+  // sin(r) / r, (1 - cos(r)) / r^2, (r - sin(r)) / r^3
+  const [a, b, c] =
+    q < 1e-4
+      ? [1 - (q / 6) * (1 - (q / 20) * (1 - q / 42)), 0.5 - (q / 24) * (1 - (q / 30) * (1 - q / 56)),
+         1 / 6 - (q / 120) * (1 - (q / 42) * (1 - q / 72))]
+      : [Math.sin(r) / r, (1 - Math.cos(r)) / q, (r - Math.sin(r)) / (q * r)]; // prettier-ignore
+  const moved = (u, f, g) => {
+    const once = cross(w, u);
+    return add(u, add(mul(f, once), mul(g, cross(w, once))));
+  };
+  const [x, y, z] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((u) => moved(u, a, b));
+  return { o: add(mul(d.lam, y), moved([0, 0, k * (1 + psi * (d.lam - d.height))], b, c)), x, y, z };
 }
 
 // Place of the base, n_X and n_Y of a scale on a hinge, in the axes of its cross-section.

@@ -91,7 +91,7 @@ export class BeamScene {
   // that of the other face's scales
   set(design, state) {
     const shape = JSON.stringify([design.kind, design.scales, design.half]);
-    const sizes = JSON.stringify([design.eta, design.beta, design.lam]);
+    const sizes = JSON.stringify([design.eta, design.beta, design.lam, design.held, design.bend]);
     this.design = design;
     this.state = state;
     this.faces = [[design, state]];

@@ -1,0 +1,81 @@
+"""The twist of a beam that is held bent: a path in one sense, solved, for what goes along such paths."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.beam.matrixfile import MOTIONS
+from squama.curves.labelled import Answer
+from squama.curves.path import Case, Curve, figures
+from squama.curves.polygons import bent_and_twisted
+from squama.errors import refuse
+from squama.model.outcome import End
+from squama.real.path import RANGE
+from squama.types import Array
+
+FAR = 1.0
+"""Twist per pitch, rad, to which a bent beam on hinges is followed at most."""
+_ROLES = {"T": "torque", "T_scales": "scales", "theta": "theta", "N": "N", "f": "f"} | {
+    name: name for name in ("U_el", "W_fr", "RED", "stress", "strain", "p", "s", *MOTIONS)
+}
+
+
+class Twisted(NamedTuple):
+    """A bent beam's path as it is twisted, see :class:`squama.curves.path.Solved`; ``sign`` of the twist."""
+
+    case: Case
+    answer: Answer
+    sign: int
+
+    @classmethod
+    def of(
+        cls, beam: Beam, bend: float, *, mu: float, sense: str = "+", margin: float = 0.01, joint: str | None = None,
+        ideal: bool | None = None,
+    ) -> Twisted:  # fmt: skip
+        """Bend a beam by ``bend`` (rad per pitch, signed) and twist it; refuse a bend that it does not come to."""
+        sign, d = arguments.sense(sense), beam.pitch
+        asked = [(bend / d, 0.0), (bend / d, sign * (FAR if joint == "hinge" else RANGE) / d)]
+        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal)
+        held = answer.attrs["joint"]
+        if not (answer["leg"] == 2).any() or answer["event_leg"][-1] < 2:
+            where = f"{float(answer['psi_end']):.4g} rad per pitch"
+            refuse("bend", f"{bend:.4g} rad/pitch", f"is beyond the beam's {answer['end']} at {where}", "bend it less")
+        rigidity = float(answer.attrs["rigidity"]) if held == "compliant" else beam.torsional_rigidity
+        K_theta = float(answer["K_theta"])
+        return cls(Case(d, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0), answer, sign)
+
+    @property
+    def notes(self) -> list[str]:
+        """Where the path leaves what the model was compared with."""
+        return [line for line in str(self.answer.attrs["warnings"]).splitlines() if line]
+
+    def curve(self, *, points: int, at: Array | None = None) -> Curve:
+        """Return the curve at evenly spaced twists (magnitudes), or at twists per pitch; NaN beyond its end."""
+        a = self.answer
+        twisting = a["leg"] == 2
+        # the way begins where the bend is held
+        twisting[np.flatnonzero(twisting)[0] - 1] = True
+        loads = self.sign * a["phi"][twisting]
+        at = np.linspace(0.0, float(loads[-1]), points) if at is None else at
+        sided = ("T", "T_scales", *MOTIONS)
+        along: dict[str, Array] = {}
+        for name, role in _ROLES.items():
+            if name in a.variables:
+                values = a[name][twisting] * (self.sign if name in sided[:2] else 1)
+                along[role] = np.interp(at, loads, values, right=np.nan)
+        along |= {"load": at, "rate": at / self.case.pitch}
+        # where the last point is
+        last = {role: float(values[np.flatnonzero(np.isfinite(values))[-1]]) for role, values in along.items()}
+        engaged = self.sign * float(a["phi_e"])
+        load_e = engaged if math.isfinite(engaged) else math.inf
+        found = {
+            **figures(self.case, last, load_e, self.sign * float(a["phi_end"]), float(a["theta_end"])),
+            "end": End.NONE if load_e == math.inf else str(a["end"]), "other_contact": str(a["other_contact"]),
+            "neighbour": int(load_e < math.inf),
+        }  # fmt: skip
+        return Curve(along, found)

@@ -1,0 +1,170 @@
+"""The plane of bend and twist: what is in contact, what locks, inclination, moment and torque, each state from rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from squama import arguments
+from squama.arrays.combined_states import Combined, combined
+from squama.beam.design import Beam
+from squama.beam.faces import only_one
+from squama.curves import hinge_polygons, real, real_polygons
+from squama.curves.labelled import Labelled, attributes, labelled
+from squama.curves.path import Asked, Case, States, in_si
+from squama.curves.polygons import Stations, meant, read
+from squama.loads import LOADS, neutral_height
+from squama.model.outcome import End
+from squama.model.screw import LOCKED
+from squama.real import path as real_path
+from squama.real.legs import follow_straight
+from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROOM = 0.15
+"""Room around a path on a map of its plane, as a part of the path's size."""
+OPEN, SLIDING = "open", "sliding"
+"""States of a map that are no ends."""
+SAMPLES, HALVINGS = 32, 8
+"""Places on the way to a state of hinges at which a lock is looked for, and how often it is then closed in on."""
+_NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
+_BLANK = "one contact of two edges is followed: where another one touches first or comes in, the map has no figures"
+
+
+def bend_twist_map(
+    beam: Beam,
+    path: Stations,
+    *,
+    mu: float | None = None,
+    joint: str | None = None,
+    ideal: bool | None = None,
+    neutral: str | None = None,
+    points: int = 81,
+) -> xr.Dataset:
+    """Map the plane of bend and twist around a path: contacts, locks, inclination, moment and torque.
+
+    Every state is reached straight from rest, on its own ray: with friction, moment and torque depend on the way.
+
+    Parameters
+    ----------
+    beam, mu, joint, ideal, neutral
+        As in :func:`bend_twist`.
+    path
+        As in :func:`bend_twist`; the map is the box around rest and its corners, with some room. A ray such as
+        "bend 8 rad/m, twist 10 rad/m" names the far corner.
+    points
+        Points each way.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``psi`` and ``phi`` (rad per pitch; ``kappa``, ``Phi`` in rad/m along them): ``state`` ("open", "sliding",
+        or what ends the way to it, such as "frictional lock", "other contact"), ``contact``, ``theta``, ``N``, ``M``,
+        ``T`` and the scales' parts of them, NaN where the way ends before; on hinges ``mu_lock``, too. The real beam is
+        followed by one contact of two edges, so its map has no figures where another one touches first: below the
+        line phi = psi tan(alpha) nearly everywhere; :func:`bend_twist` follows single paths there. Attributes as of
+        :func:`bend_twist`.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
+    >>> m = squama.bend_twist_map(beam, "bend 0.2 rad/pitch, twist 0.3 rad/pitch", mu=0.5, joint="hinge", points=21)
+    >>> print(m["T"].dims, *m.state.sel(psi=0.1, phi=[0.1, 0.3], method="nearest").values, sep=", ")
+    ('psi', 'phi'), sliding, frictional lock
+    """
+    only_one(beam.faces, "the map of bend and twist")
+    way = read(path, beam)
+    m = np.asarray(arguments.friction(beam.friction.mu, mu))
+    n = arguments.whole("points", points, 3, 1000)
+    held, thin, note, line = meant(beam, joint, ideal, neutral)
+    asked = Asked(beam, way, m, "edge", 0.01, n, ideal=thin, note=note, neutral=line)
+    corners = np.array([(0.0, 0.0), *way.points])
+    room = ROOM * float(np.ptp(corners, axis=0).max())
+    psi, phi = (np.linspace(v.min() - room, v.max() + room, n) for v in corners.T)
+    # at rest itself there is no way, and nothing in contact
+    grid = np.meshgrid(np.where(psi == 0, 1e-9 * room, psi), phi, indexing="ij")
+    found = (_hinges if held == "hinge" else _real)(asked, *(v.ravel() for v in grid))
+    twisting = LOADS["twisting"]
+    attrs = attributes(asked, "plane of bend and twist of a scale-covered beam", "+", held, found.notes, twisting)
+    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+        ("psi", "phi"): {role: np.reshape(v, (n, n)) for role, v in found.by_dim[()].items()},
+        ("psi",): {"psi": psi, "kappa": psi / beam.pitch},
+        ("phi",): {"load": phi, "rate": phi / beam.pitch},
+    }
+    return _dataset(
+        labelled(twisting, States(by_dim), m),
+        attrs | {"load": "bending and twisting", "neutral": line, **found.attrs},
+    )
+
+
+def _dataset(variables: dict[str, Labelled], attrs: dict[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.Dataset(variables, attrs=attrs).set_coords(["mu", "psi", "phi", "kappa", "Phi"])
+
+
+def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
+    """Return states (n,) of thin, rigid scales on hinges."""
+    beam, mu, height = asked.beam, float(asked.mus), neutral_height(asked.neutral, asked.beam.lam)
+
+    def at(w: Array, which: Array) -> Combined:
+        ways = psi[which][:, None], phi[which][:, None]
+        return combined(w * ways[0], w * ways[1], **beam.ratios, mu=mu, toward=ways, neutral_height=height)
+
+    def stops(s: Combined) -> Array:
+        return np.asarray((s.contact == LOCKED) | ((s.contact != "") & (s.mu_lock > 0) & (s.mu_lock <= mu)))
+
+    w, every = np.arange(1, SAMPLES + 1) / SAMPLES, np.arange(psi.size)
+    s = at(w, every)
+    ended = stops(s).any(axis=1)
+    which = np.flatnonzero(ended)
+    high = w[stops(s)[which].argmax(axis=1)][:, None]
+    low = high - 1 / SAMPLES
+    for _ in range(HALVINGS):
+        beyond = stops(at((low + high) / 2, which))
+        low, high = np.where(beyond, low, (low + high) / 2), np.where(beyond, (low + high) / 2, high)
+    state = np.where(s.contact[:, -1] == "", OPEN, SLIDING).astype("U40")
+    state[which] = np.where(at(high, which).contact[:, 0] == LOCKED, End.LINE, End.FRICTIONAL)
+    forces = {"N": s.normal, "M": s.bending_moment, "T": s.torque, "theta": s.theta, "mu_lock": s.mu_lock}
+    last = {name: np.where(ended, np.nan, v[:, -1]) for name, v in forces.items()}
+    contact = np.where(s.contact[:, -1] == LOCKED, "", s.contact[:, -1])
+    v = hinge_polygons.in_si(asked, [contact], psi, phi, [last], np.full(psi.size, np.nan))
+    kept = ("contact", "theta", "N", "M", "M_scales", "T", "T_scales", "mu_lock")
+    return States({(): {"state": state} | {name: v[name] for name in kept}}, notes=[_NEXT])
+
+
+def _real(asked: Asked, psi: Array, phi: Array) -> States:
+    """Return states (n,) of the real beam, by one contact of two edges."""
+    beam, held = asked.beam, real.Held.of(asked.beam)
+    plate, stretch = real.scale(beam, ideal=asked.ideal), real_polygons.NEUTRAL[asked.neutral]
+    gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), stretch=stretch)
+    contacts, rows = gone.answers.contacts, gone.answers.rows[:, 0]
+    state = real_path.endings(contacts, gone.answers.ends).astype("U40")
+    reached = np.isin(state, (End.RANGE, End.NONE))
+    state[reached] = np.where(rows[reached, 2] > 0, SLIDING, OPEN)
+    names = {c: real_polygons.named(real_path.Contact(c[0], c[1], c[2], 0.0, 0.0, 0.0)) for c in _pairs(contacts)}
+    contact = np.array([names[c] for c in map(tuple, contacts[:, :3].astype(int).tolist())])
+    own = {"theta": real_path.inclinations(gone.way, rows), "torque": gone.T, "N": rows[:, 2], "f": rows[:, 3]}
+    own |= {"W_fr": rows[:, 8], "U_el": rows[:, 9] - rows[:, 8]}
+    v = in_si(Case.held(beam, held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
+    unit = beam.unit_moment
+    bar = unit * real_path.bare(gone.way) @ [phi, psi]
+    v |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": v["torque"] - bar[0]}
+    v |= {"state": state, "contact": np.where(state == OPEN, "", contact)}
+    far = float(np.abs([psi, phi]).max())
+    notes = [*real.notes(held, beam, far, ideal=asked.ideal), _BLANK]
+    kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "U_el", "RED")
+    return States({(): {name: v[name] for name in kept}}, real.attributes(held), notes)
+
+
+def _pairs(contacts: Array) -> set[tuple[int, ...]]:
+    return set(map(tuple, contacts[:, :3].astype(int).tolist()))

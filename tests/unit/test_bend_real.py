@@ -1,0 +1,124 @@
+"""The real beam bent: the way of both loads along psi, work, slopes, its end, and the command beside the hinge."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import squama
+from squama.beam import matrixfile
+from squama.cli import main
+from squama.curves import real, real_polygons
+from squama.errors import InputError
+from squama.joints.choice import joint_of
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+FAR = "0.12 rad/pitch"
+needs_contact = pytest.mark.skipif(not real.general(), reason="general contact needs ipctk (the extra fe)")
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return squama.bend(SKIN, to=FAR, points=121)
+
+
+@needs_contact
+def test_it_is_the_way_of_both_loads_along_psi(bent):
+    both = squama.bend_twist(SKIN, f"bend {FAR}")
+    for name in ("M", "M_scales", "T", "theta", "N", "W_fr", "stress", "pull_out", "stretch"):
+        wanted = np.interp(both.psi, bent.psi, bent[name])
+        np.testing.assert_allclose(wanted, both[name], rtol=0, atol=2e-3 * float(abs(both[name]).max()), err_msg=name)
+    for name in ("joint", "scales", "followed", "neutral", "K_theta"):
+        assert bent.attrs[name] == both.attrs[name]
+    assert bent.end.item() == both.end.item() == "range end"
+    assert float(bent.psi_e) == pytest.approx(float(both.psi_e), rel=1e-12)
+    assert bent.first_contact.item() == "BF"
+    assert set(bent.contact.values) == {"", "BF"}
+
+
+@needs_contact
+def test_work_is_stored_or_rubbed_away_and_the_tangent_is_the_slope(bent):
+    given = np.trapezoid(bent.M, bent.kappa)
+    assert given == pytest.approx(float(bent.U_el[-1] + bent.W_fr[-1]), rel=2e-3)
+    assert abs(float(bent.energy_error)) < 2e-3
+    assert float(bent.W_fr[-1]) > 0.01 * float(bent.U_el[-1])
+    # general contact presses from a small gap on
+    apart = bent.psi.values < 0.95 * float(bent.psi_e)
+    np.testing.assert_allclose(bent.M_scales.values[apart], 0, atol=1e-12 * float(bent.M.max()))
+    np.testing.assert_allclose(bent.K_b.values[apart], bent.attrs["rigidity"], rtol=1e-12)
+    slope = np.gradient(bent.M, bent.kappa)[~apart][5:-5]
+    np.testing.assert_allclose(bent.K_b.values[~apart][5:-5], slope, rtol=0.03)
+    np.testing.assert_allclose(bent.stiffness_ratio, bent.K_b / bent.attrs["rigidity"], rtol=1e-12)
+    # it is more than twice as stiff as soon as its scales touch
+    assert float(bent.psi_twofold) == pytest.approx(float(bent.psi_e), abs=2e-3)
+
+
+@needs_contact
+def test_what_is_asked_for_is_there_and_nothing_beyond_it(bent):
+    d = SKIN.pitch
+    r = squama.bend(SKIN, at=[0.1 / d, 0.02 / d], to=FAR)
+    np.testing.assert_array_equal(r.psi, [0.1, 0.02])
+    np.testing.assert_allclose(r.M, np.interp(r.psi, bent.psi, bent.M), rtol=2e-3)
+    assert r.contact.values.tolist() == ["BF", ""]
+    short = squama.bend(SKIN, at=[0.01 / d, 5 / d], to="0.02 rad/pitch")
+    assert np.isnan(short.M.values).tolist() == [False, True]
+    # engagement is told where the curve ends before, and the bar alone bends
+    assert float(short.psi_e) == pytest.approx(float(bent.psi_e), rel=1e-3)
+    assert short.end.item() == "range end"
+    assert float(short.M[0]) == pytest.approx(short.attrs["rigidity"] * 0.01 / d, rel=1e-9)
+
+
+def test_without_general_contact_the_end_is_named(monkeypatch):
+    monkeypatch.setattr(real_polygons.real, "general", lambda: False)
+    family = squama.bend(SKIN, mu=[0.0, 0.3], points=20)
+    assert family.end.values.tolist() == ["other contact"] * 2
+    assert "pip install 'squama[fe]'" in family.warnings
+    assert np.isfinite(family.M).all()
+    np.testing.assert_allclose(family.psi_end, family.psi_e, rtol=1e-12)
+    assert (family.psi[:, -1] <= family.psi_end).all()
+
+
+def test_what_only_hinges_have_means_them():
+    seven = SKIN.replace(joint={"matrix": matrixfile.stored(SKIN, joint_of(SKIN).K[:7, :7])})
+    r = squama.bend(seven, points=5)
+    assert r.attrs["joint"] == "hinge"
+    assert "joint.matrix holds six motions and the twist" in r.warnings
+    assert squama.bend(SKIN, neutral="face", points=5).attrs["joint"] == "hinge"
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"joint": "glue"}, "joint"), ({"joint": "hinge", "ideal": False}, "ideal"), ({"to": 1e4}, "half a turn"),
+        ({"neutral": "face", "joint": "compliant"}, "neutral"), ({"at": [1e4]}, "at = 10000 rad/m"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(asked, words):
+    with pytest.raises(InputError) as error:
+        squama.bend(SKIN, **asked)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@needs_contact
+def test_the_command_sets_simpler_models_beside(bent, capsys):
+    assert main(["bend", "examples/stiff_skin.toml", "--to", FAR]) == 0
+    first, *lines = capsys.readouterr().out.splitlines()
+    assert first.endswith("; no axial force")
+    (head,) = [line for line in lines if line.split() == ["real", "thin,", "rigid", "hinge"]]
+    moments = [line for line in lines if line.startswith("  moment M, N m")]
+    real_one, _, hinge = (float(v) for v in moments[-1].split()[-3:])
+    assert real_one == pytest.approx(float(bent.M[-1]), rel=2e-3)
+    hinged = squama.bend(SKIN, at=[FAR], joint="hinge")
+    assert hinge == pytest.approx(float(hinged.M[0]), rel=1e-3)
+    assert lines.index(head) < lines.index(moments[-1])
+    assert "first contact: BF; followed by general contact" in "\n".join(lines)
+    assert main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--json", "--ideal", "--points", "20"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert list(record["laws"]) == ["thin, rigid", "hinge"]
+    assert (record["joint"], record["scales"], record["neutral"]) == ("compliant", "thin, rigid scales", "free")
+    (off,) = record["derived"]["off"]["hinge"]
+    assert math.isfinite(off["torque"])
+    assert main(["bend", "examples/stiff_skin.toml", "--neutral", "up"]) == 2
+    assert "--neutral" in capsys.readouterr().err

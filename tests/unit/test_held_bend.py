@@ -1,0 +1,112 @@
+"""A beam that is held bent while it is twisted: its shape in space, its picture, and the state of the explorer."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import squama
+from squama.cli import main
+from squama.errors import InputError
+from squama.scene import geometry
+from squama.scene.motion import FREE, LOCKED, SLIDING, Motion, Setting
+from squama.web import live, state
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg", scales=7)
+
+
+@pytest.mark.parametrize("k", [-3.0, 0.5, 2.0, 6.0])
+@pytest.mark.parametrize(("psi", "phi"), [(0.1, 0.2), (-0.15, 0.3), (1e-6, 1e-5), (0.2, 0.0), (0.0, 0.0)])
+def test_cross_sections_lie_on_the_screw_of_bend_and_twist(k, psi, phi):
+    d = {"kind": "twisting", "bend": psi, "lam": 0.45, "sense": 1}
+    # the motion whose velocities are constant along the beam, as a matrix exponential
+    W = np.zeros((4, 4))
+    W[:3, :3] = np.cross(np.eye(3), -np.array([psi, 0.0, phi]))
+    W[2, 3] = 1.0
+    g = expm(k * W)
+    f = geometry.frame(d, phi, k)
+    np.testing.assert_allclose(np.column_stack([f.x, f.y, f.z]), g[:3, :3], atol=1e-13)
+    np.testing.assert_allclose(f.o, (g @ [0, 0.45, 0, 1])[:3], atol=1e-12)
+    if phi == 0 and psi:
+        # an arc about the bar's middle, which keeps its length, closing on the scaled face
+        middle = f.o - 0.45 * f.y
+        np.testing.assert_allclose(middle, [0, (1 - math.cos(k * psi)) / psi, math.sin(k * psi) / psi], atol=1e-12)
+
+
+@pytest.mark.parametrize(("bend", "sense"), [(0.04, "+"), (-0.05, "+"), (-0.04, "-")])
+def test_states_are_those_of_the_path_that_is_bent_and_then_twisted(bend, sense):
+    motion = Motion(Setting(MAIN, 0.2, sense=sense, joint="hinge", bend=bend))
+    assert motion.model == "thin, rigid scales on hinges, edge law"
+    sign = -1 if sense == "-" else 1
+    load = 0.9 * motion.last
+    path = f"bend {bend} rad/pitch; twist {sign * load!r} rad/pitch"
+    r = squama.bend_twist(MAIN, path, mu=0.2, joint="hinge", points=60).isel(point=-1)
+    s = motion.state(load)
+    assert s.name == (SLIDING if r.contact.item() else FREE)
+    assert s.theta == pytest.approx(float(r.theta), rel=2e-3)
+    assert pytest.approx(float(r.N), rel=0.02, abs=1e-9) == s.N
+    assert s.torque == pytest.approx(sign * float(r["T"]), rel=0.02)
+    assert (s.x, s.pose) == (0.0, None)
+    end = squama.bend_twist(MAIN, f"bend {bend} rad/pitch; twist {sign} rad/pitch", mu=0.2, joint="hinge")
+    assert str(motion.end) == end.end.item()
+    assert motion.figures["load_end"] == pytest.approx(sign * float(end.phi_end), rel=1e-9)
+    assert motion.state(2 * motion.last).name == (LOCKED if motion.end.locks else "ended")
+
+
+def test_the_real_beam_has_the_pose_of_its_motions():
+    motion = Motion(Setting(SKIN, 0.25, bend=-0.01))
+    s = motion.state(0.08)
+    assert motion.joint == "compliant"
+    r = squama.bend_twist(SKIN, "bend -0.01 rad/pitch; twist 0.08 rad/pitch", mu=0.25)
+    assert s.theta == pytest.approx(float(r.theta[-1]), rel=2e-3)
+    assert s.torque == pytest.approx(float(r["T"][-1]), rel=0.01)
+    assert s.pose is not None
+    np.testing.assert_allclose(np.linalg.norm(s.pose[1:], axis=1), 1, rtol=1e-3)
+
+
+def test_the_picture_is_of_a_bent_beam(tmp_path, capsys):
+    place = tmp_path / "b.png"
+    given = ["examples/stiff_skin.toml", "--joint", "hinge", "--twist", "0.1 rad/pitch", "--out", str(place)]
+    assert main(["view", *given, "--bend", "0.05 rad/pitch"]) == 0
+    assert "sliding; thin, rigid scales on hinges" in capsys.readouterr().out
+    bent = place.read_bytes()
+    assert main(["view", *given]) == 0
+    assert place.read_bytes() != bent
+    capsys.readouterr()
+    for more, words in (
+        (["--bend", "0.9 rad/pitch"], "--bend = 0.9 rad/pitch: is beyond the beam's frictional lock at"),
+        (["--bend", "5"], "--bend"), (["--bend", "1 rad/m", "--load", "bending"], "--bend"),
+        (["--bend", "1 rad/m", "--law", "plate"], "--bend"),
+    ):  # fmt: skip
+        assert main(["view", *given, *more]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert words in line
+
+
+def test_the_explorer_holds_a_bend():
+    start = state.of(state.example())
+    bent = start.change("bend", "0.05")
+    assert bent.change("bend", "2.5 rad/m").bend == pytest.approx(bent.bend)
+    assert state.read(state.query(bent)) == bent
+    assert "bend=" not in state.query(start)
+    assert (bent.quick, bent.beside) == (True, None)
+    design = live.scene(bent)["design"]
+    assert (design["bend"], design["kind"]) == (0.05, "twisting")
+    assert "bent by 0.05 and twisted" in live.scene(bent)["words"]
+    assert any("it is on hinges here" in line for line in live.warnings(bent))
+    # the wider it is bent the sooner it is at its lock
+    lasts = [live.motion(start.change("bend", text).setting).last for text in ("0.02", "0.05", "0.08")]
+    assert lasts == sorted(lasts, reverse=True)
+    name, table = live.make_file(bent, "csv")
+    assert name == "curve.csv"
+    assert b'# attribute load: "bending and twisting"' in table
+    assert "only loading" in live.loop(bent.change("path", "cycle"))
+    # bent alone it has no bend to be held
+    assert not bent.change("load", "bending").bent
+    for text in ("2", "x", "nan", "5"):
+        with pytest.raises(InputError, match="Bend held per pitch"):
+            start.change("bend", text)
+    with pytest.raises(InputError, match="is beyond the beam's"):
+        live.motion(start.change("bend", "0.9").setting)

@@ -1,0 +1,54 @@
+"""The explorer's two sliders: a beam that is bent, and twisted while it stays bent."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from squama.scene import geometry
+
+SIZES = {"phone": (390, 844), "page": (1280, 800), "wide": (1920, 1080)}
+BAR = "() => { const v = squamaView; return [v.design, v.state.load, squamaGeometry.bar(v.design, v.state.load)]; }"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", SIZES)
+def test_bend_and_twist_by_their_sliders(visit, size, scheme):
+    width, height = SIZES[size]
+    page = visit(viewport={"width": width, "height": height}, color_scheme=scheme)
+    page.enter("bend", "0.03")
+    page.until("Math.abs(squamaView.design.bend - 0.03) < 1e-9")
+    page.enter("twist", "0.1")
+    page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
+    d, load, bar = page.page.evaluate(BAR)
+    np.testing.assert_allclose(bar, geometry.bar(d, load)[0], rtol=0, atol=1e-12)
+    scale = page.page.evaluate(
+        "() => squamaGeometry.scale(squamaView.design, squamaView.state.load, squamaView.state.theta, 2.5)"
+    )
+    theta = page.state()["theta"]
+    np.testing.assert_allclose(scale["corners"], geometry.scale(d, load, theta, 2.5).corners, rtol=0, atol=1e-12)
+    page.page.locator(".warnings li", has_text="it is on hinges here").wait_for()
+    page.page.wait_for_function("location.search.includes('bend=0.03')")
+    page.shot(f"bent_{size}_{scheme}")
+    # no sideways scrolling
+    assert page.page.evaluate("document.documentElement.scrollWidth") <= width
+    # what cannot be bent so far is explained there, and changes nothing
+    page.enter("bend", "0.9")
+    field = page.page.locator(".field", has=page.number("bend"))
+    field.locator(".error", has_text="is beyond the beam's").wait_for()
+    assert page.state()["bend"] == 0.03
+
+
+def test_the_slider_bends_and_a_link_holds_it(visit):
+    page = visit()
+    slider = page.slider("bend")
+    slider.focus()
+    slider.press("PageUp")
+    page.until("squamaView.design.bend > 0.01")
+    bent = page.page.evaluate("squamaView.design.bend")
+    page.page.wait_for_function("location.search.includes('bend=')")
+    again = visit("?" + page.page.url.partition("?")[2])
+    assert again.state()["bend"] == pytest.approx(bent)
+    # in bending alone there is nothing to hold
+    again.page.get_by_label("Loading", exact=True).select_option("bending")
+    again.slider("bend").wait_for(state="hidden")
