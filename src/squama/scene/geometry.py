@@ -57,10 +57,10 @@ class Contact(NamedTuple):
 def frame(d: Design, load: float, k: float) -> Frame:
     """Return the cross-section ``k`` pitches from the middle of the beam at a load angle per pitch.
 
-    It is moved by k times the screw of bend and twist: in twisting with the bend that is held (``bend``) about the
+    It is moved by k times the screw of bend and twist: in twisting with the bend that is held (``held``) about the
     bar's middle, in bending alone about its scaled face, which keeps its length.
     """
-    psi, phi, height = (d.get("bend", 0.0), d["sense"] * load, 0.0) if LOADS[d["kind"]].sided else (load, 0.0, d["lam"])
+    psi, phi, height = (d.get("held", 0.0), d["sense"] * load, 0.0) if LOADS[d["kind"]].sided else (load, 0.0, d["lam"])
     g = Screw.of(np.asarray(k * psi), np.asarray(k * phi), np.asarray(0.0))
     g = g._replace(v=np.array([0.0, 0.0, k * (1 + psi * height)]))
     x, y, z = (g.turned(axis) for axis in np.eye(3))

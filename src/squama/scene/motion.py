@@ -212,7 +212,7 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
     beam, kind = setting.beam, LOADS[setting.load]
     return {
         "kind": setting.load,
-        "bend": setting.bend,
+        "held": setting.bend,
         "eta": beam.eta,
         "beta": beam.beta,
         "lam": beam.lam,

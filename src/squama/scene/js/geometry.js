@@ -1,6 +1,6 @@
 // The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
-// A design: {kind, bend, eta, beta, lam, alpha, half, sense, law, neighbour, scales}, ratios and radians.
+// A design: {kind, held, eta, beta, lam, alpha, half, sense, law, neighbour, scales}, ratios and radians.
 
 export const STEPS = 6; // pieces of the bar per pitch
 export const LONGEST = 1.6; // length that an arrow comes near to as its force grows, in pitches
@@ -23,7 +23,7 @@ const unit = (v) => {
 // scaled edge. It is moved by k times the screw of bend and twist: in twisting with the bend that is held about the
 // bar's middle, in bending alone about its scaled face, which keeps its length.
 export function frame(d, load, k) {
-  const [psi, phi, height] = d.kind === "twisting" ? [d.bend ?? 0, d.sense * load, 0] : [load, 0, d.lam];
+  const [psi, phi, height] = d.kind === "twisting" ? [d.held ?? 0, d.sense * load, 0] : [load, 0, d.lam];
   const w = [-k * psi, 0, -k * phi];
   const q = dot(w, w);
   const r = Math.sqrt(q);

@@ -90,7 +90,7 @@ export class BeamScene {
   // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose}; a pose stands for theta
   set(design, state) {
     const shape = JSON.stringify([design.kind, design.scales, design.half]);
-    const sizes = JSON.stringify([design.eta, design.beta, design.lam, design.bend]);
+    const sizes = JSON.stringify([design.eta, design.beta, design.lam, design.held]);
     this.design = design;
     this.state = state;
     this.plate.color.set(this.palette.states[state.name]);
