@@ -20,7 +20,7 @@ MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta
 @pytest.mark.parametrize("k", [-3.0, 0.5, 2.0, 6.0])
 @pytest.mark.parametrize(("psi", "phi"), [(0.1, 0.2), (-0.15, 0.3), (1e-6, 1e-5), (0.2, 0.0), (0.0, 0.0)])
 def test_cross_sections_lie_on_the_screw_of_bend_and_twist(k, psi, phi):
-    d = {"kind": "twisting", "bend": psi, "lam": 0.45, "sense": 1}
+    d = {"kind": "twisting", "held": psi, "lam": 0.45, "sense": 1}
     # the motion whose velocities are constant along the beam, as a matrix exponential
     W = np.zeros((4, 4))
     W[:3, :3] = np.cross(np.eye(3), -np.array([psi, 0.0, phi]))
@@ -93,7 +93,7 @@ def test_the_explorer_holds_a_bend():
     assert "bend=" not in state.query(start)
     assert (bent.quick, bent.beside) == (True, None)
     design = live.scene(bent)["design"]
-    assert (design["bend"], design["kind"]) == (0.05, "twisting")
+    assert (design["held"], design["kind"]) == (0.05, "twisting")
     assert "bent by 0.05 and twisted" in live.scene(bent)["words"]
     assert any("it is on hinges here" in line for line in live.warnings(bent))
     # the wider it is bent the sooner it is at its lock

@@ -17,7 +17,7 @@ def test_bend_and_twist_by_their_sliders(visit, size, scheme):
     width, height = SIZES[size]
     page = visit(viewport={"width": width, "height": height}, color_scheme=scheme)
     page.enter("bend", "0.03")
-    page.until("Math.abs(squamaView.design.bend - 0.03) < 1e-9")
+    page.until("Math.abs(squamaView.design.held - 0.03) < 1e-9")
     page.enter("twist", "0.1")
     page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
     d, load, bar = page.page.evaluate(BAR)
@@ -36,7 +36,7 @@ def test_bend_and_twist_by_their_sliders(visit, size, scheme):
     page.enter("bend", "0.9")
     field = page.page.locator(".field", has=page.number("bend"))
     field.locator(".error", has_text="is beyond the beam's").wait_for()
-    assert page.state()["bend"] == 0.03
+    assert page.state()["held"] == 0.03
 
 
 def test_the_slider_bends_and_a_link_holds_it(visit):
@@ -44,11 +44,11 @@ def test_the_slider_bends_and_a_link_holds_it(visit):
     slider = page.slider("bend")
     slider.focus()
     slider.press("PageUp")
-    page.until("squamaView.design.bend > 0.01")
-    bent = page.page.evaluate("squamaView.design.bend")
+    page.until("squamaView.design.held > 0.01")
+    bent = page.page.evaluate("squamaView.design.held")
     page.page.wait_for_function("location.search.includes('bend=')")
     again = visit("?" + page.page.url.partition("?")[2])
-    assert again.state()["bend"] == pytest.approx(bent)
+    assert again.state()["held"] == pytest.approx(bent)
     # in bending alone there is nothing to hold
     again.page.get_by_label("Loading", exact=True).select_option("bending")
     again.slider("bend").wait_for(state="hidden")
