@@ -12,6 +12,7 @@ from squama._version import __version__
 from squama.errors import InputError, SquamaError, TableWarning, ValidityWarning
 
 if TYPE_CHECKING:
+    from squama import plot as plot
     from squama.arrays.combined_states import Combined, Held, combined, held
     from squama.arrays.derivatives import Gradient, gradient
     from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
@@ -73,6 +74,8 @@ _NAMES = {
     "io.measured": "read_measured",
     "symbols": "SYMBOLS",
 }
+_DATASETS = {"curves", "dynamics", "fe", "identify", "inverse", "io", "study"}
+"""Rooms whose results are datasets; these know ``.squama``."""
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
@@ -135,11 +138,15 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "plot":
+        return import_module("squama.plot")
     if name not in _HOME:
         message = f"module 'squama' has no attribute {name!r}"
         raise AttributeError(message)
     value = getattr(import_module(f"squama.{_HOME[name]}"), name)
     globals()[name] = value
+    if _HOME[name].partition(".")[0] in _DATASETS:
+        import_module("squama.plot.accessor")
     return value
 
 

@@ -78,10 +78,17 @@ def together(columns: dict[str, Array]) -> tuple[Array, ...]:
         refuse("", "", f"shapes do not fit each other: {shapes}", "give shapes that broadcast")
 
 
-def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
+PLANE = {"beta": 1.0, "lam": 0.0, "alpha": 0.0}
+"""What bending takes where it is not told: edges across the beam, on a face that keeps its length."""
+
+
+def designs(load: str = "", /, **columns: ArrayLike | None) -> tuple[list[Array], tuple[int, ...]]:
     """Check the columns of many designs; return them flat, of one length, and their broadcast shape."""
     given = []
-    for name, value in columns.items():
+    for name, told in columns.items():
+        value = PLANE.get(name) if told is None and load == "bending" else told
+        if value is None:
+            refuse(name, "", "is missing", "give it")
         if name in ("alpha", "theta0"):
             # scales may lie across the beam, but not flat on it
             given.append(between(name, value, 0.0, np.pi / 2, closed=name == "alpha"))
@@ -89,7 +96,7 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
             given.append(between(name, value, -np.pi, np.pi))
         elif name in ("dpsi", "dphi", "neutral_height"):
             given.append(numbers(name, value))
-        elif name in ("mu", "stiffness_ratio", "thickness"):
+        elif name in ("lam", "mu", "stiffness_ratio", "thickness"):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach

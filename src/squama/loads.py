@@ -35,11 +35,9 @@ class Load(NamedTuple):
     read : callable
         Reads a rate with its unit, rad/m (:mod:`squama.units`).
     sided : bool
-        Whether the two senses, the two force laws, the angle alpha and all pairs of plates matter.
+        Whether there are two senses and two force laws.
     axis : int
         Its place in the points of a load path, (psi, phi).
-    contact : tuple of str
-        What the contact depends on, in the order of the solver's arguments.
     across : int
         Width in the law of the joint's stiffness, over the scale's half width.
     matrix : bool
@@ -65,7 +63,6 @@ class Load(NamedTuple):
     read: Callable[..., float]
     sided: bool
     axis: int
-    contact: tuple[str, ...]
     across: int
     matrix: bool
     missing: tuple[str, ...]
@@ -94,12 +91,12 @@ class Load(NamedTuple):
         words = f"{scales} on {HELD[joint]}"
         return f"{words}, {' and '.join(law.split())} law" if self.sided and joint == "hinge" else words
 
-    def slant(self, alpha: float, neutral: str = "") -> float:
-        """Return the angle between the cross-section and the scales' width that counts.
+    def height(self, lam: Any, neutral: str) -> Any:
+        """Return the height of the scales' face over the line that a load leaves where it is, in pitches.
 
-        In bending none, unless the model takes in which line of the bar keeps its length.
+        That is the bar's middle in twisting, and in bending the line that keeps its length.
         """
-        return alpha if self.sided or neutral else 0.0
+        return lam if self.sided else lam - neutral_height(neutral, lam)
 
     def other_way(self, remedy: str) -> str:
         """Return advice for a negative load; none where there is no other way."""
@@ -111,7 +108,6 @@ _TWISTING = Load(
     read=units.twist,
     sided=True,
     axis=1,
-    contact=("eta", "beta", "lam", "alpha", "theta0", "mu"),
     across=1,
     matrix=True,
     missing=(),
@@ -124,10 +120,9 @@ _BENDING = Load(
     read=units.curvature,
     sided=False,
     axis=0,
-    contact=("eta", "theta0", "mu"),
     across=2,
     matrix=False,
-    missing=("p", "load_touch", "theta_touch"),
+    missing=("p",),
     rigidity=attrgetter("bending_rigidity"),
     stiffness=attrgetter("bending_joint_stiffness"),
     inclusion=attrgetter("bending_C_f"),
@@ -139,7 +134,8 @@ LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 def model(attrs: Mapping[str, Any]) -> str:
     """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
     about = {**PAPER, **attrs}
-    said = LOADS[about["load"]].model(about["law"], about["joint"], about["scales"])
+    # of rows, and of both loads together, as of twisting
+    said = LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
     return said + covering(attrs)
 
 
@@ -153,9 +149,12 @@ MODES = ("uniform", "simply supported", "cantilever")
 KEPT = "the line in the {} of the bar keeps its length"
 """How a result is headed by the line of :data:`NEUTRAL`."""
 NEUTRAL = {"middle": 0.0, "face": 1.0}
-"""Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses."""
+"""Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses.
+
+The first is that of a homogeneous bar without axial force, which is taken where none is given.
+"""
 
 
-def neutral_height(neutral: str, lam: float) -> float:
+def neutral_height(neutral: str, lam: Any) -> Any:
     """Return the height over the bar's middle, in pitches, of the line that keeps its length."""
     return NEUTRAL[neutral] * lam

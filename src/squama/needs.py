@@ -9,7 +9,7 @@ from squama.errors import InputError, Problem
 
 _PACKAGES = {"netgen": "netgen-mesher"}
 _EXTRAS = {"build123d": "step", **dict.fromkeys(("lxml", "manifold3d", "networkx", "trimesh"), "export")}
-_EXTRAS |= {"zarr": "sweep", "distributed": "sweep", "emcee": "fit"}
+_EXTRAS |= {"zarr": "sweep", "portalocker": "sweep", "distributed": "sweep", "emcee": "fit"}
 _WORDS = {
     "fe": "finite elements need {}; install them with",
     "export": "solids need {}; install it with",

@@ -113,6 +113,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("psi_end", "rad", "bend per pitch at the end", r"\psi_\mathrm{end}"),
     ("kappa_end", "rad/m", "curvature at the end", r"\kappa_\mathrm{end}"),
     ("phi_touch", "rad", "twist per pitch at which another pair touches", r"\varphi_\mathrm{touch}"),
+    ("psi_touch", "rad", "bend per pitch at which another pair touches", r"\psi_\mathrm{touch}"),
     ("theta_touch", "rad", "inclination at which another pair touches", r"\theta_\mathrm{touch}"),
     ("theta_end", "rad", "inclination at the end", r"\theta_\mathrm{end}"),
     ("theta_c", "rad", "inclination at the cut-off", r"\theta_c", "theory: energy"),

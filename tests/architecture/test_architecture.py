@@ -17,7 +17,7 @@ import squama
 ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 LAYERS = (
-    ("errors", "types", "_version", "symbols", "interrupt", "needs"),
+    ("errors", "types", "_version", "symbols", "interrupt", "needs", "progress"),
     ("units",),
     ("model",),
     ("arguments", "batch", "loads"),

@@ -111,7 +111,7 @@ def test_unloading_torque_to_twenty_digits_from_vectors(law: str) -> None:
 @pytest.mark.parametrize("mu", [0.1, 0.6])
 def test_unloading_in_bending_by_its_closed_form_and_by_vectors(mu: float) -> None:
     eta, theta0 = 5.0, math.radians(5)
-    row = Bend(eta, theta0)
+    row = Bend(eta, 1.0, 0.0, 0.0, 1.0, theta0)
     for theta in (0.1, 0.3, 0.7):
         pt = row.point(theta, "edge", FLOAT)
         b = mechanics.forces(pt, theta0, -mu)

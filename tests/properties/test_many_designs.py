@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import squama
-from plane import plane
 from properties.designs import balance, each, follow, many, mirrored
 from squama.arrays import solution
 from squama.errors import InputError
@@ -74,7 +73,7 @@ def test_many_are_each(columns: dict[str, np.ndarray], sense: str, law: str) -> 
 
 
 def test_the_beam_and_the_array_function_agree() -> None:
-    for kind, call in (("twisting", functools.partial(squama.twist, joint="hinge")), ("bending", plane)):
+    for kind, call in (("twisting", functools.partial(squama.twist, joint="hinge")), ("bending", squama.bend)):
         beam = squama.Beam.from_ratios(eta=4, theta0="8 deg", stiffness="30 N m")
         if kind == "twisting":
             rigidity, letters = beam.torsional_rigidity, ("phi", "Phi", "T")
@@ -141,7 +140,7 @@ def test_engagement_of_each_neighbour_is_a_contact_on_both_edges(sense: int) -> 
 
 
 def test_bad_arguments() -> None:
-    good = {"eta": 3, "theta0": 0.1, "mu": 0.2}
+    good = {"eta": 3, "beta": 1, "lam": 1, "alpha": 0.5, "theta0": 0.1, "mu": 0.2}
     for bad in (
         {"load": "twist"},
         {"margin": 0},

@@ -7,18 +7,23 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import squama
 from squama.arrays import solution
-from squama.dynamics import branches, motion
-from squama.dynamics.branches import APART, SHAPES, Branch, Side
+from squama.curves import hinge
+from squama.curves.path import Case
+from squama.dynamics import hinged, motion
+from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
-from squama.loads import LOADS
+from squama.dynamics.modes import SHAPES
+from squama.loads import LOADS, MODES
 from squama.model import mechanics
 from squama.model.paths import FLOAT
 from squama.model.tracks import at_loads, scalar
 
 MAIN = {"eta": 3.0, "beta": 1.25, "lam": 0.45, "alpha": math.pi / 4, "theta0": math.radians(10)}
+BENT = {"eta": 5.0, "beta": 1.0, "lam": 0.2, "alpha": 0.3, "theta0": math.radians(5), "mu": 0.3}
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa")
 ROTOR = "0.01 kg m2"
 HINGE = {"joint": "hinge", "ideal": True}
@@ -28,15 +33,15 @@ def drawn(seed: int, load: str) -> dict[str, float]:
     r = np.random.default_rng(seed)
     theta0 = math.radians(r.uniform(5, 15))
     bent = {"eta": r.uniform(3, 6), "theta0": theta0, "mu": r.uniform(0, 0.4), "kappa": r.uniform(2, 20)}
-    if load == "bending":
-        return bent
     sizes = {"beta": r.uniform(1, 1.5), "lam": r.uniform(0.3, 0.6), "alpha": math.radians(r.uniform(30, 50))}
+    if load == "bending":
+        return {**bent, **sizes, "alpha": sizes["alpha"] / 2}
     return {**bent, **sizes, "eta": r.uniform(2.5, 4), "kappa": r.uniform(1, 5)}
 
 
 def integrated(d: dict[str, float], load: str, top: float) -> tuple[list[float], list[float]]:
     """Turning points and their times by the contact's own path parameter, forces evaluated at every step."""
-    columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
+    columns = {name: np.array([d[name]]) for name in solution.COLUMNS}
     row = scalar(solution.solve(columns, load=load, law="edge", sense="+").tracks[0][1].row)
     y_e = row.point(row.theta0, "edge", FLOAT).load
     ends = (np.array([row.theta0]), np.array([row.theta0 + 1.2]))
@@ -93,9 +98,9 @@ def test_the_map_is_what_motion_in_time_gives(load: str, seed: int) -> None:
 @pytest.mark.parametrize("mode", SHAPES)
 def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
     """Its torque is that of many pieces of the beam, by the trapezoidal rule; its energies are balanced."""
-    d = {"eta": 5.0, "theta0": math.radians(5), "mu": 0.3}
+    d = BENT
     side = of_ratios(d, 10.0)
-    found, m = branches.modal(side, mode), SHAPES[mode]
+    found, m = of_ratios(d, 10.0, mode=mode), SHAPES[mode]
     x = np.linspace(0, 1 / m.weight, 200_001)
     chi = m.shape(x)
     assert m.weight * np.trapezoid(chi**2, x) == pytest.approx(m.square, rel=1e-9)
@@ -103,20 +108,69 @@ def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
         local = np.maximum(a * chi, side.y_e)
         q = m.weight * np.trapezoid(chi * side.falling(a).force(local), x) / m.square
         assert float(found.falling(a).force(a)) == pytest.approx(q, rel=1e-7)
-    got = decay(Sides(found, APART), start=0.15, turns=5)
+    got = decay(Sides(found, APART), start=0.15, turns=5).single()
     parts = motion.follow(Sides(found, APART), motion.Drive(), motion.State(0.0, 0.15, 0.0), got.t[-1] + 0.1)
     turned = [p.last.y for p in parts if p.why == motion.TURNED]
     assert turned[:4] == pytest.approx(got.y[1:], abs=1e-8)
 
 
-def of_ratios(d: dict[str, float], kappa: float, load: str = "bending") -> Side:
-    from squama.curves import hinge
-    from squama.curves.path import Case
+def of_ratios(d: dict[str, float], kappa: float, load: str = "bending", mode: str = "uniform") -> Side:
+    return hinged.of_path(followed(d, kappa, load), kappa, mode)
 
-    columns = {name: np.array([d.get(name, 1.0)]) for name in solution.COLUMNS}
+
+def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
+    columns = {name: np.array([d[name]]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=load, law="edge", sense="+")
-    path = hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", branches.FINEST)
-    return branches.of_path(path, kappa)
+    return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
+
+
+@pytest.mark.parametrize(("load", "mode"), [("twisting", "uniform"), *(("bending", mode) for mode in MODES)])
+def test_polynomials_of_many_designs_are_the_splines_of_one(load: str, mode: str) -> None:
+    d = {**MAIN, "mu": 0.3} if load == "twisting" else BENT
+    one = decay(Sides(of_ratios(d, 2.0, load, mode), APART), speed=0.5, turns=5).single()
+    many = squama.free_vibration(**d, kappa=2.0, impulse=[0.02, 0.5], swings=2, load=load, mode=mode)
+    assert many.peaks[1] == pytest.approx(one.y[::2], abs=1e-9)
+    assert many.troughs[1] == pytest.approx(one.y[1::2], abs=1e-9)
+    assert many.peak_times[1] == pytest.approx(one.t[::2], abs=1e-7)
+    assert many.zeta[1] == pytest.approx(np.log(one.stored[:-1:2] / one.stored[2::2]) / (4 * math.pi), abs=1e-9)
+
+
+def test_where_friction_holds_the_scales_the_beam_stays() -> None:
+    """Much friction: beyond a place on the way no normal force lets the spring push the scale back."""
+    d = {"eta": 1.523, "beta": 2.608, "lam": 1.678, "alpha": 0.378, "theta0": 0.773, "mu": 1.945}
+    p = followed(d, 1.0, "twisting")
+
+    def drive(x: float) -> float:
+        pt = p.row.point(x, "edge", FLOAT)
+        return d["mu"] * pt.M_f - pt.M_N
+
+    every = np.linspace(p.x0, p.x_c, 2000)
+    first = next(x for x in every if drive(x) <= 0)
+    y_h = float(p.row.point(brentq(drive, p.x0, first), "edge", FLOAT).load)
+    v = squama.free_vibration(**d, kappa=1e4, amplitude=np.array([1.001, 0.98]) * y_h, swings=1)
+    assert v.end.tolist() == ["jams", "rings"]
+    assert v.rest[0] == v.peaks[0, 0] == 1.001 * y_h
+    # struck, it comes up there, and stays
+    w = squama.free_vibration(**d, kappa=1e4, impulse=np.array([1.05, 0.9]) * y_h, swings=1)
+    assert w.end.tolist() == ["jams", "rings"]
+    assert w.rest[0] == w.peaks[0, 0] > y_h
+
+
+def test_designs_do_not_depend_on_their_company() -> None:
+    """Some ring, some jam, some leave the model, some do not engage, in one array: each as by itself."""
+    r = np.random.default_rng(8)
+    n = 40
+    d = {"eta": r.uniform(1.5, 5, n), "beta": r.uniform(0.6, 1.8, n), "lam": r.uniform(0.2, 0.8, n)}
+    d |= {"alpha": r.uniform(0.3, 1.2, n), "theta0": r.uniform(0.05, 0.4, n), "mu": r.uniform(0, 0.9, n)}
+    d |= {"kappa": 10 ** r.uniform(-2, 1, n), "impulse": r.uniform(0.02, 4, n)}
+    together = squama.free_vibration(**d, swings=3, faces="mirrored")
+    assert set(together.end) == {"rings", "jams", "beyond"}
+    for i in range(n):
+        one = squama.free_vibration(**{name: v[i] for name, v in d.items()}, swings=3, faces="mirrored")
+        assert one.end == together.end[i]
+        for single, many in zip(one, together, strict=True):
+            if single.dtype.kind == "f":
+                assert single == pytest.approx(many[i], rel=1e-12, abs=1e-13, nan_ok=True)
 
 
 def test_without_friction_nothing_is_lost() -> None:
@@ -208,6 +262,13 @@ def test_scales_on_both_faces_take_turns_or_work_together() -> None:
     assert told.peaks == pytest.approx(turned.phi_turn.values[::2], rel=1e-9)
 
 
+def test_the_bound_of_a_free_motion_is_its_envelope() -> None:
+    drive, t = motion.Drive(0.4), np.linspace(0, 20, 20_001)
+    w = math.sqrt(1 - 0.4**2)
+    y = np.exp(-0.4 * t) * (0.2 * np.cos(w * t) + (1 + 0.4 * 0.2) / w * np.sin(w * t))
+    assert motion._swing(drive, 0.2, 1.0) == pytest.approx(np.abs(y * np.exp(0.4 * t)).max(), rel=1e-6)
+
+
 def test_material_damping_goes_on_below_engagement() -> None:
     v = squama.vibrate(BEAM, release="0.04 rad/pitch", rotor=ROTOR, mu=0.3, damping=0.02, swings=5, **HINGE)
     peaks = v.phi_turn.values[::2]
@@ -238,18 +299,21 @@ def test_a_beam_that_slides_back_a_part_stays_there() -> None:
     y = np.linspace(0.1, 1.0, 400)
     up, down = Branch(y, 5.0 * (y - 0.1)), Branch(y, (y - 0.1) * (1.2 - 20.0 * np.exp(-(((y - 0.5) / 0.1) ** 2))))
     sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
-    found = decay(sides, start=0.9, turns=3)
+    found = decay(sides, start=0.9, turns=3).single()
     assert found.end == "jams"
+    assert decay(sides, start=0.9, turns=1).single().end == "rings"
     assert 0.4 < found.rest < 0.9
     last = list(motion.follow(sides, motion.Drive(), motion.State(0.0, 0.9, 0.0), 100.0))[-1]
     assert last.why == motion.STUCK
     assert last.last.y == pytest.approx(found.rest, abs=1e-8)
 
 
-def test_a_swing_that_only_just_engages_is_seen() -> None:
+@pytest.mark.parametrize("start", [-0.100001, -0.1001])
+def test_a_swing_that_only_just_engages_is_seen(start: float) -> None:
     y = np.linspace(0.1, 1.0, 40)
     up, down = Branch(y, 50.0 * (y - 0.1)), Branch(y, 20.0 * (y - 0.1))
+    assert up.quick(1.0) == pytest.approx(45.0, rel=1e-12)
     sides = Sides(Side(0.1, 1.0, "", up, lambda _: down), APART)
-    parts = motion.follow(sides, motion.Drive(), motion.State(0.0, -0.100001, 0.0), 2 * math.pi)
+    parts = motion.follow(sides, motion.Drive(), motion.State(0.0, start, 0.0), 2 * math.pi)
     energy = [p.last.y for p in parts if p.why == motion.TURNED]
-    assert energy[0] == pytest.approx(decay(sides, start=-0.100001, turns=2).y[1], rel=1e-9)
+    assert energy[0] == pytest.approx(decay(sides, start=start, turns=2).single().y[1], rel=1e-9)

@@ -34,16 +34,16 @@ def ratios(case: dict) -> dict[str, Any]:
 
 
 def side(case: dict) -> Side:
-    """Branches to .25 rad per pitch."""
+    """Branches of a case."""
     from squama.arrays import solution
     from squama.curves import hinge
-    from squama.dynamics import branches
+    from squama.dynamics import hinged
 
-    r = {"beta": 1.0, "lam": 1.0, "alpha": 0.5, "kappa": 1.0, **ratios(case)}
+    r = {"beta": 1.0, "lam": 0.0, "alpha": 0.0, "kappa": 1.0, **ratios(case)}
     columns = {name: np.array([float(r[name])]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=r["load"], law="edge", sense="+")
     path = hinge.path(Case(1.0, r["kappa"], 1.0, r["eta"], r["theta0"]), sol, None, r["mu"], "edge", 1e-6)
-    return branches.of_path(path, r["kappa"], 0.25)
+    return hinged.of_path(path, r["kappa"])
 
 
 @pytest.mark.parametrize("case", FREE, ids=[c["case"] for c in FREE])
@@ -80,7 +80,7 @@ def test_piecewise_linear_scales_are_exact() -> None:
     y = np.linspace(case["y_e"], 0.4, 9)
     up, down = (Branch(y, case[f"slope_{name}_over_kappa"] * (y - y[0])) for name in ("plus", "minus"))
     sides = Sides(Side(y[0], 0.4, "", up, lambda _: down), APART)
-    found = decay(sides, start=case["A0"], turns=2 * len(case["peaks"]) - 1)
+    found = decay(sides, start=case["A0"], turns=2 * len(case["peaks"]) - 1).single()
     assert found.y[::2] == pytest.approx(case["peaks"], abs=case["tolerance"])
     assert found.y[1] == pytest.approx(case["first_trough"], abs=case["tolerance"])
     assert found.t[2] == pytest.approx(case["period_first"], abs=1e-11)
@@ -91,6 +91,8 @@ def test_a_forced_state_is_the_recorded_one(case: dict) -> None:
     drive = motion.Drive(case["zeta_m"], case["F"], case["Omega"])
     found = motion.steady(Sides(side(case), APART), drive)
     assert found.settled
+    # Newton's method finds the last digits
+    assert found.periods < 45
     bare = case.get("amplitude", math.nan)
     high, low = case.get("y_max", bare), case.get("y_min", -bare)
     assert (found.high, found.low) == pytest.approx((high, low), abs=min(case["tolerance"], 1e-8))

@@ -100,13 +100,3 @@ def test_bending_says_first_which_line_keeps_its_length(beam, capsys):
     assert any(line.startswith("  torque T that keeps it from twisting") for line in lines)
     assert "in the face of the bar" in _out(capsys, "bend", "beam.toml", "--neutral", "face").splitlines()[0]
     assert "is not in it" not in squama.bend(beam).warnings
-
-
-def test_what_takes_edges_as_across_the_beam_says_so(beam, capsys):
-    told = "alpha = 45 deg is not in it: edges are taken as across the beam, its scaled face as the line that"
-    assert squama.cycle(beam, "0.1 rad/pitch", load="bending", mu=0.3).warnings.startswith(told)
-    assert f"warning: {told}" in _out(capsys, "view", "beam.toml", "--load", "bending", "--out", "v.png")
-    across = beam.replace(scale={"alpha": 0}).warnings("bending")
-    assert across[0].startswith("the scaled face is taken as the line that keeps its length")
-    assert "is not in" not in squama.twist(beam, points=3).warnings
-    assert "is not in" not in _out(capsys, "twist", "beam.toml", "--joint", "hinge")

@@ -135,11 +135,12 @@ def test_the_file_has_exactly_the_models_keys():
         name: set(model.model_fields) for name, model in models.items()
     }
     assert set(Beam.model_fields) == set(models) | set(TABLES["beam"])
-    # the examples that messages show are a whole, valid file
+    # the examples that messages show are a whole, valid file, the line of one face left out
     text = "\n".join(
         f"[{table}]\n" + "\n".join(f"{key} = {row.example}" for key, row in keys.items())
         for table, keys in TABLES.items()
-    ).replace('matrix = "joint.csv"', "")
+    )
+    text = text.replace('matrix = "joint.csv"', "").replace('neutral = "face"', "")
     assert Beam.from_toml_text(text).friction.mu == 0.25
 
 
@@ -152,7 +153,7 @@ def _only(beam, load="twisting", part=""):
 
 def test_no_warning_inside_every_range():
     assert FIG_6B.warnings() == []
-    assert _only(FIG_6B, "bending").startswith("alpha = ")
+    assert FIG_6B.warnings("bending") == []
     with pytest.raises(InputError, match="write one of twisting, bending"):
         FIG_6B.warnings("shear")
 
@@ -162,7 +163,7 @@ def test_printed_plate_uses_41_percent_of_the_gap():
     assert "41 % of the gap d sin(theta0) cos(alpha) = 2.456 mm" in line
     thick, thin = (float(x) for x in re.findall(r"phi = ([\d.]+)", line))
     assert 0.3 * thin < thick < 0.7 * thin
-    assert "29 % of the gap d sin(theta0) = 3.473 mm" in _only(PRINTED, "bending", "not thin")
+    assert "41 % of the gap d sin(theta0) cos(alpha) = 2.456 mm" in _only(PRINTED, "bending", "not thin")
 
 
 def test_thin_ends_at_five_percent():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import squama
-from plane import plane
 from squama.inverse.figures import At, Options, Want, evaluate, flat, harmless, take
 from squama.inverse.goals import MISSING
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
@@ -69,7 +68,7 @@ def test_figures_are_those_of_the_responses(load):
         beam = beam_at(BEAM, load, {key: float(v[i]) for key, v in values.items()})
         respond, angle, torque, tangent = {
             "twisting": (functools.partial(squama.twist, joint="hinge"), "phi", "T", "K_t"),
-            "bending": (plane, "psi", "M", "K_b"),
+            "bending": (squama.bend, "psi", "M", "K_b"),
         }[load]
         r = respond(beam, at=[0.09 / beam.pitch, 3.0, 4.0])
         lock = squama.End(r.end.item()).locks

@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip("pymoo")
 
 import squama
-from plane import plane
 from squama.inverse.front import Trade, beams, dominated, read_settings, spread
 from squama.inverse.target import read_target
 from squama.inverse.targetfile import Context
@@ -175,5 +174,5 @@ def test_bending_has_fronts_too():
     }
     found = squama.pareto(data, beam=BEAM)
     beam = beams(found)[0]
-    assert float(plane(beam, points=3).psi_end) == pytest.approx(float(found["lock"][0]), rel=1e-9)
+    assert float(squama.bend(beam, points=3).psi_end) == pytest.approx(float(found["lock"][0]), rel=1e-9)
     assert beam.bending_rigidity == pytest.approx(float(found.stiffness[0]), rel=1e-9)

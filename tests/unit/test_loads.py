@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import squama
-from plane import plane
 from squama.arrays.solution import solve
 from squama.loads import LOADS
 from squama.symbols import SYMBOLS
@@ -41,14 +40,15 @@ def test_figures_are_those_of_the_beam():
     assert twisting.inclusion(beam) == bending.inclusion(beam) == 1.1
     assert twisting.read("0.2 rad/pitch", pitch=0.02, scales=5) == bending.read("10 rad/m", pitch=0.02, scales=5)
     assert (twisting.law("plate"), bending.law("plate")) == ("plate", "edge")
-    assert (twisting.slant(0.3), bending.slant(0.3)) == (0.3, 0.0)
+    heights = [load.height(0.4, line) for load in (twisting, bending) for line in ("middle", "face")]
+    assert heights == [0.4, 0.4, 0.4, 0.0]
     assert (bending.other_way("--sense -"), bool(twisting.other_way("--sense -"))) == ("", True)
 
 
 @pytest.mark.parametrize("load", LOADS.values(), ids=list(LOADS))
-def test_the_solver_asks_for_what_the_contact_depends_on(load):
+def test_the_solver_takes_the_ratios_of_a_beam(load):
     beam = squama.Beam.from_ratios(mu=0.3)
     columns = {name: np.array([value]) for name, value in {**beam.ratios, "mu": 0.3}.items()}
-    sol = solve({name: columns[name] for name in load.contact}, load=load.name, law="edge", sense="+")
-    curve = squama.twist(beam, joint="hinge") if load.sided else plane(beam)
+    sol = solve(columns, load=load.name, law="edge", sense="+")
+    curve = squama.twist(beam, joint="hinge") if load.sided else squama.bend(beam)
     assert float(sol.found.load_e[0]) == pytest.approx(float(curve[load.variable("load_e")]), rel=1e-12)

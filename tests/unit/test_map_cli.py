@@ -158,7 +158,6 @@ FLAGS = [
     (["--over", "mu=0:1:5", "--dask", "http://host"], ["--dask", "tcp://"]),
     (["--over", "mu=0:1:5", "--progress", "loud"], ["--progress", "bar, json or none"]),
     (["--over", "mu=0:1:5", "--set", "scale.alpha=45 mm"], ["--set scale.alpha", "is a length"]),
-    (["--over", "alpha=15deg:45deg:5", "--load", "bending"], ["alpha", "is not in what sweeps know of bending"]),
     (["--over", "mu=0:10:10000", "--over", "eta=2:3:1000", "--tile", "1"], ["--tile", "10,000,000 tiles"]),
 ]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.curves.doors import respond
+from plane import plane as across
 from squama.model import energy, screw
 from squama.model.outcome import End
 from squama.model.screw_path import Design, Leg, follow, followed
@@ -109,7 +109,7 @@ def test_twist_alone_is_that_of_forty_designs():
 def test_across_and_with_the_face_it_is_bending_alone(mu):
     """The closed form of bending in the plane, which knows neither width nor thickness of the bar."""
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg")
-    plane = respond(beam, "bending", mu=mu).dataset()
+    plane = across(beam, mu=mu)
     design = Design(5.0, 0.7, 0.4, 0.0, np.radians(5), mu, 0.4)
     free, flush = follow(design, [(1.0, 0.0)])
     assert free.x1 == pytest.approx(float(plane.psi_e), rel=1e-12)

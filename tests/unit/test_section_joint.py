@@ -132,20 +132,3 @@ def test_thin_plates_engage_as_the_model_says():
     # fe.md: .05905 at Fig. 6b
     assert thickness.engagement_twisting(3, 0.6, 0.32, a, t) == pytest.approx(0.05905, abs=5e-6)
     assert thickness.engagement_twisting(3, 0.6, 0.32, a, t, tau=thickness.gap(a, t)) == 0
-    # theory section 6: eta = 5, theta0 = 5 deg
-    assert thickness.engagement_bending(5, math.radians(5)) == pytest.approx(0.0193598, abs=5e-8)
-
-
-def test_thick_plates_in_bending():
-    eta, theta0, tau = 5, math.radians(5), 0.03
-    psi = thickness.engagement_bending(eta, theta0, tau)
-    # two plates as lines in the plane: the corner under the tip of plate 1 lies on the upper face of plate 2
-    radius = 1 / psi
-    along = complex(math.cos(theta0), math.sin(theta0))
-    corner = eta * along - 1j * along * tau / 2
-    base2 = complex(radius * math.sin(psi), radius * (1 - math.cos(psi)))
-    along2 = along * complex(math.cos(psi), math.sin(psi))
-    distance = ((corner - base2) / along2).imag
-    assert distance == pytest.approx(tau / 2, abs=1e-12)
-    assert thickness.engagement_bending(eta, theta0, math.sin(theta0)) == 0
-    assert psi < thickness.engagement_bending(eta, theta0)

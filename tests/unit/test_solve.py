@@ -102,19 +102,20 @@ def test_ends_are_those_of_squama_ends() -> None:
 
 def test_bending_gives_the_closed_forms() -> None:
     mu = np.array([0.0, 0.3, 0.6, 1.0, 11.0])
-    s = solve(eta=5.0, theta0=np.radians(5), mu=mu, load="bending", stiffness_ratio=0.1)
+    flat = {"beta": 1.0, "lam": 0.0, "alpha": 0.0, "theta0": np.radians(5), "load": "bending"}
+    s = solve(eta=5.0, mu=mu, stiffness_ratio=0.1, **flat)
     assert 5 * s.load_end[:4] == pytest.approx([1.00507, 0.96228, 0.86068, 0.70889], abs=5e-6)
     assert list(s.end) == ["kinematic lock", *["frictional lock"] * 3, "static lock"]
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg", inclusion_factor=1)
     ratio = beam.bending_rigidity / (beam.bending_joint_stiffness * beam.pitch)
-    s = solve(eta=5.0, theta0=np.radians(5), mu=mu[1], load="bending", stiffness_ratio=ratio)
+    s = solve(eta=5.0, mu=mu[1], stiffness_ratio=ratio, **flat)
     r = plane(beam, mu=mu[1], points=5)
     assert float(s.torque) * beam.bending_joint_stiffness == pytest.approx(float(r.M_c), rel=1e-10)
     assert float(s.RED) == pytest.approx(float(r.RED_c), rel=1e-10)
 
 
 def test_the_contact_of_a_short_scale_never_starts_in_bending() -> None:
-    s = solve(eta=[0.9, 1.0], theta0=0.2, mu=0.1, load="bending")
+    s = solve(eta=[0.9, 1.0], beta=1.0, lam=0.0, alpha=0.0, theta0=0.2, mu=0.1, load="bending")
     assert list(s.end) == ["no engagement", "frictional lock"]
 
 

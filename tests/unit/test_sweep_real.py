@@ -277,8 +277,22 @@ def test_what_is_not_known_is_a_share() -> None:
     assert unknown == pytest.approx(1 / 3, abs=0.01)
     assert float(u.share.sel(figure="torque")) <= 1 - unknown
     assert "the law of the joint does not know them" in u.attrs["notes"]
-    # nothing is said of engagement where the joint is not known
-    assert "engaged" in json.loads(u.attrs["without_indices"])
+    without = json.loads(u.attrs["without_indices"])
+    assert without.keys() >= {"engaged", "torque"}
+    assert "of the groups of samples only, 0.8 are needed" in without["torque"]
+    assert "Sobol" not in u.attrs["notes"]
+    # a few that are not known do not count
+    few = {"theta0": f"uniform({least - 0.1} deg, {least + 2} deg)", "friction.mu": "+- 10 %"}
+    v = squama.uncertainty(BEAM, few, at=AT, samples=3200, indices=256)
+    (line,) = (line for line in v.attrs["notes"].splitlines() if line.startswith("Sobol indices are of "))
+    known, groups = (int(line.split()[i]) for i in (4, 6))
+    assert groups == 256
+    assert known == pytest.approx(256 * (2 / 2.1) ** 2, abs=3)
+    # beside those of the range that is known throughout
+    w = squama.uncertainty(
+        BEAM, few | {"theta0": f"uniform({least} deg, {least + 2} deg)"}, at=AT, samples=3200, indices=256
+    )
+    np.testing.assert_allclose(v.ST.sel(indexed="torque"), w.ST.sel(indexed="torque"), atol=0.06)
     assert float(u.P_engaged) == pytest.approx(np.isfinite(u.phi_e.values).mean())
     assert (u.phi_e.values[np.isfinite(u.phi_e.values)] <= 0.09).all()
     assert int(u["count"].sum()) == np.isfinite(u.stiffness_ratio.values).sum()

@@ -7,7 +7,6 @@ import pytest
 from scipy import stats
 
 import squama
-from plane import plane
 from squama.errors import InputError
 from squama.study.tolerances import monte_carlo, statistics
 from squama.study.tolerances.statistics import Indices, indices, probability, summary
@@ -126,7 +125,7 @@ def test_bending_samples_are_beams():
     )
     s = u.isel(sample=5)
     beam = BEAM.replace(scale={"length": float(s["scale.length"])}, friction={"mu": float(s["friction.mu"])})
-    r = plane(beam, at=float(s.kappa_e) * (1 + np.array([1e-4, 2e-4])))
+    r = squama.bend(beam, at=float(s.kappa_e) * (1 + np.array([1e-4, 2e-4])))
     for name in ("psi_e", "kappa_e", "psi_end", "M_c", "RED_c", "W_fr_c"):
         assert float(s[name]) == pytest.approx(float(r[name]), rel=1e-7), name
     assert float(s.K_e) == pytest.approx(float(2 * r.K_b[0] - r.K_b[1]), rel=1e-4)
@@ -172,12 +171,13 @@ def test_before_is_an_angle_per_pitch_in_total_or_a_rate():
 
 def test_indices_are_those_of_what_is_said_in_words(monkeypatch):
     seen, none = [], np.zeros((0, 2))
-    monkeypatch.setattr(statistics, "indices", lambda *asked: seen.append(asked) or Indices((), *[none] * 4, {}))
+    monkeypatch.setattr(statistics, "indices", lambda *asked: seen.append(asked) or Indices((), *[none] * 4, {}, 1, 1))
     vary = {"scale.alpha": "+- 2 deg", "mu": "+- 0.2"}
     squama.uncertainty(BEAM, vary, samples=3200, before="0.27 rad/pitch", indices=1024, joint="hinge")
     ((names, base, _, evaluate),) = seen
     assert (len(names), base) == (2, 1024)
-    found = evaluate(np.random.default_rng(1).random((200, 2)))
+    found, known = evaluate(np.random.default_rng(1).random((200, 2)))
+    assert known.all()
     locked, early = found["locked"] == 1, found["phi_end"] < 0.27
     assert 0 < (locked & early).sum() < locked.sum()
     np.testing.assert_array_equal(found["locked before"], locked & early)
@@ -241,25 +241,37 @@ def test_points_do_not_depend_on_the_chunks(sampler, monkeypatch):
         np.testing.assert_array_equal(other, found[0])
 
 
-def test_indices_of_ishigami():
+@pytest.mark.parametrize(("known", "close"), [(2.0, 0.01), (0.95, 0.03)])
+def test_indices_of_ishigami(known, close):
     a, b = 7.0, 0.1
 
     def ishigami(points):
         x = np.pi * (2 * points - 1)
         y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
-        return {"y": y, "flat": 0 * y + 2, "gap": np.where(points[:, 0] > 0.5, y, np.nan)}
+        return {"y": y, "flat": 0 * y + 2, "gap": np.where(points[:, 0] > 0.5, y, np.nan)}, points[:, 0] < known
 
     got = indices(("x1", "x2", "x3"), 8192, 0, ishigami)
     parts = np.array([(1 + b * np.pi**4 / 5) ** 2 / 2, a**2 / 8, 0])
     both = b**2 * np.pi**8 * (1 / 18 - 1 / 50)
     whole = parts.sum() + both
     assert got.figures == ("y",)
+    # a group has two values of a tolerance
+    assert got.known == pytest.approx(8192 * min(known, 1.0) ** 2, rel=0.01)
     assert got.left_out["flat"] == "does not vary"
     assert "of the samples only" in got.left_out["gap"]
-    np.testing.assert_allclose(got.S1[0], parts / whole, atol=0.01)
-    np.testing.assert_allclose(got.ST[0], (parts + np.array([both, 0, both])) / whole, atol=0.01)
-    assert np.all(np.abs(got.S1[0] - parts / whole) < 2 * got.S1_conf[0] + 1e-3)
+    np.testing.assert_allclose(got.S1[0], parts / whole, atol=close)
+    np.testing.assert_allclose(got.ST[0], (parts + np.array([both, 0, both])) / whole, atol=close)
+    assert np.all(np.abs(got.S1[0] - parts / whole) < 2 * got.S1_conf[0] + (1e-3 if known > 1 else close))
     assert 0.01 < got.ST_conf[0, 0] < 0.1
+
+
+def test_no_indices_where_too_little_is_known():
+    got = indices(("a", "b"), 256, 0, lambda p: ({"sum": p.sum(axis=1)}, p[:, 0] < 0.85))
+    assert got.figures == ()
+    # a group has two values of a tolerance
+    assert got.known / got.groups == pytest.approx(0.85**2, abs=0.02)
+    share = f"{got.known / got.groups:.2g}"
+    assert got.left_out == {"sum": f"is known in {share} of the groups of samples only, 0.8 are needed"}
 
 
 def test_indices_against_quadrature():

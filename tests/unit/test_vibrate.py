@@ -11,7 +11,9 @@ from refusals import refused
 
 import squama
 from squama.cli import main
-from squama.dynamics import branches
+from squama.curves.real import STRAIN_LIMIT
+from squama.dynamics import motion
+from squama.dynamics.modes import SHAPES
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 HINGE = {"joint": "hinge", "ideal": True}
@@ -53,6 +55,26 @@ def test_energies_are_those_of_cycle():
     # at the trough the bar alone is twisted
     bare = BEAM.torsional_rigidity * (float(v.phi_turn[1]) / BEAM.pitch) ** 2 / 2 * BEAM.length
     assert float(v.U_turn[1]) == pytest.approx(bare, rel=1e-9)
+
+
+def test_energies_of_the_real_beam_hold_those_of_its_plates():
+    soft = BEAM.replace(scale={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3})
+    v = squama.vibrate(soft, release="0.09 rad/pitch", rotor=ROTOR, swings=1)
+    c = squama.cycle(soft, "0.09 rad/pitch", points=300)
+    top = float(c.U_el.max())
+    assert float(c.U_plate.max()) > 2e-4 * top
+    assert float(v.U_turn[0]) == pytest.approx(top * BEAM.length, rel=1e-4)
+
+
+def test_a_note_tells_how_far_it_goes_in_either_sense():
+    top, turns, both = 1.005 * STRAIN_LIMIT, [], BEAM.replace(faces="mirrored")
+    for release in (top, -top):
+        v = squama.vibrate(both, release=f"{release} rad/pitch", rotor=ROTOR, swings=1)
+        assert abs(v.phi_turn.values[1]) < STRAIN_LIMIT
+        assert f"{STRAIN_LIMIT:g} rad per pitch" in str(v.attrs)
+        turns.append(v.phi_turn.values)
+    # mirrored scales close alike
+    assert turns[0] == pytest.approx(-turns[1], rel=1e-12)
 
 
 def test_an_impulse_gives_its_energy():
@@ -121,6 +143,21 @@ def test_shaking_both_ways():
     torque = float(BEAM.torsional_rigidity * 0.06 / BEAM.pitch)
     again = squama.shake(BEAM, [0.6], torque=torque, rotor=ROTOR, damping=0.05, **HINGE)
     assert again.phi_high.values[0, 0] == pytest.approx(s.phi_high.values[0, 1], rel=1e-6)
+
+
+def test_parts_of_a_period_are_counted(monkeypatch):
+    given = {"static": "0.06 rad/pitch", "rotor": ROTOR, "damping": 0.05, **HINGE}
+    s = squama.shake(BEAM, [0.6], **given)
+    # up, engaged, back, open: twice turned, twice through engagement
+    assert 4 <= s.turns.values[0, 0] <= 12
+    assert s.settled.values.all()
+    monkeypatch.setattr(motion, "MOST_PERIODS", 2)
+    short = squama.shake(BEAM, [0.6], **given)
+    assert not short.settled.values[0, 0]
+    assert short.periods.values[0, 0] == 2
+    monkeypatch.setattr(motion, "MOST_PARTS", 3)
+    with pytest.raises(squama.InputError, match="turns and sticks more than 3 times"):
+        squama.shake(BEAM, [0.6], **given)
 
 
 def test_the_real_beam_is_shaken_too():
@@ -201,16 +238,33 @@ def test_a_swing_with_too_much_energy_is_refused_with_both_energies():
         squama.vibrate(BEAM, impulse="2 N m s", rotor=ROTOR, mu=0, **HINGE)
 
 
+def test_a_later_swing_with_too_much_energy_names_its_sense():
+    beam = BEAM.replace(scale={"alpha": math.radians(15)})
+    with pytest.raises(squama.InputError, match=r"a swing in the sense - has [\d.]+ J"):
+        squama.vibrate(beam, release="0.3 rad/pitch", rotor=ROTOR)
+
+
+def test_energies_with_material_damping_are_those_of_cycle():
+    v = squama.vibrate(BEAM, release="0.2 rad/pitch", rotor=ROTOR, damping=0.01, swings=1, **HINGE)
+    phi, stored = v.phi_turn.values, v.U_turn.values
+    bar = BEAM.torsional_rigidity * (phi / BEAM.pitch) ** 2 / 2 * BEAM.length
+    assert stored[1] == pytest.approx(bar[1], rel=1e-12)
+    for i in (0, 2):
+        c = squama.cycle(BEAM, f"{phi[i]:.16g} rad/pitch", **HINGE)
+        assert stored[i] > 1.01 * bar[i]
+        assert stored[i] == pytest.approx(float(c.U_el.max()) * BEAM.length, rel=1e-9)
+
+
 def test_a_frictional_lock_takes_any_energy():
     for damping in (0.0, 0.01):
-        v = squama.vibrate(BEAM, impulse="2 N m s", rotor=ROTOR, mu=0.5, damping=damping, swings=1, **HINGE)
+        v = squama.vibrate(BEAM, impulse="20 N m s", rotor=ROTOR, mu=0.5, damping=damping, swings=1, **HINGE)
         assert v.end.item() == "rings"
         assert float(v.phi_turn[0]) == pytest.approx(float(squama.twist(BEAM, mu=0.5, **HINGE).phi_end), rel=1e-3)
 
 
 def test_shapes_of_modes():
     for mode, end in (("cantilever", 1.0), ("simply supported", 0.5)):
-        m = branches.SHAPES[mode]
+        m = SHAPES[mode]
         s = np.linspace(0, end, 50)
         chi = m.shape(s)
         assert (chi[0], chi[-1]) == pytest.approx((1, 0), abs=1e-12)

@@ -15,10 +15,10 @@ from PIL import Image
 import squama
 from oracle import twisting
 from oracle.vectors import FP, Design, scale
-from plane import plane
 from squama.cli import main
 from squama.errors import InputError
 from squama.fe import plate
+from squama.model.paths import ARRAY
 from squama.plot.palette import SCENE, STATES
 from squama.scene import geometry, look, picture, standalone
 from squama.scene.look import SAMPLES, Canvas
@@ -121,8 +121,9 @@ def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting
     assert state.name == SLIDING
     at = [state.load / setting.beam.pitch]
     if setting.load == "bending":
-        r = plane(setting.beam, mu=setting.mu, at=at)
-        places = 0.0, r.r.item()
+        r = squama.bend(setting.beam, mu=setting.mu, at=at)
+        p = motion.hinge.row.point(motion.hinge.place(np.array(at) * setting.beam.pitch), "edge", ARRAY).p
+        places = p.item() * setting.beam.pitch, r.r.item()
     else:
         r = squama.twist(setting.beam, mu=setting.mu, at=at, law=setting.law, sense=setting.sense, joint="hinge")
         places = r.p.item(), r.s.item()
@@ -173,7 +174,7 @@ def test_the_forces_as_drawn_are_the_torque(fraction: float) -> None:
     assert moment / motion.stiffness == pytest.approx(float(o.torque_direct), rel=1e-8)
 
 
-def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_face() -> None:
+def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_line() -> None:
     d = shape(CASES[0])
     sections, places = geometry.bar(d, 0.2)
     assert places[[0, -1]] == pytest.approx([-3.5, 3.5])
@@ -182,10 +183,13 @@ def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_face() -> None:
     assert np.allclose(np.linalg.norm(sections[:, 1] - sections[:, 0], axis=1), 2 * d["half"])
     b = shape(CASES[-1])
     bent, _ = geometry.bar(b, 0.2)
-    face = bent[:, :2].mean(axis=1)
     chord = 2 * math.sin(0.2 / geometry.STEPS / 2) / 0.2
-    assert np.allclose(np.linalg.norm(np.diff(face, axis=0), axis=1), chord)
+    assert np.allclose(np.linalg.norm(np.diff(bent.mean(axis=1), axis=0), axis=1), chord)
+    face = bent[:, :2].mean(axis=1)
     assert face[-1][1] > face[21][1], "it bends towards its scales"
+    kept = shape(CASES[-1]._replace(beam=CASES[-1].beam.replace(substrate={"neutral": "face"})))
+    face = geometry.bar(kept, 0.2)[0][:, :2].mean(axis=1)
+    assert np.allclose(np.linalg.norm(np.diff(face, axis=0), axis=1), chord)
 
 
 def test_states_are_named_and_do_not_go_beyond_the_end() -> None:

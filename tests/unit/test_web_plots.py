@@ -91,6 +91,34 @@ def test_a_loop_goes_up_and_back() -> None:
     assert live.loop(REAL.change("path", "cycle").change("twist", "0")) == "nothing moves"
 
 
+def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
+    bent = HINGE.change("load", "bending")
+    for one in (REAL, HINGE, REAL.change("sense", "-"), bent):
+        now = one.change("path", "decay")
+        m, played, sided = live.motion(now.setting), live.swing(now), now.load == "twisting"
+        release = f"{'-' if now.sense == '-' else ''}{now.twist} rad/pitch"
+        v = squama.vibrate(
+            now.beam, release=release, rotor=1, load=now.load, joint=m.joint, ideal=now.setting.ideal
+        )  # fmt: skip
+        angle = v.phi if sided else v.psi
+        every = np.arange(len(played.frames)) * played.step / live.PERIOD
+        wanted = np.interp(every, v.t.values * float(v.f_0), angle.values)
+        shown = [frame["design"]["sense"] * frame["state"]["load"] for frame in played.frames]
+        assert shown == pytest.approx(wanted.tolist(), abs=1e-12)
+        assert every[-1] * live.PERIOD + played.step > float(v.t[-1] * v.f_0) * live.PERIOD
+        first, opened = played.frames[0]["state"], min(played.frames, key=lambda f: f["state"]["load"])["state"]
+        assert (opened["load"] < 0) == (not sided)
+        assert first["theta"] == pytest.approx(m.state(now.twist).theta)
+        assert opened["name"] == "free"
+        assert all(frame["state"]["x"] == 0 for frame in played.frames)
+        assert f"{float(v.zeta_cycle[0]):.3g} in the first" in played.words
+        assert state.read(state.query(now)) == now
+        # small enough to be sent at once
+        assert len(json.dumps(played.frames, allow_nan=False)) < 250_000
+    with pytest.raises(InputError, match="nothing moves"):
+        live.swing(HINGE.change("twist", "0"))
+
+
 def test_a_loop_that_is_refused_is_told(monkeypatch) -> None:
     def refused(*_: object) -> None:
         raise InputError("the scales do not slide back")

@@ -17,7 +17,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import squama
-from plane import plane
 from squama.batch import entry
 from squama.beam.parts import RATIOS
 from squama.cli import main
@@ -246,10 +245,10 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
 
 def test_bending_is_a_mode_of_its_own() -> None:
     now = START.change("load", "bending")
-    assert live.outcome(now)[0] == plane(now.beam).end.item()
+    assert live.outcome(now)[0] == squama.bend(now.beam).end.item()
     words = dict(live.readings(now))
     assert "Moment M" in words
-    assert live.scene(now)["design"]["alpha"] == 0
+    assert live.scene(now)["design"]["height"] == now.beam.lam
     both = now.keep().change("load", "twisting")
     assert len(both.kept) == 1
     names = [s["name"] for s in charts.line_options(both, "torque", dark=True)["series"]]
@@ -287,7 +286,7 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
                     squama.twist(b, joint="hinge").RED_c.item(), rel=1e-3, abs=1e-12
                 )
         else:
-            assert map.CODES[found.code[j, i]] == plane(b).end.item()
+            assert map.CODES[found.code[j, i]] == squama.bend(b).end.item()
     options = map.options(map.key(now, x, y), found, dark=False)
     cells = next(s for s in options["series"] if s["name"] == "end")["data"]
     assert len(cells) == found.x.size * found.y.size
@@ -313,9 +312,7 @@ def test_the_map_is_computed_anew_only_where_it_must() -> None:
     assert map.key(START.change("law", "plate"), "mu", "alpha") != key
     assert map.key(START.change("eta", "2"), "mu", "alpha") != key
     with pytest.raises(InputError, match="choose two of"):
-        map.check_axes("bending", "mu", "alpha")
-    with pytest.raises(InputError, match="choose two of"):
-        map.check_axes("twisting", "mu", "mu")
+        map.check_axes("mu", "mu")
 
 
 def test_the_map_is_warmed_up_behind_the_page(monkeypatch) -> None:

@@ -297,6 +297,37 @@ def test_both_models_and_a_loop_are_drawn(visit) -> None:
     page.page.locator(".plot").first.locator(".marks b", has_text="\N{UPWARDS ARROW}").wait_for()
 
 
+def test_a_beam_is_let_go_also_from_a_link(visit) -> None:
+    page = visit()
+    let_go = page.page.locator("[data-do=release]")
+    assert not let_go.is_visible()
+    page.page.get_by_label("Load path", exact=True).select_option("decay")
+    page.page.wait_for_function("location.search.includes('path=decay')")
+    top = page.state()["load"]
+    let_go.click()
+    page.page.locator(".notice", has_text="in the first cycle").wait_for()
+    # it goes through the sense in which the scales open, and no arrow says what the way back does not have
+    page.until("squamaView.design.sense === -1")
+    assert page.page.evaluate("squamaView.contacts.length") == 0
+    page.shot("decay")
+    page.eventually(let_go.inner_text, "Stop")
+    let_go.click()
+    page.eventually(let_go.inner_text, "Let go")
+    page.until(f"squamaView.state.load === {top} && squamaView.design.sense === 1")
+    # a change ends it, too
+    let_go.click()
+    page.eventually(let_go.inner_text, "Stop")
+    page.enter("mu", "0.4")
+    page.until("squamaView.state.mu === 0.4 && squamaView.state.x > 0")
+    page.eventually(let_go.inner_text, "Let go")
+    page.enter("twist", "0")
+    let_go.click()
+    page.page.locator(".notice", has_text="nothing moves").wait_for()
+    other = visit("?" + state.query(state.preset("main").change("path", "decay")))
+    other.page.locator("[data-do=release]").click()
+    other.until("squamaView.state.name === 'free' && squamaView.design.sense === -1")
+
+
 def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
     page = visit(HINGED)
     file = page.page.locator("input[type=file]")

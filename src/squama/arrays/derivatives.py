@@ -55,9 +55,9 @@ class Gradient:
 def gradient(
     *,
     eta: ArrayLike,
-    beta: ArrayLike = 1.0,
-    lam: ArrayLike = 1.0,
-    alpha: ArrayLike = 0.5,
+    beta: ArrayLike | None = None,
+    lam: ArrayLike | None = None,
+    alpha: ArrayLike | None = None,
     theta0: ArrayLike,
     mu: ArrayLike,
     stiffness_ratio: ArrayLike = 0.0,
@@ -98,9 +98,9 @@ def gradient(
     [-0.04412 -0.08261]
     """
     of, wrt = _names("of", of, OUTPUTS), _names("wrt", wrt, PARAMETERS)
-    kind = arguments.load(load)
+    arguments.load(load)
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
     )
     margin = arguments.margin(margin)
     given = dict(zip(PARAMETERS, columns, strict=False))
@@ -110,11 +110,9 @@ def gradient(
     array = np.zeros((len(of), len(wrt), mu.size))
     with np.errstate(all="ignore"):
         tracks = [(index, tracked(t, mu[index], margin, law, sol.found.W_fr[index])) for index, t in sol.tracks]
-        known = (*kind.contact, *PARAMETERS[6:])
         for j, name in enumerate(wrt):
-            asked = name if name in known else ""
             moved = _derivatives(
-                sol.found, given["theta0"], given["stiffness_ratio"], tracks, asked, sign, cut is not None
+                sol.found, given["theta0"], given["stiffness_ratio"], tracks, name, sign, cut is not None
             )
             array[:, j] = [moved[key] for key in of]
     return Gradient(of, wrt, array.reshape(len(of), len(wrt), *shape), sol.found.code.reshape(shape))
@@ -130,7 +128,7 @@ def _names(what: str, given: str | Sequence[str] | None, known: tuple[str, ...])
 def _derivatives(
     found: Solved, theta0: Array, ratio: Array, tracks: list[tuple[Array, Tracked]], name: str, sign: int, work: bool
 ) -> dict[str, Array]:
-    """Differentiate the outputs with respect to one parameter ("" for one that has no part in this load).
+    """Differentiate the outputs with respect to one parameter.
 
     From the moved results of the tracks; with ``work`` that of friction, which costs most, too.
     """

@@ -157,37 +157,44 @@ def follow(
     most: Array | float | None = None,
     ideal: bool = False,
     sense: int = 1,
+    copies: int = 0,
+    stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:
     """Follow beams along twists, rising, (m,) for all or (n, m); what :func:`response` returns, nothing checked.
+
+    With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
+    is complex: derivatives of what is followed, to all digits (:mod:`squama.real.moved`). Stresses are taken at some of
+    the twists, ``stressed``.
 
     ``K`` returns the joints (i, 9, 9) or (i, 7, 7) of the designs with the numbers (i,), ``known`` (n,) tells which of
     them have one; by default it is the law's, of designs in its range. First contacts are looked for below the twists
     ``most``, by default the last ones. ``ideal``: scales are thin and rigid, whatever holds them.
     """
     n, known = designs.eta.size, law.within(designs.shape) if known is None else known
-    upto = np.broadcast_to(twists[..., -1] if most is None else most, n)
-    at_all, which, scales = (
-        np.broadcast_to(twists, (n, twists.shape[-1])),
-        np.flatnonzero(known),
-        designs.scales(ideal=ideal),
-    )
-    m, columns = at_all.shape[1], list(COLUMNS.values())
-    alone, along = np.full((4, n), np.nan), np.full((len(COLUMNS) + 1, n, m), np.nan)
+    upto = np.broadcast_to(np.real(twists[..., -1]) if most is None else most, n)
+    at_all, scales = np.broadcast_to(twists, (n, twists.shape[-1])), designs.scales(ideal=ideal)
+    m, columns, kind = at_all.shape[1], list(COLUMNS.values()), designs.eta.dtype
+    alone, along = np.full((4, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
     ends = np.full(n, "", dtype=path.WORDS.dtype)
+    which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
 
     def begin() -> Callable[[int, int], None]:
         def work(low: int, high: int) -> None:
             at = which[low:high]
             joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
+            joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
             scale = path.Scale(*(v[at] for v in scales))
             beams = path.beams(scale, joints, designs.mu[at], sense=sense)
-            found = path.follow_all(beams, at_all[at], most=upto[at])
+            if copies:
+                found = path.moved(beams, at_all[at], copies, most=upto[at[::copies]])
+            else:
+                found = path.follow_all(beams, at_all[at], most=upto[at])
             alone[:2, at] = found.contacts[:, 3], found.ends[:, 1]
             alone[2:, at] = pivots(joints)[:, [K_THETA, TWIST]].T
             ends[at] = path.endings(found.contacts, found.ends)
             along[:-1, at] = np.moveaxis(found.rows[..., columns], -1, 0)
-            along[-1, at] = path.stresses_of(scale, found)
+            along[-1, at, stressed] = path.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
 
         return work
 
@@ -195,7 +202,8 @@ def follow(
 
     # threads of BLAS beside the others only wait for each other
     with threadpool_limits(1, user_api="blas"):
-        in_parts(begin, which.size, most=PART, least=PART, threads=threads)
+        part = max(1, PART // max(1, copies))
+        in_parts(begin, len(which), most=part, least=part, threads=threads)
     phi_e, phi_end, K_theta, rigidity = alone
     slope = _slopes(at_all, along[0], phi_e) / rigidity[:, None]
     return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
@@ -205,11 +213,11 @@ def _slopes(x: Array, y: Array, start: Array) -> Array:
     """Return the slopes of y (n, m) over x (n, m), those before ``start`` (n,) and after it taken apart."""
     steps = np.diff(x)
     each, weights = np.diff(y) / steps, 1 / steps
-    touching = x >= start[:, None]
+    touching = np.real(x) >= np.real(start)[:, None]
     each[touching[:, 1:] != touching[:, :-1]] = np.nan
-    total, summed = np.zeros((2, *y.shape))
+    total, summed = np.zeros((2, *y.shape), y.dtype)
     there, each = np.isfinite(each), np.nan_to_num(each)
     for side in (np.s_[:, 1:], np.s_[:, :-1]):
         total[side] += weights * there
         summed[side] += weights * each
-    return np.asarray(np.divide(summed, total, out=np.full(y.shape, np.nan), where=total > 0))
+    return np.asarray(np.divide(summed, total, out=np.full(y.shape, np.nan, y.dtype), where=total.real > 0))

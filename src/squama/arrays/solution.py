@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -13,15 +12,16 @@ from squama.batch.answers import answers
 from squama.loads import LOADS
 from squama.model.bending import Bend
 from squama.model.evaluation import BENT, FOLDED, OPEN
-from squama.model.follow import TURNED
+from squama.model.follow import TURNED, UPRIGHT
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, FoldedTwist
-from squama.model.plates import TIP_SIDE, Plates, Touch, first_touch, name
+from squama.model.plates import CORNER_FACE, TIP_SIDE, Plates, Touch, first_touch, name
+from squama.model.reach import SEARCH
 from squama.model.tracks import Track, scalar, take
 from squama.types import Array
 
-COLUMNS = LOADS["twisting"].contact
-"""All that a contact may depend on."""
+COLUMNS = ("eta", "beta", "lam", "alpha", "theta0", "mu")
+"""What a contact depends on, in the order of the solver's arguments."""
 TOUCH_SAMPLES = 121
 """Samples at which the plates are tested against each other, of a path that nothing ends before it has turned."""
 REST_SAMPLES = 24
@@ -29,8 +29,6 @@ REST_SAMPLES = 24
 TOUCHING = CODES.index(End.TOUCHING)
 SHORT = 1 - 1e-9
 """Part of a path on which other contacts are looked for."""
-SEARCH = math.pi / 2
-"""Twist per pitch up to which plates that do not engage are looked at, unless a range is asked."""
 
 
 class Solution(NamedTuple):
@@ -62,17 +60,15 @@ def solve(
     Parameters
     ----------
     columns
-        eta, beta, lam, alpha, theta0 and mu, or those that the load asks for: 1-D arrays of one length, radians; of
-        thick scales "thickness" too.
+        eta, beta, lam, alpha, theta0 and mu: 1-D arrays of one length, radians; of thick scales "thickness" too.
     margin
         Fraction of the path left before a lock; without one the figures at the cut-off are left out.
     """
     kind = LOADS[load]
-    zero = np.zeros_like(columns["eta"])
-    eta, beta, lam, alpha, theta0, mu = (columns[name] if name in kind.contact else zero for name in COLUMNS)
-    ts = columns.get("thickness", zero)
+    eta, beta, lam, alpha, theta0, mu = (columns[name] for name in COLUMNS)
+    ts = columns.get("thickness", np.zeros_like(eta))
     a = answers((eta, beta, lam, alpha, theta0, mu), ts, law=kind.law(law), sense=sense, load=load, margin=margin)
-    rows: dict[int, Any] = {BENT: Bend(eta, theta0)}
+    rows: dict[int, Any] = {BENT: Bend(eta, beta, lam, np.sin(alpha), np.cos(alpha), theta0)}
     if kind.sided:
         sa = np.sin(alpha) * (1 if sense == "+" else -1)
         whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float), ts)
@@ -94,6 +90,7 @@ def touch(
     i: int,
     *,
     mirrored: bool,
+    bent: bool = False,
     ends: Array | tuple[float, ...] = (),
 ) -> Touch | None:
     """First contact of the plates other than the followed one: at rest up to the twist ``limit``, then on the path.
@@ -102,6 +99,8 @@ def touch(
     ----------
     t, i
         Track and the design's place in it; None for a design that does not engage.
+    bent
+        Whether loads are bends, away from the scales where ``mirrored``, not twists.
     ends
         Path parameters at which paths end that are parts of this one.
     """
@@ -115,33 +114,37 @@ def touch(
         if not rest.all():
             pt = row.point(x0 + (x_end - x0) * v[~rest], "edge", ARRAY)
             theta[~rest], phi[~rest] = pt.theta, pt.load
-        return theta, phi
+        return theta, np.array([-phi if mirrored else phi, 0 * phi]) if bent else phi
 
     on_path = np.empty(0)
     if x_end > x0:
         # places that follow from the geometry, so that friction only decides how many of them are looked at
-        every = np.linspace(x0, -x0 if isinstance(row, FoldedTwist) else TURNED, TOUCH_SAMPLES)
+        last_of_all = -x0 if isinstance(row, FoldedTwist) else UPRIGHT if bent else TURNED
+        every = np.linspace(x0, last_of_all, TOUCH_SAMPLES)
         # at the end of an edge the corner itself touches: that is the end, not another contact
         last = SHORT * (np.array([*ends, x_end]) - x0)
         on_path = np.unique([*(every[every - x0 < last[-1]] - x0), *last]) / (x_end - x0)
     v = np.concatenate([[-1 + 1e-5], np.linspace(-1, -1e-9, REST_SAMPLES)[1:], on_path])
-    return first_touch(plates, at, v, follows=0 if row is None else int(row.k), mirrored=mirrored)
+    k = 0 if row is None else int(getattr(row, "k", 1))
+    own = CORNER_FACE if bent else TIP_SIDE
+    return first_touch(plates, at, v, follows=k, mirrored=mirrored and not bent, own=[own])
 
 
 def with_touches(
-    sol: Solution, shapes: Sequence[Array], *, sense: str, alike: bool = False
+    sol: Solution, shapes: Sequence[Array], *, sense: str, load: str = "twisting", alike: bool = False
 ) -> tuple[Solution, list[Touch | None]]:
     """Cut every path at the first contact of any pair of plates; return the contacts too (None for none).
 
     ``shapes`` are the columns eta, beta, lam, alpha, theta0 and, of thick scales, thickness.
 
+    Edges across a bent beam lie flush in each other, and their plates are not looked at.
     What touches when is geometry: if the designs are ``alike`` but for friction, which only decides how far a path
     goes, contacts are found once.
     """
-    mirrored = sense == "-"
+    mirrored, bent = sense == "-", not LOADS[load].sided
     eta, beta, lam, alpha, theta0, *thick = shapes
     thickness = thick[0] if thick else np.zeros_like(eta)
-    sa, ca = np.sin(alpha) * (-1 if mirrored else 1), np.cos(alpha)
+    sa, ca = np.sin(alpha) * (-1 if mirrored and not bent else 1), np.cos(alpha)
     touches: list[Touch | None] = [None] * theta0.size
     found = sol.found
     theta_end, load_end, code = found.theta_end.copy(), found.load_end.copy(), found.code.copy()
@@ -149,13 +152,13 @@ def with_touches(
     every = list(range(theta0.size))
     for group in [every] if alike else [[i] for i in every]:
         first = group[0]
-        if found.code[first] == TOUCHING:
+        if found.code[first] == TOUCHING or (bent and not alpha[first]):
             continue
         shape = Plates(*(float(v[first]) for v in (eta, beta, lam, sa, ca, thickness)))
         rest = float(theta0[first])
         known = [places[i] for i in group if i in places]
         if not known:
-            hit = touch(shape, rest, SEARCH, None, 0, mirrored=mirrored)
+            hit = touch(shape, rest, SEARCH, None, 0, mirrored=mirrored, bent=bent)
             for i in group:
                 touches[i] = hit
             continue
@@ -164,7 +167,8 @@ def with_touches(
         row, x0 = take(longest.row, n), longest.x0[n]
         whole = longest.x_end[n] - x0
         ends = [_along(row, t, m) for t, m in known]
-        hit = touch(shape, rest, float(found.load_e[first]), longest, n, mirrored=mirrored, ends=np.array(ends))
+        limit = float(found.load_e[first])
+        hit = touch(shape, rest, limit, longest, n, mirrored=mirrored, bent=bent, ends=np.array(ends))
         if hit is None:
             continue
         reached = x0 + whole * max(hit.x, 0.0)

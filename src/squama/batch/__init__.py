@@ -70,9 +70,9 @@ class Solved(NamedTuple):
 def solve(
     *,
     eta: ArrayLike,
-    beta: ArrayLike = 1.0,
-    lam: ArrayLike = 1.0,
-    alpha: ArrayLike = 0.5,
+    beta: ArrayLike | None = None,
+    lam: ArrayLike | None = None,
+    alpha: ArrayLike | None = None,
     theta0: ArrayLike,
     mu: ArrayLike,
     stiffness_ratio: ArrayLike = 0.0,
@@ -87,7 +87,10 @@ def solve(
     Parameters
     ----------
     eta, beta, lam, alpha, theta0, mu
-        Ratios, angles (rad), coefficient of friction; broadcast against each other. Bending needs eta, theta0 and mu.
+        Ratios, angles (rad), coefficient of friction; broadcast against each other. ``lam`` is the height of the
+        scales' face over the line that a load leaves where it is: t/d in twisting and, where a bent bar keeps its
+        middle, in bending; 0 where it keeps its face. In bending beta, lam
+        and alpha may be left out: edges across the beam, on a face that keeps its length.
     stiffness_ratio
         C_f C_w G_B I / (K_theta d) of the beam without contact (E_B I / (K d) in bending); 0 leaves the scales alone.
     thickness
@@ -117,7 +120,7 @@ def solve(
     """
     arguments.load(load)
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
         thickness=thickness,
     )  # fmt: skip
     margin = arguments.margin(margin)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from squama.loads import LOADS
 from squama.model.evaluation import BENT, NAMES, OPEN, Room
 from squama.model.figures import Common, Rules, fill, legendre_rules, pole_rules
+from squama.progress import LOG
 from squama.types import Array
 
 FEW = 128
@@ -71,7 +71,8 @@ def answers(
     designs = np.ascontiguousarray(np.stack((*columns, thin)), float)
     n = designs.shape[1]
     cut, plain = (NO_RULE, NO_RULE) if margin is None else (pole_rules(margin), legendre_rules())
-    kind, sign = OPEN if LOADS[load].sided else BENT, 1.0 if sense == "+" else -1.0
+    kind = OPEN if LOADS[load].sided else BENT
+    sign = -1.0 if sense == "-" and kind == OPEN else 1.0
     common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
     out, whole = np.full((FLOATS, n), np.nan), np.empty((4, n), np.int64)
     if n <= (FEW if few is None else few):
@@ -87,7 +88,7 @@ def _compiled(designs: Array, common: Common, out: Array, whole: Array, threads:
     from squama.batch.threads import in_parts
 
     if not entry.ready():
-        logging.getLogger("squama").warning("squama: compiling the code for many designs, once; some seconds")
+        LOG.warning("squama: compiling the code for many designs, once; some seconds")
 
     def begin() -> Callable[[int, int], None]:
         room = entry.room()

@@ -21,7 +21,6 @@ from numba.extending import overload, overload_attribute, overload_method
 
 from squama.batch.keeping import INNER
 from squama.model import (
-    bending,
     bracket,
     crossings,
     energy,
@@ -62,6 +61,10 @@ class _Single(NamedTuple):
     all: Any
 
 
+def _same(x: Any) -> Any:
+    return x
+
+
 def _inlined(f: Callable[..., Any]) -> Any:
     return numba.njit(**_INLINED)(f)
 
@@ -98,19 +101,17 @@ def _teach_rows(name: str, *rows: Any) -> None:
     """Teach a method or property of the rows."""
     own = {row: row.__dict__[name] for row in rows if name in row.__dict__}
     plain: dict[Any, Any] = {row: f.fget if isinstance(f, property) else f for row, f in own.items()}
+    plain = {row: _itself(f, np=_Single(_inlined(_same))) for row, f in plain.items()}
     register = overload_attribute if isinstance(next(iter(own.values())), property) else overload_method
     like = next(iter(plain.values()))
     _teach(register, (types.BaseNamedTuple, name), like, lambda *args: plain.get(args[0].instance_class))
 
 
 for _name in ("ratios", "open", "root", "solve_at", "solve_from", "half", "at_root", "places"):
-    _teach_rows(_name, Twist, FoldedTwist)
-_teach_rows("point", Bend)
+    _teach_rows(_name, Twist, FoldedTwist, Bend)
+for _name in ("levers", "meeting", "bend", "point"):
+    _teach_rows(_name, Bend)
 _teach(overload_method, (types.BaseNamedTuple, "_replace"), _seen_from, lambda *_, **__: _seen_from)
-
-
-def _same(x: Any) -> Any:
-    return x
 
 
 @_inlined
@@ -156,8 +157,6 @@ for _f in (
     neighbours.touches_at_rest,
 ):  # fmt: skip
     _teach(overload, (_f,), _f, lambda *_, f=_f: f)
-_bend_at = _itself(bending.bend_at, np=_Single(_inlined(_same)))
-_teach(overload, (bending.bend_at,), _bend_at, lambda *_: _bend_at)
 
 
 @_inlined
@@ -236,10 +235,11 @@ def looks(d: Design, room: Any, start: int, stop: int) -> None:
     """Look at places of a path, as :func:`squama.model.evaluation.looks`; ``load`` is a tangent yet (see spot)."""
     # a loop for each case: choices inside would keep LLVM from taking several places in one instruction
     if d.kind == BENT:
-        row = Bend(d.eta, d.theta0)
+        row = Bend(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0)
         for j in range(start, stop):
             pt = row.point(room.x[j], "edge", OPS)
-            _see(room, j, pt, mechanics.forces(pt, d.theta0, d.mu), 1.0, 1.0)
+            tip, side = row.places(pt)
+            _see(room, j, pt, mechanics.forces(pt, d.theta0, d.mu), tip, side)
             room.theta[j], room.square[j] = room.x[j], 1.0
     elif d.kind == FOLDED and d.law == PLATE:
         _all(_look, _folded, d, room, start, stop, PLATE)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Key(NamedTuple):
-    """One key of the file: what it measures (None: a whole number or a file), what it means, how it may look.
+    """One key of the file: what it measures (None: a whole number, a word or a file), what it means, how it may look.
 
     ``bounds`` are those of a number, in SI units, with the example.
     """
@@ -65,6 +65,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu", "0.49"),
         "strength": _number(Dimension.PRESSURE, MODULUS, "largest stress (von Mises) of the bar", '"4 MPa"'),
         "strain_limit": _number(Dimension.RATIO, STRAIN, "largest strain of the bar", "2"),
+        "neutral": Key(None, "line that keeps its length in bending: middle or face", '"face"'),
     },
     "beam": {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),

@@ -264,18 +264,15 @@ class Beam(Assembly):
             files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
         return text
 
-    def warnings(self, load: str = "twisting", sense: str = "+", joint: str = "hinge", neutral: str = "") -> list[str]:
+    def warnings(self, load: str = "twisting", sense: str = "+", joint: str = "hinge") -> list[str]:
         """Say where the beam leaves the range of a joint's model under a load ("twisting" or "bending") in a sense.
-
-        ``neutral`` is that of :func:`squama.bend`; without it in bending the warnings are those of sweeps, fits,
-        designs and cycles, which take edges as across the beam.
 
         Returns
         -------
         list of str
             One line per finding; empty if there is none. See `squama.beam.validity`.
         """
-        return validity.messages(self, load, sense, joint, neutral)
+        return validity.messages(self, load, sense, joint)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""

@@ -18,6 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 from squama.beam import beamfile, joint_law, matrixfile
 from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
+from squama.loads import NEUTRAL
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -84,6 +85,15 @@ def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
 
 
 Faces = Annotated[str, BeforeValidator(read)]
+
+
+def _line(value: object) -> str:
+    """Return the name of a line that keeps its length."""
+    if value in NEUTRAL:
+        return str(value)
+    raise InputError(Problem("", shown(value), f"must be {' or '.join(map(shown, NEUTRAL))}"))
+
+
 Pitch = Annotated[float, _read("beam.pitch")]
 Density = Annotated[float, _read("beam.density")]
 Rotor = Annotated[float, _read("beam.rotor")]
@@ -190,6 +200,9 @@ class Substrate(Part):
         Largest stress (von Mises), Pa.
     strain_limit : float, optional
         Largest strain; 2 is three times the length.
+    neutral : str, optional
+        Line that keeps its length in bending: "middle" (taken if not given; a homogeneous bar without axial force) or
+        "face" (that of the scales).
 
     Raises
     ------
@@ -204,6 +217,7 @@ class Substrate(Part):
     poisson_ratio: Annotated[float, _read("substrate.poisson_ratio")]
     strength: Annotated[float, _read("substrate.strength")] | None = None
     strain_limit: Annotated[float, _read("substrate.strain_limit")] | None = None
+    neutral: Annotated[str, BeforeValidator(_line)] | None = None
 
     if TYPE_CHECKING:
 
@@ -216,6 +230,7 @@ class Substrate(Part):
             poisson_ratio: Quantity,
             strength: Quantity | None = None,
             strain_limit: Quantity | None = None,
+            neutral: str | None = None,
         ) -> None: ...
 
 
@@ -341,6 +356,11 @@ class Assembly(Part):
         """What the contact depends on: eta, beta, lam, and alpha, theta0 in rad."""
         angles = {"alpha": self.scale.alpha, "theta0": self.scale.theta0}
         return {"eta": self.eta, "beta": self.beta, "lam": self.lam, **angles}
+
+    @property
+    def neutral(self) -> str:
+        """Line of the bar that keeps its length in bending: "middle" or "face"."""
+        return self.substrate.neutral or next(iter(NEUTRAL))
 
     @property
     def length(self) -> float:

@@ -7,7 +7,7 @@ import math
 from squama.beam import beamfile, matrixfile
 from squama.beam.parts import Assembly
 from squama.errors import Problems, refuse
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, NEUTRAL, Load
 from squama.model import joint, reach, thickness, twisting
 from squama.units import Dimension, as_text, shown
 
@@ -18,32 +18,15 @@ SOFTEST = 1e-6
 """Least stiffness of a scale over that of its joint."""
 
 
-def messages(
-    beam: Assembly, load: str = "twisting", sense: str = "+", joint: str = "hinge", neutral: str = ""
-) -> list[str]:
-    """Say where a beam leaves the range of a model under a load, a line per finding, with the numbers.
-
-    ``neutral`` as of `squama.bend`; "" in bending is what takes edges as across the beam, as sweeps, fits, designs and
-    cycles do.
-    """
+def messages(beam: Assembly, load: str = "twisting", sense: str = "+", joint: str = "hinge") -> list[str]:
+    """Say where a beam leaves the range of a model under a load, a line per finding, with the numbers."""
     if load not in LOADS:
         refuse("load", shown(load), "is not known", f"write one of {', '.join(LOADS)}")
     kind = LOADS[load]
-    slant = kind.slant(beam.scale.alpha, neutral)
-    found = [*plane(beam, kind, neutral), *_overlap(beam), *_width(beam, kind, slant)]
+    found = [*_overlap(beam), *_width(beam)]
     if joint == "hinge":
-        found += [*_thin(beam, kind, sense, slant, neutral), *_laws(beam, kind)]
+        found += [*_thin(beam, kind, sense), *_laws(beam, kind)]
     return [*found, *_both(beam), *_matrix(beam)]
-
-
-def plane(beam: Assembly, load: Load, neutral: str = "") -> list[str]:
-    """Say what the closed form of bending leaves out; nothing of other models."""
-    if load.sided or neutral:
-        return []
-    if not (alpha := beam.scale.alpha):
-        return ["the scaled face is taken as the line that keeps its length, not the middle of the bar (squama bend)"]
-    taken = f"alpha = {math.degrees(alpha):.4g} deg is not in it: edges are taken as across the beam, its scaled face"
-    return [f"{taken} as the line that keeps its length; what follows is not right (squama bend takes alpha in)"]
 
 
 def parts_fit(beam: Assembly) -> None:
@@ -61,6 +44,9 @@ def parts_fit(beam: Assembly) -> None:
         if ratio > reach.MOST:
             reason = f"makes {words} = {ratio:.6g} with beam.pitch = {_mm(d)}; allowed: {reach.ALLOWED}"
             problems.add(f"scale.{key}", _mm(size), reason, f"write at most {_mm(room)}")
+    if beam.other and beam.neutral != next(iter(NEUTRAL)):
+        reason = "is of scales on one face: between two it is the middle"
+        problems.add("substrate.neutral", shown(beam.neutral), reason, f'write "{next(iter(NEUTRAL))}"')
     sine = math.sin(beam.scale.theta0)
     depth, room = beam.scale.embedded * sine, beam.substrate.thickness / (2 if beam.other else 1)
     if depth >= room:
@@ -96,40 +82,35 @@ def _overlap(beam: Assembly) -> list[str]:
     return [] if beam.eta > 1 else [f"{lies}, so neighbours may never touch"]
 
 
-def _width(beam: Assembly, load: Load, slant: float) -> list[str]:
-    across, room = beam.scale.width * math.cos(slant), beam.substrate.width
+def _width(beam: Assembly) -> list[str]:
+    across, room = beam.scale.width * math.cos(beam.scale.alpha), beam.substrate.width
     # widths that agree up to rounding fit
     if across <= room * (1 + 1e-9):
         return []
     line = f"the scales are wider than the substrate: 2 b cos(alpha) = {_mm(across)} against {_mm(room)}"
-    if slant != beam.scale.alpha:
-        return [f"{line} (alpha = 0 in {load.name})"]
     fits = math.degrees(math.acos(room / beam.scale.width))
     return [f"{line}; they fit for alpha >= {math.ceil(fits * 100) / 100:.2f} deg"]
 
 
-def _thin(beam: Assembly, load: Load, sense: str, slant: float, neutral: str) -> list[str]:
-    tau, gap = beam.thickness_ratio, thickness.gap(slant, beam.scale.theta0)
+def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
+    tau, gap = beam.thickness_ratio, thickness.gap(beam.scale.alpha, beam.scale.theta0)
     if tau <= THIN * gap * (1 + 1e-9):
         return []
-    words = f"gap d sin(theta0){' cos(alpha)' * (load.sided or bool(neutral))} = {_mm(gap * beam.pitch)}"
+    words = f"gap d sin(theta0) cos(alpha) = {_mm(gap * beam.pitch)}"
     line = f"the scales are not thin: t_s = {_mm(beam.scale.thickness)}"
     if tau >= gap:
         return [f"{line} is no less than the {words}: the plates touch at rest"]
     line += f" uses {100 * tau / gap:.0f} % of the {words} ({100 * THIN:.0f} % is thin); "
-    if neutral and not load.sided:
+    if not load.sided:
         return [f"{line}plates of that thickness engage before the model's thin ones"]
     # the other sense is the mirror image
     ratios = beam.ratios | {"alpha": beam.scale.alpha * (-1 if sense == "-" else 1)}
 
     def engagement(tau: float) -> str:
-        if load.sided:
-            value = thickness.engagement_twisting(**ratios, tau=tau)
-        else:
-            value = thickness.engagement_bending(beam.eta, beam.scale.theta0, tau)
+        value = thickness.engagement_twisting(**ratios, tau=tau)
         return f"{load.angle} = {value:.3g} rad per pitch" if math.isfinite(value) else "no twist"
 
-    if load.sided and not _meets(ratios):
+    if not _meets(ratios):
         return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]
     return [f"{line}plates of that thickness engage at {engagement(tau)}, the model's thin ones at {engagement(0.0)}"]
 

@@ -116,6 +116,7 @@ def _run(arguments: list[str]) -> int:
 
     from squama.cli.app import make, usage_problem
     from squama.cli.flags import collecting
+    from squama.progress import spoken
     from squama.units import shown
 
     if wrong := [text for text in arguments if "\0" in text]:
@@ -123,7 +124,7 @@ def _run(arguments: list[str]) -> int:
         raise InputError(Problem(reason=f"{shown(wrong[0])} holds a null character", remedy="leave it out"))
 
     try:
-        with collecting(), warnings.catch_warnings():
+        with spoken(), collecting(), warnings.catch_warnings():
             warnings.simplefilter("default", TableWarning)
             warnings.showwarning = _warned
             status = make()(arguments, exit_on_error=False, print_error=False, result_action="return_value")

@@ -6,6 +6,7 @@ to look at its other flags and its files; :func:`settled` then refuses them all,
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -20,6 +21,7 @@ from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label
 from squama.loads import LOADS, MODES, NEUTRAL
+from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
 if TYPE_CHECKING:
@@ -272,8 +274,8 @@ Load = Annotated[
 Law = Annotated[
     str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
 ]
-_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (middle)."
-Neutral = Annotated[str, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
+_NEUTRAL = "Line of the bar that keeps its length in bending: middle or face (that of the scales) (the beam's)."
+Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*NEUTRAL))]
 _MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
@@ -314,6 +316,12 @@ class Base:
         tuple[Setting, ...], flag(_SET, "--set", read=Reader(_setting, Setting("", "", "")), many=True)
     ] = ()
     json: Json = False
+    verbose: Annotated[bool, Parameter(help="Say on standard error what is done and how long it takes.")] = False
+
+    def __post_init__(self) -> None:
+        """Let the log speak as early as the command line is read."""
+        if self.verbose:
+            LOG.setLevel(logging.INFO)
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key."""

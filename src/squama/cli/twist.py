@@ -57,7 +57,7 @@ def bend(
     /,
     *,
     curve: Curve = CURVE,
-    neutral: flags.Neutral = "middle",
+    neutral: flags.Neutral = None,
     tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -76,7 +76,7 @@ def respond(
     joint: str | None = None,
     *,
     ideal: bool = False,
-    neutral: str = "",
+    neutral: str | None = None,
 ) -> int:
     """Run one of them, and return the exit status."""
     mu, data = curve.mu, curve.data
@@ -88,6 +88,8 @@ def respond(
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
     beam = settled(beam)
+    if neutral is not None:
+        beam = beam.replace(substrate={"neutral": neutral})
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
@@ -103,7 +105,7 @@ def respond(
             laws = report.ladder(beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:
-            laws = report.responses(load, beam, law, sense, numbers | {"neutral": neutral})
+            laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
     record, shown = report.record, report.summary

@@ -120,7 +120,7 @@ def bend(
     points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
-    neutral: str = "middle",
+    neutral: str | None = None,
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
 
@@ -133,8 +133,8 @@ def bend(
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
     neutral
-        Which line of the bar keeps its length: "middle" (a homogeneous bar without axial force) or "face" (that of the
-        scales, as the paper's theory of bending takes it).
+        Line of the bar that keeps its length, in place of the beam's own (``substrate.neutral``): "middle" (a
+        homogeneous bar without axial force) or "face" (that of the scales, as the paper's theory of bending takes it).
 
     Returns
     -------
@@ -155,8 +155,9 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
-    line = arguments.one_of("neutral", neutral, tuple(NEUTRAL))
-    return respond(beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, neutral=line).dataset()
+    if neutral is not None:
+        beam = beam.replace(substrate={"neutral": arguments.one_of("neutral", neutral, tuple(NEUTRAL))})
+    return respond(beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to).dataset()
 
 
 def respond(
@@ -172,12 +173,8 @@ def respond(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
-    neutral: str = "",
 ) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset.
-
-    In bending without ``neutral``: edges across the beam (:mod:`squama.model.bending`).
-    """
+    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
     kind, d = arguments.load(load), beam.pitch
     sign = arguments.sense(sense) if kind.sided else 1
     arguments.law(law)
@@ -191,7 +188,7 @@ def respond(
     way = LoadPath.of(load, [sign * stop])
     held, thin, note = follow.meant(beam, load, law, joint, ideal)
     points = arguments.whole("points", points, 3, 1e6)
-    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=neutral)
+    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note)
     return follow.curves(asked, held)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.curves import both_faces, hinge, hinge_bent, hinge_cycles
+from squama.curves import both_faces, hinge, hinge_cycles
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, Solved, States
 from squama.errors import refuse
@@ -35,10 +35,6 @@ class Model(NamedTuple):
     only: dict[str, str]
 
 
-def _hinge_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
-    return hinge_bent.solve(asked) if asked.neutral else hinge.solve(asked)
-
-
 def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
     from squama.curves import real
 
@@ -52,7 +48,7 @@ def _compliant_walk(asked: Asked) -> States:
 
 
 MODELS = {
-    "hinge": Model(_hinge_solve, hinge_cycles.walk, {}),
+    "hinge": Model(hinge.solve, hinge_cycles.walk, {}),
     "compliant": Model(_compliant_solve, _compliant_walk, {"law": "edge", "load": "twisting"}),
 }
 """A hinge with one spring (closed form), or six motions of a scale against the substrate."""

@@ -1,7 +1,7 @@
 """The hinge: a beam's path by the closed form, and the curve along it in SI units.
 
-One place turns a beam into a solved path (:func:`solve`); twisting and bending differ by their rows of
-:data:`squama.loads.LOADS` only. A path is solved once for all coefficients of friction: what touches when is geometry.
+One place turns a beam into a solved path (:func:`solve`), twisted or bent. A path is solved once for all coefficients
+of friction: what touches when is geometry.
 """
 
 from __future__ import annotations
@@ -13,11 +13,14 @@ import numpy as np
 
 from squama.arrays import solution
 from squama.curves.path import Asked, Case, Curve, States, figures
-from squama.model import energy, history, mechanics
+from squama.loads import neutral_height
+from squama.model import energy, history, mechanics, screw
 from squama.model.mechanics import Row
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, FLOAT
-from squama.model.plates import Touch
+from squama.model.plates import Plates, Touch
+from squama.model.reach import SEARCH
+from squama.model.screw_path import Design, Leg
 from squama.model.tracks import at_loads, scalar
 from squama.types import Array
 
@@ -27,11 +30,16 @@ SAME = 1e-12
 """Relative difference of load angles that is rounding."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 """Ends towards which a curve steepens."""
+BENT_BY = "BF"
+"""Contact of a bent beam, of those of :mod:`squama.model.screw`."""
 _NOT_MET = (np.nan, np.nan)
 
 
 class Path(NamedTuple):
-    """The solved path of one design, cut to the asked range; ``touch`` twist and inclination of the other contact."""
+    """The solved path of one design, cut to the asked range.
+
+    ``touch`` load angle and inclination of the other contact; ``bent`` the same way in the plane of bend and twist.
+    """
 
     case: Case
     row: Any
@@ -48,6 +56,7 @@ class Path(NamedTuple):
     mu: float
     law: str
     touch: tuple[float, float] = _NOT_MET
+    bent: Leg | None = None
 
     @property
     def engaged(self) -> bool:
@@ -92,12 +101,12 @@ class Path(NamedTuple):
         cut = min(self.load_e, self.load_end)
         load, x = (load, np.append(x, self.x_c)) if self.engaged else (np.append(load, cut), x)
         values = evaluate(self, load, x)
-        last = {name: float(v[-1]) for name, v in values.items()}
+        last = {name: v[-1].item() for name, v in values.items()}
         along = {name: v[:-1] for name, v in values.items()}
         if at is not None:
             order = np.concatenate([np.flatnonzero(before), np.flatnonzero(contact)])
             for name, v in along.items():
-                along[name] = np.full(at.size, np.nan)
+                along[name] = np.full(at.size, "" if v.dtype.kind == "U" else np.nan, v.dtype)
                 along[name][order] = v
             along["load"], along["rate"] = at, at / self.case.pitch
         return Curve(along, _figures(self, last))
@@ -108,19 +117,20 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
     beam, way, law, margin, mus = asked.beam, asked.path, asked.law, asked.margin, np.atleast_1d(asked.mus)
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
     more = States({}, {"margin": margin})
+    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": asked.thickness}
     if case.mirrored and not kind.sided:
-        # bent away from the scales, they spread: nothing touches
-        far = solution.SEARCH if to == math.inf else to
-        return [Path.straight(case, far, float(m), law) for m in mus], more
-    columns = {name: mus if name == "mu" else np.full(mus.size, beam.ratios[name]) for name in kind.contact}
-    columns["thickness"] = np.full(mus.size, asked.thickness)
-    sol = solution.solve(columns, load=kind.name, law=law, sense=way.sense)
-    touches: list[Touch | None] = [None] * mus.size
-    if kind.sided:
-        shapes = [columns[name] for name in columns if name != "mu"]
-        sol, touches = solution.with_touches(sol, shapes, sense=way.sense, alike=True)
+        plates = Plates(beam.eta, beam.beta, ratios["lam"], math.sin(beam.scale.alpha), math.cos(beam.scale.alpha))
+        hit = solution.touch(plates, case.theta0, SEARCH, None, 0, mirrored=True, bent=True)
+        return [_open(case, hit, solution.other_words(hit, 0, mirrored=False), to, float(m), law) for m in mus], more
+    shapes = {name: np.full(mus.size, value) for name, value in ratios.items()}
+    sol = solution.solve({**shapes, "mu": mus}, load=kind.name, law=law, sense=way.sense)
+    sol, touches = solution.with_touches(sol, [*shapes.values()], load=kind.name, sense=way.sense, alike=True)
     paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
-    return paths, more
+    if kind.sided:
+        return paths, more
+    y_n = neutral_height(beam.neutral, beam.lam)
+    legs = [Leg(Design(**beam.ratios, mu=float(m), y_n=y_n), (0.0, 0.0), (1.0, 0.0)) for m in mus]
+    return [path._replace(bent=leg) for path, leg in zip(paths, legs, strict=True)], more
 
 
 def path(
@@ -134,9 +144,7 @@ def path(
     if end is End.TOUCHING:
         return Path.straight(case, 0.0, mu, law)._replace(end=end, load_e=0.0)
     if end is End.NONE:
-        # the straight part reaches to the other contact that comes first, or to the end of the search
-        stop = min(touch.phi if touch else solution.SEARCH, to)
-        return Path.straight(case, stop, mu, law, other, (touch.phi, case.theta0) if touch else _NOT_MET)
+        return _open(case, touch, other, to, mu, law)
     t = sol.tracks[0][1]
     row = scalar(t.row)
     x0, x_end = float(t.x0[0]), float(t.x_end[0])
@@ -151,6 +159,12 @@ def path(
     met = (load_end, theta_end) if other else _NOT_MET
     k = int(found.neighbour[0])
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
+
+
+def _open(case: Case, touch: Touch | None, other: str, to: float, mu: float, law: str) -> Path:
+    """Return the straight path of scales that do not engage, to the other contact or to the end of the search."""
+    stop = min(touch.phi if touch else SEARCH, to)
+    return Path.straight(case, stop, mu, law, other, (touch.phi, case.theta0) if touch else _NOT_MET)
 
 
 def invert(row: Row, load: Array, x0: float, x_end: float, law: str) -> Array:
@@ -250,15 +264,30 @@ def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
         contact = touching(p.row, p.law, x, p.mu)
         values = {role: np.concatenate([v, contact[role]]) for role, v in values.items()}
         work[load.size :] = energy.work(p.row, p.x0, float(x.max()), p.pole, p.mu, p.law)(x)
-    return in_si(p.case, values, work)
+    along = in_si(p.case, values, work)
+    return along if p.bent is None else along | _untwisted(p, p.bent, values, load.size)
 
 
-def _figures(p: Path, last: dict[str, float]) -> dict[str, float | int | str]:
+def _untwisted(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
+    """Return the torque that keeps a bent beam from twisting, and what touches from a place on."""
+    T, contact = np.zeros(v["load"].size), np.full(v["load"].size, BENT_BY)
+    contact[:engaged] = ""
+    if not leg.flush:
+        s, same = leg.design, np.ones(T.size - engaged)
+        posed = leg.posed(v["load"][engaged:])
+        here = screw.place(screw.CONTACTS[BENT_BY], posed.d, v["theta"][engaged:])
+        velocities = screw.Velocities.of(posed.g, s.y_n * same, here)
+        T[engaged:] = velocities.sliding(v["theta"][engaged:] - s.theta0, s.mu * same, (same, 0 * same)).T
+    return {"T": p.case.stiffness * T, "contact": contact}
+
+
+def _figures(p: Path, last: dict[str, Any]) -> dict[str, float | int | str]:
     mu_static = np.nan
     if p.row is not None:
         pt = p.row.point(p.x0, p.law, FLOAT)
         mu_static = mechanics.mu_lock(pt) if pt.M_f > 0 else np.inf
     return {
+        **({} if p.bent is None else {"T_c": last["T"]}),
         **figures(p.case, last, p.load_e, np.inf if p.end is End.NONE else p.load_end, p.theta_end),
         "mu_static": mu_static,
         "end": str(p.end),

@@ -32,6 +32,7 @@ _ALONG = (
     "branch", "load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "leg",
 )  # fmt: skip
 _BEYOND = {
+    End.LINE: "where the plates lock (kinematic lock, line contact)",
     End.STATIC: "where friction locks the scales as soon as they touch (static lock)",
     End.OFF_TIP: "where the contact runs off the end of the tip edge, and a cycle does not follow it",
     End.OFF_SIDE: "where the contact runs off the end of the side edge, and a cycle does not follow it",

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from scipy.integrate import cumulative_simpson
 
-from squama.arrays.solution import SEARCH
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.curves.hinge import before
@@ -15,6 +14,7 @@ from squama.curves.labelled import Answer
 from squama.curves.path import Asked, States
 from squama.model import chain, chain_track
 from squama.model.outcome import End
+from squama.model.reach import SEARCH
 from squama.types import Array
 
 STEPS = 40

@@ -96,9 +96,8 @@ def attributes(
         "beam": text(asked.beam),
         **({"faces": asked.beam.faces} if asked.beam.other else {}),
         "squama_version": __version__,
-        "warnings": "\n".join(
-            [*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint, asked.neutral), *notes]
-        ),
+        **({} if load.sided else {"neutral": asked.beam.neutral}),
+        "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),
     }
 
 

@@ -128,6 +128,7 @@ def bent_and_twisted(
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
     twisting = LOADS["twisting"]
+    neutral = neutral or beam.substrate.neutral
     held, thin, note = _held(beam, joint, ideal, neutral, free)
     lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
     first = "middle" if beam.other else lines[0]

@@ -21,6 +21,7 @@ from squama.curves import both_faces, real
 from squama.curves.path import Asked, Case, States, in_si
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.model.outcome import End
+from squama.progress import steps
 from squama.real import follow, path
 from squama.real.legs import Bent, follow_legs
 from squama.types import Array
@@ -214,7 +215,8 @@ def _generally(asked: Asked, one: real.Path, stations: Stations, corners: Array)
         goal = led.aim(*corner)
         ways = stations.ways[stations.legs == leg]
         # the way that is aimed at is this one's sum but for rounding
-        for way in [*ways[ways > led.phi][:-1].tolist(), goal]:
+        places = [*ways[ways > led.phi][:-1].tolist(), goal]
+        for way in steps(places, len(places), "points by general contact"):
             if not led.run(way, path.STEP).reached:
                 end = led.ending(path.STEP)
                 break

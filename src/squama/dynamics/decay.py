@@ -13,21 +13,25 @@ with U the elastic energy. y = A - (A - y_e) u^2 takes the root out of the integ
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.dynamics.branches import Branch, Side, gauss
-from squama.model.bracket import bracketed
+from squama.dynamics.branches import Side, Way
+from squama.dynamics.modes import gauss
 from squama.types import Array
 
 RINGS, JAMS, BEYOND = "rings", "jams", "beyond"
 """How a record ends: as many swings as were asked, where the beam stays, where a swing goes beyond the model."""
+QUICK = 1e-7
+"""Step of Newton's method, over the way between both bounds, after which the next one is below rounding."""
+POINTS = 32
+"""Points of the quadrature of a time."""
 
 
 class Sides(NamedTuple):
-    """Both senses of load of a system."""
+    """Both senses of load of a system, or of n."""
 
     plus: Side
     minus: Side
@@ -40,15 +44,16 @@ class Sides(NamedTuple):
 class Decay(NamedTuple):
     """Turning points: times, signed load angles, elastic energies; how it ends, and what it would have taken to go on.
 
-    ``rest`` is where the beam stays that jams; ``energy`` what a swing had that goes beyond the model.
+    ``rest`` is where the beam stays that jams; ``energy`` what a swing had that goes beyond the model. Of n systems the
+    first three have the shape (turns, n), NaN beyond the end.
     """
 
     t: Array
     y: Array
     stored: Array
-    end: str
-    rest: float = math.nan
-    energy: float = math.nan
+    end: Any
+    rest: Any = math.nan
+    energy: Any = math.nan
 
     @classmethod
     def of(cls, turns: Sequence[tuple[float, float, float]], end: str, rest: float, energy: float) -> Decay:
@@ -56,91 +61,132 @@ class Decay(NamedTuple):
         t, y, stored = np.array(turns, float).reshape(-1, 3).T
         return cls(t, y, stored, end, rest, energy)
 
+    def single(self) -> Decay:
+        """Return the decay of the one system that it is of, to its end."""
+        own = ~np.isnan(self.y[:, 0])
+        t, y, stored = (v[own, 0] for v in self[:3])
+        return Decay(t, y, stored, str(self.end[0]), float(self.rest[0]), float(self.energy[0]))
 
-def decay(sides: Sides, *, start: float = 0.0, speed: float = 0.0, turns: int) -> Decay:
-    """Follow a system that is let go at ``start`` (signed), or that passes 0 with a speed, through turning points.
 
-    ``turns`` are counted with the first one. One beyond the side's last angle is not followed.
+def decay(sides: Sides, *, start: Any = 0.0, speed: Any = 0.0, turns: int) -> Decay:
+    """Follow systems that are let go at ``start`` (signed), or that pass 0 with a speed, through turning points.
+
+    ``start`` or ``speed`` are of one sign, a number or an array of shape (n,). ``turns`` are counted with the first
+    one. One beyond the side's last angle is not followed.
     """
-    t, y, energy = 0.0, start, speed * speed / 2
-    found: list[tuple[float, float, float]] = []
-    sign = int(math.copysign(1, speed or start))
-    if not speed:
-        found.append((t, y, sides.of(sign).stored(abs(y))))
-    end, rest = RINGS, math.nan
-    while len(found) < turns:
-        if found:
-            side = sides.of(sign)
-            kept = stays(side, abs(y)) if abs(y) > side.y_e else None
-            if kept is not None:
-                end, rest = JAMS, kept * sign
-                break
-            energy, spent = let_go(side, abs(y))
-            t, sign = t + spent, -sign
+    start, speed = np.broadcast_arrays(*np.atleast_1d(start, speed))
+    n, pushed = start.size, bool(speed.any())
+    sign = 1 if (speed if pushed else start)[0] > 0 else -1
+    found = np.full((3, turns, n), np.nan)
+    now, energy, rest = np.zeros(n), np.square(speed) / 2, np.full(n, np.nan)
+    end, on = np.full(n, RINGS, "<U6"), np.ones(n, bool)
+    for turn in range(turns):
         side = sides.of(sign)
-        if energy > side.height() * (1 + 1e-12):
-            end = BEYOND
+        if turn or pushed:
+            over = on & (energy > side.height() * (1 + 1e-12))
+            end[over], on = BEYOND, on & ~over
+            top, s = rise(side, energy)
+            now = now + quarter(side.up, side.y_e, s, energy)
+        else:
+            top = np.abs(start)
+            s = reach(side, top)
+        found[:, turn, on] = np.array([now, sign * top, side.stored(top, s)])[:, on]
+        if turn + 1 == turns or not on.any():
             break
-        top = rise(side, energy)
-        t += quarter(side.up, side.y_e, top, energy)
-        y = sign * top
-        found.append((t, y, side.stored(top)))
-    return Decay.of(found, end, rest, energy)
+        touches = top > side.y_e
+        down = side.falling(top) if side.up and touches.any() else None
+        had = top * top / 2
+        if down:
+            had = np.where(touches, down.energy(s), had)
+            kept = np.where(on, stays(down, s, top, had), np.nan)
+            stuck = ~np.isnan(kept)
+            end[stuck], rest[stuck], on = JAMS, sign * kept[stuck], on & ~stuck
+        energy = np.where(on, had, energy)
+        now = now + quarter(down, side.y_e, s, energy)
+        sign = -sign
+    return Decay(found[0], found[1], found[2], end, rest, energy)
 
 
-def rise(side: Side, energy: float) -> float:
-    """Return the turning point to which a swing comes that passes 0 with an energy."""
-    free = math.sqrt(2 * energy)
-    if side.up is None or free <= side.y_e:
-        return free
-    up = side.up
-    knots = np.append(up.force.x, side.last)
-    i = int(np.searchsorted(knots**2 / 2 + up.work(knots), energy))
-    a, b = float(knots[max(i - 1, 0)]), float(knots[min(i, knots.size - 1)])
-    if up.energy(b) <= energy:
-        return b
-    return bracketed(lambda y: up.energy(y) - energy, a, b)
+def root(f: Callable[[Array], Array], slope: Callable[[Array], Array], a: Array, b: Array, share: Any) -> Array:
+    """Solve f(s) = 0 for each of n places between ``a`` and ``b``, where f <= 0 and f >= 0: Newton's method, held.
 
-
-def let_go(side: Side, top: float) -> tuple[float, float]:
-    """Return the energy at 0 of a beam let go at a turning point, and the time until there."""
-    if top <= side.y_e:
-        return top * top / 2, math.pi / 2
-    down = side.falling(top)
-    energy = down.energy(top)
-    return energy, quarter(down, side.y_e, top, energy)
-
-
-def stays(side: Side, top: float) -> float | None:
-    """Return where a beam comes to rest that is let go and does not slide back all the way; None for one that does.
-
-    It stops where the energy on the way back is again what it was at the top.
+    It starts at a ``share`` of the way between them.
     """
-    down = side.falling(top)
-    if top > down.last * (1 + 1e-12) or top + float(down.force(top)) <= 0:
-        return top
-    y = down.force.x[down.force.x < top * (1 - 1e-9)]
-    above = np.flatnonzero(y**2 / 2 + down.work(y) >= down.energy(top))
-    if not above.size:
-        return None
-    i = int(above[-1])
-    if i + 1 == y.size:
-        return top
-    return bracketed(lambda v: down.energy(v) - down.energy(top), float(y[i]), float(y[i + 1]))
+    s, near = a + share * (b - a), QUICK * np.abs(b - a)
+    for _ in range(100):
+        off = f(s)
+        a, b = np.where(off <= 0, s, a), np.where(off >= 0, s, b)
+        with np.errstate(all="ignore"):
+            new = s - off / slope(s)
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        new = np.where((new >= low) & (new <= high), new, (a + b) / 2)
+        still = np.abs(new - s) <= near
+        s = new
+        if still.all():
+            break
+    return np.asarray(s)
 
 
-def quarter(branch: Branch | None, y_e: float, top: float, energy: float) -> float:
-    """Return the time between 0 and a turning point, on one branch."""
-    if branch is None or top <= y_e:
-        return math.pi / 2
-    u, w = gauss(60)
-    y = top - (top - y_e) * u**2
-    left = energy - y * y / 2 - branch.work(y)
-    contact = float(w @ (2 * (top - y_e) * u / np.sqrt(2 * left)))
-    return contact + math.asin(y_e / math.sqrt(2 * energy))
+def _grown(
+    way: Way, seen: Array, values: Callable[[Array], Array], slope: Callable[[Array], Array], goal: Array
+) -> Array:
+    """Return the places at which a quantity that grows along a branch, as ``seen``, comes to a goal, or its ends."""
+    i = np.clip((seen < goal).sum(axis=0), 1, way.places.size - 1)
+    first, last = way.places[[0, -1], 0]
+    a = np.where(goal >= seen[-1], last, way.places[i - 1, 0])
+    b = np.where(goal <= seen[0], first, way.places[i, 0])
+    low, high = (np.take_along_axis(seen, j[None], axis=0)[0] for j in (i - 1, i))
+    share = np.clip((goal - low) / (high - low), 0.0, 1.0)
+    return root(lambda s: values(s) - goal, slope, a, b, share)
+
+
+def reach(side: Side, y: Array) -> Array:
+    """Return the places at load angles; where nothing touches, that of engagement."""
+    up = side.up
+    return _grown(up, up.load(up.places), up.load, up.rate, y) if up else y
+
+
+def rise(side: Side, energy: Array) -> tuple[Array, Array]:
+    """Return the turning points to which swings come that pass 0 with an energy, and their places."""
+    free = np.sqrt(2 * energy)
+    if side.up is None:
+        return free, free
+    s = _grown(side.up, side.up.energies, side.up.energy, side.up.slope, energy)
+    return np.where(free <= side.y_e, free, side.up.load(s)), s
+
+
+def stays(down: Way, s: Array, top: Array, had: Array) -> Array:
+    """Return where beams come to rest that are let go with an energy and do not slide back all the way, or NaN.
+
+    They stop where the energy on the way back is again what it was at the top.
+    """
+    y = down.places
+    above = (down.energies >= had) & (y < s * (1 - 1e-9))
+    rest = np.where((s > down.last * (1 + 1e-12)) | (down.slope(s) <= 0), top, np.nan)
+    part = np.flatnonzero(above.any(axis=0) & np.isnan(rest))
+    if part.size:
+        i = np.where(above.any(axis=0), y.size - 1 - np.argmax(above[::-1], axis=0), 0)
+        a, b = np.where(i > 0, [y[i, 0], np.minimum(y[np.minimum(i + 1, y.size - 1), 0], s)], s)
+        kept = down.load(root(lambda v: had - down.energy(v), lambda v: -down.slope(v), a, b, 0.5))
+        rest[part] = kept[part]
+    return rest
+
+
+def quarter(way: Way | None, y_e: Any, s: Array, energy: Array) -> Array:
+    """Return the times between 0 and turning points at places ``s``, on one branch."""
+    free = np.sqrt(2 * energy)
+    bare = np.full(energy.shape, math.pi / 2)
+    if way is None:
+        return bare
+    u, w = (v[:, None] for v in gauss(POINTS))
+    begin = way.places[0, 0]
+    v = s - (s - begin) * u * u
+    with np.errstate(all="ignore"):
+        contact = (w * 2 * (s - begin) * u * way.rate(v) / np.sqrt(2 * (energy - way.energy(v)))).sum(axis=0)
+        return np.where(free > y_e, contact + np.arcsin(np.minimum(y_e / free, 1.0)), bare)
 
 
 def damping(stored: Array) -> Array:
     """Return the damping ratio of every cycle by the elastic energies of its peaks, of the same sense."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.log(stored[..., :-1] / stored[..., 1:]) / (4 * math.pi))
+        return np.asarray(np.log(stored[:-1] / stored[1:]) / (4 * math.pi))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
@@ -15,13 +15,15 @@ from squama.beam.parts import Quantity
 from squama.curves import follow as spine
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
-from squama.dynamics import branches, motion, systems
-from squama.dynamics.branches import Side
+from squama.dynamics import motion, systems
+from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
+from squama.dynamics.hinged import FINEST
 from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Held
 from squama.errors import naming, refuse
 from squama.loads import MODES
+from squama.progress import steps
 from squama.types import Array
 from squama.units import Bounds, Dimension, bounded
 
@@ -154,7 +156,7 @@ def vibrate(
     found = (
         _damped(one, Drive(zeta, tolerance=one.tolerance), **how, cycles=n)
         if zeta
-        else decay(one.sides, **how, turns=2 * n + 1)
+        else decay(one.sides, **how, turns=2 * n + 1).single()
     )
     if found.end == BEYOND:
         _beyond(one, found, "release" if push == 0 else "impulse")
@@ -170,7 +172,7 @@ def answered(
     m = arguments.friction(beam.friction.mu, mu)
     joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
     spine.covering(joint, kind.name, law)
-    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, branches.FINEST, 3, ideal=thin, note=note)
+    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, FINEST, 3, ideal=thin, note=note)
     return Held(kind, m, law, joint, thin), asked
 
 
@@ -182,7 +184,7 @@ def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None
         if given is not None:
             own[name] = _bounded(name, given, *beamfile.NUMBERS[f"beam.{name}"])
     bar = systems.bar(beam, held, mode, own["rotor"], own["density"])
-    return Swinging(beam, held, mode, bar, Sides(branches.APART, branches.APART), asked, None)
+    return Swinging(beam, held, mode, bar, Sides(APART, APART), asked, None)
 
 
 def _ready(one: Swinging, start: float, far: float) -> Swinging:
@@ -220,9 +222,10 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     """Refuse a motion with more energy than the model can take up."""
     sign = -1 if found.y.size and found.y[-1] > 0 else 1
     side, unit = one.sides.of(sign), one.bar.energy
+    height = float(np.max(side.height())) * unit
     reason = (
         f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{side.height() * unit:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
+        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
         "comes then (an impact, another contact) is not in the model"
     )
     refuse(name, "", reason, "give less")
@@ -231,13 +234,13 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
 def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:
     """Return the turning points of a motion with material damping, by integration with events."""
     sides = one.sides
-    rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start)))] if start else []
+    rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start), abs(start)))] if start else []
     # a cycle takes less than twice the undamped bare bar's
     until, end, rest, state = (2 * cycles + 1) * 2 * math.pi, RINGS, math.nan, State(0.0, start, speed)
     for part in motion.follow(sides, drive, state, until):
         state = part.last
         if part.why == motion.TURNED:
-            rows.append((state.t, state.y, sides.of(-1 if state.y < 0 else 1).stored(abs(state.y))))
+            rows.append((state.t, state.y, sides.of(-1 if state.y < 0 else 1).stored(abs(state.y), abs(state.y))))
         if part.why == motion.STUCK:
             end, rest = JAMS, state.y
         if part.why == motion.BEYOND:
@@ -336,9 +339,9 @@ def shake(
         force = _bounded("torque", torque, *beamfile.NUMBERS["joint.stiffness"]) / swinging.per_pitch
     one = _ready(swinging, 1.0, FAR)
     ratios = hertz * 2 * math.pi / one.bar.omega
-    up = _through(one, zeta, force, ratios)
-    down = _through(one, zeta, force, ratios[::-1], up[-1])[::-1]
-    both = [[up[i], down[i]] for i in range(hertz.size)]
+    there_and_back = np.concatenate([ratios, ratios[::-1]])
+    states_at = _through(one, zeta, force, steps(there_and_back.tolist(), 2 * hertz.size, "frequencies"))
+    both = list(zip(states_at[: hertz.size], states_at[: hertz.size - 1 : -1], strict=True))
 
     def table(name: str, factor: float = 1.0) -> Array:
         return np.array([[getattr(s, name) for s in pair] for pair in both]).T * factor
@@ -360,13 +363,11 @@ def frequency(name: str, text: str) -> float:
     return _bounded(name, text, Dimension.FREQUENCY, FREQUENCY)
 
 
-def _through(
-    one: Swinging, zeta: float, force: float, ratios: Array, start: motion.Steady | None = None
-) -> list[motion.Steady]:
+def _through(one: Swinging, zeta: float, force: float, ratios: Iterable[float]) -> list[motion.Steady]:
     """Go through frequencies one after the other, each from the steady state before."""
-    y, v = (start.y, start.v) if start else (0.0, 0.0)
+    y, v = 0.0, 0.0
     found = []
-    for ratio in map(float, ratios):
+    for ratio in ratios:
         try:
             state = motion.steady(one.sides, Drive(zeta, force, ratio, one.tolerance), y, v)
         except motion.LeftError as error:

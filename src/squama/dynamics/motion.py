@@ -175,8 +175,9 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     t = float(found.t[-1])
     y, v, fed, damped = map(float, found.y[:, -1])
     why = "" if hit is None else str(events[hit].why)
-    if hit is not None and why != TURNED:
-        y = float(events[hit].value)
+    if hit is not None:
+        # a swing that a lock turns ends at the lock, too
+        y = float(getattr(events[hit], "value", y))
     if why == TURNED:
         v = 0.0
     work = 0.0 if branch is None else float(branch.work(sign * y)) - float(branch.work(sign * state.y))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -11,14 +11,15 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.arrays import solution
 from squama.beam.faces import FACES, sense
-from squama.curves import hinge
-from squama.curves.path import Case
-from squama.dynamics import branches
-from squama.dynamics.branches import APART
-from squama.dynamics.decay import BEYOND, Decay, Sides, damping, decay
+from squama.dynamics import hinged
+from squama.dynamics.branches import APART, Side
+from squama.dynamics.decay import BEYOND, RINGS, Sides, damping, decay
 from squama.errors import refuse
-from squama.loads import LOADS, MODES
+from squama.loads import MODES
 from squama.types import Array
+
+AT_ONCE = 1024
+"""Designs whose branches are worked on together: what they need stays in the processor's cache."""
 
 
 class FreeVibration(NamedTuple):
@@ -42,9 +43,9 @@ class FreeVibration(NamedTuple):
 def free_vibration(
     *,
     eta: ArrayLike,
-    beta: ArrayLike = 1.0,
-    lam: ArrayLike = 1.0,
-    alpha: ArrayLike = 0.5,
+    beta: ArrayLike | None = None,
+    lam: ArrayLike | None = None,
+    alpha: ArrayLike | None = None,
     theta0: ArrayLike,
     mu: ArrayLike,
     kappa: ArrayLike,
@@ -109,48 +110,52 @@ def free_vibration(
     given = amplitude if impulse is None else impulse
     assert given is not None
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
         **{"amplitude" if impulse is None else "impulse": given},
     )  # fmt: skip
     arguments.thin(columns[7], arguments.law(law), load)
     n = arguments.whole("swings", swings, 1, 10_000)
-    named = dict(zip((*LOADS["twisting"].contact, "kappa", "thickness"), columns, strict=False))
+    named = dict(zip((*solution.COLUMNS, "kappa", "thickness"), columns, strict=False))
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
-    found = []
-    for i, value in enumerate(columns[-1].tolist()):
-        one = {name: float(column[i]) for name, column in named.items()}
-        case = Case(1.0, one["kappa"], 1.0, one["eta"], one["theta0"])
-        path = hinge.path(case, sol.one(i), None, one["mu"], law, branches.FINEST)
-        seen = sense(faces, kind.axis, one["alpha"])
-        found.append(_one(path, one["kappa"], value, mode, n, pushed=impulse is not None, seen=seen))
+    given, kappa = columns[-1], named["kappa"]
+    turns = np.full((3, 2 * n + 1, given.size), np.nan)
+    end, rest, energy = np.full(given.size, RINGS, "<U6"), *np.full((2, given.size), np.nan)
+    seen = sense(faces, kind.axis, 1.0)
+    # for scales that close together on both faces the bar is half of it each
+    for index, side in _groups(sol, named["mu"], kappa / 2 if seen > 0 else kappa, given, law, mode):
+        # a swing that passes 0 with a speed goes no further than without scales
+        both = Sides(side, side if seen < 0 else APART)
+        over = (given[index] > side.last * (1 + 1e-12)) & (impulse is None)
+        how = {"speed": given[index]} if impulse is not None else {"start": np.minimum(given[index], side.last)}
+        made = decay(both, **how, turns=2 * n + 1)
+        turns[:, :, index] = np.where(over, np.nan, made[:3])
+        end[index], rest[index] = np.where(over, BEYOND, made.end), np.where(over, np.nan, made.rest)
+        energy[index] = np.where(~over & (made.end == BEYOND), made.energy * kappa[index], np.nan)
+    zeta = damping(turns[2, ::2])
     peaks, troughs = slice(0, None, 2), slice(1, None, 2)
-    turns = np.array([_filled(one, 2 * n + 1) for one in found]).reshape(*shape, 3, 2 * n + 1)
-    t, y, stored = (turns[..., i, :] for i in range(3))
-    ends, rest, energy = (np.array([getattr(one, name) for one in found]).reshape(shape)
-                          for name in ("end", "rest", "energy"))  # fmt: skip
-    return FreeVibration(
-        y[..., peaks], y[..., troughs], t[..., peaks], t[..., troughs], damping(stored[..., peaks]), ends, rest, energy
-    )
+    rows = (turns[1, peaks], turns[1, troughs], turns[0, peaks], turns[0, troughs], zeta)
+    along = [np.moveaxis(v.reshape(-1, *shape), 0, -1) for v in rows]
+    return FreeVibration(*along, *(v.reshape(shape) for v in (end, rest, energy)))
 
 
-def _filled(one: Decay, size: int) -> Array:
-    """Return times, angles and energies of turning points, NaN beyond the end."""
-    rows = np.full((3, size), np.nan)
-    rows[:, : one.t.size] = one.t, one.y, one.stored
-    return rows
-
-
-def _one(path: hinge.Path, kappa: float, given: float, mode: str, swings: int, *, pushed: bool, seen: int) -> Decay:
-    """Return the decay of one design; what it had too much of energy is over K_theta.
-
-    ``seen``: sense in which scales of the other face see the load, 0 without.
-    """
-    # a swing that passes 0 with a speed goes no further than without scales
-    plus = branches.modal(branches.of_path(path, kappa / 2 if seen > 0 else kappa, given), mode)
-    found = Sides(plus, plus if seen < 0 else APART)
-    if not pushed and given > plus.last * (1 + 1e-12):
-        return Decay.of([], BEYOND, math.nan, math.nan)
-    how = {"speed": given} if pushed else {"start": min(given, plus.last)}
-    made = decay(found, **how, turns=2 * swings + 1)
-    return made._replace(energy=made.energy * kappa if made.end == BEYOND else math.nan)
+def _groups(
+    sol: solution.Solution, mu: Array, kappa: Array, given: Array, law: str, mode: str
+) -> Iterator[tuple[Array, Side]]:
+    """Return designs in groups, and their branches as far as they are needed."""
+    # where nothing touches, or what is given does not engage, the bar is linear
+    bare = np.where(sol.found.code == solution.TOUCHING, 0.0, np.inf)
+    for every, track in sol.tracks:
+        whole = hinged.Paths.solved(track, law, mu[every], kappa[every])
+        engages = given[every] > sol.found.load_e[every]
+        bare[every] = np.where(engages, track.load_end, np.inf)
+        far = np.flatnonzero(engages & (whole.x1 > whole.x0))
+        for low in range(0, far.size, AT_ONCE):
+            some = far[low : low + AT_ONCE]
+            index = every[some]
+            bare[index] = np.nan
+            for own, side in hinged.sides(whole.take(some).up_to(given[index]), mode):
+                yield index[own], side
+    index = np.flatnonzero(~np.isnan(bare))
+    if index.size:
+        yield index, APART._replace(last=bare[index])

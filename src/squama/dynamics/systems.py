@@ -11,9 +11,11 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
-from squama.dynamics import branches, motion
+from squama.dynamics import hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
+from squama.dynamics.hinged import FINEST
+from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import Load
 from squama.real import follow, path
@@ -79,7 +81,7 @@ def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float |
     if density is None:
         remedy = 'give e.g. "1100 kg/m3", or write density under [beam]'
         refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)
-    shape, mass = branches.SHAPES[mode], density * s.width * s.thickness
+    shape, mass = SHAPES[mode], density * s.width * s.thickness
     return Bar(rigidity, mass, (shape.number / L) ** 2 * math.sqrt(rigidity / mass), stiffness * shape.square)
 
 
@@ -91,20 +93,19 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
     if held.joint == "compliant":
         seen = both_faces.sense(beam, held.load.name)
         first = _real(beam, held, 1 if seen < 0 else sign, far)
-        energy = first.up.energy(min(far, first.last)) if first.up else far**2 / 2
+        energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
         second = first if seen < 0 else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
         return Sides(*(first, second)[::sign]), None
-    found, limit = _hinged(beam, held)
-    return Sides(*(branches.modal(side, mode) for side in found)), limit
+    return _hinged(beam, held, mode)
 
 
-def _hinged(beam: Beam, held: Held) -> tuple[Sides, Limit | None]:
+def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
     kind = held.load
-    both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, branches.FINEST, held.ideal)
-    found = {sign: branches.of_path(both.paths[sign], both.bar) for sign in ("+", "-")}
+    both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, FINEST, held.ideal)
+    found = {sign: hinged.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
     other = both.paths["-"]
     limit: Limit | None = None
-    if kind.sided and found["-"].up is None and math.isfinite(other.load_end):
+    if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
         text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
         limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
         found["-"] = APART
@@ -132,7 +133,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     if end.code != follow.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
         told = real.ending(way, end)
-        ends = branches.words(str(told["end"]), str(told["other_contact"]))
+        ends = hinged.words(str(told["end"]), str(told["other_contact"]))
     if n < 4:
         return Side(math.inf, y_e, ends)
     alone = path.rigidity(way)
@@ -147,8 +148,8 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     u = path.energies(way, rows)
 
     @functools.lru_cache(maxsize=256)
-    def fall(top: float) -> Branch:
-        there = np.append(y[y < top - 1e-6], top)
+    def walked(top: float) -> Branch:
+        there = np.append(y[y < top], top)
         back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
@@ -156,7 +157,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         return Branch(np.concatenate([[y_e], back[::-1], [top]]), np.concatenate([[0.0], q[::-1]]))
 
     stored = (u["U_joint"] + u["U_plate"]) * faces / (ratio * alone)
-    return Side(y_e, float(y[-1]), ends, up, fall, CubicSpline(y, stored))
+    return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), CubicSpline(y, stored))
 
 
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:

@@ -23,6 +23,7 @@ from squama.fe.exposed import Exposed, box
 from squama.fe.plate import Rest
 from squama.fe.rows import Row
 from squama.fe.walk import Contacts
+from squama.progress import steps
 from squama.types import Array
 
 INCREMENT = 2e-3
@@ -104,7 +105,7 @@ def curve(
     columns = {name: np.full(wanted.size, np.nan) for name in way.endless()}
     moved = np.full((wanted.size, *way.moved.shape[:2]), np.nan)
     end = RANGE_END
-    for i, goal in enumerate(wanted):
+    for i, goal in enumerate(steps(wanted, wanted.size, "points by general contact")):
         if not way.run(float(goal), increment).reached:
             end = way.ending(increment)
             break

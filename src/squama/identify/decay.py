@@ -39,7 +39,7 @@ CONTACT = ("mu", "K_theta", "C_f", "E_B", "theta0")
 OWN = {
     row.name: row
     for row in (
-        Parameter("damping", Dimension.RATIO, "damping ratio of the bar's material", (0.0, 0.5), ""),
+        Parameter("damping", Dimension.RATIO, "damping ratio of the bar's material", doors.DAMPING[:2], ""),
         Parameter("f_0", Dimension.FREQUENCY, "frequency without contact", (1e-6, 1e9), ""),
         Parameter("release", Dimension.ANGLE, "first turning point, per pitch", (-math.pi, math.pi), ""),
         Parameter("start", Dimension.TIME, "time of the first turning point", (-math.inf, math.inf), ""),
@@ -247,8 +247,10 @@ def _found(
     fitted, J = trials.reading(p, t)[0], np.asarray(fit.jac) * unit
     residual = y - fitted
     sigma, least = math.sqrt(float(residual @ residual) / (t.size - p.size)), noise.scatter(residual, np.zeros(t.size))
-    names = tuple(row.name for row in rows)
-    covariance = estimate.covariance(J / sizes, sigma, names) * noise.dependence(residual, np.zeros(t.size))
+    names, tau = tuple(row.name for row in rows), noise.dependence(residual, np.zeros(t.size))
+    # of slow noise each parameter takes away as much as of tau points, at most half of it in all
+    alone = (t.size - p.size) / max(t.size - tau * p.size, t.size / 2)
+    covariance = estimate.covariance(J / sizes, sigma, names) * tau * max(alone, 1.0)
     at_bound = np.minimum(p - low, high - p) < 1e-6 * sizes
     beam = _swinging(trials, p)
     notes = [f"{names[i]} is at its bound: errors are as without bounds" for i in np.flatnonzero(at_bound)]

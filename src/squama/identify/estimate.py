@@ -23,6 +23,7 @@ from squama.identify.walked import Walked
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
+from squama.progress import steps
 from squama.types import Array
 
 _NEAR_LOCK = 0.98
@@ -83,7 +84,7 @@ def solve(
     if robust is not None:
         still = max(still, _ROUGH)
     found = []
-    for start in starts:
+    for start in steps(starts, len(starts), "starts of the fit"):
         inside = np.clip(start / scale, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         inside = np.where((start / scale > low) & (start / scale < high), start / scale, inside)
         fit = least_squares(
@@ -223,14 +224,13 @@ def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int
 
     Friction, joint and inclination at rest are those of the twisting test; its own rigidity is known.
     """
-    if asked.beam.eta < 1:
-        return []
     at = asked.physical(values)
     bent = ask(asked.fitted(values), "bending", asked.names)
     senses = hinge_cycles.senses(bent.beam, "bending", at.mu, "edge", 0.1)
     path = senses.paths["+"]
     if not path.engaged:
         return []
+    theta = min(theta, path.theta_end)
     last = min(float(path.row.point(np.array([theta]), path.law, ARRAY).load[0]), senses.most["+"])
     if last <= path.load_e:
         return []

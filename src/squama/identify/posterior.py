@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama import progress
 from squama.identify.forward import Hinged
 from squama.identify.parameters import Asked
 from squama.interrupt import Interrupted, until_interrupted
@@ -94,7 +95,8 @@ def sample(
     with until_interrupted() as stopped:
         for length in (BURN, steps):
             sampler.reset()
-            for step in sampler.sample(state, iterations=length, skip_initial_state_check=True):
+            chain = sampler.sample(state, iterations=length, skip_initial_state_check=True)
+            for step in progress.steps(chain, length, "steps of the chains"):
                 state = step
                 if stopped():
                     message = "interrupted while samples were drawn; nothing is written"

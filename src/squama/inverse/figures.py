@@ -18,17 +18,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.arrays.solution import SEARCH, Solution, solve, with_touches
+from squama.arrays.solution import COLUMNS as CONTACT
+from squama.arrays.solution import Solution, solve, with_touches
 from squama.loads import LOADS
 from squama.model import energy, mechanics, tracks
+from squama.model.figures import LOCKING
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
+from squama.model.reach import SEARCH
 from squama.model.sensitivity import COMPLEX, STEP, Moved, Seed, Tracked, move, seed, tracked, vanishing
 from squama.model.tracks import Track, at_loads
 from squama.study.columns import Cells
 from squama.types import Array
 
-COLUMNS = ("eta", "beta", "lam", "alpha", "theta0", "mu", "ratio", "K", "d", "rigidity")
+COLUMNS = (*CONTACT, "ratio", "K", "d", "rigidity")
 LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
 FIGURES = {
     "tangent": ("N m2", "tangent stiffness in contact at the stated twist"),
@@ -148,7 +151,7 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
                 slopes[i][:, index] += np.where(np.isfinite(partial), partial, 0.0) * by_column[name][:, index]
 
     with np.errstate(all="ignore"):
-        used = [p for p in LOADS[options.load].contact if moved and by_column[p].any()]
+        used = [p for p in CONTACT if moved and by_column[p].any()]
         for i, want in enumerate(wants):
             if want.figure == "stiffness":
                 put(i, np.arange(n), c.rigidity, {"rigidity": np.ones(n)})
@@ -171,11 +174,12 @@ def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tup
     """Return the ends of the designs, and how far their curves go."""
     load = LOADS[options.load]
     margin = options.margin if with_work else None
-    columns = {name: np.asarray(getattr(c, name)) for name in load.contact}
+    columns = {name: np.asarray(getattr(c, name)) for name in CONTACT}
     sol = solve(columns, load=load.name, law=options.law, sense=options.sense, margin=margin)
     limit = np.where(sol.found.code == _NONE, SEARCH, sol.found.load_end)
-    if plates and load.sided:
-        sol, touches = with_touches(sol, (c.eta, c.beta, c.lam, c.alpha, c.theta0), sense=options.sense)
+    if plates:
+        shapes = [columns[name] for name in CONTACT[:5]]
+        sol, touches = with_touches(sol, shapes, load=load.name, sense=options.sense)
         met = np.array([np.inf if hit is None else hit.phi for hit in touches])
         limit = np.where(sol.found.code == _NONE, np.minimum(SEARCH, met), sol.found.load_end)
     return sol, limit
@@ -278,7 +282,7 @@ class _Part:
         if figure == "W_fr":
             partials = self._slopes(lambda m: m.W_fr * c.K / c.d)
             return work * c.K / c.d, partials | {"K": work / c.d, "d": -work * c.K / c.d**2}
-        x_c = energy.cutoff(t.row, t.x0, t.x_end, np.ones(c.eta.size, bool), self.options.margin)
+        x_c = energy.cutoff(t.row, t.x0, t.x_end, np.isin(t.code, LOCKING), self.options.margin)
         pt = t.row.point(x_c, self.options.law, ARRAY)
         went = x_c > t.x0
         load, lift = np.where(went, pt.load, self.engaged), np.where(went, pt.theta - c.theta0, 0.0)

@@ -22,6 +22,7 @@ from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, FrontTable, twist
 from squama.io.tabular import guess
 from squama.model.outcome import named
+from squama.progress import work
 from squama.study.columns import Cells, valid
 from squama.study.parameters import ALIASES, PARAMETERS
 from squama.study.real_columns import ENDS
@@ -305,10 +306,14 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
     from pymoo.core.problem import Problem
     from pymoo.optimize import minimize
 
+    asked = 0
+
     class Wrapped(Problem):  # type: ignore[misc]
         def _evaluate(self, x: Array, out: dict[str, Any], *_: Any, **__: Any) -> None:
+            nonlocal asked
             out["F"], violation = trade.ask(np.clip(x, 0.0, 1.0))
             out["G"] = violation[:, None]
+            tell(asked := asked + len(x))
 
     problem = Wrapped(n_var=trade.space.start.size, n_obj=len(chosen.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
     batch = min(BATCH, chosen.generations)
@@ -316,8 +321,9 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
     first = first[np.argsort(trade.ask(first)[1], kind="stable")[: chosen.population]]
     more = batch * chosen.population
     algorithm = NSGA2(chosen.population, sampling=first, n_offsprings=more, eliminate_duplicates=False)
-    evaluations = ("n_eval", chosen.generations * chosen.population)
-    minimize(problem, algorithm, evaluations, seed=chosen.seed, verbose=False)
+    most = chosen.generations * chosen.population
+    with work("designs", most) as tell:
+        minimize(problem, algorithm, ("n_eval", most), seed=chosen.seed, verbose=False)
     y, costs, values = trade.best
     keep = spread(costs, chosen.population)
     return trade.made(y[keep]) if trade.target.real else (y[keep], values[keep])

@@ -15,7 +15,6 @@ from squama.fabrication.plan import Plan
 from squama.inverse.figures import At
 from squama.joints.law import Shape
 from squama.joints.law import rooms as law_rooms
-from squama.loads import LOADS
 from squama.model import joint
 from squama.study.columns import Cells
 from squama.types import Array
@@ -25,7 +24,7 @@ _LENGTH = Bounds(0.0, 1e6, "0 or more, up to 1000 km", closed=True)
 
 
 class Sizes(NamedTuple):
-    """What limits look at; ``cos`` is cos(alpha), 1 in bending; ``rate`` is the farthest twist or curvature, rad/m."""
+    """What limits look at; ``cos`` is cos(alpha); ``rate`` is the farthest twist or curvature, rad/m."""
 
     length: Array
     embedded: Array
@@ -44,7 +43,7 @@ class Sizes(NamedTuple):
     def of(cls, c: Cells, scales: int, load: str, rate: Array | float) -> Sizes:
         """Return the sizes of designs."""
         s, b = c.sizes["scale"], c.sizes["substrate"]
-        cos = np.cos(c.alpha if LOADS[load].sided else 0 * c.alpha)
+        cos = np.cos(c.alpha)
         plate = s["length"], s["embedded"], s["width"], s["thickness"], cos, np.sin(c.theta0)
         return cls(*plate, b["width"], b["thickness"], c.d, scales, rate, load)
 
@@ -136,7 +135,7 @@ LIMITS: dict[str, Limit] = {
     # largest strain of the bar at the farthest twist
     "strain": _ratio(lambda s: _STRAIN[s.load](s), 10.0, "Phi x shorter side x k_1; kappa t in bending", '"30 %"'),
 }
-"""Limits by name. In bending cos(alpha) is 1."""
+"""Limits by name."""
 
 ALWAYS = {"edge": 0.0, "cover": 0.0}
 """Limits that hold unless others are given: scales no wider than the bar, tabs inside it."""

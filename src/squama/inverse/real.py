@@ -1,8 +1,7 @@
 """Figures of many real beams that a target may name: thick, elastic scales on the joint by its law.
 
-Derivatives are central differences of the compiled curves. Their steps are fixed in the twist, so that figures are
-smooth: with shifts of :data:`NEAR` derivatives of a torque, a stress or an engagement are good to some 1e-4 of the
-figure, those of a tangent and of frictional work to 1e-3.
+No differences are taken: a complex step goes through the law of the joint and the plates, and through the contact by
+the implicit function theorem (:mod:`squama.real.moved`).
 """
 
 from __future__ import annotations
@@ -40,10 +39,8 @@ FIGURES = {
     "length": ("m", "length of the beam"),
 }
 """Figures by name: unit, words."""
-NEAR = 2e-3
-"""Shift of the differences: the largest relative change of a column."""
-ROUGH = 0.1
-"""A coefficient of friction is shifted as if it were at least this."""
+LEAST = 1e-9
+"""Friction at which its derivative is taken where there is none."""
 _VARIABLES = {"torque": "T", "tangent": "K_t"}
 """Variables of a response that have other names than the figures."""
 
@@ -55,44 +52,28 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     """
     del plates
     n, k = c.d.size, len(moved)
-    every, shares = [c], []
-    for m in moved:
-        rates = m.mapped(lambda x: np.imag(x) / STEP)
-        share = _share(c, rates)
-        shares.append(share)
-        every += [c.mapped(lambda x, y, h=sign * share: np.real(x) + h * y, rates) for sign in (1.0, -1.0)]
-    values, last = _values(c.mapped(lambda *columns: np.concatenate(columns), *every[1:]), wants, options)
-    values = values.reshape(len(wants), 1 + 2 * k, n)
-    middle, up, down = values[:, :1], values[:, 1::2], values[:, 2::2]
-    slopes = np.zeros((len(wants), k, n))
-    if k:
-        h = np.array(shares)
-        # at the end of a curve, or of the law's range, one side is there
-        for rise, run in (((up - middle), h), ((middle - down), h), ((up - down), 2 * h)):
-            slopes = np.where(np.isfinite(rise), rise / run, slopes)
+    if any(np.imag(m.mu).any() for m in moved):
+        c = c.changed({"mu": np.maximum(c.mu, LEAST)}, c.sizes)
+
+    def together(x: Array, *every: Array) -> Array:
+        # what is moved may not be harmless; each design's steps one after the other
+        return np.asarray(np.real(x)[:, None] + 1j * np.imag(every).T).ravel()
+
+    with np.errstate(all="ignore"):
+        values, last = _values(c.mapped(together, *moved) if k else c, wants, options, k)
+    slopes = np.imag(values).reshape(len(wants), n, -1).swapaxes(1, 2)[:, :k] / STEP
+    ends = np.array([last.code, last.load_e, last.load_end])
+    values, (code, load_e, load_end) = (np.real(v[:, :: max(1, k)]) for v in (values, ends))
     # a beam whose joint is not known goes nowhere
-    return Found(values[:, 0], slopes, last.code[:n], last.load_e[:n], np.nan_to_num(last.load_end[:n]))
+    return Found(values, np.where(np.isfinite(slopes), slopes, 0.0), code.astype(int), load_e, np.nan_to_num(load_end))
 
 
-def _share(c: Cells, rates: Cells) -> Array:
-    """Return by how much of its rates each design is shifted (n,)."""
-    most = np.full(c.d.size, 1e-30)
-
-    def look(x: Array, rate: Array) -> Array:
-        with np.errstate(all="ignore"):
-            change = np.abs(rate / x)
-        np.maximum(most, np.where(np.isfinite(change), change, 0.0), out=most)
-        return x
-
-    c.changed({"mu": np.maximum(c.mu, ROUGH)}, c.sizes).mapped(look, rates)
-    return NEAR / most
-
-
-def _values(c: Cells, wants: Sequence[Want], options: Options) -> tuple[Array, Figures]:
+def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> tuple[Array, Figures]:
     """Return the wanted figures (wants, n), and all there are at the farthest twist that is asked for."""
     twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
-    twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d))))
-    by_twist = {at: real_columns.solved(c, at.per_pitch(c.d), sense=options.sense) for at in twists}
+    twists.sort(key=lambda at: float(np.max(at.per_pitch(np.real(c.d)))))
+    common: dict[str, Any] = {"sense": options.sense, "copies": copies, "along": False}
+    by_twist = {at: real_columns.solved(c, at.per_pitch(c.d), **common) for at in twists}
     last = by_twist[twists[-1]]
     found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last), options) for want in wants]
     return np.array(found).reshape(len(wants), c.d.size), last

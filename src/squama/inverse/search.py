@@ -12,6 +12,7 @@ import copy
 import numpy as np
 
 from squama.inverse.residuals import PRICE, Look, Residuals
+from squama.progress import steps
 from squama.types import Array
 
 BEST = 400
@@ -63,12 +64,12 @@ def refine(target: Residuals, y: Array) -> Look:
     n = len(y)
     radius = np.full(n, FIRST)
     live = np.isfinite(best.merit)
-    for turn in range(ROUNDS):
+    for turn in steps(range(ROUNDS), ROUNDS, "steps of the search"):
         lanes = np.flatnonzero(live)
         if not lanes.size:
             break
-        steps = np.array([_step(best, int(i), radius[i]) for i in lanes])
-        trial = np.clip(best.y[lanes] + steps, 0.0, 1.0)
+        ways = np.array([_step(best, int(i), radius[i]) for i in lanes])
+        trial = np.clip(best.y[lanes] + ways, 0.0, 1.0)
         look = target.look(trial, slopes=True, plates=True)
         gain = best.merit[lanes] - look.merit
         promised = np.array([best.merit[i] - _model(best, int(i), trial[k] - best.y[i]) for k, i in enumerate(lanes)])

@@ -32,7 +32,11 @@ MOST_DESIGNS = 100
 DEFAULTS = {Dimension.LENGTH: 1e-4, Dimension.ANGLE: 0.017453292519943295}
 """Tolerances of lengths (m) and angles (rad) unless given; of the rest: SHARE of the value."""
 SHARE = 0.05
-_LOCKS = {"any": LOCKS, **{e.value.split()[0]: (CODES.index(e),) for e in (End.FRICTIONAL, End.KINEMATIC, End.STATIC)}}
+_LOCKS = {
+    "any": LOCKS,
+    **{e.value.split()[0]: (CODES.index(e),) for e in (End.FRICTIONAL, End.STATIC)},
+    "kinematic": (CODES.index(End.KINEMATIC), CODES.index(End.LINE)),
+}
 LOCK_FIGURES = ("lock", "range", "critical_mu")
 """Objectives that only hinges have; RED and W_fr without a twist are theirs, too."""
 LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")

@@ -28,9 +28,19 @@ MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
 
 
 def factor(K: Array) -> Array:
-    """Return L (..., m, m) of matrices K (..., m, m), m = 7 or 9, lower triangles over the variables in their order."""
+    """Return L (..., m, m) of matrices K (..., m, m), m = 7 or 9, lower triangles over the variables in their order.
+
+    A complex step goes through: with K = L L^T, dL = L (lower triangle of L^-1 dK L^-T, half its diagonal).
+    """
     order = ORDER[: K.shape[-1]]
-    return np.linalg.cholesky(K[..., order, :][..., order])
+    K = K[..., order, :][..., order]
+    L = np.linalg.cholesky(K.real)
+    if not np.iscomplexobj(K):
+        return L
+    inverse = np.linalg.inv(L)
+    change = np.tril(inverse @ K.imag @ np.swapaxes(inverse, -1, -2))
+    change[..., range(K.shape[-1]), range(K.shape[-1])] /= 2
+    return np.asarray(L + 1j * (L @ change))
 
 
 def product(L: Array) -> Array:

@@ -41,7 +41,8 @@ class Shape(NamedTuple):
     """What a joint depends on: floats, or arrays (n,) that broadcast; lengths in pitches, angles in rad.
 
     ``width`` of the section, half thickness ``lam``, embedded length ``zeta``, half width ``beta`` and ``thickness``
-    of a scale, ``alpha``, ``theta0``, Poisson's ratio ``nu``. Complex numbers are for derivatives.
+    of a scale, ``alpha``, ``theta0``, Poisson's ratio ``nu``. Complex numbers are for derivatives; arrays
+    (n, k) of them are n shapes, each with steps in k ways.
     """
 
     width: Any
@@ -129,7 +130,7 @@ def errors() -> Errors:
 def _factor(shape: Shape, law: Law) -> Array:
     """Return the factor L of K."""
     f = features(shape)
-    x = law.scaled(f.reshape(-1, f.shape[-1]))
+    x = law.scaled(f if f.ndim == 3 else f.reshape(-1, f.shape[-1]))
     y = values(law.stiffness, x).reshape(*f.shape[:-1], STIFFNESS)
     y[..., ODD] *= np.sin(shape.alpha)[..., None]
     p = np.exp(y[..., :9])
@@ -184,6 +185,7 @@ def _together(columns: Sequence[Any]) -> Array:
 
 def within(shape: Shape) -> Array:
     """Return which shapes are in the law's range, truths (n,)."""
+    shape = Shape(*map(np.real, shape))
     return np.asarray(np.min(list(rooms(shape).values()), axis=0) >= -_SLACK)
 
 

@@ -79,16 +79,32 @@ class Law(NamedTuple):
 
 
 def values(of: Processes, x: Array) -> Array:
-    """Return the outputs (n, m) of processes at scaled features (n, p)."""
+    """Return the outputs (..., m) of processes at scaled features (n, p), or with complex steps in k ways (n, k, p)."""
     y = of.trend[0] + x @ of.trend[1:]
+    points = x if x.ndim == 2 else x[:, 0].real
     for first in range(0, len(x), _CHUNK):
-        part = x[first : first + _CHUNK]
+        some = slice(first, first + _CHUNK)
+        part = points[some]
         squares = ((part * part) @ of.inverse)[..., None] - (part @ of.sample).reshape(-1, *of.squares.shape)
-        near, at = nearness(squares + of.squares), 0
+        near, rates, at = nearness(squares + of.squares), None, 0
+        if x.ndim > 2:
+            near, step = near[:, None], x[some].imag
+            rates = (2 * part[:, None] * step @ of.inverse)[..., None]
+            rates = rates - (step @ of.sample).reshape(*step.shape[:2], *of.squares.shape)
+            rates *= falling(squares + of.squares)[:, None]
         for k, weights in enumerate(of.weights):
-            y[first : first + _CHUNK, at : at + weights.shape[1]] += near[:, k] @ weights
+            sums = near[..., k, :] @ weights
+            y[some, ..., at : at + weights.shape[1]] += (
+                sums if rates is None else sums + 1j * (rates[..., k, :] @ weights)
+            )
             at += weights.shape[1]
-    return np.asarray(y[:, of.places])
+    return np.asarray(y[..., of.places])
+
+
+def falling(square: Array) -> Array:
+    """Return the kernel's derivative by the square r^2, -(1 + r) exp(-r) / 6."""
+    r = np.sqrt(square + 1e-12)
+    return np.asarray(-(1 + r) * np.exp(-r) / 6)
 
 
 def nearness(square: Array) -> Array:

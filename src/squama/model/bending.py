@@ -1,8 +1,13 @@
-r"""Bending: the tip of a scale on the face of the next one (docs, theory: bending).
+r"""Bending: the tip's corner B of a scale on the face of the next one (docs, theory: bending).
 
-With psi the bend per pitch and w = theta + psi/2 the contact condition is :math:`\eta\,\psi\cos(\psi/2) = \sin w`,
-at the distance r = eta sin(theta - psi/2) / sin w from the base of the other scale. The kinematic lock is
-w = pi/2; the moment of the forces about the base is N eta sin(psi) (cot w - mu).
+The contact BF of :mod:`squama.model.screw` where the twist is 0, by its inclination; no other comes in before a lock.
+With psi = 2 h the bend per pitch, c and s cosine and sine of theta, and lam the height of the scales' face over the
+line that keeps its length, the corner is in the face where
+
+.. math::
+    c \sin h + s \cos\alpha \cos h &= \psi (A_1 \cos h + A_2 \sin h), \\
+    A_1 &= \eta \cos\alpha + \beta c \sin\alpha + \lambda s \cos\alpha, \\
+    A_2 &= \eta c s \sin^2\alpha - \beta s \sin\alpha \cos\alpha + \lambda c .
 """
 
 from __future__ import annotations
@@ -12,62 +17,98 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.model.paths import Ops, Point
+from squama.model.reach import SEARCH
 from squama.model.twisting import Number
 
 
-def bend_at(theta: Number, eta: Number, ops: Ops) -> Number:
-    """Return the smallest bend psi per pitch at which the tip reaches the face, by Newton from below.
+class Meeting(NamedTuple):
+    """Left minus right side of the condition at a bend ``psi``, and its derivatives by psi and theta."""
 
-    Parameters
-    ----------
-    theta, eta
-        Inclination (rad) and overlap ratio, eta >= 1.
-    """
-    psi = 0 * theta
-    # from 0 the steps shrink quadratically: six are enough for every eta >= 1 and theta < 90 deg
-    for _ in range(8):
-        half = psi / 2
-        gap = eta * psi * ops.cos(half) - ops.sin(theta + half)
-        slope = eta * (ops.cos(half) - half * ops.sin(half)) - ops.cos(theta + half) / 2
-        step = gap / slope
-        psi = psi - step
-        if np.all(abs(step) <= 1e-12 * abs(psi)):
-            break
-    return psi
+    G: Number
+    G_psi: Number
+    G_theta: Number
 
 
 class Bend(NamedTuple):
-    """Tip on face, followed by x = theta; the one force law of the plane, whatever ``law`` is named."""
+    """Corner on face, followed by x = theta; lengths in pitches, ``lam`` from the line that keeps its length.
+
+    The one force law, whatever ``law`` is named.
+    """
 
     eta: Number
+    beta: Number
+    lam: Number
+    sa: Number
+    ca: Number
     theta0: Number
 
+    def meeting(self, psi: Number, s: Number, c: Number, ops: Ops) -> Meeting:
+        """Return the condition at a bend and the sine and cosine of an inclination."""
+        eta, beta, lam, sa, ca, _ = self
+        sh, ch = ops.sin(psi / 2), ops.cos(psi / 2)
+        A1, A2 = self.levers(s, c)
+        by_theta = sa * (eta * sa * (c * c - s * s) - beta * ca * c) - lam * s
+        arm = A1 * ch + A2 * sh
+        G_psi = (c * ch - ca * s * sh) / 2 - arm - psi / 2 * (A2 * ch - A1 * sh)
+        G_theta = ca * c * ch - s * sh - psi * ((lam * ca * c - beta * sa * s) * ch + by_theta * sh)
+        return Meeting(c * sh + ca * s * ch - psi * arm, G_psi, G_theta)
+
+    def levers(self, s: Number, c: Number) -> tuple[Number, Number]:
+        """Return A_1 and A_2."""
+        eta, beta, lam, sa, ca, _ = self
+        return eta * ca + beta * sa * c + lam * ca * s, s * sa * (eta * sa * c - beta * ca) + lam * c
+
+    def bend(self, s: Number, c: Number, ops: Ops) -> Number:
+        """Return the smallest bend per pitch at which the corner is in the face, by Newton; NaN where there is none."""
+        A1, A2 = self.levers(s, c)
+        # to the second order in psi
+        b = A1 - c / 2
+        psi = 2 * self.ca * s / (b + ops.sqrt(b * b + 2 * A2 * self.ca * s))
+        for _ in range(8):
+            m = self.meeting(psi, s, c, ops)
+            step = m.G / m.G_psi
+            psi = psi - step
+            if np.all(abs(step) <= 1e-12 * abs(psi)):
+                break
+        return psi
+
     def point(self, x: Number, law: str, ops: Ops) -> Point:  # noqa: ARG002
-        """Return the contact at the inclination ``x``."""
-        eta, psi = self.eta, bend_at(x, self.eta, ops)
-        half = psi / 2
-        sw, cw = ops.sin(x + half), ops.cos(x + half)
-        psi_rate = cw / (eta * (ops.cos(half) - half * ops.sin(half)) - cw / 2)
-        r_rate = eta * (ops.sin(psi) - psi_rate * ops.sin(2 * x) / 2) / (sw * sw)
-        slip = ops.sqrt(r_rate * r_rate)
-        arm = eta * ops.sin(psi)
+        """Return the contact at the inclination ``x``; ``turn`` > 0 up to the line contact of the plates."""
+        eta, beta, lam, sa, ca, _ = self
+        s, c = ops.sin(x), ops.cos(x)
+        psi = self.bend(s, c, ops)
+        m = self.meeting(psi, s, c, ops)
+        sh, ch = ops.sin(psi / 2), ops.cos(psi / 2)
+        S, v, off = 2 * sh * ch, 2 * sh * sh, lam - 1 / psi
+        C, flat = 1 - v, c * c * ca * ca + s * s
+        psi_rate = -m.G_theta / m.G_psi
+        # the corner in the face, along and across it: derivatives where theta grows, and on the way
+        along = off * (c * ca * S - s * v) - beta * sa * (c * ca * v + s * S) + eta * (1 - v * flat)
+        across = beta - sa * (beta * sa * v - off * S + eta * (c * ca * v - s * S))
+        lift, turn = eta * (ca * S - c * s * sa * sa * v), eta * sa * (s * ca * v + c * S)
+        by_psi = (c * ca * S - s * v) / (psi * psi) + off * (c * ca * C - s * S)
+        slid = lift + psi_rate * (by_psi - beta * sa * (c * ca * S + s * C) - eta * S * flat)
+        rolled = S / (psi * psi) + off * C - beta * sa * S - eta * (c * ca * S - s * C)
+        aside = turn + psi_rate * sa * rolled
+        slip = ops.sqrt(slid * slid + aside * aside)
         return Point(
             theta=x,
             load=psi,
             theta_rate=1.0,
             load_rate=psi_rate,
             slip_rate=slip,
-            M_N=-arm * cw / sw,
-            M_f=arm * r_rate / slip,
-            p=0.0,
-            s=eta * ops.sin(x - half) / sw,
+            M_N=-2 * sh / psi * m.G_theta,
+            M_f=(slid * lift + aside * turn) / slip,
+            p=across,
+            s=along,
             q=1.0,
-            turn=1.0,
+            turn=c * ch - ca * s * sh,
         )
 
-    def places(self, pt: Point) -> tuple[Number, ...]:  # noqa: ARG002
-        """Return no margins: for eta >= 1 the contact never leaves the face."""
-        return ()
+    def places(self, pt: Point) -> tuple[Number, Number]:
+        """Margins of the bend and of the place on the face."""
+        along, across = self.eta / 2 - abs(pt.s - self.eta / 2), self.beta + pt.p
+        return SEARCH - pt.load, (along + across - abs(along - across)) / 2
 
     def theta(self, x: Number) -> Number:
         """Inclination at the path parameter."""

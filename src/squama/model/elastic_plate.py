@@ -100,7 +100,7 @@ def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
     That is half the integral of w_xx^2 + w_yy^2 + 2 nu w_xx w_yy + 2 (1 - nu) w_xy^2.
     """
     x, y = _basis()[:2]
-    eta, beta, nu = (np.asarray(v, float)[..., None, None] for v in (eta, beta, nu))
+    eta, beta, nu = (np.asarray(v)[..., None, None] for v in (eta, beta, nu))
     mixed = np.kron(x[2, 0], y[0, 2])
     return np.asarray(
         beta / eta**3 * np.kron(x[2, 2], y[0, 0])
@@ -128,7 +128,7 @@ def answers(eta: Array, beta: Array, nu: Array) -> tuple[Array, Array]:
     edges, powers = _basis()[2:]
     K = stiffness(eta, beta, nu)
     right = np.concatenate(list(edges), axis=1)
-    bent = np.empty((*K.shape[:-2], *right.shape))
+    bent = np.empty((*K.shape[:-2], *right.shape), K.dtype)
     # deflections even and odd across the width know nothing of each other
     for parity in range(2):
         one = np.flatnonzero(np.arange(LENGTHWISE * ACROSS) % 2 == parity)

@@ -114,7 +114,7 @@ def onward(n: int, level: int) -> tuple[int, int]:
 def row(d: Design) -> Any:
     """Return the row that follows the path of a design."""
     if d.kind == BENT:
-        return Bend(d.eta, d.theta0)
+        return Bend(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0)
     if d.kind == FOLDED:
         return FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0, d.thickness)
     return Twist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, 1.0, d.thickness)
@@ -135,15 +135,16 @@ def _seen(d: Design, here: Any, x: Any, ops: Ops) -> Spot:
     law = NAMES[d.law]
     if d.kind == BENT:
         pt = here.point(x, law, ops)
-        places, square = (1.0, 1.0), 1.0
+        square = 1.0
     else:
         theta, r, q, per_x = here.solve(x, ops)
         pt = getattr(here, "open", here).at_root(theta, r, q, per_x, law, ops)
-        places, square = here.places(pt), r.q2
+        square = r.q2
+    tip, side = here.places(pt)
     f = forces(pt, d.theta0, d.mu)
-    least = functools.reduce(ops.smaller, (pt.load_rate, f.D, *places, pt.turn))
+    least = functools.reduce(ops.smaller, (pt.load_rate, f.D, tip, side, pt.turn))
     power = f.f * pt.slip_rate
-    return Spot(least, square, pt.load_rate, f.D, *places, pt.turn, pt.theta, pt.load / d.k, f.f, f.torque, power)
+    return Spot(least, square, pt.load_rate, f.D, tip, side, pt.turn, pt.theta, pt.load / d.k, f.f, f.torque, power)
 
 
 def looks(d: Design, room: Room, start: int, stop: int) -> None:

@@ -64,7 +64,8 @@ FRICTIONAL, KINEMATIC, STATIC, OTHER, RELEASED, RANGE, NONE, TOUCHING = (
 PASSED, ENDS, TURNS, UNCLEAR = range(4)
 """What samples of a path show: nothing ends it, it ends, it folds, or they are too far apart to tell."""
 MARGINS = (KINEMATIC, FRICTIONAL, CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE), RANGE)
-"""Ends named by the margins that vanish; where two coincide, the first."""
+BENT_MARGINS = (KINEMATIC, FRICTIONAL, RANGE, CODES.index(End.OFF_SIDE), CODES.index(End.LINE))
+"""Ends named by the margins that vanish, of twisting and of bending; where two coincide, the first."""
 
 
 class Bracket(NamedTuple):
@@ -117,13 +118,15 @@ def follow(
 ) -> Followed:
     """Follow the contact that a design meets first; lengths in pitches, ``sa`` < 0 is the other sense.
 
-    ``kind`` is BENT for the tip-on-face contact of bending, else OPEN; ``law`` as in Design.
+    ``kind`` is BENT for bending, else OPEN; ``law`` as in Design.
     """
     pair, n, load_e = Twist(eta, beta, lam, sa, ca, theta0, 1.0, thickness), 0, math.inf
     if kind != BENT:
         n, load_e = first_engagement(pair)
-    elif eta >= 1:
-        n, load_e = 1, spot(theta0, design(pair, mu, 0.0, 1.0, kind, law), room).load
+    else:
+        start = spot(theta0, design(pair, mu, 0.0, 1.0, kind, law), room)
+        if start.load > 0 and start.tip > 0 and start.side >= 0:
+            n, load_e = 1, start.load
     k = float(max(n, 1))
     d = design(pair, mu, 0.0, k, kind, law)
     if kind != BENT and touches_at_rest(pair):
@@ -313,17 +316,17 @@ def end(d: Design, found: Bracket, x0: float, x1: float, room: Room) -> tuple[fl
     if found.b > found.a:
         x = zero(value, found.a, found.fa, found.b, found.fb, found.c, found.fc, True, d, room, LEAST)
     at = spot(x, d, room)
-    code = named(at)
+    code = named(at, d.kind)
     return x, STATIC if code == FRICTIONAL and x == x0 else code, at.load
 
 
-def named(values: Spot) -> int:
+def named(values: Spot, kind: int) -> int:
     """Code of the margin that vanishes at the end; where two coincide, of the first."""
-    least, which = math.inf, 0
+    least, which, codes = math.inf, 0, BENT_MARGINS if kind == BENT else MARGINS
     for n in range(5):
         v = values[2 + n]
         if not v > COINCIDE:
-            return MARGINS[n]
+            return codes[n]
         if v < least:
             least, which = v, n
-    return MARGINS[which]
+    return codes[which]

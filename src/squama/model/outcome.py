@@ -32,9 +32,8 @@ class End(StrEnum):
         return self in (End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC)
 
 
-CODES: tuple[End, ...] = tuple(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED))
-"""Ends of the closed form in the order of their integer codes (position = code); the others need general contact, or
-bend and twist at once."""
+CODES = (*(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED)), End.LINE)
+"""Ends of one contact in the order of their integer codes (position = code); the others need general contact."""
 
 SENTENCES: dict[End, str] = {
     End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",

@@ -23,7 +23,8 @@ _MIRRORED_CORNERS = ("A", "D", "B", "C")
 _MIRRORED_EDGES = ("DA", "CB", "AB", "DC")
 _KIND = {"DA": "base edge", "CB": "tip edge", "DC": "side edge", "AB": "side edge"}
 TIP_SIDE = 8 + 4 * EDGES.index("CB") + EDGES.index("DC")
-"""Position of the tip-side pair among the feature pairs."""
+CORNER_FACE = 4 + CORNERS.index("B")
+"""Positions among the feature pairs of the tip edge on the side edge, and of the tip's corner B on the face."""
 _ROUNDS = 4
 _PARALLEL = 1e-10
 _FINER, _PARTS = 2, np.arange(1, 8) / 8
@@ -31,7 +32,7 @@ _FINER, _PARTS = 2, np.arange(1, 8) / 8
 
 
 class Touch(NamedTuple):
-    """First other contact: neighbour ``k``, ``pair`` in words, path parameter ``x``, inclination and twist."""
+    """First other contact: neighbour ``k``, ``pair`` in words, path parameter, inclination, and the larger load."""
 
     k: int
     pair: str
@@ -173,7 +174,7 @@ def first_touch(
         return None
     theta, phi = at(np.array([best[0]]))
     words = _words(plates, theta, phi, best[1], best[2], mirrored)
-    return Touch(best[2], words, best[0], float(theta[0]), float(phi.flat[-1]))
+    return Touch(best[2], words, best[0], float(theta[0]), float(np.abs(phi).max()))
 
 
 def _words(plates: Plates, theta: Array, phi: Array, pair: int, k: int, mirrored: bool) -> str:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+SEARCH = math.pi / 2
+"""Load angle per pitch, rad, up to which contacts that end nothing are looked for."""
 LARGEST = 100.0
 """Largest eta and beta. Such a design answers in about .2 s for every pair of plates; one of 300 takes a second."""
 MOST = LARGEST * (1 + 1e-12)

@@ -22,6 +22,7 @@ from squama.model.follow import COINCIDE
 from squama.model.neighbours import gap
 from squama.model.outcome import CODES, End
 from squama.model.paths import FoldedTwist, Ops, Point, by_tangent
+from squama.model.reach import SEARCH
 from squama.model.tracks import Track, take
 from squama.types import Array
 
@@ -30,6 +31,7 @@ TOLERANCE = 1e-10
 """Size of the last terms of the derivative's series, relative to its largest, at which it counts as converged."""
 BLOCK = 256
 """Designs whose integrals are taken together, in the processor's cache."""
+_MARGINS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE, End.LINE)
 _LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
@@ -134,12 +136,13 @@ def vanishing(row: Any, pt: Point, t: Track, mu: Array, law: str) -> Any:
     # at mu = 0 these two ends coincide where virtual work holds, and for mu > 0 friction locks first
     kinematic = np.where((np.real(mu) == 0) & (law == "edge" or isinstance(row, Bend)), D, pt.load_rate)
     E = np.select(
-        [t.code == CODES.index(e) for e in (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE)],
+        [t.code == CODES.index(e) for e in _MARGINS],
         [
             kinematic,
             D,
             getattr(row, "beta", 0) - np.sign(np.real(pt.p)) * pt.p,
             np.where(np.real(pt.s) * 2 < np.real(row.eta), pt.s, row.eta - pt.s),
+            SEARCH - pt.load if isinstance(row, Bend) else pt.turn + 0j,
             pt.turn + 0j,
         ],
         1,

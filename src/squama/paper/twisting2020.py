@@ -29,6 +29,7 @@ from squama.plot.maps import red_figure
 from squama.plot.regimes import lock_lines_figure, regime_figure
 from squama.plot.style import FORMATS as ENDINGS
 from squama.plot.style import headline, save_figure
+from squama.progress import steps
 from squama.symbols import SYMBOLS
 from squama.units import shown
 
@@ -192,7 +193,8 @@ def write(
     place = files.make_folder(directory)
     done: list[Path] = []
     found: list[Claim] = []
-    for name in dict.fromkeys(figures or FIGURES):
+    names = dict.fromkeys(figures or FIGURES)
+    for name in steps(names, len(names), "figures"):
         made = FIGURES[name](points)
         signs = ", ".join(f"${SYMBOLS[key].tex}$ = {text.replace(' deg', '°')}" for key, text in made.fixed.items())
         headline(made.figure, f"{MODEL[0].upper()}{MODEL[1:]}; {signs}; squama {__version__}")

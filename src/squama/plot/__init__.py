@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from squama.plot.along import line as line
     from squama.plot.cycle import cycle_figure as cycle_figure
     from squama.plot.elements import compare_figure as compare_figure
     from squama.plot.elements import deformed_figure as deformed_figure
@@ -41,6 +42,7 @@ _NAMES = {
     "path": "path_figure",
     "inverse": "front_figure inverse_figure",
     "regimes": "lock_lines_figure regime_figure",
+    "along": "line",
     "sweep": "map_figure",
     "maps": "red_figure",
     "response": "response_figure",

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
 
 from squama.model import elastic_plate as plate
+from squama.progress import steps
 from squama.real import chain, entry, follow, path
 from squama.real.contact import Step
 from squama.types import Array
@@ -102,7 +103,7 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP) -> 
     last, before, h = _start(row), None, step * _FIRST
     rows = np.full((phis.size, scales, len(follow.COLUMNS)), np.nan)
     sides, held = np.full((2, phis.size, scales), np.nan)
-    for i, goal in enumerate(phis):
+    for i, goal in enumerate(steps(phis, phis.size, "points of the row")):
         while last.phi < goal:
             left = goal - last.phi
             size = left / math.ceil(left / h * (1 - 1e-9))

@@ -24,11 +24,15 @@ its friction. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
+import numpy as np
+
 from squama.batch.keeping import inlined, part
-from squama.real.vectors import Turned, Vector, add, by_vector, cross, dot, mixed, rotated, scaled, spin, turned
+
+from squama.real.vectors import (  # isort: skip
+    Turned, Vector, add, by_vector, cross, dot, magnitude, mixed, rotated, scaled, spin, turned,
+)  # fmt: skip
 from squama.types import Array
 
 MOTIONS, MOST = 6, 12
@@ -105,7 +109,7 @@ def frame(d: Design, phi: float, k: int) -> Frame:
     """Return what the twist per pitch makes of neighbour k."""
     if d.bent:
         return screw(d, phi, k)
-    c, s = math.cos(k * phi), math.sin(k * phi)
+    c, s = np.cos(k * phi), np.sin(k * phi)
     x, y, z = (-d.sa * d.ct, d.ca, d.sa * d.st), (d.st, 0.0, d.ct), (d.ca * d.ct, d.sa, -d.ca * d.st)
     # R = [[c, s, 0], [-s, c, 0], [0, 0, 1]] in the scale's axes; x, y, z: the axes of space there
     rx, ry = mixed(c, x, -s, y, 0.0, z), mixed(s, x, c, y, 0.0, z)
@@ -117,7 +121,7 @@ def frame(d: Design, phi: float, k: int) -> Frame:
     return Frame(
         (a[0], b[0], e[0]), (a[1], b[1], e[1]), (a[2], b[2], e[2]),
         (da[0], db[0], de[0]), (da[1], db[1], de[1]), (da[2], db[2], de[2]),
-        scaled(k, z), (0.0, 0.0, 0.0), scaled(d.lam, y),
+        scaled(k, z), scaled(0.0, z), scaled(d.lam, y),
     )  # fmt: skip
 
 
@@ -133,7 +137,7 @@ def screw(d: Design, way: float, k: int) -> Frame:
     dp, dq, dr = cross(o, p), cross(o, q), cross(o, r)
     # the factors' rates by w . w
     g, along = dot(w, w), 2 * dot(w, dw)
-    if g < 0.05:
+    if g.real < 0.05:
         b1 = -1 / 24 * (1 - g / 15 * (1 - 3 * g / 112 * (1 - 2 * g / 135)))
         c1 = -1 / 120 * (1 - g / 21 * (1 - g / 48 * (1 - 2 * g / 165)))
     else:
@@ -211,7 +215,7 @@ def place(d: Design, edge: int, x: float, z: float) -> Vector:
         return x, -d.beta, z
     if edge == 2:
         return x, d.beta, z
-    return 0.0, x, z
+    return 0.0 * x, x, z
 
 
 @_in
@@ -277,7 +281,7 @@ def meet(
     D = add(add(add(one, -1.0, turn(f, inner)), 1.0, f.o), -1.0, f.t)
     n = cross(turn(f, along2), along1)
     by_phi = (dot(f.da, inner), dot(f.db, inner), dot(f.dc, inner))
-    return D, by_phi, scaled(d.sign / math.sqrt(dot(n, n)), n)
+    return D, by_phi, scaled(d.sign / np.sqrt(dot(n, n)), n)
 
 
 @_jit
@@ -308,36 +312,36 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     moved1, moved2 = rotated(e, X1), rotated(e, X2)
     along1, along2 = rotated(e, tangent(d.first, slope1)), rotated(e, tangent(d.second, slope2))
     D, by_phi, n = meet(d, f, add(u, 1.0, moved1), add(u, 1.0, moved2), along1, along2)
-    ahead = scaled(1 / math.sqrt(dot(along1, along1)), along1)
+    ahead = scaled(1 / np.sqrt(dot(along1, along1)), along1)
     aside = cross(n, ahead)
-    s[CROSSING] = dot(ahead, turn(f, along2)) / math.sqrt(dot(along2, along2))
+    s[CROSSING] = dot(ahead, turn(f, along2)) / np.sqrt(dot(along2, along2))
     if step.stuck:
         F = (z[m], z[m + 1], z[m + 2])
         N = dot(F, n)
         across = add(F, -N, n)
-        friction = math.sqrt(dot(across, across))
+        friction = np.sqrt(dot(across, across))
         s[NORMAL], s[FRICTION], s[SPEED] = N, friction, 0.0
-        if friction > 0.0:
+        if friction.real > 0.0:
             t = scaled(-1 / friction, across)
             s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = t
-            s[angle(d)] = math.atan2(dot(t, aside), dot(t, ahead))
+            s[angle(d)] = np.arctan2(dot(t, aside).real, dot(t, ahead).real)
     else:
         N = z[m + 2]
         F = scaled(N, n)
         s[NORMAL], s[FRICTION], s[SPEED] = N, d.mu * N, 0.0
-        if d.mu > 0.0:
-            c, a = math.cos(z[angle(d)]), math.sin(z[angle(d)])
+        if d.mu.real > 0.0:
+            c, a = np.cos(z[angle(d)]), np.sin(z[angle(d)])
             t = mixed(c, ahead, a, aside, 0.0, n)
             F = add(F, -d.mu * N, t)
             if d.bent:
                 by_phi = along(d, f, F, phi, s, by_phi)
             V = slip(d, f, step, room, e, x, y, moved1, moved2, normal, by_phi)
-            r[angle(d)] = (c * dot(V, aside) - a * dot(V, ahead)) / abs(step.dphi)
-            s[SPEED] = dot(V, t) / abs(step.dphi)
+            r[angle(d)] = (c * dot(V, aside) - a * dot(V, ahead)) / magnitude(step.dphi)
+            s[SPEED] = dot(V, t) / magnitude(step.dphi)
             s[SLIDING], s[SLIDING + 1], s[SLIDING + 2] = t
     psi, twist = 0.0, phi
     if d.bent:
-        if step.stuck or d.mu == 0.0:
+        if step.stuck or d.mu.real == 0.0:
             by_phi = along(d, f, F, phi, s, by_phi)
         D, (psi, twist) = add(D, -s[STRETCH], f.t), strains(d, phi)
     behind = back(f, F)

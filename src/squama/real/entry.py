@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from squama.batch.keeping import is_ready, kept
 from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.real import chain, start
+from squama.progress import LOG
+from squama.real import chain, moved, start
 from squama.real import follow as following
-from squama.real.contact import BEND, LEG, SHAPE, Design, Step, _jit, onto
+from squama.real.contact import BEND, LEG, MOST, ROWS, SHAPE, Design, Step, _jit, onto
 from squama.real.follow import OTHER, End
 from squama.real.vectors import put
 from squama.types import Array
@@ -21,6 +23,7 @@ SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.p
 """All that may be compiled."""
 _follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
 _assemble, _look, _onto = chain.assemble, chain.look, onto
+_inverses, _again = moved.inverses, moved.again
 
 
 class Beams(NamedTuple):
@@ -66,7 +69,9 @@ def _bend(b: Beams, i: int, d: Design) -> None:
 
 
 @_jit
-def _along(d: Design, c: Array, targets: Array, corners: Array, step: float, every: int, out: Array) -> End:
+def _along(
+    d: Design, c: Array, targets: Array, corners: Array, step: float, every: int, out: Array, notes: Array
+) -> End:  # fmt: skip
     """Follow a beam from its first contact on, as :func:`squama.real.follow.follow`."""
     begin, reached = (math.inf, 0.0, 0.0), targets.size
     if c[0] >= 0.0:
@@ -75,7 +80,7 @@ def _along(d: Design, c: Array, targets: Array, corners: Array, step: float, eve
         reached = 0
         while reached < targets.size and targets[reached] <= c[3]:
             reached += 1
-    end = _follow(d, begin, targets[:reached], corners, step, every, out)
+    end = _follow(d, begin, targets[:reached], corners, step, every, out, notes)
     return end if reached == targets.size else End(OTHER, c[3], int(c[1]), int(c[2]), reached)
 
 
@@ -94,7 +99,7 @@ def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[
 
 def _answer(
     b: Beams, most: Array, step: float, every: int, targets: Array, corners: Array, contacts: Array, tables: Array,
-    out: Array, ends: Array,
+    out: Array, ends: Array, notes: Array,
 ) -> None:  # fmt: skip
     """Find what touches first below the twists ``most`` (n,) where that is not known yet, and follow the beams.
 
@@ -103,7 +108,7 @@ def _answer(
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
     ``tables`` (n, 46, 12) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
-    (n, 5), see :class:`squama.real.follow.End`.
+    (n, 5), see :class:`squama.real.follow.End`, and ``notes`` (n, m, 40), see :func:`squama.real.follow.follow`.
     """
     for i in range(targets.shape[0]):
         d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
@@ -113,7 +118,7 @@ def _answer(
             d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
         if d.elastic:
             _bend(b, i, d)
-        end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], corners[i], step, every, out[i])
+        end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], corners[i], step, every, out[i], notes[i])
 
 
 @_jit
@@ -136,6 +141,35 @@ def _beside(
     return _look(_met(b, contact, table), phi, s, joined, where)
 
 
+def _move(
+    b: Beams, contacts: Array, targets: Array, step: float, notes: Array, many: Beams, goals: Array, tables: Array,
+    starts: Array, out: Array,
+) -> None:  # fmt: skip
+    """Follow beams that :func:`answer` has followed, and noted, with complex steps.
+
+    ``contacts``, ``targets``, ``notes`` of n beams as there; ``many`` are the same beams, each k times one after the
+    other, with other complex steps; so are ``goals`` (n k, m), their targets. Written are ``tables`` (n k, 46, 12),
+    ``starts`` (n k, 3), twists and places at engagement, and ``out`` (n k, m, 19).
+    """
+    k = len(goals) // len(targets)
+    J, table = np.empty((notes.shape[1], MOST, MOST)), np.zeros((ROWS, 12))
+    for i in range(len(targets)):
+        c, n = contacts[i], 0
+        if c[0] >= 0.0:
+            d = _meeting(_design(b, i, table), int(c[0]), int(c[1]), int(c[2]))
+            if d.elastic:
+                _bend(b, i, d)
+            n = _inverses(d, (c[3], c[4], c[5]), step, notes[i], J)
+        for j in range(i * k, (i + 1) * k):
+            one = _design(many, j, tables[j])
+            if c[0] >= 0.0:
+                one = _meeting(one, int(c[0]), int(c[1]), int(c[2]))
+            if one.elastic:
+                _bend(many, j, one)
+            _again(one, c, targets[i], goals[j], step, notes[i, :n], J, starts[j], out[j])
+
+
+move = kept(_move, SOURCES)
 answer, row, beside = kept(_answer, SOURCES), kept(_row, SOURCES), kept(_beside, SOURCES)
 _told: list[Any] = []
 
@@ -146,4 +180,4 @@ def tell(f: Any = answer, what: str = "the real beam") -> None:
         return
     _told.append(f)
     if not is_ready(f):
-        logging.getLogger("squama").warning("squama: compiling the code of %s, once; some seconds", what)
+        LOG.warning("squama: compiling the code of %s, once; some seconds", what)

@@ -14,7 +14,7 @@ from squama.real.contact import (  # isort: skip
 )  # fmt: skip
 from squama.real.faces import others, shape
 from squama.real.steps import free_rates, rates_engaging, solve
-from squama.real.vectors import copy, put
+from squama.real.vectors import copy, magnitude, put
 from squama.types import Array
 
 FREE, SLIP, STICK = range(3)
@@ -36,10 +36,12 @@ _TURN, _BENDS, _TURNING = 0.9, 0.98, 1 / 64
 """Cosines of the turn of the slip's direction over a step that is refused, and that is not grown; share of the largest
 step below which any turn is taken."""
 _MISSES = 400
-MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET, SLID = range(14)
+MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET, SLID, NOTED = range(15)
 """What is counted along a path: the mode; whether it just began, the Jacobian may be kept, a slide is being located;
 next and last step, distance to what ends the path; steps refused; frictional work, work of the torque; sense of the
-twist; steps; torque where the contact last began to slide; length of the slip."""
+twist; steps; torque where the contact last began to slide; length of the slip; states noted."""
+BEGUN = WIDTH - 1
+"""Column of a state that is noted: whether it is the first one of a slide."""
 
 
 class End(NamedTuple):
@@ -68,7 +70,7 @@ def write(d: Design, s: Array, tally: Array, out: Array) -> None:
         out[21] = s[STRETCH]
         for j in range(3):
             out[22 + j] = s[FORCE + j]
-        out[25] = deflection(d, d.second, s[AT + 1], s, BENT + 6)[0] if d.elastic and s[NORMAL] > 0.0 else 0.0
+        out[25] = deflection(d, d.second, s[AT + 1], s, BENT + 6)[0] if d.elastic and s[NORMAL].real > 0.0 else 0.0
 
 
 @_jit
@@ -109,15 +111,29 @@ def taken(s: Array, stuck: bool) -> None:
         s[m], s[m + 1], s[m + 2] = s[AT], s[AT + 1], s[NORMAL]
 
 
+@_in
+def extrapolate(d: Design, size: float, room: Array) -> None:
+    """Write the unknowns after a step as they would be if they went on like that."""
+    last, before, new, done = room[LAST], room[BEFORE], room[NEW], room[TALLY, SIZE]
+    for j in range(angle(d) + 1):
+        new[j] = last[j] + size / done * (last[j] - before[j] + (size + done) * room[BOW, j])
+
+
+@_in
+def difference(tally: Array, size: float, dphi: float, stuck: bool) -> Step:
+    """Return a step with its weights of the backward difference."""
+    ratio = size / tally[SIZE]
+    if tally[FRESH].real > 0.0:
+        return Step(stuck, 1.0 + 0.0 * ratio, -1.0 + 0.0 * ratio, 0.0 * ratio, dphi)
+    return Step(stuck, (1 + 2 * ratio) / (1 + ratio), -(1 + ratio), ratio * ratio / (1 + ratio), dphi)
+
+
 @_jit
 def guess(d: Design, size: float, room: Array) -> bool:
     """Write a guess of the new state after a step; False if there is none."""
     last, new, tally = room[LAST], room[NEW], room[TALLY]
     if tally[FRESH] == 0.0:
-        ratio = size / tally[SIZE]
-        for j in range(angle(d) + 1):
-            bow = (size + tally[SIZE]) * room[BOW, j]
-            new[j] = last[j] + ratio * (last[j] - room[BEFORE, j] + bow)
+        extrapolate(d, size, room)
         return True
     if last[NORMAL] == 0.0 and tally[MODE] == SLIP:
         taken(last, False)
@@ -147,7 +163,7 @@ def mean(a: float, b: float, c: float, ratio: float) -> float:
 def accept(room: Array, size: float) -> None:
     """Make the new state the last one, after a step of a size."""
     last, new, tally = room[LAST], room[NEW], room[TALLY]
-    fresh = tally[FRESH] > 0.0
+    fresh = tally[FRESH].real > 0.0
     for j in range(MOST):
         slope = (new[j] - last[j]) / size
         room[BOW, j] = 0.0 if fresh else (slope - room[SLOPE, j]) / (size + tally[SIZE]) * size
@@ -160,7 +176,7 @@ def accept(room: Array, size: float) -> None:
         one, two = before[FRICTION] * before[SPEED], last[FRICTION] * last[SPEED]
         tally[RUBBED] += mean(one, two, new[FRICTION] * new[SPEED], ratio) * size
         x, y = new[AT] - last[AT], new[AT + 1] - last[AT + 1]
-        tally[SLID] += math.sqrt(max(0.0, x * x + y * y - x * y * (crossing + new[CROSSING])))
+        tally[SLID] += np.sqrt(magnitude(x * x + y * y - x * y * (crossing + new[CROSSING])))
     tally[WORK] += mean(before[TORQUE], last[TORQUE], new[TORQUE], ratio) * (new[PHI] - last[PHI])
     tally[SIZE], tally[FRESH] = size, 0.0
     copy(last, before)
@@ -179,7 +195,7 @@ def advance(d: Design, rates: Array, start: tuple[float, float, float], goal: fl
     """Go on without contact, to the goal or to engagement."""
     last, tally = room[LAST], room[TALLY]
     phi, before = last[PHI], last[TORQUE]
-    engages = phi < start[0] <= goal
+    engages = phi.real < start[0].real <= goal.real
     at_rest(d, rates, start[0] if engages else goal, last)
     tally[WORK] += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
     if engages:
@@ -193,15 +209,11 @@ def attempt(
 ) -> tuple[int, int, int]:  # fmt: skip
     """Solve for the state at a twist; return why it is not of this contact (end, edge, neighbour), -1 if it is."""
     last, new, tally = room[LAST], room[NEW], room[TALLY]
-    b0, b1, b2, ratio = 1.0, -1.0, 0.0, size / tally[SIZE]
-    if tally[FRESH] == 0.0:
-        b0, b1, b2 = (1 + 2 * ratio) / (1 + ratio), -(1 + ratio), ratio * ratio / (1 + ratio)
-    dphi = to - last[PHI]
     found, known, sticks = guess(d, size, room), tally[KNOWN] > 0.0, tally[MODE] == STICK
     # what would be if the contact stuck says whether it does, and is near what is if it slips
     stuck = sticks or (tally[FRESH] > 0.0 and last[NORMAL] > 0.0)
     while found:
-        found, known = solve(d, to, Step(stuck, b0, b1, b2, dphi), room, J, order, known)
+        found, known = solve(d, to, difference(tally, size, to - last[PHI], stuck), room, J, order, known)
         if sticks or not stuck:
             break
         if found and d.mu * new[NORMAL] >= new[FRICTION]:
@@ -271,9 +283,23 @@ def refused(code: int, size: float, room: Array) -> bool:
 
 
 @_jit
-def onward(d: Design, size: float, step: float, room: Array) -> None:
+def note(room: Array, notes: Array) -> None:
+    """Write the new state into the notes (n, 40), as long as there is room for it and the contact slides."""
+    tally = room[TALLY]
+    i = int(tally[NOTED])
+    if tally[MODE] == SLIP and i < len(notes):
+        copy(room[NEW], notes[i])
+        notes[i, BEGUN] = tally[FRESH]
+        tally[NOTED] += 1.0
+    else:
+        tally[NOTED] = len(notes)
+
+
+@_jit
+def onward(d: Design, size: float, step: float, room: Array, notes: Array) -> None:
     """Accept a step and choose the next one."""
     tally = room[TALLY]
+    note(room, notes)
     slowly = tally[MODE] == SLIP and ahead(d, room) < _BENDS
     accept(room, size)
     tally[COUNT] += 1.0
@@ -297,13 +323,14 @@ def redirect(d: Design, room: Array) -> None:
 
 @_jit
 def follow(
-    d: Design, start: tuple[float, float, float], targets: Array, corners: Array, step: float, every: int, out: Array
+    d: Design, start: tuple[float, float, float], targets: Array, corners: Array, step: float, every: int, out: Array,
+    notes: Array,
 ) -> End:  # fmt: skip
     """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 19) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
     many steps. Of a beam that is bent, ``targets`` are ways, ever farther, and ``corners`` (n, 2) bend and twist there;
-    rows (n, 26).
+    rows (n, 26). The states of a contact that slides from the first on are written into ``notes`` (m, 40).
     """
     room, J, order, b = np.zeros((STATES, WIDTH)), np.empty((MOST, MOST)), np.zeros(MOST, np.int64), np.zeros(24)
     for j in range(4):
@@ -350,6 +377,6 @@ def follow(
                 if refused(code, size, room):
                     return End(why, last[PHI], edge_of, k_of, i)
             elif tally[MODE] != STICK or not slides(d, size, step, room):
-                onward(d, size, step, room)
+                onward(d, size, step, room, notes)
         write(d, last, tally, out[i])
     return End(RANGE, last[PHI], -1, 0, targets.size)

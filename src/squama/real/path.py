@@ -14,7 +14,7 @@ from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End
 from squama.real import entry, follow
-from squama.real.contact import BEND, LEG, ROWS, SHAPE
+from squama.real.contact import BEND, LEG, ROWS, SHAPE, WIDTH
 from squama.types import Array
 
 RANGE = 0.3
@@ -123,7 +123,7 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
         scale.eta, scale.beta, scale.lam, np.sin(alpha), np.cos(alpha), np.sin(theta0), np.cos(theta0), scale.h, mu,
     ])  # fmt: skip
     elastic, n = np.isfinite(scale.D), len(K)
-    found = np.zeros((n, 4, 4, 6, 6)), np.zeros((n, 4, 24, 6))
+    found = np.zeros((n, 4, 4, 6, 6), shapes.dtype), np.zeros((n, 4, 24, 6), shapes.dtype)
     if elastic.any():
         made = plate.answers(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
         for out, one in zip(found, made, strict=True):
@@ -135,12 +135,12 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
 
 def follow_all(
     beams: entry.Beams, targets: Array, *, most: float | Array = 1.0, contacts: Array | None = None, step: float = STEP,
-    every: int = EVERY,
-    corners: Array | None = None,
+    every: int = EVERY, corners: Array | None = None, notes: Array | None = None,
 ) -> Answers:  # fmt: skip
     """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given.
 
-    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent.
+    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent. ``notes``
+    (n, i, 40): room for the states, see :func:`squama.real.follow.follow`.
     """
     n = len(targets)
     columns = follow.COLUMNS if corners is None else follow.STRAINED
@@ -151,12 +151,32 @@ def follow_all(
     entry.tell()
     most, targets = np.full(n, most, float), np.ascontiguousarray(targets, float)
     corners = np.zeros((n, 0, 2)) if corners is None else np.ascontiguousarray(corners, float)
-    entry.answer(beams, most, step, every, targets, corners, *found)
+    notes = np.zeros((n, 0, WIDTH)) if notes is None else notes
+    entry.answer(beams, most, step, every, targets, corners, *found, notes)
     return found
+
+
+def moved(beams: entry.Beams, targets: Array, copies: int, *, most: float | Array = 1.0) -> Answers:
+    """Follow beams to rising targets (n, m) as :func:`follow_all`, with complex steps in beams and targets.
+
+    Each beam stands there ``copies`` times, one after the other, with other steps. Rows and first contacts are complex,
+    without an imaginary part behind a contact that sticks.
+    """
+    real = entry.Beams(*(np.ascontiguousarray(np.real(v[::copies])) for v in beams))
+    at = np.ascontiguousarray(np.real(targets[::copies]))
+    # as many as the steps are where none is halved, and some
+    entry.tell(entry.move, "the real beam's derivatives")
+    notes = np.zeros((len(at), 2 * (at.shape[1] + math.ceil(at.max(initial=0.0) / STEP)) + 100, WIDTH))
+    found = follow_all(real, at, most=most, notes=notes)
+    contacts, tables, rows, ends = (np.repeat(v, copies, axis=0) for v in found)
+    tables, changed, starts = tables + 0j, np.zeros(rows.shape, complex), contacts[:, 3:] + 0j
+    entry.move(real, found.contacts, at, STEP, notes, beams, np.ascontiguousarray(targets), tables, starts, changed)
+    return Answers(np.hstack([contacts[:, :3], starts]), tables, rows + 1j * changed.imag, ends)
 
 
 def endings(contacts: Array, ends: Array) -> Array:
     """Return in words how paths end (n,), by their first contacts (n, 6) and their ends (n, 5)."""
+    contacts = np.real(contacts)
     first, code = contacts[:, 0].astype(int), ends[:, 0].astype(int)
     # where a contact leaves its edge, the edge says how; that of the base is no edge of the contact's
     edge = np.where(code == follow.OFF_FIRST, contacts[:, 0], contacts[:, 1]).astype(int)
@@ -251,19 +271,19 @@ def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
     xx, yy, xy = bent @ _CURVED[0] / eta**2, bent @ _CURVED[1] / beta**2, bent @ _CURVED[2] / (eta * beta)
     mx, my, mxy = xx + nu * yy, yy + nu * xx, (1 - nu) * xy
     squared = mx * mx - mx * my + my * my + 3 * mxy * mxy
-    most = squared.argmax(axis=1)
+    most = np.real(squared).argmax(axis=1)
     largest = 6 * (D / h**2).ravel() * np.sqrt(squared[np.arange(len(bent)), most])
     places = _GRID[most] * np.column_stack([eta.ravel(), beta.ravel()])
-    return largest, np.where(largest[:, None] > 0, places, np.nan)
+    return largest, np.where(np.real(largest[:, None]) > 0, places, np.nan)
 
 
 def stresses_of(scale: Scale, found: Answers) -> Array:
     """Return the largest stresses (n, m) of n beams at their targets; NaN where scales are rigid."""
-    stress = np.full(found.rows.shape[:2], np.nan)
-    which, column = np.nonzero(scale.elastic[:, None] & np.isfinite(found.rows[..., 1]))
-    one, rows = Scale(*(v[which] for v in scale)), found.rows[which, column]
+    stress = np.where(scale.elastic[:, None] & np.isfinite(found.rows[..., 1]), 0.0 * found.rows[..., 1], np.nan)
     # without contact nothing bends, whatever the edges are
-    edges = np.maximum(found.contacts[which, :2].astype(int), 0)
+    which, column = np.nonzero(np.isfinite(stress) & (np.real(found.rows[..., 2]) > 0))
+    one, rows = Scale(*(v[which] for v in scale)), found.rows[which, column]
+    edges = np.maximum(np.real(found.contacts[which, :2]).astype(int), 0)
     bent = np.einsum("nkj,nj->nk", found.tables[which, SHAPE:LEG], powers(one, edges, rows))
     stress[which, column] = stresses(one, bent)[0]
     return stress

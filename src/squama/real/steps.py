@@ -120,7 +120,7 @@ def solved(A: Array, b: Array) -> Array:
 @_jit
 def free_rates(d: Design) -> Array:
     """Return the motions and the stretch while nothing touches: (7, 2), per twist (or way), and where that is 0."""
-    loads, leg = np.zeros((7, 2)), d.table[LEG]
+    loads, leg = np.zeros((7, 2), d.table.dtype), d.table[LEG]
     for i in range(7):
         if d.bent:
             row = d.table[i if i < MOTIONS else 8]
@@ -134,13 +134,13 @@ def free_rates(d: Design) -> Array:
 @_jit
 def loosened(d: Design) -> Array:
     """Return the stiffness (7, 7) over the motions and the stretch, out of reach of a length that is held."""
-    A = np.zeros((7, 7))
+    A = np.zeros((7, 7), d.table.dtype)
     for i in range(MOTIONS):
         for j in range(MOTIONS):
             A[i, j] = d.table[i, j]
-        if d.bent and d.table[LEG, 4] > 0.0:
+        if d.bent and d.table[LEG, 4].real > 0.0:
             A[i, 6] = A[6, i] = d.table[8, i]
-    A[6, 6] = 1 / d.table[LEG, 4]
+    A[6, 6] = 1 / d.table[LEG, 4].real
     return A
 
 
@@ -154,7 +154,8 @@ def unloaded(rates: Array, phi: float, q: Array) -> None:
 @_jit
 def engagement(d: Design, rates: Array, guess: Vector) -> tuple[bool, float, float, float]:
     """Solve D = 0 on the path without contact for the twist and both places, from a guess of them."""
-    v, J, r, q = np.array(guess), np.empty((3, 3)), np.empty((3, 1)), np.empty(7)
+    v = np.array(guess)
+    J, r, q = np.empty((3, 3), v.dtype), np.empty((3, 1), v.dtype), np.empty(7, v.dtype)
     for _ in range(30):
         unloaded(rates, v[0], q)
         D = apart(d, v[0], q, v[1], v[2])
@@ -173,7 +174,7 @@ def engagement(d: Design, rates: Array, guess: Vector) -> tuple[bool, float, flo
         v -= change * min(1.0, 0.3 / size)
         if size < TIGHT:
             return True, v[0], v[1], v[2]
-    return False, 0.0, 0.0, 0.0
+    return False, v[0], v[1], v[2]
 
 
 @_jit

@@ -1,9 +1,10 @@
-"""Vectors and rotations of the compiled model: tuples of three numbers."""
+"""Vectors and rotations of the compiled model: tuples of three numbers, real or with a complex step."""
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
+
+import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
@@ -24,6 +25,12 @@ def put(of: Array, to: Array) -> None:
     """Write a matrix into another one's first rows and columns."""
     for i in range(of.shape[0]):
         copy(of[i], to[i])
+
+
+@_in
+def magnitude(x: float) -> float:
+    """Return |x|; a complex step goes through."""
+    return x if x.real > 0.0 else -x
 
 
 @_in
@@ -69,13 +76,13 @@ class Turned(NamedTuple):
 def turned(w: Vector) -> Turned:
     """Return the rotation by a vector."""
     q = dot(w, w)
-    if q < 0.05:
+    if q.real < 0.05:
         a = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
         b = 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56 * (1 - q / 90 * (1 - q / 132))))
         return Turned(w, a, b, 1 / 6 - q / 120 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
-    t = math.sqrt(q)
-    a = math.sin(t) / t
-    return Turned(w, a, (1 - math.cos(t)) / q, (1 - a) / q)
+    t = np.sqrt(q)
+    a = np.sin(t) / t
+    return Turned(w, a, (1 - np.cos(t)) / q, (1 - a) / q)
 
 
 @_in

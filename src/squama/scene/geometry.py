@@ -58,8 +58,8 @@ class Contact(NamedTuple):
 def frame(d: Design, load: float, k: float) -> Frame:
     """Return the cross-section ``k`` pitches from the middle of the beam at a load angle per pitch.
 
-    In twisting it is turned by k phi about z; in bending the line that keeps its length bends to an arc: that of the
-    scaled face, between scales on both faces that in the middle.
+    In twisting it is turned by k phi about z; in bending the line ``height`` below the scaled face bends to an arc and
+    keeps its length.
     """
     if LOADS[d["kind"]].sided:
         turn = d["sense"] * load * k
@@ -72,7 +72,7 @@ def frame(d: Design, load: float, k: float) -> Frame:
     half = math.sin(turn / 2)
     rise, run = (2 * half * half / load, s / load) if load else (0.0, k)
     y = np.array([0.0, c, -s])
-    o = np.array([0.0, rise, run]) + d["lam"] * (y if d["both"] else np.array([0.0, 1.0, 0.0]))
+    o = np.array([0.0, d["lam"] - d["height"] + rise, run]) + d["height"] * y
     return Frame(o, np.array([1.0, 0.0, 0.0]), y, np.array([0.0, s, c]))
 
 
@@ -90,11 +90,13 @@ def scale(d: Design, load: float, theta: Attitude, k: float) -> Scale:
 def contact(d: Design, load: float, theta: Attitude, k: float) -> Contact:
     """Return the contact of scale ``k``'s tip with its neighbour, as the common normal of the two edges.
 
-    In bending the tip's middle meets the neighbour's face, and ``s`` is its distance from the base.
+    In bending the tip's corner B meets the neighbour's face (where edges lie across the beam the tip edge does, and its
+    middle stands for it); ``s`` and ``p`` are its place along and across the face.
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
     if not LOADS[d["kind"]].sided:
-        return Contact(one.m, one.m, 0.0, float((one.m - two.o) @ two.x))
+        point = one.corners[2] if d["alpha"] else one.m
+        return Contact(point, point, float((point - two.o) @ two.y), float((point - two.o) @ two.x))
     corner = two.corners[0 if d["sense"] > 0 else 1]
     normal = np.cross(one.y, two.x)
     away, size = corner - one.m, float(normal @ normal)
@@ -106,14 +108,15 @@ def contact(d: Design, load: float, theta: Attitude, k: float) -> Contact:
 def directions(d: Design, load: float, theta: Attitude, slip: tuple[float, float], k: float) -> tuple[Array, Array]:
     """Return the unit vectors of the normal and the friction force on scale ``k`` where it rests on its neighbour.
 
-    ``slip`` are the sliding rates along the side edge and along the tip edge. By the plate law the normal is the
-    plate's and friction lies in the plate (docs, theory: forces).
+    ``slip`` are the sliding rates along the side edge and along the tip edge, in bending along and across the face. By
+    the plate law the normal is the plate's and friction lies in the plate (docs, theory: forces).
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
-    n, t = two.z, slip[0] * two.x + d["sense"] * slip[1] * one.y
+    sided = LOADS[d["kind"]].sided
+    n, t = two.z, slip[0] * two.x + slip[1] * (d["sense"] * one.y if sided else two.y)
     if d["law"] == "plate":
         t = t - (t @ n) * n
-    elif LOADS[d["kind"]].sided:
+    elif sided:
         n = np.prod(d["S"]) * np.cross(two.x, one.y)
         n = n / np.linalg.norm(n)
     size = float(np.linalg.norm(t))

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama import arguments
-from squama.beam import validity
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, follow, hinge
@@ -33,8 +32,8 @@ WALKED = 121
 _STATE = ("load", "theta", "N", "f", "torque")
 
 
-SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0, "both": False}
-"""What is of the scaled face in a design; ``both``: the other one has scales, too."""
+SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
+"""What is of the scaled face in a design."""
 
 
 class Setting(NamedTuple):
@@ -103,7 +102,7 @@ class Motion:
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         path = follow.solved(setting.beam, load, mu=mu, law=law, margin=margin, sense=sense, joint=joint, ideal=ideal)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [note]), *getattr(path, "notes", []), *validity.plane(setting.beam, self.kind)]
+        self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
         # forces are drawn where the tip edge meets the side edge
         self.drawn = bool(self.hinge or getattr(path, "hinged", False))
@@ -213,12 +212,11 @@ class Motion:
         return State(load_, theta, N, f, torque, self.drawn * N / self.half, (-s, p), name, pose)
 
     def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
-        """Sliding rates along the side edge (a) and along the tip edge (c), per unit of the path parameter."""
+        """Sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x."""
         row = path.row
         if not self.kind.sided:
-            # the tip runs towards the base of the next scale
-            rate = row.point(x + 1e-30j, "edge", ARRAY).s.imag
-            return -rate, 0 * x
+            at = row.point(x + 1e-30j, "edge", ARRAY)
+            return -at.s.imag, -at.p.imag
         with np.errstate(all="ignore"):
             _, root, q, _ = row.solve(x, ARRAY)
             c = twisting.contact(root, q, *getattr(row, "open", row).ratios)
@@ -246,12 +244,12 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
         "eta": beam.eta,
         "beta": beam.beta,
         "lam": beam.lam,
-        "alpha": kind.slant(beam.scale.alpha),
+        "height": kind.height(beam.lam, beam.neutral),
+        "alpha": beam.scale.alpha,
         "half": beam.substrate.width / 2 / beam.pitch,
         "sense": -1 if setting.sense == "-" and kind.sided else 1,
         "law": kind.law(setting.law),
         "neighbour": max(1, neighbour),
         "scales": min(beam.scales, MOST_SCALES),
         **SCALED,
-        "both": beam.other is not None,
     }

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import itertools
 import math
 import os
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,11 +16,12 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.errors import Problems, naming, refuse
+from squama.errors import InputError, Problems, naming, refuse
 from squama.io import files
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.plot.palette import STATES, THEMES, WORDS
+from squama.progress import steps
 from squama.scene import geometry, standalone
 from squama.scene.look import Camera, Canvas, fitted, outline
 from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shapes
@@ -50,7 +54,8 @@ class View(NamedTuple):
 
     ``files`` that were written; the ``state`` that is shown; load angle per pitch that was ``asked`` and that of the
     ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` on where it is not the
-    one that is meant, or leaves its range.
+    one that is meant, or leaves its range. In a notebook it shows the beam as it turns under the mouse, or a still
+    picture where NiceGUI is not installed.
     """
 
     files: tuple[Path, ...]
@@ -60,6 +65,21 @@ class View(NamedTuple):
     end: End
     model: str
     notes: tuple[str, ...]
+    motion: Motion
+
+    def _repr_html_(self) -> str:
+        """Return the page in a frame of its own, which fetches nothing."""
+        try:
+            page = standalone.page(self.motion, self.asked)
+        except InputError:
+            made = io.BytesIO()
+            draw(self.motion, self.asked).save(made, format="PNG")
+            return f'<img width="{SMALL[0]}" src="data:image/png;base64,{base64.b64encode(made.getvalue()).decode()}">'
+        look = f"width: 100%; height: {SMALL[1] + 100}px; border: 0"
+        return f'<iframe sandbox="allow-scripts" style="{look}" srcdoc="{escape(page)}"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"View({self.model}: {_words(self.motion, self.state)})"
 
 
 def view(
@@ -82,7 +102,7 @@ def view(
     Parameters
     ----------
     *paths
-        Where to write: .png, .gif or .html (needs the extra ``web``); with none only the state is returned.
+        Where to write: .png, .gif or .html (needs the extra ``web``); with none only the view is returned.
     to
         How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
         if not given. Beyond the end of the curve the last state is shown.
@@ -121,7 +141,8 @@ def view(
             reason = "must be 0 or more" + names.other_way("sense -")
             refuse("to", f"{asked / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
     written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
-    return View(tuple(written), motion.state(asked), asked, motion.last, motion.end, motion.model, tuple(motion.notes))
+    state, notes = motion.state(asked), tuple(motion.notes)
+    return View(tuple(written), state, asked, motion.last, motion.end, motion.model, notes, motion)
 
 
 def save(motion: Motion, load: float, path: str | os.PathLike[str], *, frames: int = FRAMES, **looks: bool) -> Path:
@@ -160,7 +181,8 @@ def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: 
         for _, tips in _arrows(design, of(s), motion.setting.mu)[1]
     ]
     camera = fitted(np.concatenate(around), size[0] / (size[1] - size[1] // WORDS_ROOM))
-    return [_framed(motion, state, camera, size, **looks) for state in states]
+    every = steps(states, len(states), "pictures")
+    return [_framed(motion, state, camera, size, **looks) for state in every]
 
 
 def render(faces: Sequence[tuple[geometry.Design, State]], mu: float, camera: Camera, size: tuple[int, int], *,

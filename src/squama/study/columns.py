@@ -31,7 +31,8 @@ _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrat
 class Cells(NamedTuple):
     """What the response of each cell depends on; SI units, radians, arrays that broadcast against each other.
 
-    ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam without contact; the rest are sizes and ratios.
+    ``lam`` is :meth:`squama.loads.Load.height`, ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam
+    without contact; the rest are sizes and ratios.
     Moduli and strengths that a beam has not are not among the ``sizes``; ``given`` says what K and rigidity are from,
     ``joint_factor`` multiplies the K_theta of a compliant joint.
     """
@@ -129,7 +130,8 @@ def columns(
         sizes[table] |= {key: _numbers(value) for key, value in more.items() if value is not None}
     mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
     factor = _numbers(values[FACTOR]) if FACTOR in values else None
-    return Cells(eta, beta, lam, alpha, theta0, mu, K, d, rigidity, sizes, given, factor)
+    height = LOADS[load].height(lam, beam.neutral)
+    return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor)
 
 
 def _numbers(value: Any) -> Array:

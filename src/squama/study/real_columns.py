@@ -77,13 +77,15 @@ class _Beams(NamedTuple):
 
 
 def solved(
-    c: Cells, at: Array | float, *, sense: str = "+", ideal: bool = False, threads: int | None = None
-) -> Figures:
+    c: Cells, at: Array | float, *, sense: str = "+", ideal: bool = False, copies: int = 0, along: bool = True,
+    threads: int | None = None,
+) -> Figures:  # fmt: skip
     """Follow beams to the twists ``at`` (rad per pitch); all arrays broadcast, the result is flat.
 
     The joint is that of the beam's matrix or the law's, with a stiffness and an inclusion factor as they are given, its
     K_theta times the cells' ``joint_factor``; ``ideal``: scales are thin and rigid. Memory is that of
-    :data:`AT_ONCE` curves, whatever n is.
+    :data:`AT_ONCE` curves, whatever n is. With complex steps, each beam ``copies`` times, one after the other, figures
+    are complex. Without ``along`` a stress is known at the twist only, and no ``load_strength``.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     E, d = bar["youngs_modulus"], c.d
@@ -97,44 +99,53 @@ def solved(
     ratios = len(Designs._fields)
 
     def part(low: int) -> Figures:
-        some = [np.ascontiguousarray(v[low : low + AT_ONCE]) for v in flat]
-        return _part(c, _Beams(Designs(*some[:ratios]), *some[ratios:]), -1 if sense == "-" else 1, ideal, threads)
+        some = [np.ascontiguousarray(v[low : low + most], np.result_type(*flat)) for v in flat]
+        b = _Beams(Designs(*some[:ratios]), *some[ratios:])
+        return _part(c, b, -1 if sense == "-" else 1, ideal, copies, along, threads)
 
-    parts = [part(low) for low in range(0, max(1, flat[0].size), AT_ONCE)]
+    most = AT_ONCE // max(1, copies) * max(1, copies)
+    parts = [part(low) for low in range(0, max(1, flat[0].size), most)]
     return Figures(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _joints(c: Cells, b: _Beams, i: Array) -> Array:
     """Return the joints of some of the beams."""
     stiffness, inclusion, matrix = c.given[:3]
-    K = law.stiffness(b.designs.shape.at(i)) if matrix is None else np.broadcast_to(matrix.K, (i.size, *matrix.K.shape))
+    if matrix is None:
+        K = law.stiffness(b.designs.shape.at(i))
+    else:
+        K = np.broadcast_to(matrix.K, (*i.shape, *matrix.K.shape)).astype(b.unit.dtype)
     K_theta = None if stiffness is None else b.K_theta[i]
     if c.joint_factor is not None:
-        K_theta = b.factor[i] * (pivots(K)[:, K_THETA] if K_theta is None else K_theta)
+        K_theta = b.factor[i] * (pivots(K)[..., K_THETA] if K_theta is None else K_theta)
     rigidity = None if inclusion is None else b.rigidity[i]
     return K if K_theta is None and rigidity is None else scaled(K, K_theta=K_theta, rigidity=rigidity)
 
 
-def _part(c: Cells, b: _Beams, sense: int, ideal: bool, threads: int | None) -> Figures:
+def _part(
+    c: Cells, b: _Beams, sense: int, ideal: bool, copies: int, along: bool, threads: int | None
+) -> Figures:  # fmt: skip
     """Return the figures of so many beams as are followed at once."""
     _, unit, pitch, to, strength, *_ = b
     known = law.within(b.designs.shape) if c.given.matrix is None else np.ones(unit.size, bool)
     twists = to[:, None] * _GRID
+    # a curve of stresses is for the twist at which a scale reaches its strength
+    along = along and bool(np.isfinite(strength).any())
     r = follow(
-        b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to, path.RANGE), ideal=ideal,
-        sense=sense, threads=threads,
+        b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
+        sense=sense, copies=copies, stressed=slice(None if along else STEPS, STEPS + 1), threads=threads,
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest
-    code = np.where(r.phi_end >= to, np.where(np.isfinite(r.phi_e), _RANGE, _NONE), code)
+    code = np.where(r.phi_end.real >= to.real, np.where(np.isfinite(r.phi_e), _RANGE, _NONE), code)
     last = {name: getattr(r, name)[:, STEPS] for name in ("torque", "stiffness_ratio", "N", "stress", "W_fr", "W")}
     rigidity = r.rigidity * unit * pitch
     with np.errstate(all="ignore"):
         RED = last["W_fr"] / last["W"]
-    ratio = np.where(twists >= r.phi_e[:, None], r.stiffness_ratio, np.nan)[:, : STEPS + 1]
+    ratio = np.where(twists.real >= r.phi_e.real[:, None], r.stiffness_ratio, np.nan)[:, : STEPS + 1]
     return Figures(
         load_e=r.phi_e,
-        load_end=np.minimum(r.phi_end, to),
+        load_end=np.minimum(r.phi_end.real, to.real),
         code=code,
         torque=last["torque"] * unit,
         tangent=last["stiffness_ratio"] * rigidity,
@@ -156,7 +167,7 @@ def first(x: Array, y: Array, level: Array, start: Array) -> Array:
 
     Where it is known from there on only, that is ``start`` (n,).
     """
-    above, rows = y >= level[:, None], np.arange(len(y))
+    above, rows = np.real(y) >= np.real(level)[:, None], np.arange(len(y))
     i = above.argmax(axis=1)
     before = np.maximum(i - 1, 0)
     low, high = y[rows, before], y[rows, i]

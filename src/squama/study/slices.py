@@ -13,7 +13,7 @@ import numpy as np
 from squama.arrays import solution
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import LOADS, PAPER
+from squama.loads import PAPER
 from squama.model.paths import ARRAY
 from squama.study.columns import columns
 from squama.study.parameters import PARAMETERS, canonical, read_value, text_of
@@ -125,7 +125,7 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     held = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
     at = np.array([read_value(part.x, text, bare=bare) for text in texts])
     c = columns(beam, held | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
-    flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in LOADS[load].contact}
+    flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in solution.COLUMNS}
     found = solution.solve(flat, load=load, law="edge", sense=data.attrs["sense"])
     answer: dict[float, tuple[Array, Array]] = {}
     for index, track in found.tracks:

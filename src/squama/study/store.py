@@ -133,7 +133,11 @@ def key(tile: Tile) -> str:
 
 
 @contextlib.contextmanager
-def _opened(path: Path, how: int = os.O_RDWR) -> Iterator[int]:
+def _opened(path: Path, how: int = os.O_RDWR) -> Iterator[int | None]:
+    """Open a file, or a folder; None for a folder where the system opens none."""
+    if os.name == "nt" and path.is_dir():
+        yield None
+        return
     handle = os.open(path, how, 0o666)
     try:
         yield handle
@@ -141,31 +145,35 @@ def _opened(path: Path, how: int = os.O_RDWR) -> Iterator[int]:
         os.close(handle)
 
 
-def _same(handle: int, path: Path) -> bool:
+def _same(handle: int | None, path: Path) -> bool:
     """Say whether an open file is still the one of that name."""
     try:
-        return os.path.samestat(os.fstat(handle), path.stat())
+        return handle is not None and os.path.samestat(os.fstat(handle), path.stat())
     except FileNotFoundError:
         return False
 
 
-def _locked(handle: int, *, wait: bool = False) -> bool | None:
+def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
     """Lock an open file, for one or (``wait``) with others; False if another has it, None where locks are unknown."""
+    if handle is None:
+        return None
+    library = need("portalocker")
+    kinds = library.LockFlags
     try:
-        import fcntl
-
-        fcntl.flock(handle, fcntl.LOCK_SH if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+        library.lock(handle, kinds.SHARED if wait else kinds.EXCLUSIVE | kinds.NON_BLOCKING)
+    except library.AlreadyLocked:
         return False
-    except (ImportError, OSError):
+    except (library.LockException, OSError):
         return None
     return True
 
 
 def flush(place: Path) -> None:
     """Wait until the disk has a file or a folder."""
-    with _opened(place, os.O_RDONLY) as handle:
-        os.fsync(handle)
+    # Windows flushes only what may be written
+    with _opened(place, os.O_RDWR if os.name == "nt" else os.O_RDONLY) as handle:
+        if handle is not None:
+            os.fsync(handle)
 
 
 def _writable(path: Path) -> bool:

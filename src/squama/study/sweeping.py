@@ -30,6 +30,7 @@ from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.loads import LOADS
 from squama.needs import need
+from squama.progress import bars
 from squama.study import cluster, columns, models, parameters, real_columns, store
 from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
@@ -177,8 +178,6 @@ def make_plan(
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:
         laws, sense = (LOADS[load].law(laws[0]),), "+"
-        if "alpha" in names:
-            refuse("alpha", "", f"is not in what sweeps know of {load}", "leave it out")
     if "mu" not in names:
         arguments.friction(beam.friction.mu, None, "sweep it")
     columns.check(beam, load, swept)
@@ -333,13 +332,8 @@ def _json_lines(state: State) -> None:
 @contextmanager
 def _bar() -> Iterator[Listener]:
     """Show a bar on standard error, with the time left."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("tiles, left:"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda state: bar.update(task, total=state.tiles, completed=state.tiles_done)
+    with bars(0.0) as listen:
+        yield lambda state: listen("tiles", state.tiles_done, state.tiles)
 
 
 def known(name: str) -> None:

@@ -23,11 +23,14 @@ THREE = Path(nicegui.__file__).parent / LIBRARY
 class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE), "squama-view": str(SCRIPTS)}):
     """The beam in three dimensions; it is given design and state, never vertices."""
 
-    def __init__(self, shown: Mapping[str, object], on_dark: Callable[[bool], None]) -> None:
+    def __init__(
+        self, shown: Mapping[str, object], on_dark: Callable[[bool], None], on_rest: Callable[[], None]
+    ) -> None:
         super().__init__()
         self._props.update({"arrows": True, "palette": SCENE})
         self.show(shown)
         self.on("dark", lambda event: on_dark(bool(event.args)))
+        self.on("rest", on_rest)
 
     def show(self, shown: Mapping[str, object]) -> None:
         """Show another design or state."""

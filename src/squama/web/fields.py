@@ -107,7 +107,7 @@ LABELS = {field.place: field.label for field in FIELDS.values() if "." in field.
 """What the page calls the keys of a beam file."""
 CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "load": ("Loading", {"twisting": "twisting", "bending": "bending towards the scales"}),
-    "path": ("Load path", {"loading": "loading", "cycle": "loading and unloading"}),
+    "path": ("Load path", {"loading": "loading", "cycle": "loading and unloading", "decay": "loading, then let go"}),
     "law": ("Force law", {"edge": "edge law", "plate": "plate law (the paper's)"}),
     "sense": ("Sense of twist", {"+": "+", "-": "-"}),
     "joint": ("Joint", {"compliant": "compliant (six motions)", "hinge": "hinge (the paper's)"}),

@@ -6,7 +6,7 @@ import functools
 import math
 import tempfile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,8 @@ POINTS = 140
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
 NEAR = 1e-9
+SWINGS, PERIOD, STEP = 8, 1500.0, 50.0
+"""Cycles of a decay; time in which a period of the bare bar is played, and between two pictures, ms."""
 NAMES = "ABC"
 """Kept designs."""
 THRESHOLDS = {
@@ -113,8 +115,7 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
 def loop(state: State) -> Answer | str:
     """Return the answer to the load that is shown and back, or why there is none."""
     m = motion(state.setting)
-    # a hair before the end, where the way there would be refused
-    top = min(state.twist, (1 - NEAR) * m.last)
+    top = reached(state)
     if not top:
         return "nothing moves"
     try:
@@ -134,6 +135,52 @@ def back(state: State) -> Along | None:
     load, torque, theta, f = (found[name][way] for name in (names.angle, names.torque, "theta", "f"))
     sign = 1 if load.max() > 0 else -1
     return Along(sign * load, sign * torque, np.degrees(theta), f, along(state.setting).bare)
+
+
+def reached(state: State) -> float:
+    """Return the load angle from which a way back begins: a hair before the end, where it would be refused."""
+    return min(state.twist, (1 - NEAR) * motion(state.setting).last)
+
+
+class Swing(NamedTuple):
+    """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart, and its words."""
+
+    frames: list[dict[str, dict[str, Any]]]
+    step: float
+    words: str
+
+
+@functools.lru_cache(maxsize=4)
+def swing(state: State) -> Swing:
+    """Let the beam go from the load that is shown; the bar's material takes nothing from it.
+
+    Raises InputError: nothing moves, or a swing leaves the model.
+    """
+    from squama.dynamics.doors import vibrate
+
+    s, m = state.setting, motion(state.setting)
+    top = reached(state)
+    sign = -1 if s.sense == "-" and m.kind.sided else 1
+    found = vibrate(
+        s.beam, release=sign * top / s.beam.pitch, rotor=1.0, mu=s.mu, law=s.law, load=s.load, swings=SWINGS,
+        joint=m.joint, ideal=s.ideal,
+    )  # fmt: skip
+    turn = found["t"].values * float(found["f_0"])
+    times = np.arange(0.0, turn[-1], STEP / PERIOD)
+    angles = np.interp(times, turn, found[m.kind.angle].values)
+    # in the other sense of twist it is the curve of that sense; bent away from its scales nothing touches
+    other = motion(s._replace(sense="-" if s.sense == "+" else "+")) if m.kind.sided else None
+    frames = []
+    for angle in (sign * angles).tolist():
+        one, load = (m, angle) if angle >= 0 or not other else (other, -angle)
+        # scales stand as on the way up; forces change with the way and are left out
+        now = one.state(max(load, 0.0))._replace(load=load, x=0.0)
+        frames.append({"design": shape(one.setting, one.neighbour), "state": {**now._asdict(), "mu": s.mu}})
+    zeta = found["zeta_cycle"].values.tolist()
+    told = "friction holds it on the way back"
+    if zeta:
+        told = f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
+    return Swing(frames, STEP, f"Let go at {number(top)} rad per pitch: {told}.")
 
 
 def prepare(state: State) -> None:

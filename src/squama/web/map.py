@@ -101,15 +101,10 @@ class Grid(NamedTuple):
     RED: Array
 
 
-def axes(load: str) -> tuple[str, ...]:
-    """Return the fields that can be an axis under a kind of loading."""
-    return tuple(name for name in AXES if name in LOADS[load].contact)
-
-
 def key(state: State, x: str, y: str) -> Key:
     """Return what the map of a state depends on; values of its own axes are left out."""
     fixed = [state.value(name) for name in (*AXES, *_STIFF) if name not in (x, y)]
-    return Key(x, y, (*fixed, state.beam.joint.matrix), *state[2:6], state.beam)
+    return Key(x, y, (*fixed, state.beam.joint.matrix, state.beam.neutral), *state[2:6], state.beam)
 
 
 @functools.lru_cache(maxsize=8)
@@ -233,7 +228,7 @@ def _tooltip(wanted: Key) -> str:
     return f"(p) => {' + '.join(parts)} + {last}"
 
 
-def check_axes(load: str, x: str, y: str) -> None:
+def check_axes(x: str, y: str) -> None:
     """Refuse axes that the loading does not have, or one twice. Raises InputError: with the ones that can be chosen."""
-    if x == y or not {x, y} <= set(axes(load)):
-        refuse("map", "", f"{x} and {y}", f"choose two of {', '.join(axes(load))}")
+    if x == y or not {x, y} <= set(AXES):
+        refuse("map", "", f"{x} and {y}", f"choose two of {', '.join(AXES)}")

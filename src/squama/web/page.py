@@ -40,6 +40,9 @@ READING = Aside(tables.opened, most=1, limit=5)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_printed, most=1, limit=30)
 MAPPING = Aside(map.grid, most=1)
+SWINGING = Aside(live.swing, most=1, limit=30)
+LET_GO, STOP = "Let go", "Stop"
+"""The button that plays a decay, before and meanwhile."""
 
 
 @contextmanager
@@ -100,8 +103,9 @@ class Explorer:
 
     def _stage(self) -> None:
         with ui.element("section").classes("stage").props('aria-label="Beam"'):
-            self.view = BeamView(live.scene(self.drawn), self.darken)
+            self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
             with ui.element("div").classes("over"):
+                self.release = button(LET_GO, self.let_go, "Play the vibration from the twist that is shown", "release")
                 button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
                 self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
             panels.legend()
@@ -198,7 +202,7 @@ class Explorer:
         if axes[1 - i] == name:
             axes[1 - i] = old
         with telling(self.say):
-            map.check_axes(self.state.load, *axes)
+            map.check_axes(*axes)
             self.map_axes = (axes[0], axes[1])
             self.draw_map()
 
@@ -207,6 +211,25 @@ class Explorer:
         on = not self.view.props["arrows"]
         put(self.view, arrows=on)
         write(self.arrows, "Hide forces" if on else "Show forces")
+
+    def let_go(self) -> None:
+        """Play the decay from the load that is shown, or stop it."""
+        if self.release.props["textContent"] == STOP:
+            self.view.run_method("rest")
+            return
+        asked = self.drawn
+
+        def play(found: live.Swing) -> None:
+            if asked == self.drawn:
+                write(self.release, STOP)
+                self.say(found.words)
+                self.view.run_method("play", found.frames, found.step)
+
+        self.beside("The vibration is being computed ...", SWINGING(asked), play)
+
+    def rest(self) -> None:
+        """Offer to let go again, as the view shows the state."""
+        write(self.release, LET_GO)
 
     def darken(self, dark: bool) -> None:
         """Draw the plots for a dark or a light page."""
@@ -287,6 +310,9 @@ class Explorer:
 
     def draw(self) -> None:
         """Draw everything that the state changes; the map follows when nothing more comes in."""
+        if self.release.props["textContent"] == STOP:
+            self.view.run_method("rest")
+        self.release.set_visibility(self.drawn.path == "decay")
         self.view.show(live.scene(self.drawn))
         self.controls.show(self.drawn)
         self.outcome.show(self.drawn)
@@ -315,9 +341,7 @@ class Explorer:
 
     def draw_map(self) -> None:
         """Move the mark of the design; compute the map anew where it depends on what has changed."""
-        if not set(self.map_axes) <= set(map.axes(self.drawn.load)):
-            self.map_axes = ("mu", "eta")
-        self.map_choices(self.drawn.load, self.map_axes)
+        self.map_choices(self.map_axes)
         wanted = map.key(self.drawn, *self.map_axes)
         panels.show_marks(self.marks, map.marks(self.drawn, wanted))
         if wanted == self.map_key:

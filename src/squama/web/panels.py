@@ -261,14 +261,15 @@ def _sample(line: Line) -> str:
     return f"height: {max(2, round(line.width))}px; background: {ground}"
 
 
-def map_choices(choose: Callable[[int, str], None]) -> Callable[[str, tuple[str, str]], None]:
+def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str]], None]:
     """Make the two lists of the map's axes, numbers 0 and 1; return what shows others in them."""
     with ui.element("p").classes("axes"):
         text("strong", "Map on hinges")
         lists = [Choice(label, {}, "", partial(choose, i)) for i, label in enumerate(("Across", "Up"))]
 
-    def show(load: str, axes: tuple[str, str]) -> None:
-        options = {name: f"{FIELDS[name].symbol} {map.AXES[name]}" for name in map.axes(load)}
+    options = {name: f"{FIELDS[name].symbol} {word}" for name, word in map.AXES.items()}
+
+    def show(axes: tuple[str, str]) -> None:
         for one, axis in zip(lists, axes, strict=True):
             one.set(options, axis)
 

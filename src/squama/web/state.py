@@ -39,7 +39,8 @@ MOST_VALUES = 64
 class State(NamedTuple):
     """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad.
 
-    ``ideal``, "yes" or "no": thin, rigid scales; ``path``: loading only, or "cycle": to the load and back.
+    ``ideal``, "yes" or "no": thin, rigid scales; ``path``: loading only, "cycle": to the
+    load and back, or "decay": let go from there.
     """
 
     beam: Beam

@@ -3,7 +3,7 @@ import { BeamScene, geometry } from "squama-view";
 
 export default {
   props: { design: Object, state: Object, words: String, arrows: Boolean, palette: Object },
-  emits: ["dark"],
+  emits: ["dark", "rest"],
   template: `
     <div class="view">
       <canvas tabindex="0" role="img" :aria-label="words + '. Arrow keys turn, plus and minus zoom, Home resets.'"
@@ -30,6 +30,7 @@ export default {
     this.theme();
   },
   beforeUnmount() {
+    cancelAnimationFrame(this.playing);
     this.watched?.disconnect();
     this.themed?.disconnect();
     this.beam?.dispose();
@@ -42,8 +43,26 @@ export default {
   methods: {
     show() {
       if (!this.beam) return;
+      cancelAnimationFrame(this.playing);
       this.beam.arrows = this.arrows;
       this.beam.set(this.design, this.state);
+    },
+    // pictures {design, state}, step ms apart; then the state of the page again
+    play(frames, step) {
+      if (!this.beam) return;
+      const began = performance.now();
+      const next = (now) => {
+        const frame = frames[Math.max(0, Math.floor((now - began) / step))];
+        if (!frame) return this.rest();
+        this.beam.set(frame.design, frame.state);
+        this.playing = requestAnimationFrame(next);
+      };
+      cancelAnimationFrame(this.playing);
+      this.playing = requestAnimationFrame(next);
+    },
+    rest() {
+      this.show();
+      this.$emit("rest");
     },
     theme() {
       const dark = document.body.classList.contains("body--dark");

@@ -120,6 +120,7 @@ def compare(found, row):
 
 
 @needs_ccx
+@pytest.mark.slow
 def test_calculix_with_two_scales(tmp_path):
     found, row = run(tmp_path, 2, 4, 0.08)
     agree(found, ours(2, 4, 0.08), torque=0.003, angle=0.05)

@@ -55,6 +55,22 @@ def test_complex_steps_are_the_derivatives(name: str) -> None:
     np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=1e-5, atol=1e-5 * np.abs(slope).max())
 
 
+def test_steps_in_many_ways_at_once() -> None:
+    shape = drawn(20, seed=3)
+    steps = 1e-30j * np.eye(8)
+    many = law.Shape(*(x[:, None] + steps[k] for k, x in enumerate(shape)))
+    K = law.stiffness(many)
+    assert K.shape == (20, 8, 9, 9)
+    np.testing.assert_allclose(K.real, np.repeat(law.stiffness(shape)[:, None], 8, axis=1), rtol=1e-8, atol=1e-9)
+    for k, name in enumerate(law.Shape._fields):
+        one = law.stiffness(shape._replace(**{name: shape[k] + 1e-30j})).imag
+        np.testing.assert_allclose(K.imag[:, k], one, rtol=1e-6, atol=1e-8 * np.abs(one).max())
+    # the factor's own, too
+    whole = factor.factor(K)
+    np.testing.assert_allclose(factor.product(whole).imag, K.imag, rtol=1e-10, atol=1e-14 * np.abs(K.imag).max())
+    assert not np.triu(whole, 1).any()
+
+
 def test_pivots_are_the_figures() -> None:
     K = law.stiffness(drawn(20))
     found = factor.pivots(K)

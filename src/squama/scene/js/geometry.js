@@ -1,7 +1,7 @@
 // The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
-// A design: {kind, eta, beta, lam, alpha, half, sense, bend, law, neighbour, scales, S, shift, both}, ratios and radians.
-// S maps the scaled face's places to those of its face.
+// A design: {kind, eta, beta, lam, height, alpha, half, sense, bend, law, neighbour, scales, S, shift}, ratios and
+// radians. S maps the scaled face's places to those of its face.
 
 export const STEPS = 6; // pieces of the bar per pitch
 export const LONGEST = 1.6; // length that an arrow comes near to as its force grows, in pitches
@@ -21,8 +21,8 @@ const unit = (v) => {
 };
 
 // The cross-section k pitches from the middle of the beam at a load angle per pitch: axes, and o, the middle of its
-// scaled edge. In twisting it is turned by k phi about z; in bending the scaled face bends and keeps its length, between
-// scales on both faces the line in the middle.
+// scaled edge. In twisting it is turned by k phi about z; in bending the line height below it bends and keeps its
+// length.
 export function frame(d, load, k) {
   if (d.kind === "twisting") {
     const turn = d.sense * load * k;
@@ -33,8 +33,8 @@ export function frame(d, load, k) {
   const turn = psi * k;
   const [c, s, half] = [Math.cos(turn), Math.sin(turn), Math.sin(turn / 2)];
   const [rise, run] = psi ? [(2 * half * half) / psi, s / psi] : [0, k];
-  const y = [0, c, -s];
-  return { o: add([0, rise, run], mul(d.lam, d.both ? y : [0, 1, 0])), x: [1, 0, 0], y, z: [0, s, c] };
+  const o = [0, d.lam + d.height * (c - 1) + rise, run - d.height * s];
+  return { o, x: [1, 0, 0], y: [0, c, -s], z: [0, s, c] };
 }
 
 // Place of the base, n_X and n_Y of a scale on a hinge, in the axes of its cross-section.
@@ -64,11 +64,15 @@ export function scale(d, load, theta, k) {
 }
 
 // The contact of scale k's tip with its neighbour, as the common normal of tip edge and side edge. In bending the
-// tip's middle meets the neighbour's face, and s is its distance from the base.
+// tip's corner B meets the neighbour's face (across the beam the tip edge does: its middle), s and p along and across it.
 export function contact(d, load, theta, k) {
   const one = scale(d, load, theta, k);
   const two = scale(d, load, theta, k + d.neighbour);
-  if (d.kind !== "twisting") return { point: one.m, on_tip: one.m, p: 0, s: dot(sub(one.m, two.o), two.x) };
+  if (d.kind !== "twisting") {
+    const point = d.alpha ? one.corners[2] : one.m;
+    const seen = sub(point, two.o);
+    return { point, on_tip: point, p: dot(seen, two.y), s: dot(seen, two.x) };
+  }
   const corner = two.corners[d.sense > 0 ? 0 : 1];
   const normal = cross(one.y, two.x);
   const away = sub(corner, one.m);
@@ -79,11 +83,12 @@ export function contact(d, load, theta, k) {
 }
 
 // Unit vectors of the normal and the friction force on scale k where it rests on its neighbour. slip: sliding rates
-// along the side edge and along the tip edge. By the plate law the normal is the plate's, and friction lies in it.
+// along the side edge and along the tip edge, in bending along and across the face. By the plate law the normal is the plate's, and friction lies in it.
 export function directions(d, load, theta, slip, k) {
   const one = scale(d, load, theta, k);
   const two = scale(d, load, theta, k + d.neighbour);
-  let friction = add(mul(slip[0], two.x), mul(d.sense * slip[1], one.y));
+  const across = d.kind === "twisting" ? mul(d.sense, one.y) : two.y;
+  let friction = add(mul(slip[0], two.x), mul(slip[1], across));
   let normal = two.z;
   if (d.kind === "twisting" && d.law === "plate") friction = sub(friction, mul(dot(friction, normal), normal));
   else if (d.kind === "twisting") normal = unit(mul(det(d), cross(two.x, one.y)));

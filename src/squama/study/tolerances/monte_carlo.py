@@ -24,6 +24,7 @@ from squama.model.bending import Bend
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.paths import Twist as Tip
+from squama.progress import work
 from squama.study import columns, real_columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
@@ -149,11 +150,15 @@ def uncertainty(
     limit = None if before is None else _limit(before, load, beam, model)
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
     own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
-    samples_of = _run(case, _points(len(known), each, sampler, seed), keep=keep)
-    found = dataset(case, samples_of, own_figures, _indices(case, base) if base else None, keep)
+    samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
+    own_indices = _indices(case, base) if base else None
+    found = dataset(case, samples_of, own_figures, own_indices, keep)
     notes = [*filter(None, [note(beam, load, (law,), joint)])]
     notes += [f"{t.name} = {t.text}: how far the law of the joint was off, added to what is given" for t in own]
     notes += _notes(case, found.figure.values.tolist(), samples_of["code"])
+    if own_indices is not None and own_indices.figures and own_indices.known < own_indices.groups:
+        counted = f"Sobol indices are of {own_indices.known} of {own_indices.groups} groups of samples"
+        notes.append(f"{counted}: of the others the law of the joint does not know all beams")
     found.attrs["notes"] = "\n".join(notes)
     return found
 
@@ -185,27 +190,29 @@ def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
     return Limit(text, twist.value, "rate_end" if twist.unit == "rad/m" else "load_end")
 
 
-def _run(case: Case, chunks: Iterable[Array], *, keep: bool = False) -> dict[str, Array]:
-    """Solve samples at points (n, parameters) of the unit cube, chunk after chunk.
+def _run(case: Case, chunks: Iterable[Array], total: int, what: str, *, keep: bool = False) -> dict[str, Array]:
+    """Solve samples at points (n, parameters) of the unit cube, chunk after chunk; ``total`` of them.
 
     Figures come by role, with ``keep`` the dimensions by name too.
     """
-    parts = []
-    for points in chunks:
-        dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
-        parts.append(solved(case, dimensions) | (dimensions if keep else {}))
+    parts, done = [], 0
+    with work(what, total) as tell:
+        for points in chunks:
+            dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
+            parts.append(solved(case, dimensions) | (dimensions if keep else {}))
+            tell(done := done + len(points))
     # one figure after the other is taken out of the parts, so that memory does not hold all of them twice
     return {name: np.concatenate([part.pop(name) for part in parts]) for name in list(parts[0])}
 
 
 def _indices(case: Case, base: int) -> Indices:
-    def evaluate(points: Array) -> dict[str, Array]:
-        found = _run(case, (points[i : i + CHUNK] for i in range(0, len(points), CHUNK)))
+    def evaluate(points: Array) -> tuple[dict[str, Array], Array]:
+        parts = (points[i : i + CHUNK] for i in range(0, len(points), CHUNK))
+        found = _run(case, parts, len(points), "samples of the indices")
         named = {f.name: found[f.role] for f in case.figures}
         properties = {name.replace("_", " "): has for name, (has, _) in case.properties(found).items()}
         # of a beam that the joint's law does not know nothing is known
-        known = found["code"] != case.unknown
-        return named | {name: np.where(known, has, np.nan) for name, has in properties.items()}
+        return named | properties, found["code"] != case.unknown
 
     return statistics.indices(tuple(t.name for t in case.tolerances), base, case.seed, evaluate)
 
@@ -305,7 +312,7 @@ def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
 
     There the lift is zero, so the derivative of the torque has no other term.
     """
-    row: Bend | Tip = Bend(c.eta, c.theta0)
+    row: Bend | Tip = Bend(c.eta, c.beta, c.lam, np.sin(c.alpha), np.cos(c.alpha), c.theta0)
     if LOADS[case.load].sided:
         sa = np.sin(c.alpha) * (-1 if case.sense == "-" else 1)
         thickness = 0.0 if case.model.ideal else c.sizes["scale"]["thickness"] / c.d

@@ -1,0 +1,62 @@
+"""Shapes of the first bending modes, and Gauss's rule along the beam."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.loads import MODES
+from squama.types import Array
+
+
+class Mode(NamedTuple):
+    """Shape of a bending mode over the distance s from its largest curvature: chi falls from 1 to 0.
+
+    ``weight`` parts of the beam have that shape; ``square`` is the mean of chi^2; omega0 = (number/L)^2 sqrt(E I/m').
+    """
+
+    shape: Callable[[Array], Array]
+    far: Callable[[Array], Array]
+    weight: float
+    square: float
+    number: float
+
+
+_B = 1.8751040687119611
+_S = (math.cosh(_B) + math.cos(_B)) / (math.sinh(_B) + math.sin(_B))
+
+
+def _cantilever(s: Array) -> Array:
+    v = _B * np.asarray(s)
+    return np.asarray((np.cosh(v) + np.cos(v) - _S * (np.sinh(v) + np.sin(v))) / 2)
+
+
+def _cantilever_far(chi: Array) -> Array:
+    """Place at which the cantilever's curvature has a share of its largest: Newton's method, chi is convex."""
+    s = np.zeros_like(chi)
+    for _ in range(60):
+        v = _B * s
+        slope = _B * (np.sinh(v) - np.sin(v) - _S * (np.cosh(v) + np.cos(v))) / 2
+        step = (_cantilever(s) - chi) / np.minimum(slope, -1e-12)
+        s = np.clip(s - step, 0.0, 1.0)
+        if np.abs(step).max(initial=0.0) < 1e-15:
+            break
+    return s
+
+
+SHAPES = dict(zip(MODES[1:], (
+    Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi),
+    Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B),
+), strict=True))  # fmt: skip
+"""First bending modes (<chi^2> of the cantilever is 1/4 exactly)."""
+
+
+@functools.cache
+def gauss(n: int) -> tuple[Array, Array]:
+    """Return nodes and weights of Gauss and Legendre on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return (x + 1) / 2, w / 2

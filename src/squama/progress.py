@@ -1,0 +1,108 @@
+"""How far long work is: lines of the log "squama", and a bar for whoever shows one."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+Listener = Callable[[str, int, int], None]
+"""Told what is done, how many steps of it, and of how many."""
+
+LOG = logging.getLogger("squama")
+_told: ContextVar[Listener | None] = ContextVar("told", default=None)
+PATIENCE = 2.0
+"""Seconds after which work is shown as a bar."""
+
+
+@contextmanager
+def told(listener: Listener | None) -> Iterator[None]:
+    """Tell a listener of all work inside."""
+    before = _told.set(listener)
+    try:
+        yield
+    finally:
+        _told.reset(before)
+
+
+@contextmanager
+def work(what: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Say how far work of ``total`` steps is; what is yielded is called with the number of those done."""
+    begun, last, listener = time.monotonic(), 0, _told.get()
+    LOG.info("squama: %s: begun, %d steps", what, total)
+
+    def tell(done: int) -> None:
+        nonlocal last
+        last = done
+        if listener is not None:
+            listener(what, done, total)
+
+    tell(0)
+    try:
+        yield tell
+    finally:
+        if listener is not None:
+            listener(what, total, total)
+        LOG.info("squama: %s: %d of %d steps in %.3g s", what, last, total, time.monotonic() - begun)
+
+
+def steps(items: Iterable[T], total: int, what: str) -> Iterator[T]:
+    """Yield items, of which there are ``total`` at most, and say after each how far the work is."""
+    with work(what, total) as tell:
+        for done, item in enumerate(items, start=1):
+            yield item
+            tell(done)
+
+
+@contextmanager
+def bars(patience: float = PATIENCE) -> Iterator[Listener]:
+    """Yield a listener that shows what takes longer as a bar on standard error, with the time left."""
+    begun: dict[str, float] = {}
+    tasks: dict[str, Any] = {}
+    shown: Any = None
+
+    def listen(what: str, done: int, total: int) -> None:
+        nonlocal shown
+        late = time.monotonic() - begun.setdefault(what, time.monotonic()) > patience
+        if shown is None and late:
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}, left:"))
+            shown = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+            shown.start()
+        if shown is not None and late:
+            if what not in tasks:
+                tasks[what] = shown.add_task(what)
+            shown.update(tasks[what], completed=done, total=total)
+        if done >= total:
+            del begun[what]
+            if what in tasks:
+                shown.remove_task(tasks.pop(what))
+            if shown is not None and not tasks:
+                shown.stop()
+                shown = None
+
+    try:
+        yield listen
+    finally:
+        if shown is not None:
+            shown.stop()
+
+
+@contextmanager
+def spoken() -> Iterator[None]:
+    """Write the log on standard error, and on a terminal show bars: what a command does around its work."""
+    handler, before = logging.StreamHandler(sys.stderr), LOG.level
+    LOG.addHandler(handler)
+    try:
+        with bars() as listen, told(listen if sys.stderr.isatty() else _told.get()):
+            yield
+    finally:
+        LOG.removeHandler(handler)
+        LOG.setLevel(before)
