@@ -207,7 +207,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {
         "1 -> 2": _ENDS,
     },
-    ("inverse/goals.py", "return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d)"): {
+    ("inverse/goals.py", "return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d, scales)"): {
         "* -> /": _ZERO,
     },
     ("model/plates.py", "z = np.stack([ca * ct, sa + 0 * ct, -ca * st])"): {
@@ -267,8 +267,17 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/section.py", "for n in range(1, 13, 2):"): {"13 -> (13 * 2 + 1)": _ROUNDING},
     ("model/joint.py", "slack = 1e-9"): {"*": _ROUNDING},
     ("dynamics/decay.py", "for _ in range(100):"): {"*": _TUNING},
+    ("dynamics/decay.py", "still = np.abs(new - s) <= near"): {"- -> +": _SHARP},
     ("dynamics/decay.py", "rest = np.where((s > down.last * (1 + 1e-12)) | (down.slope(s) <= 0), top, np.nan)"): {
         "1e-12 -> (1e-12 * 1.1)": _ROUNDING,
+    },
+    (
+        "dynamics/hinged.py",
+        "last, *rows = self.c.reshape(len(self.c), -1).take(i * self.n + self.own, axis=1)[::-1]",
+    ): {"1 -> 2": _UNKNOWN},
+    ("dynamics/doors.py", "height = float(np.max(side.height())) * unit"): {"max -> min": "it is one number"},
+    ("dynamics/motion.py", "times = np.linspace(state.t, t, dense + 1) if dense else np.array([state.t, t])"): {
+        "1 -> 2": _TUNING,
     },
     ("dynamics/systems.py", "STEPS = 256"): {"*": _TUNING},
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},

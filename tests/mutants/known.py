@@ -192,6 +192,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "real/follow.py": REAL,
     "curves/real_polygons.py": ("unit/test_real_bend_twist.py",),
     "real/legs.py": ("unit/test_real_bent.py", "unit/test_real_bend_twist.py"),
+    "real/moved.py": ("unit/test_inverse_derivatives.py",),
     "real/path.py": REAL,
     "real/start.py": REAL,
     "real/steps.py": REAL,

@@ -7,8 +7,8 @@ import pytest
 
 import squama
 from squama.inverse import limits
+from squama.inverse.space import cells_of
 from squama.model import joint
-from squama.study.columns import columns
 
 BEAM = """
 [scale]
@@ -46,7 +46,7 @@ def test_beams_and_designs_are_held_to_them() -> None:
         lines = "\n".join(beam.warnings(load))
         for name, value in ratios.items():
             assert (f": {name} = {value:.3g} is outside its range" in lines) == (name in names), name
-        s = limits.Sizes.of(columns(beam, {}, load=load), beam.scales, load, 1.0)
+        s = limits.Sizes.of(cells_of(beam, load, {}, 1), load, 1.0)
         laws = [f"{law} {load}" for law in ("stiffness", "inclusion")]
         for name, room in limits.rooms(s, {}, laws).items():
             ratio, _, end = name.rpartition(" <= " if " <= " in name else " >= ")

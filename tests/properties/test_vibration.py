@@ -308,7 +308,7 @@ def test_a_beam_that_slides_back_a_part_stays_there() -> None:
     assert last.last.y == pytest.approx(found.rest, abs=1e-8)
 
 
-@pytest.mark.parametrize("start", [-0.100001, -0.1001])
+@pytest.mark.parametrize("start", [-0.100001, -0.10001, -0.10003, -0.1001])
 def test_a_swing_that_only_just_engages_is_seen(start: float) -> None:
     y = np.linspace(0.1, 1.0, 40)
     up, down = Branch(y, 50.0 * (y - 0.1)), Branch(y, 20.0 * (y - 0.1))
@@ -317,3 +317,14 @@ def test_a_swing_that_only_just_engages_is_seen(start: float) -> None:
     parts = motion.follow(sides, motion.Drive(), motion.State(0.0, start, 0.0), 2 * math.pi)
     energy = [p.last.y for p in parts if p.why == motion.TURNED]
     assert energy[0] == pytest.approx(decay(sides, start=start, turns=2).single().y[1], rel=1e-9)
+
+
+def test_scales_on_both_sides_are_met_in_either_sense() -> None:
+    y = np.linspace(0.1, 1.0, 40)
+    up, down = Branch(y, 50.0 * (y - 0.1)), Branch(y, 20.0 * (y - 0.1))
+    side = Side(0.1, 1.0, "", up, lambda _: down)
+    for speed in (-0.10001, 0.10001, -0.2, 0.2):
+        parts = motion.follow(Sides(side, side), motion.Drive(), motion.State(0.0, 0.0, speed), 2 * math.pi)
+        turned = [p.last.y for p in parts if p.why == motion.TURNED]
+        wanted = decay(Sides(side, side), speed=speed, turns=2).single().y
+        assert turned[:2] == pytest.approx(wanted, rel=1e-8)

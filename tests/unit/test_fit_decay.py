@@ -12,6 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import squama
 from squama.cli import main
+from squama.identify import noise
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 GUESS = BEAM.replace(friction={"mu": 0.12})
@@ -109,6 +110,18 @@ def test_below_engagement_only_the_material_is_found():
     f = squama.fit_decay({"t": t, "phi": y}, GUESS, "damping", **HINGE)
     assert f.values["damping"] == pytest.approx(0.02, rel=1e-6)
     assert f.values["f_0"] == pytest.approx(float(v.f_0), rel=1e-6)
+
+
+def test_of_slow_noise_points_count_less_and_parameters_take_more_of_it(monkeypatch):
+    t, y, _ = sampled(release="0.02 rad/pitch", damping=0.02, swings=4, **HINGE)
+    read = y + np.random.default_rng(1).normal(0, 1e-4, t.size)
+    errors, tau = [], 4.0
+    for value in (1.0, tau):
+        monkeypatch.setattr(noise, "dependence", lambda *_, value=value: value)
+        f = squama.fit_decay({"t": t, "phi": read}, GUESS, "damping", **HINGE)
+        errors.append(f.errors["damping"])
+    n, p = t.size, len(f.parameters)
+    assert errors[1] / errors[0] == pytest.approx(math.sqrt(tau * (n - p) / (n - tau * p)), rel=1e-9)
 
 
 def test_what_is_refused():

@@ -13,7 +13,7 @@ from squama.inverse.goals import MISSING
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
 from squama.inverse.residuals import Residuals
 from squama.inverse.search import lsi
-from squama.inverse.space import Space, Variable
+from squama.inverse.space import Space, Variable, cells_of
 from squama.inverse.target import read_target
 from squama.model.sensitivity import STEP
 from squama.study.columns import beam_at, columns
@@ -192,7 +192,7 @@ def test_the_unit_cube_is_divided_evenly_or_in_equal_ratios():
 
 def test_limits_measure_what_they_say():
     beam = BEAM
-    s = Sizes.of(columns(beam, {}), beam.scales, "twisting", 3.0)
+    s = Sizes.of(cells_of(beam, "twisting", {}, 1), "twisting", 3.0)
     got = {name: float(np.ravel(limit.measure(s))[0]) for name, limit in LIMITS.items()}
     a, t0, d = beam.scale.alpha, beam.scale.theta0, beam.pitch
     # two neighbouring base lines on the surface: distance along the axis d, along their normal d cos(alpha)

@@ -116,7 +116,7 @@ def run(text, capsys, *flags, command="design"):
         ('["30 mm", "80 mm"]', '["30 mm", "8e9 mm"]', "vary.scale.length"),
         ("scale.length", "scale.lenght", "vary.scale.lenght: is no dimension of a beam; did you mean scale.length?"),
         ("scale.length", "alpha", "did you mean scale.alpha?"),
-        ("beam.pitch", "beam.scales", "vary.beam.scales: is a whole number"),
+        ("beam.pitch", "beam.scales", "vary.beam.scales: is varied of real beams"),
         ('start = "beam.toml"', "", 'start: is missing; write start = "beam.toml"'),
         ('start = "beam.toml"', 'start = "none.toml"', "none.toml: no such file"),
         ('start = "beam.toml"', "start = 5", "start = 5: is no file name"),

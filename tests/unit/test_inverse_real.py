@@ -14,30 +14,17 @@ from squama.cli import main
 from squama.fabrication import refuse
 from squama.fabrication.plan import plan
 from squama.fabrication.solids import PARTS
-from squama.inverse import making, real
-from squama.inverse.figures import At, Options, Want, flat
+from squama.inverse import making
+from squama.inverse.figures import flat
 from squama.inverse.limits import known_rooms, printed_rooms
-from squama.inverse.space import Grid, Variable, stepped
+from squama.inverse.residuals import Residuals
+from squama.inverse.space import Grid, Variable
 from squama.inverse.target import read_target
 from squama.joints import law
 from squama.joints.choice import shape
 from squama.study.columns import beam_at, columns, valid
 
 BEAM = squama.Beam.from_toml("examples/stiff_skin.toml")
-RANGES = {
-    "scale.length": (0.06, 0.08),
-    "scale.width": (0.02, 0.026),
-    "scale.thickness": (0.0012, 0.0018),
-    "alpha": (0.7, 0.9),
-    "theta0": (0.3, 0.4),
-    "beam.pitch": (0.0195, 0.0205),
-    "mu": (0.1, 0.4),
-    "scale.youngs_modulus": (1e9, 5e9),
-    "substrate.thickness": (0.013, 0.015),
-}
-AT = At(0.0, 0.09)
-WANTS = [*(Want(name, AT) for name in real.AT_TWIST), *(Want(name) for name in ("stiffness", "engagement", "length"))]
-OPTIONS = Options(joint="compliant", pitches=25)
 POINT = {"twist": "90 deg total", "torque": 0.06}
 PIECE = {"twist": "90 deg total", "stiffness_ratio": "at least 5"}
 VARY = {
@@ -48,82 +35,33 @@ VARY = {
 }
 
 
-def sample(n):
-    rng = np.random.default_rng(3)
-    return {key: rng.uniform(*span, n) for key, span in RANGES.items()}
-
-
-def evaluate(values, moved=()):
-    c = flat(columns(BEAM, values), len(values["mu"]))
-    return real.evaluate(c, moved, WANTS, OPTIONS, plates=True)
-
-
-def test_figures_are_those_of_each_beams_curve():
-    values = sample(20)
-    found = evaluate(values)
-    beams = [beam_at(BEAM, "twisting", {key: float(v[i]) for key, v in values.items()}) for i in range(20)]
-    known = [i for i, beam in enumerate(beams) if not law.outside(shape(beam))]
-    assert len(known) > 4
-    for i, beam in enumerate(beams):
-        if i not in known:
-            assert np.isnan(found.values[: len(real.AT_TWIST), i]).all()
-            continue
-        own, answer = real.followed(beam, WANTS, OPTIONS)
-        np.testing.assert_allclose(found.values[:, i], own, rtol=6e-3)
-        assert float(answer["T"][0]) == pytest.approx(float(squama.twist(beam, at="0.09 rad/pitch")["T"][0]), rel=1e-12)
-        share = own[4] * beam.scale.strength
-        assert own[3] == pytest.approx(share)
-
-
-def differences(values, key, rate, h):
-    up, down = (evaluate({**values, key: values[key] + s * h * rate}).values for s in (1, -1))
-    return (up - down) / (2 * h)
-
-
-@pytest.mark.parametrize("friction", [0.0, 1.0])
-def test_derivatives_against_differences(friction):
-    """Of 200 beams by 9 dimensions.
-
-    Differences see Newton's tolerance where they are small, and where they are large now and then a step more or less
-    along the curve: the nearer of two counts.
-    """
-    values = sample(200)
-    values["mu"] *= friction
-    rates = {key: np.mean(span) for key, span in RANGES.items() if friction or key != "mu"}
-    found = evaluate(values, [stepped(BEAM, "twisting", values, key, rate, 200) for key, rate in rates.items()])
-    np.testing.assert_allclose(found.values, evaluate(values).values, rtol=1e-8)
-    has = [bool(friction) or want.figure not in ("W_fr", "RED") for want in WANTS]
-    whole = np.isfinite(found.values[has]).all(axis=0) & (found.load_e < 0.085)
-    assert whole.sum() > 150
-    names, smooth = [want.figure for want in WANTS], ["torque", "stress", "engagement", "stiffness"]
-    for j, (key, rate) in enumerate(rates.items()):
-        slopes = [differences(values, key, rate, h) for h in (3e-4, 3e-5)]
-        # over the figure itself, or its steepest slope
-        scale = np.maximum(np.abs(found.values), np.abs(found.slopes).max(axis=1))[has][:, whole]
-        off = np.min([np.abs(found.slopes[:, j] - slope)[has][:, whole] for slope in slopes], axis=0) / scale
-        off = dict(zip(np.array(names)[has], off, strict=True))
-        for name in off:
-            assert np.median(off[name]) < (1e-6 if name in smooth else 5e-6), (key, name)
-        for name in smooth:
-            assert (off[name].max() < 2e-6) if not friction else (np.quantile(off[name], 0.9) < 5e-6), (key, name)
-
-
-def test_derivatives_are_there_at_no_friction_and_where_nothing_touches():
-    values = {key: np.full(3, np.mean(span)) for key, span in RANGES.items()}
-    # not known to the law; touches; the twist is not enough to touch
-    values |= {"mu": np.zeros(3), "scale.thickness": np.array([0.02, 0.0015, 0.0015])}
-    values["scale.length"] = np.array([0.07, 0.07, 0.03])
-    moved = [stepped(BEAM, "twisting", values, key, 1.0, 3) for key in ("mu", "substrate.youngs_modulus")]
-    found = evaluate(values, moved)
-    torque = [want.figure for want in WANTS].index("torque")
-    assert np.isfinite(found.slopes).all()
-    more = evaluate({**values, "mu": np.full(3, 1e-4)}).values
-    assert found.slopes[torque, 0, 1] == pytest.approx((more - found.values)[torque, 1] / 1e-4, rel=1e-3)
-    assert found.load_e[2] > 0.09
-    assert found.slopes[torque, 0, 2] == 0.0
-    # a bar alone is as stiff as its modulus
-    E = BEAM.substrate.youngs_modulus
-    assert found.slopes[torque, 1, 2] * E == pytest.approx(found.values[torque, 2], rel=1e-12)
+def test_the_number_of_scales_comes_out_whole_and_on_target():
+    data = {
+        "target": {
+            "length": "0.5 m",
+            "engagement": "50 deg total",
+            "points": [{"twist": "90 deg total", "torque": 0.06}],
+        },
+        "vary": VARY | {"beam.scales": (15, 40), "beam.pitch": ("15 mm", "25 mm")},
+    }
+    found = squama.inverse_design(data, beam=BEAM, starts=512)
+    assert found.met
+    assert len({d.beam.scales for d in found.designs}) > 1
+    for d in found.designs:
+        assert isinstance(d.beam.scales, int)
+        assert d.values["beam.scales"] == d.beam.scales
+        assert d.beam.length == pytest.approx(0.5, rel=0.01) or not d.met
+        r = squama.twist(d.beam, at="90 deg total")
+        torque = next(goal for goal in d.goals if "torque" in goal.name)
+        assert float(r["T"][0]) == pytest.approx(torque.reached, rel=1e-9)
+        engaged = next(goal for goal in d.goals if goal.name == "engagement")
+        assert math.degrees(float(r.phi_e)) * d.beam.scales == pytest.approx(engaged.reached)
+    assert "beam.scales" not in found.tolerance
+    listed = {**data, "vary": VARY, "choose": {"beam.scales": [24, 25, 26]}}
+    listed["target"] = {"points": data["target"]["points"]}
+    best = squama.inverse_design(listed, beam=BEAM, starts=256)[0]
+    assert best.met
+    assert best.chosen["beam.scales"] == str(best.beam.scales)
 
 
 def test_a_limb_that_stiffens():
@@ -183,8 +121,6 @@ def test_neighbours_on_the_grid_are_no_worse_than_the_nearest():
         "rounding": {"length": 4e-3},
     }
     target = read_target(data, beam=BEAM)
-    from squama.inverse.residuals import Residuals
-
     residuals = Residuals(target)
     y = np.random.default_rng(0).uniform(0.3, 0.7, (6, 4))
     found, near = (residuals.look(z, slopes=False, plates=True).merit for z in (
@@ -341,6 +277,10 @@ GOOD = {"target": {"points": [PIECE]}, "vary": VARY}
         ({"rounding": {"length": "1 deg"}}, "rounding.length = .*: is an angle"),
         ({"rounding": {"length": 0}}, "rounding.length = 0: must be more than 0"),
         ({"rounding": {"scale.lenght": 1e-3}}, "rounding.scale.lenght: is no dimension of a beam"),
+        ({"vary": {"beam.scales": (10, 20.5)}}, "vary.beam.scales = 20.5: is not a whole number"),
+        ({"choose": {"beam.scales": [10, 11.5]}}, "choose.beam.scales = 11.5: is not a whole number"),
+        ({"vary": {"beam.scales": (1, 20)}}, "vary.beam.scales = 1: .*2 or more"),
+        ({"tolerance": {"beam.scales": 1}}, "tolerance.beam.scales: is of what the beam does not give"),
         ({"printer": {"nozzle": 1e-3}}, "printer.nozzle: unknown key; .*allowed: clearance"),
         ({"limits": {"joint_law": True}}, "limits.joint_law: is a limit of hinges"),
         ({"limits": {"printable": 2}}, "limits.printable = 2: must be true or false"),
@@ -351,6 +291,18 @@ def test_mistakes_are_one_line_each(changes, words):
     with pytest.raises(squama.InputError, match=words) as error:
         squama.inverse_design({**GOOD, **changes}, beam=BEAM)
     assert len(error.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("head", "rate", "angle", "total"),
+    [("Phi (rad/m)", 3.0, 0.0, 0.0), ("phi (rad)", 0.0, 3.0, 0.0), ("total (rad)", 0.0, 0.0, 3.0)],
+)
+def test_a_measured_curve_keeps_its_meaning(head, rate, angle, total, tmp_path):
+    (tmp_path / "curve.csv").write_text(f"{head},T (N m)\n1,0.01\n3,0.03\n")
+    asked = {"target": {"curve": str(tmp_path / "curve.csv")}, "vary": VARY | {"beam.scales": (10, 20)}}
+    at = read_target(asked, beam=BEAM).goals[-1].want.at
+    assert at == pytest.approx((rate, angle, total))
+    assert at.per_pitch(0.02, 12) == pytest.approx(rate * 0.02 + angle + total / 12)
 
 
 def test_a_stress_needs_a_modulus_and_a_share_a_strength():

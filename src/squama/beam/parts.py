@@ -84,9 +84,6 @@ def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
     raise InputError(Problem("", shown(value), "is not the name of a file", 'write e.g. "joint.csv"'))
 
 
-Faces = Annotated[str, BeforeValidator(read)]
-
-
 def _line(value: object) -> str:
     """Return the name of a line that keeps its length."""
     if value in NEUTRAL:
@@ -94,6 +91,7 @@ def _line(value: object) -> str:
     raise InputError(Problem("", shown(value), f"must be {' or '.join(map(shown, NEUTRAL))}"))
 
 
+Faces = Annotated[str, BeforeValidator(read)]
 Pitch = Annotated[float, _read("beam.pitch")]
 Density = Annotated[float, _read("beam.density")]
 Rotor = Annotated[float, _read("beam.rotor")]

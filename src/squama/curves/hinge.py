@@ -121,11 +121,13 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
     if case.mirrored and not kind.sided:
         plates = Plates(beam.eta, beam.beta, ratios["lam"], math.sin(beam.scale.alpha), math.cos(beam.scale.alpha))
         hit = solution.touch(plates, case.theta0, SEARCH, None, 0, mirrored=True, bent=True)
-        return [_open(case, hit, solution.other_words(hit, 0, mirrored=False), to, float(m), law) for m in mus], more
-    shapes = {name: np.full(mus.size, value) for name, value in ratios.items()}
-    sol = solution.solve({**shapes, "mu": mus}, load=kind.name, law=law, sense=way.sense)
-    sol, touches = solution.with_touches(sol, [*shapes.values()], load=kind.name, sense=way.sense, alike=True)
-    paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
+        words = solution.other_words(hit, 0, mirrored=False)
+        paths = [_open(case, hit, words, to, float(m), law) for m in mus]
+    else:
+        shapes = {name: np.full(mus.size, value) for name, value in ratios.items()}
+        sol = solution.solve({**shapes, "mu": mus}, load=kind.name, law=law, sense=way.sense)
+        sol, touches = solution.with_touches(sol, [*shapes.values()], load=kind.name, sense=way.sense, alike=True)
+        paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
     if kind.sided:
         return paths, more
     y_n = neutral_height(beam.neutral, beam.lam)

@@ -119,10 +119,10 @@ def free_vibration(
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     given, kappa = columns[-1], named["kappa"]
+    # scales of the other face that see the same sense work together, those that see the other one take turns
+    seen = sense(faces, kind.axis, float(named["alpha"].max()))
     turns = np.full((3, 2 * n + 1, given.size), np.nan)
     end, rest, energy = np.full(given.size, RINGS, "<U6"), *np.full((2, given.size), np.nan)
-    seen = sense(faces, kind.axis, 1.0)
-    # for scales that close together on both faces the bar is half of it each
     for index, side in _groups(sol, named["mu"], kappa / 2 if seen > 0 else kappa, given, law, mode):
         # a swing that passes 0 with a speed goes no further than without scales
         both = Sides(side, side if seen < 0 else APART)

@@ -20,6 +20,7 @@ from squama.curves.labelled import Answer
 from squama.curves.path import idealisation
 from squama.errors import refuse
 from squama.inverse import making, real, search
+from squama.inverse.goals import Pitches
 from squama.inverse.limits import LIMITS, law_ranges
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
@@ -246,7 +247,7 @@ def find(
 def _elements(target: Target, beam: Beam) -> list[str]:
     """Return what elements say of a beam at the twists that are asked for."""
     asked = {goal.want.at for goal in target.goals if goal.want.at is not None}
-    rates = {float(at.per_pitch(beam.pitch)) / beam.pitch for at in asked}
+    rates = {float(at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for at in asked}
     return making.by_elements(beam, target.options.sense, sorted(rates))
 
 
@@ -324,7 +325,7 @@ class _Refined(NamedTuple):
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
             if goal.sense != "=":
-                asked = goal.value(self.look.d)
+                asked = goal.value(self.look.d, self.look.scales)
                 room = (self.look.found.values[k] - asked) / (goal.scale or asked)
                 size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
             found += (goal.weight * size) ** 2
@@ -332,7 +333,7 @@ class _Refined(NamedTuple):
 
     def meets(self, i: int) -> bool:
         """Whether a design does all that is asked, as the search sees it."""
-        return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], float(self.look.d[i])))
+        return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], self._pitches(i)))
 
     def design(self, i: int) -> Design:
         """Return one design with all there is to say about it."""
@@ -349,7 +350,7 @@ class _Refined(NamedTuple):
             answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
             values, met = self.look.found.values[:, i], ""
             lines = making.refused(beam, {}, sided=LOADS[space.load].sided)
-        goals = tuple(self.reached(i, values, beam.pitch))
+        goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.scales)))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
@@ -364,22 +365,26 @@ class _Refined(NamedTuple):
             warnings=tuple(filter(None, [*answer.attrs["warnings"].split("\n"), met])),
         )
 
-    def reached(self, i: int, values: Array, d: float) -> list[Reached]:
-        """Return what a design reaches of each goal with its figures and pitch; those of a curve together."""
+    def _pitches(self, i: int) -> Pitches:
+        """Return pitch and number of scales of a design as the search sees it."""
+        return Pitches(float(self.look.d[i]), float(self.look.scales[i]))
+
+    def reached(self, i: int, values: Array, own: Pitches) -> list[Reached]:
+        """Return what a design reaches of each goal with its figures and its own pitches; those of a curve together."""
         target = self.residuals.target
         names = [FULL.get(key, key) for key in target.tolerance]
         rows, groups = [], dict.fromkeys(goal.group for goal in target.goals if goal.group)
         for k, goal in enumerate(target.goals):
             if goal.group:
                 continue
-            reached, met = goal.shown(values[k], d), goal.met(float(values[k]), d, target.accept)
+            reached, met = goal.shown(values[k], *own), goal.met(float(values[k]), *own, target.accept)
             effects = goal.number * self.effects[k, :, i]
             rows.append((goal.name, goal.unit, goal.sense, goal.number, reached, met, effects))
         for group in groups:
-            own = [k for k, goal in enumerate(target.goals) if goal.group == group]
-            scale = target.goals[own[0]].scale
-            off = float(_rms(values[own] - [target.goals[k].asked for k in own]))
-            effects = scale * _rms(self.effects[own, :, i])
+            those = [k for k, goal in enumerate(target.goals) if goal.group == group]
+            scale = target.goals[those[0]].scale
+            off = float(_rms(values[those] - [target.goals[k].asked for k in those]))
+            effects = scale * _rms(self.effects[those, :, i])
             rows.append((f"{group}, rms", "N m", "=", 0.0, off, off / scale <= target.accept, effects))
         found = []
         for name, unit, sense, asked, reached, met, effects in rows:
@@ -395,7 +400,8 @@ class _Refined(NamedTuple):
                 side, bound = ("lower", v.low) if share <= ACTIVE else ("upper", v.high)
                 found.append(f"{v.name} at its {side} bound {text_of(v.key, bound)}")
         for goal, value in zip(target.goals, self.look.found.values[:, i], strict=False):
-            if target.real and goal.sense != "=" and abs(value / goal.value(self.look.d[i]) - 1) <= 2 * target.accept:
+            just = abs(value / goal.value(*self._pitches(i)) - 1) <= 2 * target.accept
+            if target.real and goal.sense != "=" and just:
                 sense = "at least" if goal.sense == ">=" else "at most"
                 found.append(f"{goal.name} {sense} {goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):

@@ -56,14 +56,18 @@ Partials = dict[str, Array]
 
 
 class At(NamedTuple):
-    """A twist, ``rate * d + angle`` in rad per pitch: a rate (rad/m) or an angle per pitch whatever the pitch is."""
+    """A twist, ``rate * d + angle + total / N`` in rad per pitch: one of a rate (rad/m), an angle per pitch, or in all.
+
+    On hinges, the number N of whose scales does not vary, one in all is an angle per pitch.
+    """
 
     rate: float
     angle: float
+    total: float = 0.0
 
-    def per_pitch(self, d: Any) -> Any:
-        """Twist in rad per pitch of beams with the pitch d (m)."""
-        return self.rate * d + self.angle
+    def per_pitch(self, d: Any, scales: Any = 1.0) -> Any:
+        """Twist in rad per pitch of beams with the pitch d (m) and a number of scales."""
+        return self.rate * d + self.angle + self.total / scales
 
 
 class Want(NamedTuple):
@@ -81,7 +85,7 @@ class Want(NamedTuple):
 class Options(NamedTuple):
     """What is common to all designs; ``locks`` are the codes of the ends that count as locks.
 
-    ``joint`` is "hinge" or "compliant", as in :func:`squama.twist`; ``pitches`` their number.
+    ``joint`` is "hinge" or "compliant", as in :func:`squama.twist`.
     """
 
     law: str = "edge"
@@ -90,7 +94,6 @@ class Options(NamedTuple):
     load: str = "twisting"
     locks: tuple[int, ...] = LOCKS
     joint: str = "hinge"
-    pitches: int = 2
 
 
 class Found(NamedTuple):

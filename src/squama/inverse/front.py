@@ -18,6 +18,7 @@ from squama.inverse import making, real
 from squama.inverse.figures import FIGURES, At, Found, Want, harmless
 from squama.inverse.limits import Sizes, farthest, rooms
 from squama.inverse.search import sobol
+from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, FrontTable, twist
 from squama.io.tabular import guess
@@ -223,12 +224,12 @@ class Trade:
         values = found.values[:k].T
         if self.chosen.at is not None:
             # stiffness is traded off in contact: before engagement it is "stiffness"
-            apart = found.load_e >= self.chosen.at.per_pitch(safe.d)
+            apart = found.load_e >= self.chosen.at.per_pitch(safe.d, safe.sizes["beam"]["scales"])
             of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
             values[np.ix_(apart, of_contact)] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
-        rate = farthest(c.d, at, found.values[-1] if self.lock else None)
-        s = Sizes.of(c, self.space.beam.scales, self.space.load, rate)
+        rate = farthest(c, at, found.values[-1] if self.lock else None)
+        s = Sizes.of(c, self.space.load, rate)
         room = rooms(s, self.target.limits, self.target.laws) | self.target.made_rooms(c)
         short = {name: np.maximum(-np.broadcast_to(v, len(y)), 0.0) for name, v in room.items()}
         missing = {f"no {o.name}": ~np.isfinite(v) for o, v in zip(self.chosen.objectives, values.T, strict=True)}
@@ -396,7 +397,7 @@ def beams(front: xr.Dataset) -> list[Beam]:
     start = Beam.from_toml_text(front.attrs["start"])
     names = [str(name) for name in front.data_vars if "." in str(name) and not str(name).startswith("chosen.")]
     columns = zip(*(front[name].values.tolist() for name in names), strict=True)
-    return [start._with(dict(zip(names, row, strict=True))) for row in columns]
+    return [built(start, dict(zip(names, row, strict=True))) for row in columns]
 
 
 def dominated(values: Array, by: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -15,6 +16,8 @@ from squama.inverse.space import Space
 from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable, refuse
 from squama.io import files, measured
 from squama.loads import LOADS
+from squama.model.sensitivity import STEP
+from squama.study.columns import Cells
 from squama.types import Array
 from squama.units import Dimension, shown
 
@@ -32,6 +35,19 @@ _KINDS = {
 """What figures that are no ratios are measured in; SI unit of a bare number."""
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
+
+
+class Pitches(NamedTuple):
+    """Pitch (m) and number of scales of designs."""
+
+    d: Any
+    scales: Any
+
+    @classmethod
+    def of(cls, every: Sequence[Cells], n: int) -> Pitches:
+        """Return those of columns, (columns, n)."""
+        d, scales = [c.d for c in every], [c.sizes["beam"]["scales"] for c in every]
+        return cls(np.reshape(d, (-1, n)), np.reshape(scales, (-1, n)))
 
 
 class Goal(NamedTuple):
@@ -53,49 +69,50 @@ class Goal(NamedTuple):
     scale: float = 0.0
     group: str = ""
 
-    def value(self, d: Any) -> Any:
-        """Asked value in SI units (twists in rad per pitch) for designs with the pitch d."""
-        return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d)
+    def value(self, d: Any, scales: Any = 1.0) -> Any:
+        """Asked value in SI units (twists in rad per pitch) for designs with the pitch d and a number of scales."""
+        return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d, scales)
 
-    def shown(self, reached: float, d: float) -> float:
+    def shown(self, reached: float, d: float, scales: float) -> float:
         """Return a reached figure in the unit of the goal."""
-        return float(self.number * reached / self.value(d))
+        return float(self.number * reached / self.value(d, scales))
 
-    def met(self, reached: float, d: float, accept: float) -> bool:
+    def met(self, reached: float, d: float, scales: float, accept: float) -> bool:
         """Whether a reached figure counts as what was asked."""
-        asked = float(self.value(d))
+        asked = float(self.value(d, scales))
         difference = (reached - asked) / (self.scale or asked)
         return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
-    def by_pitch(self, reached: Array, d: Array) -> Array | float:
-        """Return d/dd of a reached figure over the asked one; not 0 where a twist is asked as a rate."""
-        if self.twist is None or not self.twist.rate:
+    def moves(self, reached: Array, moved: Pitches) -> Array | float:
+        """Return what the asked value's change (variables, designs) makes of a reached figure over it."""
+        if self.twist is None:
             return 0.0
-        return np.asarray(-reached * self.twist.rate / self.value(d) ** 2)
+        asked = self.value(*moved)
+        return np.asarray(-reached * np.imag(asked) / STEP / np.real(asked) ** 2)
 
 
 def residual(
     goals: tuple[Goal, ...],
     values: Array,
     slopes: Array,
-    d: Array,
-    d_slopes: Array,
+    at: Pitches,
+    moved: Pitches,
     short: Array,
     *,
     inside: float = 0.0,
 ) -> tuple[Array, Array]:
     """Weighted relative differences from the goals (goals, designs), and derivatives (goals, variables, designs).
 
-    ``values`` and ``slopes`` of the figures have the same shapes; ``d`` are pitches, ``d_slopes`` (variables, designs)
-    their derivatives. ``short`` (goals, designs) is how much of the asked twist a design without the figure lacks. What
-    is asked as "at least" or "at most" is sought by the share ``inside`` within.
+    ``values`` and ``slopes`` of the figures have the same shapes; ``at`` are the designs' pitches, ``moved``
+    (variables, designs) those with complex steps. ``short`` (goals, designs) is how much of the asked twist a design
+    without the figure lacks. What is asked as "at least" or "at most" is sought by the share ``inside`` within.
     """
     r, J = np.empty_like(values), np.zeros_like(slopes)
     for i, goal in enumerate(goals):
-        asked = goal.value(d)
+        asked = goal.value(*at)
         scale = goal.scale or asked
         difference = (values[i] - asked) / scale
-        slope = slopes[i] / scale + goal.by_pitch(values[i], d) * d_slopes
+        slope = slopes[i] / scale + goal.moves(values[i], moved)
         if goal.sense != "=":
             difference = difference - inside if goal.sense == ">=" else difference + inside
             slack = difference >= 0 if goal.sense == ">=" else difference <= 0
@@ -189,7 +206,8 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     if not isinstance(value, str):
         refuse("target.curve", value, "is no file name", 'write e.g. curve = "test.csv"')
     path = folder / value
-    one, two = (measured.read(path, pitch=p, scales=context.scales, load=context.load) for p in (1.0, 2.0))
+    every = [measured.read(path, pitch=p, scales=n, load=context.load) for p, n in context.ways]
+    one = every[0]
 
     def bad(reason: str, remedy: str = "") -> NoReturn:
         fail("", "", reason, remedy, files.label(path))
@@ -208,9 +226,8 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     scale, weight = float(one.load.max()), 1 / np.sqrt(keep.size)
     made = []
     for i in keep.tolist():
-        rate, load = float(one.rate[i]), float(one.load[i])
-        # a column over a length is the same for every pitch, one per pitch or of the whole beam is not
-        at = At(rate, 0.0) if one.rate[i] == two.rate[i] else At(0.0, rate)
+        load = float(one.load[i])
+        at = targetfile.meant([float(read.rate[i]) for read in every], context)
         want = Want("torque", at)
         made.append(Goal(f"curve[{i}]", want, load, "N m", asked=load, weight=weight, scale=scale, group="curve"))
     return made

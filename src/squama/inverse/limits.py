@@ -35,17 +35,17 @@ class Sizes(NamedTuple):
     bar: Array
     height: Array
     d: Array
-    scales: int
+    scales: Array
     rate: Array | float
     load: str
 
     @classmethod
-    def of(cls, c: Cells, scales: int, load: str, rate: Array | float) -> Sizes:
+    def of(cls, c: Cells, load: str, rate: Array | float) -> Sizes:
         """Return the sizes of designs."""
         s, b = c.sizes["scale"], c.sizes["substrate"]
         cos = np.cos(c.alpha)
         plate = s["length"], s["embedded"], s["width"], s["thickness"], cos, np.sin(c.theta0)
-        return cls(*plate, b["width"], b["thickness"], c.d, scales, rate, load)
+        return cls(*plate, b["width"], b["thickness"], c.d, c.sizes["beam"]["scales"], rate, load)
 
     @property
     def apart(self) -> Array:
@@ -53,9 +53,10 @@ class Sizes(NamedTuple):
         return self.d * self.sin0 * self.cos
 
 
-def farthest(d: Array, asked: Sequence[At], lock: Array | None) -> Array:
-    """Return the farthest twist rate of designs with pitches d: the largest that is asked for, or that of the lock."""
-    rates = [0 * d, *(at.per_pitch(d) / d for at in asked)]
+def farthest(c: Cells, asked: Sequence[At], lock: Array | None) -> Array:
+    """Return the farthest twist rate of designs: the largest that is asked for, or that of the lock."""
+    d = c.d
+    rates = [0 * d, *(at.per_pitch(d, c.sizes["beam"]["scales"]) / d for at in asked)]
     if lock is not None:
         rates.append(np.where(np.isfinite(lock.real), lock, 0.0) / d)
     every = np.array(rates)

@@ -71,21 +71,22 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
 def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> tuple[Array, Figures]:
     """Return the wanted figures (wants, n), and all there are at the farthest twist that is asked for."""
     twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
-    twists.sort(key=lambda at: float(np.max(at.per_pitch(np.real(c.d)))))
+    n = c.sizes["beam"]["scales"]
+    twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d, n).real)))
     common: dict[str, Any] = {"sense": options.sense, "copies": copies, "along": False}
-    by_twist = {at: real_columns.solved(c, at.per_pitch(c.d), **common) for at in twists}
+    by_twist = {at: real_columns.solved(c, at.per_pitch(c.d, n), **common) for at in twists}
     last = by_twist[twists[-1]]
-    found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last), options) for want in wants]
+    found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last)) for want in wants]
     return np.array(found).reshape(len(wants), c.d.size), last
 
 
-def _figure(c: Cells, name: str, f: Figures, options: Options) -> Array:
+def _figure(c: Cells, name: str, f: Figures) -> Array:
     if name == "engagement":
         return np.where(np.isfinite(f.load_e), f.load_e, np.nan)
     if name == "stiffness":
         return f.rigidity
     if name == "length":
-        return options.pitches * c.d
+        return c.sizes["beam"]["scales"] * c.d
     if name == "strength_share":
         return np.asarray(f.stress / c.sizes["scale"].get("strength", np.nan))
     return np.asarray(getattr(f, name))
@@ -93,7 +94,8 @@ def _figure(c: Cells, name: str, f: Figures, options: Options) -> Array:
 
 def followed(beam: Beam, wants: Sequence[Want], options: Options) -> tuple[list[float], Answer]:
     """Return the wanted figures of one beam as :func:`squama.twist` has them, with all contacts, and its response."""
-    rates = sorted({float(w.at.per_pitch(beam.pitch)) / beam.pitch for w in wants if w.at is not None})
+    at = [None if w.at is None else float(w.at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for w in wants]
+    rates = sorted({rate for rate in at if rate is not None})
     common: dict[str, Any] = {"sense": options.sense, "joint": "compliant"}
     if not rates:
         # as far as the engagement's own figures are read
@@ -101,14 +103,14 @@ def followed(beam: Beam, wants: Sequence[Want], options: Options) -> tuple[list[
         rates = [2 * engaged if np.isfinite(engaged) else 0.0]
     answer = doors.respond(beam, options.load, at=rates, **common)
     alone = {"engagement": float(answer["phi_e"]), "stiffness": float(answer.attrs["rigidity"])}
-    alone["length"] = options.pitches * beam.pitch
+    alone["length"] = beam.length
     strength = np.nan if beam.scale.strength is None else beam.scale.strength
     found = []
-    for want in wants:
-        if want.at is None:
+    for want, rate in zip(wants, at, strict=True):
+        if rate is None:
             found.append(alone[want.figure])
             continue
-        i = rates.index(float(want.at.per_pitch(beam.pitch)) / beam.pitch)
+        i = rates.index(rate)
         name = "stress" if want.figure == "strength_share" else _VARIABLES.get(want.figure, want.figure)
         found.append(float(answer[name][i]) / (strength if want.figure == "strength_share" else 1.0))
     return found, answer

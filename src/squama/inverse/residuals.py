@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.inverse.figures import Found, Want, harmless
-from squama.inverse.goals import residual
+from squama.inverse.goals import Pitches, residual
 from squama.inverse.limits import Sizes, farthest, rooms
 from squama.inverse.real import EVALUATE
 from squama.inverse.space import stepped
@@ -41,7 +41,7 @@ class Look(NamedTuple):
     """Designs as the search sees them: residuals, limits, slopes of both by variable, and the merit (less is better).
 
     ``r`` (goals, n), ``J`` (goals, variables, n), ``g`` (limits, n), ``G`` (limits, variables, n); ``found`` has the
-    figures of the goals first.
+    figures of the goals first. ``d`` and ``scales`` are the designs' pitches and numbers of scales.
     """
 
     y: Array
@@ -52,6 +52,7 @@ class Look(NamedTuple):
     merit: Array
     found: Found
     d: Array
+    scales: Array
 
 
 class Residuals:
@@ -85,12 +86,12 @@ class Residuals:
         every = self.evaluate(harmless(c, good), moved, wants, self.target.options, plates=plates)
         at, k, (n, m) = len(self.inside), len(self.target.goals), y.shape
         found = every._replace(values=every.values[at:], slopes=every.slopes[at:])
-        d_slopes = np.stack([np.imag(v.d) / STEP for v in moved]) if moved else np.zeros((0, n))
+        own, by = Pitches(c.d, c.sizes["beam"]["scales"]), Pitches.of(moved, n)
         figures, short = (found.values[:k], found.slopes[:k]), self._short(c, found)
-        r, J = residual(self.target.goals, *figures, c.d, d_slopes, short, inside=self.target.inside)
+        r, J = residual(self.target.goals, *figures, own, by, short, inside=self.target.inside)
         g, G = self._limits(c, moved, found)
-        room, by = self._inside(every, c.d, d_slopes)
-        g, G = np.concatenate([g, room]), np.concatenate([G, by[:, : len(moved)]])
+        room, rising = self._inside(every, c.d, np.imag(by.d) / STEP)
+        g, G = np.concatenate([g, room]), np.concatenate([G, rising[:, : len(moved)]])
         merit = 0.5 * (r * r).sum(axis=0) + PRICE * np.maximum(-g, 0).sum(axis=0)
         merit = np.where(good & np.isfinite(merit), merit, np.inf)
         if not slopes:
@@ -98,7 +99,7 @@ class Residuals:
         # what is chosen from a list has no slope
         still = ((0, 0), (0, m - J.shape[1]), (0, 0))
         J, G = np.pad(J, still), np.pad(G, still)
-        return Look(y, r, J, g, G, merit, found, c.d)
+        return Look(y, r, J, g, G, merit, found, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
         """Room to the border of the domain where the figures are there, and its derivatives; 1 where it has no say."""
@@ -130,14 +131,14 @@ class Residuals:
         for i, goal in enumerate(self.target.goals):
             at = goal.want.at or goal.twist
             if at is not None:
-                need = at.per_pitch(c.d)
+                need = at.per_pitch(c.d, c.sizes["beam"]["scales"])
                 short[i] = np.clip((need - found.load_end) / need, 0.0, 1.0)
         return short
 
     def sizes(self, c: Cells, values: Array) -> Sizes:
         """Return what limits look at; ``values`` as in :class:`Found`, moved where the columns are."""
-        rate = farthest(c.d, self.rates, values[-1] if self.lock else None)
-        return Sizes.of(c, self.space.beam.scales, self.space.load, rate)
+        rate = farthest(c, self.rates, values[-1] if self.lock else None)
+        return Sizes.of(c, self.space.load, rate)
 
     def _limits(self, c: Cells, moved: Sequence[Cells], found: Found) -> tuple[Array, Array]:
         """Room to every limit (limits, n) and its derivatives."""
@@ -171,7 +172,7 @@ class Residuals:
         moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]
         c = self.space.cells(y)
         found = self.evaluate(c, moved, [goal.want for goal in goals], self.target.options, plates=False)
-        by_pitch = np.stack([np.imag(v.d) / STEP for v in moved])
-        scales = [goal.scale or goal.value(c.d) for goal in goals]
+        by = Pitches.of(moved, len(y))
+        scales = [goal.scale or goal.value(c.d, c.sizes["beam"]["scales"]) for goal in goals]
         rows = zip(goals, found.values, found.slopes, scales, strict=True)
-        return np.array([s / scale + goal.by_pitch(v, c.d) * by_pitch for goal, v, s, scale in rows])
+        return np.array([s / scale + goal.moves(v, by) for goal, v, s, scale in rows])

@@ -91,7 +91,7 @@ def refine(target: Residuals, y: Array) -> Look:
 def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:
     """Take over the points that are better."""
     best.y[to] = look.y[of]
-    for name in ("r", "J", "g", "G", "merit", "d"):
+    for name in ("r", "J", "g", "G", "merit", "d", "scales"):
         getattr(best, name)[..., to] = getattr(look, name)[..., of]
     for mine, theirs in zip(best.found, look.found, strict=True):
         mine[..., to] = theirs[..., of]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from squama.beam.design import Beam
 from squama.inverse.figures import flat
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells, columns
-from squama.study.parameters import ALIASES, FACTOR, FULL, PARAMETERS, of_beam
+from squama.study.parameters import ALIASES, FACTOR, FULL, PARAMETERS, SCALES, of_beam
 from squama.types import Array
 
 DIMENSIONS = tuple(FULL.get(name, name) for name in PARAMETERS if "." in FULL.get(name, name) and name != FACTOR)
@@ -134,7 +135,7 @@ class Space(NamedTuple):
 
     def cells(self, y: Array) -> Cells:
         """Return the columns of points (n, m)."""
-        return flat(columns(self.beam, self.values(y), load=self.load), len(y))
+        return cells_of(self.beam, self.load, self.values(y), len(y))
 
     def moved(self, y: Array) -> list[Cells]:
         """Return the columns with each variable moved by a complex step; derivatives are by the unit cube."""
@@ -149,7 +150,7 @@ class Space(NamedTuple):
         """Return the beam of one point (m,), rounded to what can be made."""
         at = self.values(y[None])
         varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
-        return self.beam._with({**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})
+        return built(self.beam, {**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})
 
     def chosen(self, y: Array) -> list[tuple[str, dict[str, float]]]:
         """Return the chosen options of one point (m,): words, and what they set."""
@@ -161,4 +162,16 @@ class Space(NamedTuple):
 def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Array | float, n: int) -> Cells:
     """Return the columns with one dimension moved by ``rate`` i STEP."""
     at = np.broadcast_to(values.get(key, of_beam(beam, load, key)), n)
-    return flat(columns(beam, {**values, key: at + 1j * STEP * rate}, load=load), n)
+    return cells_of(beam, load, {**values, key: at + 1j * STEP * rate}, n)
+
+
+def cells_of(beam: Beam, load: str, values: dict[str, Array], n: int) -> Cells:
+    """Return the columns of n designs with some dimensions replaced; the number of their scales among the sizes."""
+    c = flat(columns(beam, {key: value for key, value in values.items() if key != SCALES}, load=load), n)
+    scales = np.ascontiguousarray(np.broadcast_to(values.get(SCALES, float(beam.scales)), n))
+    return c.changed(c.arrays, {**c.sizes, "beam": {"scales": scales}})
+
+
+def built(beam: Beam, values: Mapping[str, float]) -> Beam:
+    """Return a beam with some values replaced, SI, by their names in the beam file."""
+    return beam._with({name: round(value) if name == SCALES else value for name, value in values.items()})

@@ -24,7 +24,7 @@ from squama.io import files
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
 from squama.study.columns import Cells
-from squama.study.parameters import ALIASES, ELASTIC, PARAMETERS, flattened, own
+from squama.study.parameters import ALIASES, ELASTIC, PARAMETERS, SCALES, flattened, own
 from squama.types import Array
 from squama.units import Dimension, shown
 
@@ -193,7 +193,7 @@ def _common(file: File, problems: Problems) -> dict[str, Any]:
 def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, folder: Path, problems: Problems) -> Target:
     real = context.joint == "compliant"
     variables = varied.variables(file, problems, context)
-    choices = varied.choices(file.choose, problems, bare=context.bare)
+    choices = varied.choices(file.choose, problems, context)
     space = Space(beam, context.load, variables, choices)
     keys = {v.key for v in variables} | {ALIASES.get(n, n) for c in choices for n in c.options[0]}
     if len(keys) < len(variables) + sum(len(c.options[0]) for c in choices):
@@ -228,7 +228,7 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
                 raise InputError(targetfile.unknown(f"printer.{wrong[0]}", wrong[0], SIZES, "unknown key"))
             printer = read_sizes(file.printer, "printer.", bare=context.bare)
     designs, law = common.pop("designs"), LOADS[context.load].law(common.pop("law"))
-    options = Options(**common, law=law, locks=_LOCKS.get(by, LOCKS), pitches=beam.scales)
+    options = Options(**common, law=law, locks=_LOCKS.get(by, LOCKS))
     tolerance = _tolerances(file.tolerance, space, problems, context)
     return Target("", space, options, asked, accept, limits, laws, tolerance, designs, file.front, printer)
 
@@ -271,8 +271,8 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
     bare, real = context.bare, context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
     keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
-    if not real:
-        keys = {key: None for key in keys if key not in ELASTIC}
+    without = (SCALES,) if real else (SCALES, *ELASTIC)
+    keys = {key: None for key in keys if key not in without}
     kinds = {key: PARAMETERS[key].dimension for key in keys}
     found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
     groups = {"length": Dimension.LENGTH, "angle": Dimension.ANGLE, "relative": Dimension.RATIO}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -168,6 +168,11 @@ class Context(NamedTuple):
     bare: bool
     joint: str = "hinge"
 
+    @property
+    def ways(self) -> tuple[tuple[float, int], ...]:
+        """Pitch and number of scales of three beams whose twists tell a rate, an angle per pitch and one in all."""
+        return (1.0, self.scales), (2.0, self.scales), (1.0, 2 * self.scales)
+
 
 def quantity(where: str, value: object, dimension: Dimension, context: Context, unit: str = "") -> Given:
     """Read a positive quantity; ``unit`` is the SI unit of a bare number."""
@@ -216,15 +221,23 @@ def twist(where: str, value: object, context: Context) -> Given:
     sense, rest = _sense(value)
     load = LOADS[context.load]
     with errors.naming(where):
-        rate, other = (load.read(rest, pitch=p, scales=context.scales, bare=context.bare) for p in (1.0, 2.0))
-    if rate <= 0:
+        rates = [load.read(rest, pitch=p, scales=n, bare=context.bare) for p, n in context.ways]
+    if rates[0] <= 0:
         turned = load.other_way('sense = "-"')
         refuse(where, rest, f"must be more than 0{turned}", 'write e.g. "0.2 rad/pitch"')
-    at = At(rate, 0.0) if rate == other else At(0.0, rate)
-    if at.angle >= math.pi:
+    at = meant(rates, context)
+    if at.per_pitch(0.0, context.scales) >= math.pi:
         most = f'write less than "{180 * context.scales:g} deg total"'
         refuse(where, rest, "is half a turn per pitch or more, beyond the model", most)
     return Given(0.0, *_split(rest, "rad/m"), sense, at)
+
+
+def meant(rates: Sequence[float], context: Context) -> At:
+    """Return a twist by the rates that it is on the beams of :attr:`Context.ways`."""
+    rate, shorter, more = rates
+    if more != rate and context.joint == "compliant":
+        return At(0.0, 0.0, rate * context.scales)
+    return At(rate, 0.0) if rate == shorter else At(0.0, rate)
 
 
 def refuse(where: str, value: object, reason: str, remedy: str = "") -> NoReturn:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from squama import units
 from squama.beam import beamfile
@@ -11,7 +11,7 @@ from squama.inverse import targetfile
 from squama.inverse.space import DIMENSIONS, Choice, Grid, Variable
 from squama.inverse.targetfile import Context, File
 from squama.io.tabular import guess
-from squama.study.parameters import ALIASES, PARAMETERS, effective, flattened, text_of
+from squama.study.parameters import ALIASES, PARAMETERS, SCALES, effective, flattened, text_of
 from squama.units import Dimension, shown, si_unit
 
 MATERIAL = ("youngs_modulus", "poisson_ratio", "strength")
@@ -28,6 +28,8 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
         problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {targetfile.EXAMPLES['vary']}")
     for name, bounds in flat.items():
         with problems.caught():
+            if context.joint == "hinge":
+                _counted(f"vary.{name}", name)
             one = _variable(f"vary.{name}", name, bounds, bare=context.bare)
             if context.joint == "hinge":
                 effective(one.key, "hinge", ideal=True)
@@ -45,10 +47,11 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
             if got.si < FINEST:
                 refuse(where, shown(step), "is finer than any workshop", f"write at least {FINEST:g} in SI units")
             grids[key] = Grid(got.number, got.unit)
+    grids[SCALES] = Grid(1.0)
     return tuple(v._replace(grid=grids.get(v.key, grids.get(str(PARAMETERS[v.key].dimension), v.grid))) for v in found)
 
 
-def choices(table: dict[str, object], problems: Problems, *, bare: bool) -> tuple[Choice, ...]:
+def choices(table: dict[str, object], problems: Problems, context: Context) -> tuple[Choice, ...]:
     """Read what is chosen from lists: values of a dimension, or materials."""
     found: list[Choice] = []
     for name, listed in flattened(table):
@@ -57,15 +60,19 @@ def choices(table: dict[str, object], problems: Problems, *, bare: bool) -> tupl
             if not isinstance(listed, list | tuple) or not listed:
                 refuse(where, shown(listed), "is no list", f"write e.g. {targetfile.EXAMPLES['choose']}")
             if name in ("scale.material", "substrate.material"):
-                read = [_material(f"{where}[{i}]", name.split(".")[0], one, bare=bare) for i, one in enumerate(listed)]
+                part, bare = name.split(".")[0], context.bare
+                read = [_material(f"{where}[{i}]", part, one, bare=bare) for i, one in enumerate(listed)]
                 if any(set(option) != set(read[0][1]) for _, option in read):
                     remedy = f"allowed: name, {', '.join(MATERIAL)}"
                     refuse(where, "", "does not say the same of every material", remedy)
             else:
-                kind = PARAMETERS[key_of(where, name)]
+                kind = PARAMETERS[key := key_of(where, name)]
+                if context.joint == "hinge":
+                    _counted(where, key)
                 with naming(where):
-                    si = [units.bounded(value, kind.dimension, kind.bounds, bare=bare) for value in listed]
-                read = [(text_of(key_of(where, name), value), {name: value}) for value in si]
+                    si = [units.bounded(value, kind.dimension, kind.bounds, bare=context.bare) for value in listed]
+                whole(where, key, si)
+                read = [(text_of(key, value), {name: value}) for value in si]
             found.append(Choice(name, *zip(*read, strict=True)))
     return tuple(found)
 
@@ -96,6 +103,7 @@ def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
     kind = PARAMETERS[key]
     with naming(where):
         low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=bare) for b in bounds)
+    whole(where, key, (low, high))
     if low == high:
         refuse(where, shown(bounds), "begins where it ends", "put that value into the beam and leave it out here")
     if low > high:
@@ -103,12 +111,23 @@ def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
     return Variable(name, low, high)
 
 
+def whole(where: str, key: str, values: Sequence[float]) -> None:
+    """Refuse numbers of scales that are not whole."""
+    for value in values:
+        if key == SCALES and value != round(value):
+            refuse(where, f"{value:g}", "is not a whole number", "write e.g. 25")
+
+
+def _counted(where: str, key: str) -> None:
+    """Refuse to vary the number of scales of a hinge."""
+    if key == SCALES:
+        refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
+
+
 def key_of(where: str, name: str) -> str:
     """Return the key of a dimension of the beam file, or refuse a name that is none."""
     if name in DIMENSIONS:
         return ALIASES.get(name, name)
-    if name == "beam.scales":
-        refuse(where, "", "is a whole number and stays as it is", "put it into the beam")
     full = [f for f in DIMENSIONS if f.rpartition(".")[2] == name and name not in ("width", "thickness")]
     meant = f"did you mean {full[-1]}? " if full else guess(name, DIMENSIONS)
     raise InputError(Problem(where, "", "is no dimension of a beam", f"{meant}allowed: {', '.join(DIMENSIONS)}"))

@@ -13,6 +13,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from squama.beam.beamfile import TABLES
+from squama.beam.design import Beam
 from squama.curves import doors
 from squama.loads import LOADS, model
 from squama.model.outcome import End
@@ -78,23 +79,23 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     """Draw the curves with what was asked; return the model they are of in words."""
     names = LOADS[target.space.load]
-    options, scales = target.options, target.space.beam.scales
-    degrees = 180 / np.pi * scales
+    options, first = target.options, found[0].beam
+    # twists of the whole beam, the numbers of whose scales may differ
+    degrees, own = 180 / np.pi * first.scales, (first.pitch, first.scales)
     lines, handles, which = [], [], ""
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
         curve = doors.respond(
             d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin, joint=options.joint,
-            to=_far(found, target),
+            to=_far(d.beam, target),
         )  # fmt: skip
         which = model(curve.attrs)
-        x, y = curve[names.angle] * degrees, curve[names.torque]
+        x, y = curve[names.angle] * np.degrees(d.beam.scales), curve[names.torque]
         lines.append((x, y, d, colour))
         handles.append(key(f"design {i + 1}{'' if target.real and d.end == End.RANGE else f': {d.end}'}", color=colour))
     # what is asked as "at most" may be far above the curves: it is told, not drawn
     asked = [goal for goal in target.goals if goal.want.figure == "torque" and goal.sense == "="]
     told = [goal for goal in target.goals if goal.want.at is not None and goal not in asked]
-    pitch = found[0].beam.pitch
-    points = np.array([[g.want.at.per_pitch(pitch) * degrees, g.asked] for g in asked if g.want.at]).reshape(-1, 2)
+    points = np.array([[g.want.at.per_pitch(*own) * degrees, g.asked] for g in asked if g.want.at]).reshape(-1, 2)
     # curves climb without bound towards a lock: show the part in which the target lies
     part, room = (1.0, ROOM) if target.real else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
@@ -103,7 +104,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     for x, y, d, colour in lines:
         ax.plot(x, factor * y, color=colour)
         if d.end.endswith("lock"):
-            ax.axvline(d.rate_end * d.beam.pitch * degrees, color=colour, **_LOCK)
+            ax.axvline(np.degrees(d.rate_end * d.beam.length), color=colour, **_LOCK)
     if any(d.end.endswith("lock") for *_, d, _ in lines):
         handles.append(key("lock of a design", **_LOCK))
     if points.size:
@@ -112,23 +113,23 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     for goal in target.goals:
         sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
         if goal.twist is not None:
-            at = float(goal.twist.per_pitch(pitch)) * degrees
+            at = float(goal.twist.per_pitch(*own)) * degrees
             ax.axvline(at, color=ACCENT, **_ASKED)
             handles.append(key(f"asked: {goal.name}{sense}", color=ACCENT, **_ASKED))
         elif goal in told and goal.want.at is not None:
-            ax.axvline(float(goal.want.at.per_pitch(pitch)) * degrees, color=GREY, **_ASKED)
+            ax.axvline(float(goal.want.at.per_pitch(*own)) * degrees, color=GREY, **_ASKED)
             handles.append(key(f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}", color=GREY, **_ASKED))
-    ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{names.verb.capitalize()} of {scales} scales (deg)")
+    scales = f"{first.scales} scales" if len({d.beam.scales for d in found.designs}) == 1 else "the beam"
+    ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{names.verb.capitalize()} of {scales} (deg)")
     ax.set_ylabel(f"{names.torque_words.capitalize()} ({unit})")
     ax.legend(handles=handles, loc="upper left", fontsize=6, frameon=target.real, framealpha=1.0, edgecolor="none")
     return which
 
 
-def _far(found: InverseDesign, target: Target) -> str | None:
+def _far(beam: Beam, target: Target) -> str | None:
     """Return how far to draw: a hinge's curves to their ends, a real beam's a little beyond what is asked."""
-    pitch = found[0].beam.pitch
     ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
-    most = BEYOND * max((float(at.per_pitch(pitch)) for at in ats), default=0.0)
+    most = BEYOND * max((float(at.per_pitch(beam.pitch, beam.scales)) for at in ats), default=0.0)
     return f"{most!r} rad/pitch" if target.real and most else None
 
 

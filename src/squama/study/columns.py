@@ -238,7 +238,7 @@ def valid(c: Cells) -> Array:
     with np.errstate(all="ignore"):
         good = (c.eta <= reach.MOST) & (c.beta <= reach.MOST)
         good = good & (c.sizes["scale"]["embedded"] * np.sin(c.theta0) < c.sizes["substrate"]["thickness"])
-        held = {f"{table}.{key}": value for table, content in c.sizes.items() for key, value in content.items()}
+        held = {f"{table}.{key}": value for table in ("scale", "substrate") for key, value in c.sizes[table].items()}
         held |= {"scale.alpha": c.alpha, "scale.theta0": c.theta0, "friction.mu": c.mu, "beam.pitch": c.d}
         for name, value in held.items():
             low, high, _, closed, _ = beamfile.NUMBERS[name][1]

@@ -48,6 +48,8 @@ ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
 """Those on which figures of elastic scales alone depend."""
 FACTOR = "joint.factor"
 """Factor on the K_theta of a compliant joint: how far the law of the joint may be off."""
+SCALES = "beam.scales"
+"""Number of scales: of designs alone, figures of sweeps do not depend on it."""
 FULL = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
 """Names as in the beam file of the parameters that have a shorter one."""
 PARAMETERS: dict[str, Parameter] = {
@@ -55,6 +57,11 @@ PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
     **{name: _key(name) for name in beamfile.NUMBERS if name not in (*FULL.values(), *UNUSED)},
+    SCALES: Parameter(
+        Dimension.RATIO,
+        Bounds(2.0, 1e6, "2 or more", closed=True, example="25"),
+        Symbol(SCALES, "1", "beam number N of scales", ""),
+    ),
     FACTOR: Parameter(
         Dimension.RATIO,
         Bounds(0.1, 10.0, "0.1 to 10", closed=True, example="1"),
@@ -73,7 +80,7 @@ _CHANGES = {
 }
 _NO_EFFECT = {
     **dict.fromkeys(UNUSED, "changes no figure of many beams; leave it out"),
-    "beam.scales": "the figures of a sweep are per pitch or per length, so it changes nothing; leave it out",
+    SCALES: "the figures of a sweep are per pitch or per length, so it changes nothing; leave it out",
     "law": "is no range; give both laws with --law edge,plate",
     "sense": "is no range; sweep each sense into a store of its own",
 }
@@ -136,13 +143,14 @@ def of_beam(beam: Beam, load: str, name: str) -> float:
 
 def canonical(name: str) -> str:
     """Return the one name of a parameter, or refuse a name that is none and suggest which was meant."""
+    if name in _NO_EFFECT:
+        refuse(name, "", _NO_EFFECT[name])
     if name in PARAMETERS:
         return name
     if name in ALIASES:
         return ALIASES[name]
-    if name in _NO_EFFECT:
-        refuse(name, "", _NO_EFFECT[name])
-    remedy = f"{meant(name, [*PARAMETERS, *ALIASES])}allowed: {', '.join(PARAMETERS)}"
+    known = [key for key in PARAMETERS if key not in _NO_EFFECT]
+    remedy = f"{meant(name, [*known, *ALIASES])}allowed: {', '.join(known)}"
     raise InputError(Problem(shown(name).strip('"'), "", "is no parameter that can be swept", remedy))
 
 

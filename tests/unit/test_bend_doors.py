@@ -1,0 +1,109 @@
+"""Every door bends a beam alike: one contact, oblique or across, about the middle of the bar or its face."""
+
+import numpy as np
+import pytest
+
+import squama
+from squama.inverse.figures import Options, Want, evaluate, flat
+from squama.study.columns import columns
+from squama.web import live
+from squama.web.state import State
+
+REL = 1e-10
+BEAMS = {
+    f"{degrees} deg, {line}": squama.Beam.from_ratios(
+        eta=3.2, beta=1.1, lam=0.45, alpha=f"{degrees} deg", theta0="9 deg", mu=0.3
+    ).replace(substrate={"neutral": line})
+    for degrees in (0, 45)
+    for line in ("middle", "face")
+}
+
+
+@pytest.fixture(params=BEAMS.values(), ids=list(BEAMS))
+def beam(request):
+    return request.param
+
+
+@pytest.fixture
+def bent(beam):
+    return squama.bend(beam)
+
+
+def same(found, bent, engagement, end, moment):
+    """Compare engagement, end and moment at the cut-off with those of squama.bend."""
+    values = [float(found[name]) for name in (engagement, end, moment)]
+    assert values == pytest.approx([float(bent[name]) for name in ("psi_e", "psi_end", "M_c")], rel=REL)
+
+
+def test_the_beam_file_says_which_line_keeps_its_length(beam, bent):
+    line = beam.substrate.neutral
+    assert bent.attrs["neutral"] == line
+    again = squama.Beam.from_toml_text(beam.to_toml())
+    assert again == beam
+    plain = beam.replace(substrate={"neutral": None})
+    assert ("neutral" in plain.to_toml(), plain.neutral) == (False, "middle")
+    assert float(squama.bend(plain, neutral=line).M_c) == float(bent.M_c)
+    with pytest.raises(squama.InputError, match=r'substrate.neutral = "top": must be "middle" or "face"'):
+        beam.replace(substrate={"neutral": "top"})
+
+
+def test_arrays(beam, bent):
+    K = beam.bending_joint_stiffness
+    height = beam.lam if beam.neutral == "middle" else 0
+    ratios = beam.ratios | {"lam": height, "mu": 0.3, "stiffness_ratio": beam.bending_rigidity / (K * beam.pitch)}
+    for n in (1, 200):
+        s = squama.solve(**(ratios | {"mu": np.full(n, 0.3)}), load="bending")
+        assert s.end[0] == bent.end.item()
+        same({"e": s.load_e[-1], "end": s.load_end[-1], "M": K * s.torque[-1]}, bent, "e", "end", "M")
+
+
+def test_sweep(beam, bent, tmp_path):
+    axes = {"mu": [0.1, 0.3], "alpha": [beam.scale.alpha, beam.scale.alpha + 0.2]}
+    data = squama.sweep(beam, axes, load="bending", out=tmp_path / "s.zarr")
+    cell = data.isel(mu=1, alpha=0)
+    same(cell, bent, "psi_e", "psi_end", "torque")
+
+
+def test_uncertainty(beam):
+    u = squama.uncertainty(beam, {"mu": "+- 0.1", "theta0": "+- 1 deg"}, load="bending", samples=3200, keep=True)
+    one = u.isel(sample=7)
+    own = beam.replace(friction={"mu": float(one["friction.mu"])}, scale={"theta0": float(one["scale.theta0"])})
+    same(one, squama.bend(own), "psi_e", "psi_end", "M_c")
+
+
+def test_designs(beam, bent):
+    c = flat(columns(beam, {}, load="bending"), 1)
+    wants = [Want("engagement"), Want("lock")]
+    found = evaluate(c, [], wants, Options(load="bending"), plates=True).values[:, 0]
+    assert found == pytest.approx([float(bent.psi_e), float(bent.psi_end)], rel=REL)
+
+
+def test_cycle_and_fit(beam, bent):
+    top = 0.9 * float(bent.psi_end) / beam.pitch
+    there = squama.bend(beam, at=[top])
+    c = squama.cycle(beam, [0, top, 0], load="bending", points=20)
+    assert (c.attrs["neutral"], float(c.psi_e[0])) == (beam.neutral, float(bent.psi_e))
+    i = int(c.psi.values.argmax())
+    assert float(c.M[i]) == pytest.approx(float(there.M[0]), rel=REL)
+    start = beam.replace(friction={"mu": 0.2})
+    fit = squama.fit({"psi": c.psi.values, "M": c.M.values}, start, parameters=("mu",), load="bending", noise=1e-3)
+    assert fit.values["mu"] == pytest.approx(0.3, rel=1e-8)
+
+
+def test_vibration(beam, bent):
+    start = f"{0.8 * float(bent.psi_end)!r} rad/pitch"
+    v = squama.vibrate(beam, release=start, load="bending", rotor="1e-4 kg m2", swings=1)
+    c = squama.cycle(beam, start, load="bending", points=4)
+    top = int(c.psi.values.argmax())
+    assert float(v.psi_e) == pytest.approx(float(bent.psi_e), rel=REL)
+    assert float(v.U_turn[0]) == pytest.approx(float(c.U_el[top]) * beam.length, rel=1e-8)
+    # half a swing rubs away what the way back does
+    lost = float(c.W_fr[-1] - c.W_fr[top]) * beam.length
+    assert float(v.U_turn[0] - v.U_turn[1]) == pytest.approx(lost, rel=1e-6)
+
+
+def test_explorer(beam, bent):
+    now = State(beam, 0.0).change("load", "bending")
+    assert live.outcome(now)[0] == bent.end.item()
+    figures = live.motion(now.setting).figures
+    assert [figures["load_e"], figures["load_end"]] == pytest.approx([float(bent.psi_e), float(bent.psi_end)], rel=REL)
