@@ -207,3 +207,5 @@ def test_tabs_of_both_faces_stiffen_the_bar_unless_that_is_given() -> None:
     assert not any("tabs in both faces" in line for line in given.warnings())
     with pytest.raises(InputError, match="beyond the middle, to those of the other face"):
         both.replace(scale={"embedded": "80 mm", "theta0": "10 deg"})
+    with pytest.raises(InputError, match=r'substrate.neutral = "face": .*write "middle"'):
+        BEAM.replace(faces="mirrored", substrate={"neutral": "face"})

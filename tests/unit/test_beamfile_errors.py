@@ -102,6 +102,8 @@ def test_the_good_file_is_good():
         ("= 25", "= 25.0", ["beam.scales = 25.0", "whole number"]),
         ("= 25", '= "25"', ['beam.scales = "25"', "whole number"]),
         ("= 25", "= true", ["beam.scales = true", "whole number"]),
+        ("= 25", '= 25\nfaces = "both"', ['beam.faces = "both"', 'write "mirrored" (as armour) or "turned"']),
+        ("= 25", "= 25\nfaces = 2", ["beam.faces = 2", '"turned, shifted"']),
         ('"7 mm"', '"99 mm"', ["scale.embedded = 99 mm", "goes through the substrate", "write less than"]),
         # keys and tables
         (

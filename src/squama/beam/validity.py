@@ -7,7 +7,7 @@ import math
 from squama.beam import beamfile, matrixfile
 from squama.beam.parts import Assembly
 from squama.errors import Problems, refuse
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, NEUTRAL, Load
 from squama.model import joint, reach, thickness, twisting
 from squama.units import Dimension, as_text, shown
 
@@ -44,6 +44,9 @@ def parts_fit(beam: Assembly) -> None:
         if ratio > reach.MOST:
             reason = f"makes {words} = {ratio:.6g} with beam.pitch = {_mm(d)}; allowed: {reach.ALLOWED}"
             problems.add(f"scale.{key}", _mm(size), reason, f"write at most {_mm(room)}")
+    if beam.other and beam.neutral != next(iter(NEUTRAL)):
+        reason = "is of scales on one face: between two it is the middle"
+        problems.add("substrate.neutral", shown(beam.neutral), reason, f'write "{next(iter(NEUTRAL))}"')
     sine = math.sin(beam.scale.theta0)
     depth, room = beam.scale.embedded * sine, beam.substrate.thickness / (2 if beam.other else 1)
     if depth >= room:

@@ -14,16 +14,13 @@ import numpy as np
 
 from squama.beam import faces
 from squama.beam.design import Beam
-from squama.curves.path import Asked, Case, Curve, LoadPath, Solved, figures
-from squama.errors import refuse
+from squama.curves.path import FINE, Asked, Case, Curve, LoadPath, Solved, figures, stiffened
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.types import Array
 
 _FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "U_joint", "U_plate")
 _NEAR = 1e-9
-FINE = 2e-3
-"""Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
 OTHER = "of the other face: "
 """Before what is told of the other face's contacts."""
 
@@ -107,8 +104,6 @@ class Both(NamedTuple):
         if "T" in along:
             kept["T_c"] = last["T"]
         if walked:
-            from squama.curves.real import stiffened
-
             reached = np.isfinite(along["torque"])
             touching = reached & (grid >= load_e)
             ratios = along["stiffness_ratio"][touching]
@@ -122,7 +117,7 @@ class Both(NamedTuple):
         found = total(parts, self.case.rigidity)
         if "T" in found:
             # the torque that holds a bent beam of oblique scales
-            found["T"] = self.turns[0] * parts[0]["T"] + self.turns[1] * parts[1]["T"]
+            found["T"] = self.turns[0] * parts[0]["T"] + self.turns[1] * parts[1].get("T", 0.0)
         return found | {f"{role}_other": parts[1][role] for role in ("theta", "N")}
 
 
@@ -135,9 +130,6 @@ def gather(asked: Asked, paths: Sequence[Solved], solve: Callable[[Asked], Seque
     if not (way := sense(beam, load.name)):
         return paths
     assert beam.other is not None
-    if not load.sided and beam.neutral == "face":
-        reason = "is not covered with scales on both faces, which leave that line in the middle"
-        refuse("neutral", '"face"', reason, 'write neutral="middle"')
     mirror = asked._replace(path=LoadPath.of(load.name, [-v for v in asked.path.values]))
     others = paths if way > 0 else solve(mirror)
     twisted = 1, beam.other.seen[1]

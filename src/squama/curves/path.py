@@ -13,6 +13,11 @@ from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stif
 from squama.loads import LOADS, THIN, Load
 from squama.types import Array
 
+TIMES = {"twofold": 2.0, "fivefold": 5.0}
+"""Tangent stiffness over that of the beam without contact whose twist is a figure."""
+FINE = 2e-3
+"""Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
+
 
 class LoadPath(NamedTuple):
     """Bend and twist per pitch (psi, phi) to go to one after the other, from rest; rad, signed.
@@ -206,3 +211,21 @@ def loop_table(rows: Sequence[Sequence[float]]) -> dict[str, Array]:
 def used_senses(values: Sequence[float]) -> list[str]:
     """Return the senses that a history goes to."""
     return [s for s in ("+", "-") if s == "+" or min(values) < 0]
+
+
+def stiffened(touching: Array, ratios: Array, x: Array, torque: Array) -> dict[str, float]:
+    """Return where the stiffness over that without contact comes to :data:`TIMES`, and the torque to its first peak."""
+    found = {f"load_{name}": first_at(touching, ratios, n) for name, n in TIMES.items()}
+    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
+    return found | {"load_peak": float(x[peak[0] + 1]) if peak.size else math.nan}
+
+
+def first_at(x: Array, y: Array, level: float) -> float:
+    """Return where y first comes to a level, linear between points; NaN where it does not."""
+    above = np.flatnonzero(y >= level)
+    if not above.size:
+        return math.nan
+    i = int(above[0])
+    if i == 0 or not math.isfinite(y[i - 1]):
+        return float(x[i])
+    return float(x[i - 1] + (level - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]))

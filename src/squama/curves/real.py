@@ -16,8 +16,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.curves.both_faces import FINE
-from squama.curves.path import Asked, Case, Curve, States, figures, in_si
+from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, stiffened
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
@@ -38,8 +37,6 @@ OWN = (
 _ALONG = (
     "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED", *OWN,
 )  # fmt: skip
-TIMES = {"twofold": 2.0, "fivefold": 5.0}
-"""Tangent stiffness over that of the beam without contact whose twist is a figure."""
 
 
 @functools.cache
@@ -342,28 +339,10 @@ def thresholds(engaged: float, beam: Beam, twists: Array, v: dict[str, Array]) -
     x, torque = twists[reached], v["torque"][reached]
     found = stiffened(twists[touching], v["stiffness_ratio"][touching], x, torque)
     strength = beam.scale.strength
-    found["load_strength"] = math.nan if strength is None else _first(x, v["stress"][reached], strength)
+    found["load_strength"] = math.nan if strength is None else first_at(x, v["stress"][reached], strength)
     limit = beam.substrate.strain_limit
-    found["load_strain"] = math.nan if limit is None else _first(x, v["strain"][reached], limit)
+    found["load_strain"] = math.nan if limit is None else first_at(x, v["strain"][reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
     work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0
     return found
-
-
-def stiffened(touching: Array, ratios: Array, x: Array, torque: Array) -> dict[str, float]:
-    """Return where the stiffness over that without contact comes to :data:`TIMES`, and the torque to its first peak."""
-    found = {f"load_{name}": _first(touching, ratios, n) for name, n in TIMES.items()}
-    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
-    return found | {"load_peak": float(x[peak[0] + 1]) if peak.size else math.nan}
-
-
-def _first(x: Array, y: Array, level: float) -> float:
-    """Return where y first comes to a level, linear between points; NaN where it does not."""
-    above = np.flatnonzero(y >= level)
-    if not above.size:
-        return math.nan
-    i = int(above[0])
-    if i == 0 or not math.isfinite(y[i - 1]):
-        return float(x[i])
-    return float(x[i - 1] + (level - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]))
