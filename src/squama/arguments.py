@@ -96,7 +96,7 @@ def designs(load: str = "", /, **columns: ArrayLike | None) -> tuple[list[Array]
             given.append(between(name, value, -np.pi, np.pi))
         elif name in ("dpsi", "dphi", "neutral_height"):
             given.append(numbers(name, value))
-        elif name in ("lam", "mu", "stiffness_ratio", "thickness"):
+        elif name in ("mu", "stiffness_ratio", "thickness") or (name == "lam" and load == "bending"):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach

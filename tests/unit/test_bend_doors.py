@@ -1,5 +1,7 @@
 """Every door bends a beam alike: one contact, oblique or across, about the middle of the bar or its face."""
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from squama.web import live
 from squama.web.state import State
 
 REL = 1e-10
+bend = functools.partial(squama.bend, joint="hinge")
 BEAMS = {
     f"{degrees} deg, {line}": squama.Beam.from_ratios(
         eta=3.2, beta=1.1, lam=0.45, alpha=f"{degrees} deg", theta0="9 deg", mu=0.3
@@ -26,7 +29,7 @@ def beam(request):
 
 @pytest.fixture
 def bent(beam):
-    return squama.bend(beam)
+    return bend(beam)
 
 
 def same(found, bent, engagement, end, moment):
@@ -42,7 +45,7 @@ def test_the_beam_file_says_which_line_keeps_its_length(beam, bent):
     assert again == beam
     plain = beam.replace(substrate={"neutral": None})
     assert ("neutral" in plain.to_toml(), plain.neutral) == (False, "middle")
-    assert float(squama.bend(plain, neutral=line).M_c) == float(bent.M_c)
+    assert float(bend(plain, neutral=line).M_c) == float(bent.M_c)
     with pytest.raises(squama.InputError, match=r'substrate.neutral = "top": must be "middle" or "face"'):
         beam.replace(substrate={"neutral": "top"})
 
@@ -68,7 +71,7 @@ def test_uncertainty(beam):
     u = squama.uncertainty(beam, {"mu": "+- 0.1", "theta0": "+- 1 deg"}, load="bending", samples=3200, keep=True)
     one = u.isel(sample=7)
     own = beam.replace(friction={"mu": float(one["friction.mu"])}, scale={"theta0": float(one["scale.theta0"])})
-    same(one, squama.bend(own), "psi_e", "psi_end", "M_c")
+    same(one, bend(own), "psi_e", "psi_end", "M_c")
 
 
 def test_designs(beam, bent):
@@ -80,7 +83,7 @@ def test_designs(beam, bent):
 
 def test_cycle_and_fit(beam, bent):
     top = 0.9 * float(bent.psi_end) / beam.pitch
-    there = squama.bend(beam, at=[top])
+    there = bend(beam, at=[top])
     c = squama.cycle(beam, [0, top, 0], load="bending", points=20)
     assert (c.attrs["neutral"], float(c.psi_e[0])) == (beam.neutral, float(bent.psi_e))
     i = int(c.psi.values.argmax())

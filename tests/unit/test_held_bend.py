@@ -20,7 +20,7 @@ MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta
 @pytest.mark.parametrize("k", [-3.0, 0.5, 2.0, 6.0])
 @pytest.mark.parametrize(("psi", "phi"), [(0.1, 0.2), (-0.15, 0.3), (1e-6, 1e-5), (0.2, 0.0), (0.0, 0.0)])
 def test_cross_sections_lie_on_the_screw_of_bend_and_twist(k, psi, phi):
-    d = {"kind": "twisting", "held": psi, "lam": 0.45, "sense": 1}
+    d = {"kind": "twisting", "held": psi, "lam": 0.45, "height": 0.45, "sense": 1}
     # the motion whose velocities are constant along the beam, as a matrix exponential
     W = np.zeros((4, 4))
     W[:3, :3] = np.cross(np.eye(3), -np.array([psi, 0.0, phi]))

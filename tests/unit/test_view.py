@@ -66,6 +66,8 @@ def test_scales_are_those_of_the_oracle(sense: int) -> None:
             "alpha": alpha,
             "half": 1.0,
             "sense": sense,
+            "held": 0.0,
+            "height": lam,
             **SCALED,
         }
         for j in (0, 1, 3):
@@ -98,6 +100,8 @@ def test_a_moved_scale_has_its_pose_in_every_cross_section(sense: int) -> None:
         "alpha": alpha,
         "half": 1.0,
         "sense": sense,
+        "held": 0.0,
+        "height": lam,
         **SCALED,
     }
     pose = np.array([moved.c - rest.base, *(moved.R @ rest.axes[:2].T).T])
@@ -121,7 +125,7 @@ def test_contact_points_are_where_the_kernel_has_them(one_pair, setting: Setting
     assert state.name == SLIDING
     at = [state.load / setting.beam.pitch]
     if setting.load == "bending":
-        r = squama.bend(setting.beam, mu=setting.mu, at=at)
+        r = squama.bend(setting.beam, mu=setting.mu, at=at, joint="hinge")
         p = motion.hinge.row.point(motion.hinge.place(np.array(at) * setting.beam.pitch), "edge", ARRAY).p
         places = p.item() * setting.beam.pitch, r.r.item()
     else:

@@ -244,7 +244,7 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
 
 def test_bending_is_a_mode_of_its_own() -> None:
     now = START.change("load", "bending")
-    assert live.outcome(now)[0] == squama.bend(now.beam).end.item()
+    assert live.outcome(now)[0] == squama.bend(now.beam, joint="hinge").end.item()
     words = dict(live.readings(now))
     assert "Moment M" in words
     assert live.scene(now)["design"]["height"] == now.beam.lam
@@ -285,7 +285,7 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
                     squama.twist(b, joint="hinge").RED_c.item(), rel=1e-3, abs=1e-12
                 )
         else:
-            assert map.CODES[found.code[j, i]] == squama.bend(b).end.item()
+            assert map.CODES[found.code[j, i]] == squama.bend(b, joint="hinge").end.item()
     options = map.options(map.key(now, x, y), found, dark=False)
     cells = next(s for s in options["series"] if s["name"] == "end")["data"]
     assert len(cells) == found.x.size * found.y.size
