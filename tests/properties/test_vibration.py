@@ -28,9 +28,9 @@ def drawn(seed: int, load: str) -> dict[str, float]:
     r = np.random.default_rng(seed)
     theta0 = math.radians(r.uniform(5, 15))
     bent = {"eta": r.uniform(3, 6), "theta0": theta0, "mu": r.uniform(0, 0.4), "kappa": r.uniform(2, 20)}
-    if load == "bending":
-        return bent
     sizes = {"beta": r.uniform(1, 1.5), "lam": r.uniform(0.3, 0.6), "alpha": math.radians(r.uniform(30, 50))}
+    if load == "bending":
+        return {**bent, **sizes}
     return {**bent, **sizes, "eta": r.uniform(2.5, 4), "kappa": r.uniform(1, 5)}
 
 
