@@ -78,8 +78,11 @@ def together(columns: dict[str, Array]) -> tuple[Array, ...]:
         refuse("", "", f"shapes do not fit each other: {shapes}", "give shapes that broadcast")
 
 
-def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
-    """Check the columns of many designs; return them flat, of one length, and their broadcast shape."""
+def designs(load: str = "twisting", **columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
+    """Check the columns of many designs; return them flat, of one length, and their broadcast shape.
+
+    In bending lam is a height, which may be 0 (:meth:`squama.loads.Load.height`).
+    """
     given = []
     for name, value in columns.items():
         if name in ("alpha", "theta0"):
@@ -89,7 +92,7 @@ def designs(**columns: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
             given.append(between(name, value, -np.pi, np.pi))
         elif name in ("dpsi", "dphi", "neutral_height"):
             given.append(numbers(name, value))
-        elif name in ("lam", "mu", "stiffness_ratio", "thickness"):
+        elif name in ("mu", "stiffness_ratio", "thickness") or (name == "lam" and not LOADS[load].sided):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach

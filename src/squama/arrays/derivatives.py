@@ -100,7 +100,7 @@ def gradient(
     of, wrt = _names("of", of, OUTPUTS), _names("wrt", wrt, PARAMETERS)
     arguments.load(load)
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
     )
     margin = arguments.margin(margin)
     given = dict(zip(PARAMETERS, columns, strict=False))

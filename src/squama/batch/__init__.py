@@ -119,7 +119,7 @@ def solve(
     """
     arguments.load(load)
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
         thickness=thickness,
     )  # fmt: skip
     margin = arguments.margin(margin)

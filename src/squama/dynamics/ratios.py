@@ -107,7 +107,7 @@ def free_vibration(
     given = amplitude if impulse is None else impulse
     assert given is not None
     columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
+        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
         **{"amplitude" if impulse is None else "impulse": given},
     )  # fmt: skip
     arguments.thin(columns[7], arguments.law(law), load)
