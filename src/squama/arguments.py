@@ -82,11 +82,14 @@ PLANE = {"beta": 1.0, "lam": 0.0, "alpha": 0.0}
 """What bending takes where it is not told: edges across the beam, on a face that keeps its length."""
 
 
-def designs(load: str = "", /, **columns: ArrayLike | None) -> tuple[list[Array], tuple[int, ...]]:
-    """Check the columns of many designs; return them flat, of one length, and their broadcast shape."""
+def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[list[Array], tuple[int, ...]]:
+    """Check the columns of many designs; return them flat, of one length, and their broadcast shape.
+
+    In bending lam is a height, which may be 0 (:meth:`squama.loads.Load.height`).
+    """
     given = []
     for name, told in columns.items():
-        value = PLANE.get(name) if told is None and load == "bending" else told
+        value = PLANE.get(name) if told is None and not LOADS[load].sided else told
         if value is None:
             refuse(name, "", "is missing", "give it")
         if name in ("alpha", "theta0"):
@@ -96,7 +99,7 @@ def designs(load: str = "", /, **columns: ArrayLike | None) -> tuple[list[Array]
             given.append(between(name, value, -np.pi, np.pi))
         elif name in ("dpsi", "dphi", "neutral_height"):
             given.append(numbers(name, value))
-        elif name in ("mu", "stiffness_ratio", "thickness") or (name == "lam" and load == "bending"):
+        elif name in ("mu", "stiffness_ratio", "thickness") or (name == "lam" and not LOADS[load].sided):
             given.append(not_negative(name, value))
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach

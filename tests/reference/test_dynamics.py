@@ -29,6 +29,9 @@ def ratios(case: dict) -> dict[str, Any]:
     given = {name: case[name] for name in ("eta", "beta", "lam", "mu", "kappa") if name in case}
     angles = {name: math.radians(case[f"{name}_deg"]) for name in ("alpha", "theta0") if f"{name}_deg" in case}
     bent = case["load"].startswith("bend") if "load" in case else "alpha_deg" not in case
+    if bent:
+        # edges across the beam, the length of the face kept
+        given, angles = {**given, "beta": 1.0, "lam": 0.0}, {**angles, "alpha": 0.0}
     mode = next((mode for mode in ("simply supported", "cantilever") if mode in case["case"]), "uniform")
     return {**given, **angles, "load": "bending" if bent else "twisting", "mode": mode}
 

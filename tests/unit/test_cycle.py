@@ -317,3 +317,13 @@ def test_bad_flags(folder, capsys, flags, words):
     assert said.startswith("squama: error: ")
     assert said.count("\n") == 1
     assert [p.name for p in folder.iterdir()] == ["beam.toml"]
+
+
+def test_wide_oblique_scales_that_are_bent_away_touch_at_their_bases():
+    assert squama.cycle(BEAM, "0, -0.2, 0 rad/pitch", mu=0.3, load="bending")["end"].values[-1] == "no engagement"
+    wide = BEAM.replace(scale={"width": "60 mm", "alpha": "60 deg"})
+    far = squama.cycle(wide, "0, -0.01, 0 rad/pitch", mu=0.3, load="bending")
+    assert far.other_contact.values[-1].startswith("corner ")
+    most = float(far.psi_most[-1])
+    with pytest.raises(squama.InputError, match="where another contact comes in that a cycle does not follow: corner"):
+        squama.cycle(wide, [0, -1.01 * most / wide.pitch], mu=0.3, load="bending")

@@ -163,7 +163,9 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
     for i in range(2):
         base = np.empty(0), np.empty(0)
         for j, mu in enumerate(all_mus):
-            designs = {**r, "mu": np.full(etas.size, mu)}
+            # bending in the plane, about the scaled face
+            flat = {} if i else {"alpha": 0 * etas, "lam": 0 * etas}
+            designs = {**r, **flat, "mu": np.full(etas.size, mu)}
             sol = solution.solve(designs, load="twisting" if i else "bending", law=law, sense="+")
             x, y = sol.found.load_end, sol.found.theta_end
             keep = np.isin(sol.found.code, LOCKS)

@@ -210,7 +210,7 @@ def solved(
     given = {name: getattr(c, name) for name in names} | {"stiffness_ratio": c.ratio}
     if not ideal:
         given["thickness"] = c.sizes["scale"]["thickness"] / c.d
-    rows, shape = arguments.designs(**given)
+    rows, shape = arguments.designs(load, **given)
     found = batch.solved(tuple(rows), law=law, sense=sense, margin=margin, load=load, few=few)
     return Solved._make(v.reshape(shape) for v in found)
 
