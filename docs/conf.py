@@ -116,26 +116,28 @@ class Table(SphinxDirective):
 
 
 class Gallery(SphinxDirective):
-    """Thumbnails of the gallery's pages: the last picture of each, as this build has made it."""
+    """Thumbnails of the gallery's pages, or of those that are named: the last picture of each, made by this build."""
+
+    optional_arguments = 100
 
     def run(self) -> list[nodes.Node]:
-        return [nodes.container(classes=["gallery"])]
+        return [nodes.container(classes=["gallery"], pages=[f"gallery/{name}" for name in self.arguments])]
 
 
 def thumbnails(app: Sphinx, doctree: nodes.document, docname: str) -> None:
     """Put the pages' last pictures, with links, where thumbnails are asked for."""
     env = app.env
     for place in [node for node in doctree.findall(nodes.container) if "gallery" in node["classes"]]:
-        for page in env.toctree_includes["gallery/index"]:
+        for page in place["pages"] or env.toctree_includes["gallery/index"]:
             title, picture = env.titles[page].astext(), list(env.get_doctree(page).findall(nodes.image))[-1]["uri"]
             link = nodes.reference(refuri=app.builder.get_relative_uri(docname, page), internal=True)
             link += [nodes.image(uri=picture, candidates={"*": picture}, alt=""), nodes.inline(text=title)]
             place.append(nodes.paragraph("", "", link))
 
 
-def stale(_app: Sphinx, _env: BuildEnvironment) -> Sequence[str]:
+def stale(_app: Sphinx, env: BuildEnvironment) -> Sequence[str]:
     """Pages with thumbnails are written by every build."""
-    return ["index", "gallery/index"]
+    return [page for page in env.found_docs if page in {"index", "gallery/index"} or page.startswith("interface/")]
 
 
 def looks(app: Sphinx) -> None:

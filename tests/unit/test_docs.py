@@ -192,3 +192,10 @@ def test_docs_are_public() -> None:
         assert "shared/" not in text
         assert set(re.findall(r"https?://([^/\s)>]+)", text)) <= hosts
         assert not re.search(r"(?<![\w.])/(?:home|work|root|tmp|Users)/", text)
+
+
+def test_every_public_name_stands_in_the_pages_of_the_interface() -> None:
+    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "interface").glob("*.md"))
+    names = [f"squama.{name}" for name in squama.__all__ if name not in ("SYMBOLS", "__version__")]
+    names += [f"squama.plot.{name}" for name in squama.plot.__all__]
+    assert [name for name in names if f":: {name}\n" not in text] == []

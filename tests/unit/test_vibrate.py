@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from squama.curves.real import STRAIN_LIMIT
 from squama.dynamics import motion
 from squama.dynamics.modes import SHAPES
 
+ROOT = Path(__file__).parents[2]
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 HINGE = {"joint": "hinge", "ideal": True}
 ROTOR = "0.01 kg m2"
@@ -75,6 +77,16 @@ def test_a_note_tells_how_far_it_goes_in_either_sense():
         turns.append(v.phi_turn.values)
     # mirrored scales close alike
     assert turns[0] == pytest.approx(-turns[1], rel=1e-12)
+
+
+def test_engagement_is_told_where_the_swing_ends_before():
+    beam = squama.Beam.from_toml(ROOT / "examples" / "stiff_skin.toml")
+    v = squama.vibrate(beam, rotor="1e-4 kg m2", release="60 deg total", damping=0.02)
+    assert float(v.phi_turn[0]) < float(v.phi_e) == pytest.approx(float(squama.twist(beam, points=3).phi_e), rel=1e-9)
+    # the bare bar's decay
+    assert float(v.phi_turn[1] / v.phi_turn[0]) == pytest.approx(
+        -np.exp(-np.pi * 0.02 / np.sqrt(1 - 0.02**2)), rel=1e-6
+    )
 
 
 def test_an_impulse_gives_its_energy():

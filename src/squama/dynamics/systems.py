@@ -125,7 +125,9 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         if other.first != -1 and other.phi < far:
             far, ends = other.phi, both_faces.OTHER + other.words
     if not y_e < far:
-        return Side(math.inf, far, ends) if ends else APART
+        # where it would engage is told all the same
+        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign).contact.phi
+        return Side(math.inf, far, ends) if ends else APART._replace(y_e=max(beyond, far))
     faces, ratio = both_faces.alike(beam, held.load.name), holds.rigidity / holds.alone
     y = np.linspace(y_e, far, STEPS)
     rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
