@@ -73,7 +73,10 @@ def test_many_are_each(columns: dict[str, np.ndarray], sense: str, law: str) -> 
 
 
 def test_the_beam_and_the_array_function_agree() -> None:
-    for kind, call in (("twisting", functools.partial(squama.twist, joint="hinge")), ("bending", squama.bend)):
+    for kind, call in (
+        ("twisting", functools.partial(squama.twist, joint="hinge")),
+        ("bending", functools.partial(squama.bend, joint="hinge")),
+    ):
         beam = squama.Beam.from_ratios(eta=4, theta0="8 deg", stiffness="30 N m")
         if kind == "twisting":
             rigidity, letters = beam.torsional_rigidity, ("phi", "Phi", "T")

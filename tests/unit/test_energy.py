@@ -101,8 +101,8 @@ def test_the_work_of_the_torque_is_stored_or_dissipated(changes: dict, law: str)
 
 def test_the_work_of_the_moment_is_stored_or_dissipated() -> None:
     beam = paper_beam(eta=5.0, theta0="5 deg", stiffness="400 N m")
-    r = squama.bend(beam, mu=0.3)
-    done = work_of_torque(beam, r, "M", "kappa", squama.bend, {"mu": 0.3})
+    r = squama.bend(beam, mu=0.3, joint="hinge")
+    done = work_of_torque(beam, r, "M", "kappa", squama.bend, {"mu": 0.3, "joint": "hinge"})
     assert done == pytest.approx(float(r.U_el_c) + float(r.W_fr_c), rel=1e-9)
 
 

@@ -252,9 +252,9 @@ def test_a_bending_test_as_foretold():
     def both(mu, K, at):
         b = beam.replace(joint={"stiffness": K})
         t = squama.twist(b, mu=mu, at=up.Phi.values, joint="hinge")["T"].values
-        return t, squama.bend(b, mu=mu, at=at)["M"].values
+        return t, squama.bend(b, mu=mu, at=at, joint="hinge")["M"].values
 
-    psi_e = float(squama.bend(beam, mu=0.3, points=3).psi_e)
+    psi_e = float(squama.bend(beam, mu=0.3, points=3, joint="hinge").psi_e)
     at = np.linspace(psi_e, last, n) / beam.pitch
     t, m = both(0.3, beam.joint_stiffness, at)
     weight = t.max() / m.max()

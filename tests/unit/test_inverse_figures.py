@@ -68,7 +68,7 @@ def test_figures_are_those_of_the_responses(load):
         beam = beam_at(BEAM, load, {key: float(v[i]) for key, v in values.items()})
         respond, angle, torque, tangent = {
             "twisting": (functools.partial(squama.twist, joint="hinge"), "phi", "T", "K_t"),
-            "bending": (squama.bend, "psi", "M", "K_b"),
+            "bending": (functools.partial(squama.bend, joint="hinge"), "psi", "M", "K_b"),
         }[load]
         r = respond(beam, at=[0.09 / beam.pitch, 3.0, 4.0])
         lock = squama.End(r.end.item()).locks

@@ -50,5 +50,5 @@ def test_the_solver_takes_the_ratios_of_a_beam(load):
     beam = squama.Beam.from_ratios(mu=0.3)
     columns = {name: np.array([value]) for name, value in {**beam.ratios, "mu": 0.3}.items()}
     sol = solve(columns, load=load.name, law="edge", sense="+")
-    curve = squama.twist(beam, joint="hinge") if load.sided else squama.bend(beam)
+    curve = squama.twist(beam, joint="hinge") if load.sided else squama.bend(beam, joint="hinge")
     assert float(sol.found.load_e[0]) == pytest.approx(float(curve[load.variable("load_e")]), rel=1e-12)

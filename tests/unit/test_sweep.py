@@ -171,7 +171,7 @@ def test_bending(tmp_path):
         BEAM, {"eta": (2.0, 6.0, 3), "mu": [0.1, 0.3]}, load="bending", out=tmp_path / "m.zarr", joint="hinge"
     )
     assert {"psi_e", "psi_end"} <= set(data.data_vars)
-    r = squama.bend(squama.Beam.from_ratios(eta=4), mu=0.3, points=3)
+    r = squama.bend(squama.Beam.from_ratios(eta=4), mu=0.3, points=3, joint="hinge")
     cell = data.sel(eta=4.0, mu=0.3)
     assert [float(cell[n]) for n in ("psi_end", "torque", "RED")] == pytest.approx(
         [float(r[n]) for n in ("psi_end", "M_c", "RED_c")], rel=1e-9

@@ -125,7 +125,7 @@ def test_bending_samples_are_beams():
     )
     s = u.isel(sample=5)
     beam = BEAM.replace(scale={"length": float(s["scale.length"])}, friction={"mu": float(s["friction.mu"])})
-    r = squama.bend(beam, at=float(s.kappa_e) * (1 + np.array([1e-4, 2e-4])))
+    r = squama.bend(beam, at=float(s.kappa_e) * (1 + np.array([1e-4, 2e-4])), joint="hinge")
     for name in ("psi_e", "kappa_e", "psi_end", "M_c", "RED_c", "W_fr_c"):
         assert float(s[name]) == pytest.approx(float(r[name]), rel=1e-7), name
     assert float(s.K_e) == pytest.approx(float(2 * r.K_b[0] - r.K_b[1]), rel=1e-4)
