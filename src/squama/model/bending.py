@@ -58,6 +58,11 @@ class Bend(NamedTuple):
         eta, beta, lam, sa, ca, _ = self
         return eta * ca + beta * sa * c + lam * ca * s, s * sa * (eta * sa * c - beta * ca) + lam * c
 
+    def off(self, psi: Number, x: Number, ops: Ops) -> tuple[Number, Number]:
+        """Return how far the inclination ``x`` is beyond that at a bend, by the condition, and its rate."""
+        m = self.meeting(psi, ops.sin(x), ops.cos(x), ops)
+        return m.G, m.G_theta
+
     def bend(self, s: Number, c: Number, ops: Ops) -> Number:
         """Return the smallest bend per pitch at which the corner is in the face, by Newton; NaN where there is none."""
         A1, A2 = self.levers(s, c)

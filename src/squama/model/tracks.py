@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.model.paths import ARRAY
+from squama.model.paths import ARRAY, Point
 from squama.types import Array
 
 
@@ -48,15 +48,21 @@ def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
     (a, b), (fa, fb) = bounds, seen
     # a load just beyond the ends of a path belongs to its ends
     x = np.clip(a + (load - fa) / np.where(fb > fa, fb - fa, 1.0) * (b - a), a, b)
+    last = False
     for _ in range(60):
         with np.errstate(all="ignore"):
-            pt = row.point(x, "edge", ARRAY)
-            off = pt.load - load
+            off, slope = row.off(load, x, ARRAY) if hasattr(row, "off") else _off(row.point(x, "edge", ARRAY), load)
             a, b = np.where(off <= 0, x, a), np.where(off > 0, x, b)
-            new = x - off / pt.load_rate
+            new = x - off / slope
         new = np.where((new >= a) & (new <= b), new, (a + b) / 2)
-        done = np.abs(new - x) <= 4e-16 * np.abs(x)
-        x = new
-        if done.all():
+        # digits double: behind so small a step one more has them all
+        small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new
+        if last:
             break
+        last = small
     return np.asarray(x)
+
+
+def _off(pt: Point, load: Array) -> tuple[Array, Array]:
+    """Return how far a contact's load is beyond a load angle, and its rate."""
+    return np.asarray(pt.load - load), np.asarray(pt.load_rate)
