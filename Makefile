@@ -104,8 +104,16 @@ fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on 
 
 # ---- checks ----------------------------------------------------------------------------------------------
 
+# The docs are built beside lint, each on a core of its own; what they say is shown where they fail.
 .PHONY: test
-test: lint pytest docs ## everything a change must pass: lint, the tests, the docs
+test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
+	@echo "building the docs beside ruff and mypy"
+	$(MAKE) --no-print-directory docs > "$(LOCAL)/docs.log" 2>&1 & docs=$$!
+	trap 'kill $$docs 2>/dev/null || true' EXIT
+	$(MAKE) --no-print-directory lint
+	wait $$docs || { cat "$(LOCAL)/docs.log" >&2; exit 1; }
+	trap - EXIT
+	$(MAKE) --no-print-directory pytest
 
 .PHONY: lint
 lint: .venv/.dev ## ruff and mypy --strict

@@ -11,6 +11,7 @@ import squama
 from squama.errors import InputError
 
 
+@pytest.mark.slow
 def test_the_first_design_beside_elements():
     """The two torques, and the two stiffness ratios beyond engagement, are of one beam."""
     data = {
