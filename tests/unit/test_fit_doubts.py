@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 import squama
 from campaigns import fits
 from campaigns.fits import CASES, NOISE
+from squama.cli import main
 from squama.identify import fitting, noise
 from squama.identify.readings import Readings
 from squama.plot import fit_figure
@@ -195,3 +198,13 @@ def test_errors_allow_for_the_nuisances_that_may_be_there(monkeypatch):
     expected = half @ axes @ np.diag(np.maximum(size, 1)) @ axes.T @ half.T
     np.testing.assert_allclose(whole.covariance, expected, rtol=0.02)
     assert np.all(whole.covariance.diagonal()[:2] > 1.05 * own.diagonal()[:2])
+
+
+@pytest.mark.parametrize("joint", ["compliant", "hinge"])
+def test_warnings_are_of_the_model_that_is_fitted(joint, capsys):
+    given = ["fit", "examples/stiff_skin_loop.csv", "examples/stiff_skin.toml", "--joint", joint]
+    assert main(given) == 0
+    assert ("the scales are not thin" in capsys.readouterr().out) == (joint == "hinge")
+    assert main([*given, "--json"]) == 0
+    warnings = json.loads(capsys.readouterr().out)["warnings"]
+    assert any("the scales are not thin" in line for line in warnings) == (joint == "hinge")

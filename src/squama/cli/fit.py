@@ -190,7 +190,7 @@ def _shown(found: Fit, file: str) -> Iterable[str]:
     """Return the summary."""
     yield f" fitted with {file} in {found.load}, {LOADS[found.load].model(found.law, found.joint, found.scales)}"
     yield from found.summary().splitlines()
-    yield from output.warnings(found.beam.warnings(found.load))
+    yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
 
 
 def _count(beams: list[str], data: list[str]) -> None:

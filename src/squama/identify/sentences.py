@@ -163,5 +163,5 @@ def record(fit: Fit) -> dict[str, Any]:
         },
         "beam": fit.beam.model_dump(),
         "squama_version": __version__,
-        "warnings": fit.beam.warnings(fit.load),
+        "warnings": fit.beam.warnings(fit.load, joint=fit.joint),
     }
