@@ -196,6 +196,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/bracket.py", "straight = abs(f * moved + step * (f - value_before)) <= 1e-3 * abs(f * moved)"): {
         "*": _SHARP
     },
+    ("model/bending.py", "b = A1 - c / 2"): {"- -> +": _BEGINS},
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
     ("model/chain_track.py", "change, rates = np.abs(x[:, 0]).max(), np.abs(x[:, 1]).max()"): {"1 -> 2": _SHARP},
     (

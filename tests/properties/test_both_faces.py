@@ -213,3 +213,25 @@ def test_tabs_of_both_faces_stiffen_the_bar_unless_that_is_given() -> None:
         both.replace(scale={"embedded": "80 mm", "theta0": "10 deg"})
     with pytest.raises(InputError, match=r'substrate.neutral = "face": .*write "middle"'):
         BEAM.replace(faces="mirrored", substrate={"neutral": "face"})
+
+
+def test_the_face_that_comes_to_another_contact_first_ends_the_curve() -> None:
+    beam = squama.Beam.from_ratios(mu=0.1, alpha="20 deg", theta0="20 deg")
+    alone = squama.twist(beam, sense="-", joint="hinge")
+    both = squama.twist(beam.replace(faces="mirrored"), joint="hinge")
+    assert (alone.end.item(), both.end.item()) == ("no engagement", "other contact")
+    assert both.other_contact.item() == f"of the other face: {alone.other_contact.item()}"
+    assert both.phi_end.item() == pytest.approx(alone.phi_touch.item(), rel=1e-12)
+    # the curve's own points have its engagement among them
+    assert both.phi_e.item() < both.phi_end.item()
+    assert both.phi_e.item() in both.phi.values
+    assert (both.RED[0], both.U_el[0]) == (0, 0)
+
+
+def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    one, both = (squama.twist(b) for b in (beam, beam.replace(faces="turned")))
+    # the slope right after engagement
+    for r in (one, both):
+        assert r.phi_twofold.item() == r.phi_fivefold.item() == pytest.approx(r.phi_e.item(), rel=1e-9)
+    assert both.stiffness_ratio.max() > 1.2 * one.stiffness_ratio.max()

@@ -117,7 +117,7 @@ class Both(NamedTuple):
         found = total(parts, self.case.rigidity)
         if "T" in found:
             # the torque that holds a bent beam of oblique scales
-            found["T"] = self.turns[0] * parts[0]["T"] + self.turns[1] * parts[1].get("T", 0.0)
+            found["T"] = self.turns[0] * parts[0]["T"] + self.turns[1] * parts[1]["T"]
         return found | {f"{role}_other": parts[1][role] for role in ("theta", "N")}
 
 
