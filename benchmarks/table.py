@@ -171,39 +171,8 @@ of each counts. The figure for two threads means little unless both cores were f
 - *compiled*: `squama.solve` for many designs, its code loaded.
 
 """
-REASONS = """## `squama.ends` and a single curve
-
-`squama.ends` gives engagement and end only. Against the careful script it is some 390 times faster per CPU second
-where the script integrates the frictional work too (`quad`), and some 170 times where it leaves that out: 2.5 µs
-a design against 970 and 410 µs. `benchmarks/test_ends.py` measures both.
-
-A curve of 200 points, warm: the solved path with all its variables takes 0.9 to 1.0 ms (0.4 ms of it for the
-evaluation of the points); that is the figure of "200 points under 1 ms". `squama.twist` on the
-hinge looks for every other contact of the plates and labels the answer as well, which makes 2.3 to 2.7 ms.
-`benchmarks/test_curve.py` measures all three.
-
-## Fits, designs, tolerances and the explorer
-
-Measured one after the other on two free cores; imports and compiled code loaded.
-
-| what | figure | by |
-|---|---|---|
-| fit of a loop, 202 points, 3 parameters | 0.04 s CPU | `benchmarks/test_fit.py` |
-| design for a lock (4096 starts screened, 36 refined) | 0.5 s CPU | `benchmarks/test_design.py` |
-| design for five goals that contradict each other | 3.0 s CPU | `benchmarks/test_design.py` |
-| front of 20 000 evaluations | 3.6 s CPU | `benchmarks/test_design.py` |
-| 1 048 576 beams within their tolerances, with all statistics | 2.7 to 2.8 s CPU | `benchmarks/test_uncertainty.py` |
-| Sobol indices of 8 tolerances, 40 960 beams | 4.0 s | `benchmarks/test_uncertainty.py` |
-| explorer, from slider to picture in Chromium, median of 30 | 108 to 123 ms | `benchmarks/test_explorer.py` |
-| the same, to the plots | 142 to 189 ms | `benchmarks/test_explorer.py` |
-
-## Where the time of compiled code goes
-
-Places of a path are looked at in blocks of eight, in vectors: a block takes 50 to 70 ns whether it holds one place or
-eight, for its operations depend on one another. A design takes some 12: 2 or 3 for the samples of its path, 4 for the
-root finder, 2 or 3 for single places, 3 for the 14 to 26 nodes of the integral of the work. Half of the time goes
-there; the rest into the first engagement, other neighbours and what is made of the samples.
-"""
+KEPT = "## `squama.ends` and a single curve"
+"""Where the part of the page begins that is written by hand."""
 
 
 def main() -> None:
@@ -219,7 +188,12 @@ def main() -> None:
         load=os.getloadavg()[0],
         cores=os.cpu_count(),
     )
-    text += "".join(table(law) + "\n" for law in laws.LAWS) + real() + REASONS
+    text += (
+        "".join(table(law) + "\n" for law in laws.LAWS)
+        + real()
+        + "\n"
+        + "".join(PAGE.read_text(encoding="utf-8").partition(KEPT)[1:])
+    )
     PAGE.write_text(text.rstrip() + "\n", encoding="utf-8")
     print(text)
 

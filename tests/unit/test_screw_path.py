@@ -245,3 +245,16 @@ def test_the_leg_along_the_line_is_flush():
     assert Leg(MAIN, (0.0, 0.0), (0.1, 0.1 * np.tan(MAIN.alpha))).flush
     assert not Leg(MAIN, (0.0, 0.0), (0.1, 0.1001)).flush
     assert not Leg(MAIN, (0.1, 0.0), (0.1, 0.1)).flush
+
+
+def test_a_gap_that_closes_beside_the_plates_is_waited_for():
+    """The corner comes to the next face later than its plane's gap closes; a path that waited there had no end."""
+    design = Design(1.105, 2.978, 2.18, 0.01434, 1.3307, 1.0, 0.0)
+    first, second = itertools.islice(follow(design, [(np.pi / 2, 0.0)]), 2)
+    assert (first.contact, second.contact, str(second.end)) == ("", "BF", "static lock")
+    behind, before = (first.leg.touching(np.array([first.x1 + way])).contact[0] for way in (1e-8, -1e-8))
+    assert (behind, before) == ("BF", "")
+    # the arrays of bending say the same
+    s = squama.solve(eta=1.105, beta=2.978, lam=2.18, alpha=0.01434, theta0=1.3307, mu=1.0, load="bending")
+    assert s.end.item() == "static lock"
+    assert float(s.load_e) == pytest.approx(first.x1 * np.pi / 2, abs=1e-8)

@@ -337,7 +337,7 @@ def _lost(piece: Piece, low: float, high: float) -> tuple[float, str]:
 
 
 def _engaged(leg: Leg, low: float, high: float) -> tuple[float, str]:
-    """Return where between two places of the grid the first gap closes."""
+    """Return where between two places of the grid the first gap closes, and plates touch."""
     fine = np.linspace(low, high, FINER + 1)
     here = leg.touching(fine)
     i = max(int(((here.contact != NONE) | here.locked).argmax()), 1)
@@ -347,7 +347,18 @@ def _engaged(leg: Leg, low: float, high: float) -> tuple[float, str]:
     gaps = {name: leg.before(name, ends) for name in wanted}
     closing = {name: gap for name, gap in gaps.items() if gap[0] > 0 > gap[1]}
     roots = [_root(functools.partial(leg.before, name), ends, gap) for name, gap in closing.items()]
-    return min(roots, default=float(ends[1])), "closed"
+    closed, far = min(roots, default=float(ends[1])), float(ends[1])
+    # a gap may close beside the plates, which come there later
+    while far - closed > STEP and not _touched(leg, closed + STEP):
+        middle = (closed + far) / 2
+        closed, far = (closed, middle) if _touched(leg, middle) else (middle, far)
+    return closed, "closed"
+
+
+def _touched(leg: Leg, x: float) -> bool:
+    """Whether plates touch at a place, or nothing leads on from there."""
+    here = leg.touching(np.array([min(1.0, x)]))
+    return bool(here.contact[0] != NONE or here.locked[0])
 
 
 def _root(value: Callable[[Array], Array], ends: Array, values: Array) -> float:
