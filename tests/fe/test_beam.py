@@ -53,6 +53,7 @@ def relaxed(body, z, v, phi):
     pytest.fail("no balance was found")
 
 
+@pytest.mark.slow
 def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, pitch):
     body = beam_body(tile(pitch, 2), fig6b)
     dice, phi, h, dphi = np.random.default_rng(1), 0.06, 1e-5, 0.7

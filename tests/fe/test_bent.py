@@ -146,6 +146,7 @@ def test_it_is_bent_about_its_middle_and_touches_where_the_hinge_does(fig6b, pit
     assert abs(found - near[0]) < abs(found - near[1])
 
 
+@pytest.mark.slow
 def test_a_twist_without_bend_is_that_of_the_cell(fig6b, pitch):
     """Held stretch and no bend: the torque of the twisted cell."""
     one, other = make_walk(pitch, fig6b, 0.3), make_bent(pitch, fig6b, 0.3, free=())

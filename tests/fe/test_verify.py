@@ -37,6 +37,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_finite_beam_beside_the_endless_one(folder, capsys):
     asked = ["verify", "beam.toml", *MESH, "-o", "out", "--to", "0.08 rad/pitch"]
     assert main([*asked, "--json"]) == 0
