@@ -184,6 +184,7 @@ def test_the_curve_in_si_units_with_restart(tmp_path):
     assert [round(at.phi, 9) for at in told] == [0.04]
     assert said[0].startswith("2 scales, ")
     assert data.sizes == {"point": 3, "scale": 2}
+    assert len(data.squama.plot().axes) == 3
     assert float(data["T"][1]) == float(first["T"][1])
     d, E = FIG6B.pitch, FIG6B.substrate.youngs_modulus
     assert float(data["Phi"][-1]) * d == pytest.approx(0.04)

@@ -58,6 +58,7 @@ def walked(pitch, geometry, goal, mu=0.2, increment=0.02, **options):
 
 def test_the_work_of_the_torque_is_stored_or_rubbed_away(whole):
     assert whole.attrs["reached"] == 1
+    assert len(whole.squama.plot().axes) == 4
     assert abs(whole.attrs["energy_error"]) < 0.01
     W, U, F = (whole[name].values[1:] for name in ("W", "U_el", "W_fr"))
     # increments of .02 pass over the kink at engagement

@@ -235,3 +235,6 @@ def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
     for r in (one, both):
         assert r.phi_twofold.item() == r.phi_fivefold.item() == pytest.approx(r.phi_e.item(), rel=1e-9)
     assert both.stiffness_ratio.max() > 1.2 * one.stiffness_ratio.max()
+    # wherever the points stand
+    apart = squama.twist(beam.replace(faces="mirrored"), at=[1.0, 12.0])
+    assert apart.phi_twofold.item() == pytest.approx(apart.phi_e.item(), rel=1e-9)

@@ -22,6 +22,7 @@ RESULTS = {
     "response_figure": lambda: squama.twist(HINGED, points=20, **ON_HINGES),
     "cycle_figure": lambda: squama.cycle(HINGED, "0.2 rad/pitch", points=20, **ON_HINGES),
     "row_figure": lambda: squama.row(HINGED.replace(scales=5), to="0.2 rad/pitch", joint="hinge", points=5),
+    "plane_figure": lambda: squama.bend_twist_map(HINGED, "bend 1 rad/m; twist 8 rad/m", joint="hinge", points=9),
     "path_figure": lambda: squama.bend_twist(HINGED, "bend 1 rad/m; twist 8 rad/m", **ON_HINGES),
     "vibration_figure": lambda: squama.vibrate(HINGED, rotor="1 kg m2", release="0.15 rad/pitch", **ON_HINGES),
     "shaken_figure": lambda: squama.shake(HINGED, [0.5, 0.6], static="0.06 rad/pitch", rotor="0.01 kg m2", **ON_HINGES),

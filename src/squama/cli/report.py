@@ -305,7 +305,9 @@ def held(attrs: Mapping[str, Any]) -> str:
     if attrs["joint"] == "hinge":
         return f"joint of a scale: hinge; {attrs['scales']}"
     sources = {"matrix": "from the beam's matrix", "law": "by the law of the joint", "elements": "by finite elements"}
-    about = f", torque to about {attrs['band']:.1%}" if math.isfinite(attrs["band"]) else ""
+    # how good the law is was looked at in twisting
+    known = math.isfinite(attrs["band"]) and attrs["load"] != "bending"
+    about = f", torque to about {attrs['band']:.1%}" if known else ""
     return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
 
 

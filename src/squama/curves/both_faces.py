@@ -89,7 +89,9 @@ class Both(NamedTuple):
                 loads[np.abs(loads - load_e).argmin()] = load_e
         loads = loads if at is None else np.asarray(at, float)
         walked = "load_twofold" in told
-        grid = np.union1d(np.append(loads, cut), np.linspace(0.0, cut, math.ceil(cut / FINE) + 1) if walked else [])
+        # the slope right after engagement is looked at, wherever the points stand
+        fine = [*np.linspace(0.0, cut, math.ceil(cut / FINE) + 1), min(load_e, cut)] if walked else []
+        grid = np.union1d(np.append(loads, cut), fine)
         along = self._at(grid)
         last = {role: float(v[np.searchsorted(grid, cut)]) for role, v in along.items() if v.dtype.kind == "f"}
         theta_end = float(told["theta_end"]) if ends is told else last["theta"]

@@ -49,6 +49,9 @@ class Bent(NamedTuple):
 
         along = {role: read(values) for role, values in self.own.items() if role != "work"}
         along |= {"load": at, "rate": at / self.case.pitch}
+        # the slope jumps at engagement
+        free = within & (at < gone.onset)
+        along["tangent"][free], along["stiffness_ratio"][free] = self.case.rigidity, 1.0
         met = gone.one.way.contact
         cut = {role: float(values[-1]) for role, values in self.own.items() if values.dtype.kind == "f"}
         end = math.inf if gone.found.end == End.NONE else gone.found.stop
@@ -58,7 +61,7 @@ class Bent(NamedTuple):
             "neighbour": max(0, met.k) if met.first != -1 else 0,
             "first_contact": gone.found.changes[0][1] if gone.found.changes else met.words,
             **({"load_e_other": gone.touched[1]} if len(gone.touched) > 1 else {}),
-            **real.thresholds(engaged, gone.one.beam, ways, self.own),
+            **real.thresholds(gone.onset, gone.one.beam, ways, self.own),
         }  # fmt: skip
         return Curve(along, found)
 
@@ -96,5 +99,5 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
     own = {role: values for role, values in along.items() if role not in _OTHER}
     own |= {"load": ways, "rate": along["kappa"], "T": along["torque"], "torque": along["M"]}
     own |= {"scales": along["M_scales"], "work": along["work"]}
-    own |= real.tangents(bare, d, gone.engaged, ways, ways, own)
+    own |= real.tangents(bare, d, gone.onset, ways, ways, own)
     return Bent(case, gone, ways, own)

@@ -124,6 +124,11 @@ class Gone(NamedTuple):
         return min(self.touched)
 
     @property
+    def onset(self) -> float:
+        """Way from which on stations are in contact: that at engagement lies just before it."""
+        return self.engaged * (1 - 2 * _BEFORE)
+
+    @property
     def attrs(self) -> dict[str, float | str]:
         """What answers say of it."""
         words = "general contact" if self.generally else "one contact of two edges"

@@ -29,9 +29,11 @@ FIGURES = {
     "branch": "cycle_figure",
     "event": "path_figure",
     "theta_periodic": "row_figure",
+    "state": "plane_figure",
     "T_elements": "compare_figure",
     "status": "map_figure",
-    "unbalanced": "elements_figure",
+    "u_end": "finite_figure",
+    "gap": "elements_figure",
     "phi_end": "response_figure",
     "psi_end": "response_figure",
 }

@@ -99,8 +99,11 @@ def _load(figure: Figure, ax: Axes, dataset: xr.Dataset, name: str) -> None:
     low, high = float(np.nanmin(values)), float(np.nanpercentile(values, READABLE))
     factor, text = prefixed(name, max(abs(low), abs(high)))
     # closer together where little has happened yet
-    levels = factor * (low + (high - low) * np.linspace(0, 1, LINES) ** 2)
-    drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, levels=levels, cmap="viridis", extend="max")
+    levels = low + (high - low) * np.linspace(0, 1, LINES) ** 2
+    # in numbers that can be read, none of them -0
+    digits = 1 - int(np.floor(np.log10(max(factor * (high - low), 1e-300))))
+    levels = np.unique(np.round(factor * levels, digits) + 0.0)
+    drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, levels=levels, cmap="viridis", extend="both")
     bar = figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
     bar.set_label(text)
     bar.ax.tick_params(labelsize=7)
