@@ -113,7 +113,7 @@ class Contact:
         self._mesh = ipc.CollisionMesh(self._rest, _whole(edges), _whole(faces))
         self._always = None if exposed.amplitudes else self._candidates([every(exposed, i, j) for i, j in pairs])
         # where they were last sought, and how near
-        self._kept: tuple[Array, float, Any] = self._rest, -1.0, None
+        self._kept: tuple[tuple[Array, Array], float, Any] = (self._rest, self._rest), -1.0, None
         self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
         self._friction = ipc.FrictionPotential(slip)
 
@@ -128,12 +128,13 @@ class Contact:
         """Return what comes as near as ``within`` on a straight way of the corners, or more that could."""
         if self._always is not None:
             return self._always
-        moved = max(float(np.abs(x - self._kept[0]).max()) for x in (V, there))
+        # a way is near the one that was looked along where its ends are near those of that, or both near one of them
+        moved = max(min(float(np.abs(x - end).max()) for end in self._kept[0]) for x in (V, there))
         # two scales may come nearer by twice the way of a corner
         if within + 2 * np.sqrt(3) * moved > self._kept[1]:
             wide = within + _WIDE
             self._kept = (
-                V,
+                (V, there),
                 wide,
                 self._candidates(within_reach(self._exposed, i, j, V, there, wide) for i, j in self._pairs),
             )
@@ -158,7 +159,7 @@ class Contact:
             return Push(zero, zero, np.empty(0, np.int64), None)
         barrier = self._ipc.BarrierPotential(self.dhat, kappa)
         gradient = barrier.gradient(found, self._mesh, V).reshape(-1, 3)
-        H = barrier.hessian(found, self._mesh, V) if tangent else None
+        tangents = [(1.0, barrier.hessian(found, self._mesh, V))] if tangent else []
         friction = zero
         if before is not None and self.mu > 0:
             slide = self._ipc.TangentialCollisions()
@@ -168,13 +169,10 @@ class Contact:
             friction = -self._friction.force(*args).reshape(-1, 3)
             if tangent:
                 by = self._friction.DiffWRT
-                for wrt in (by.VELOCITIES, by.LAGGED_DISPLACEMENTS):
-                    H = H - self._friction.force_jacobian(*args, wrt)
+                both = (by.VELOCITIES, by.LAGGED_DISPLACEMENTS)
+                tangents += [(-1.0, self._friction.force_jacobian(*args, wrt)) for wrt in both]
         nodes = np.flatnonzero(gradient.any(axis=1) | friction.any(axis=1))
-        if H is None:
-            return Push(gradient, friction, nodes, None)
-        places = (3 * nodes[:, None] + np.arange(3)).ravel()
-        return Push(gradient, friction, nodes, H.tocsr()[places][:, places].toarray())
+        return Push(gradient, friction, nodes, _among(nodes, tangents) if tangent else None)
 
     def _found(self, V: Any, within: float) -> Any:
         found = self._ipc.NormalCollisions()
@@ -244,6 +242,18 @@ class Contact:
         a = t.pop(0) if len(x) > 1 else 0.0
         b = t.pop(0) if len(y) > 1 else 0.0
         return np.array([X[0, 1] + a * (X[-1, 1] - X[0, 1]), Y[0, 0] + b * (Y[-1, 0] - Y[0, 0])])
+
+
+def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
+    """Return the sum of sparse matrices of all places times numbers, (3 a, 3 a) of these nodes, dense."""
+    n, out = 3 * nodes.size, np.zeros((3 * nodes.size + 1, 3 * nodes.size + 1))
+    for factor, matrix in matrices:
+        # the last row and column take what is not asked for
+        place = np.full(matrix.shape[0], n)
+        place[(3 * nodes[:, None] + np.arange(3)).ravel()] = np.arange(n)
+        entries = matrix.tocoo()
+        out[place[entries.row], place[entries.col]] += factor * entries.data
+    return out[:n, :n]
 
 
 def _whole(rows: Array | Index) -> Any:
