@@ -216,6 +216,18 @@ def test_forces_on_a_bent_row_are_the_derivative_of_the_energy(joint):
     np.testing.assert_allclose(tangent, found, atol=2e-5 * np.abs(found).max())
 
 
+def test_what_was_found_along_a_way_serves_the_next_one_only_where_it_may(joint):
+    """Against searches that have nothing to go back to."""
+    row = Row(joint.rest, exposed=plate(sheet(*GRID, 0.04), ETA, BETA, 0.3, NU, along=4, across=1))
+    used = RowContact(row, 0.0)
+    motions = np.zeros(6 + row.exposed.amplitudes)
+    for start, end, stopped in ((0.0, 0.02, False), (0.02, 0.1, True), (0.02, 0.0, False), (0.0, 0.1, True)):
+        here, there = (used.corners(motions, phi) for phi in (start, end))
+        share = used.free(here, there)
+        assert (share < 1) == stopped
+        assert share == RowContact(row, 0.0).free(here, there)
+
+
 def at(q, step):
     return (q + step)[:-1], (q + step)[-1]
 
