@@ -3,7 +3,7 @@
 The scales keep a gap between 0 and ``dhat`` by a potential that grows without bound as the gap closes (incremental
 potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). Of rigid scales only edges on edges
 and corners on faces of given pairs are looked at: two convex bodies meet in no other way; of scales that bend all edges
-and triangles of their surfaces that come near each other (:mod:`squama.fe.near`). Friction follows the slip since the
+and triangles of their surfaces that come near each other. Friction follows the slip since the
 last increment, with normal force and direction of the present state, so the tangent is not symmetric.
 Lengths in pitches; forces in whatever unit the stiffness brings.
 """
@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.fe.exposed import FACE, Exposed, Index, thin
-from squama.fe.near import Near, every, within_reach
 from squama.fe.rows import Placed, Row
 from squama.needs import need
 from squama.types import Array
@@ -83,7 +82,7 @@ class Contact:
     corners : (n m, 3) array
         Those of the m scales at rest.
     pairs : sequence of (int, int)
-        Scales that may touch.
+        Scales that may touch; of scales that bend all that come near, in an endless row those of scale 0.
     mu : float
         Coefficient of friction.
     exposed : Exposed
@@ -104,24 +103,36 @@ class Contact:
     ) -> None:
         self._ipc = ipc = need("ipctk")
         self.mu, self.dhat, self.slip = mu, dhat, slip
-        self._exposed, self._each, self._pairs = exposed, len(exposed.points), pairs
+        self._exposed, self._each = exposed, len(exposed.points)
         scales = np.arange(len(corners) // self._each)[:, None, None]
         edges, faces = (
             (cells + self._each * scales).reshape(-1, n) for cells, n in ((exposed.edges, 2), (exposed.faces, 3))
         )
         self._rest = np.asfortranarray(corners, dtype=float)
         self._mesh = ipc.CollisionMesh(self._rest, _whole(edges), _whole(faces))
-        self._always = None if exposed.amplitudes else self._candidates([every(exposed, i, j) for i, j in pairs])
+        # of an endless row pairs without its scale 0 are others once more
+        number = np.arange(scales.size) if any(i for i, _ in pairs) else np.minimum(np.arange(scales.size), 1)
+        self._mesh.can_collide = ipc.make_vertex_patches_filter(np.repeat(number, self._each).astype(np.int32))
+        self._always = None if exposed.amplitudes else self._between(pairs)
         # where they were last sought, and how near
         self._kept: tuple[tuple[Array, Array], float, Any] = (self._rest, self._rest), -1.0, None
         self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
         self._friction = ipc.FrictionPotential(slip)
 
-    def _candidates(self, near: Iterable[Near]) -> Any:
-        """Return what is looked at, from numbers of edges and edges, and of triangles and points."""
-        out, found = self._ipc.Candidates(), list(near)
-        out.ee_candidates = [self._ipc.EdgeEdgeCandidate(a, b) for n in found for a, b in n.edges.tolist()]
-        out.fv_candidates = [self._ipc.FaceVertexCandidate(a, b) for n in found for a, b in n.faces.tolist()]
+    def _between(self, pairs: Iterable[tuple[int, int]]) -> Any:
+        """Return all edges and edges, and triangles and points, of rigid scales that may touch."""
+        exposed, ipc, out = self._exposed, self._ipc, self._ipc.Candidates()
+        n, m, q, outer = self._each, len(exposed.edges), len(exposed.faces), exposed.outer.tolist()
+        out.ee_candidates = [
+            ipc.EdgeEdgeCandidate(m * i + one, m * j + two) for i, j in pairs for one in outer for two in outer
+        ]
+        out.fv_candidates = [
+            ipc.FaceVertexCandidate(q * one + face, n * two + point)
+            for pair in pairs
+            for one, two in (pair, pair[::-1])
+            for face in range(q)
+            for point in range(n)
+        ]
         return out
 
     def _near(self, V: Array, there: Array, within: float) -> Any:
@@ -132,12 +143,9 @@ class Contact:
         moved = max(min(float(np.abs(x - end).max()) for end in self._kept[0]) for x in (V, there))
         # two scales may come nearer by twice the way of a corner
         if within + 2 * np.sqrt(3) * moved > self._kept[1]:
-            wide = within + _WIDE
-            self._kept = (
-                (V, there),
-                wide,
-                self._candidates(within_reach(self._exposed, i, j, V, there, wide) for i, j in self._pairs),
-            )
+            wide, found = within + _WIDE, self._ipc.Candidates()
+            found.build(self._mesh, V, there, wide / 2)
+            self._kept = (V, there), wide, found
         return self._kept[2]
 
     def push(self, corners: Array, before: Array | None, kappa: float, *, tangent: bool = True) -> Push:
