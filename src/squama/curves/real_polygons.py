@@ -97,10 +97,12 @@ class Followed(NamedTuple):
 
 def impossible(beam: Beam) -> str:
     """Return why a beam's joint is not known in bend and twist; empty where it is."""
-    why = real.impossible(beam)
-    if not why and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
-        return _SEVEN
-    return why
+    return real.impossible(beam) or unbent(beam)
+
+
+def unbent(beam: Beam) -> str:
+    """Return why a joint's matrix does not know bends; empty where it does, or there is none."""
+    return _SEVEN if beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9 else ""
 
 
 class Gone(NamedTuple):

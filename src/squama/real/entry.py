@@ -91,7 +91,7 @@ def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[
         return _first_contact(d, 0.0, most)
     here, found = 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
     for i in range(targets.size):
-        if found[0] == -1:
+        if found[0] == -1 and targets[i] > here:
             _onto(d, here, targets[i], corners, i)
             found, here = _first_contact(d, here, targets[i]), targets[i]
     return found

@@ -343,8 +343,9 @@ def follow(
     why, edge_of, k_of = RANGE, -1, 0
     for i in range(targets.size):
         goal, tally[MISSES] = targets[i], 0.0
-        corner = d.bent and onto(d, last[PHI], goal, corners, i)
-        if d.bent:
+        leg = d.bent and goal != last[PHI]
+        corner = leg and onto(d, last[PHI], goal, corners, i)
+        if leg:
             put(free_rates(d), rates)
         if corner and tally[MODE] == FREE:
             # the work is along the new leg

@@ -156,6 +156,15 @@ def follow_all(
     return found
 
 
+def held_bent(beams: entry.Beams, bends: Array, twists: Array) -> Answers:
+    """Bend beams that may be bent by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these."""
+    ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
+    # as far as the way goes, to the last digit
+    corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
+    found = follow_all(beams, ways, corners=corners)
+    return found._replace(rows=found.rows[:, 1:])
+
+
 def moved(beams: entry.Beams, targets: Array, copies: int, *, most: float | Array = 1.0) -> Answers:
     """Follow beams to rising targets (n, m) as :func:`follow_all`, with complex steps in beams and targets.
 
