@@ -139,6 +139,7 @@ browser: ## Chromium, in which the explorer is tested; without it those tests ar
 calculix: ## CalculiX, the second finite element program; without it its tests are left out
 	$(call install,ccx,calculix-ccx,decks are not run without CalculiX)
 
+# Threads of several processes beside each other would wait for each other.
 .PHONY: pytest
 pytest: .venv/.dev browser
 	export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
