@@ -21,11 +21,11 @@ MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta
 def test_every_cell_of_the_real_beam_is_its_path(sense: str, tmp_path: Path) -> None:
     over = {"psi": ["-1 deg", "0 deg", "0.8 deg", "2 deg"], "mu": [0.0, 0.3]}
     data = squama.sweep(SKIN, over, at="0.09 rad/pitch", sense=sense, out=tmp_path / "held.zarr")
-    for i, j in ((0, 1), (2, 0), (2, 1)):
+    for i, j in ((0, 1), (2, 0), (2, 1), (3, 1)):
         cell = data.isel(psi=i, mu=j)
         path = f"bend {float(cell.psi)} rad/pitch; twist {sense}0.09 rad/pitch"
         r = squama.bend_twist(SKIN, path, mu=float(cell.mu), points=90)
-        assert r.followed == "one contact of two edges"
+        assert r.followed == "one contact"
         assert slices.ends(cell) == r.end.item()
         if r.end.item() == "range end":
             assert float(cell.phi_e) == pytest.approx(abs(float(r.phi_e)), rel=1e-9)
@@ -34,12 +34,10 @@ def test_every_cell_of_the_real_beam_is_its_path(sense: str, tmp_path: Path) -> 
         assert float(cell.torque) == pytest.approx(abs(float(r["T"][-1])), rel=1e-4)
         for name in ("W_fr", "U_el", "RED", "stress"):
             assert float(cell[name]) == pytest.approx(float(r[name][-1]), rel=1e-3, abs=1e-12, nan_ok=True), name
-    # a bend towards the scales brings them together sooner, and a corner may come to a face first
+    # a bend towards the scales brings them together sooner
     if sense == "+":
         assert (np.diff(data.phi_e.values, axis=0) < 0).all()
-        assert set(slices.ends(data.isel(psi=3))) == {"other contact"}
-        assert np.isnan(data.torque.isel(psi=3)).all()
-        assert "25 % of the beams: another contact comes in" in data.attrs["warnings"]
+        assert (np.diff(data.torque.values, axis=0) > 0).all()
 
 
 def test_cells_on_hinges_are_their_paths(tmp_path: Path) -> None:
