@@ -55,7 +55,8 @@ class Twisted(NamedTuple):
         sign, d = arguments.sense(sense), beam.pitch
         legs = 2 if bend else 1
         asked = [(bend / d, 0.0), (bend / d, sign * (FAR if joint == "hinge" else RANGE) / d)][-legs:]
-        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal)
+        # general contact would take seconds
+        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal, onward=False)
         rigidity = answer.attrs["rigidity"] if answer.attrs["joint"] == "compliant" else beam.torsional_rigidity
         case = Case(d, float(rigidity), float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)
         return cls(case, answer, sign, legs)

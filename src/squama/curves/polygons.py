@@ -119,14 +119,15 @@ def bent_and_twisted(
     ideal: bool | None = None,
     neutral: str | None = None,
     free: str | None = None,
+    onward: bool = True,
 ) -> Answer:
-    """Return what :func:`bend_twist` returns, before it is a dataset."""
+    """Return what :func:`bend_twist` returns, before it is a dataset; not ``onward``: without general contact."""
     way = read(path, beam)
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
     twisting = LOADS["twisting"]
     held, thin, note, line = meant(beam, joint, ideal, neutral, free)
-    asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
+    asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, onward=onward, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
     else:

@@ -155,7 +155,8 @@ def go(
     # a step from there on must not be much smaller than others
     before = engaged * (1 - _BEFORE)
     # plates that touch at rest are through each other there
-    generally = [end.code != changes.RANGE and engaged > 0 and real.general() for end in ends]
+    onward = asked.onward and engaged > 0 and real.general()
+    generally = [end.code != changes.RANGE and onward for end in ends]
     where = stations(SPACING if any(generally) else 0.0, before)
     far = float(np.abs(where.strains).max())
     one = real.Path(beam, held, firsts[0].way, 1, far)
@@ -174,7 +175,7 @@ def go(
             found = found._replace(other=both_faces.OTHER * i + words)
         faces.append(found)
     whole = _gathered(one, faces, where)
-    notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * bool(whole.other)
+    notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * (asked.onward and bool(whole.other))
     return Gone(one, where, faces, whole, _in_si(one, whole, where), touched, any(generally), notes)
 
 

@@ -32,7 +32,7 @@ READABLE = 0.9
 NEAR = 1e-9
 SWINGS, PERIOD, STEP = 8, 1500.0, 50.0
 """Cycles of a decay; time in which a period of the bare bar is played, and between two pictures, ms."""
-_BENT = "bent and twisted it is on hinges here, far stiffer than real ones (squama bend-twist); the map has no bend"
+_BENT = "the map is of beams that are not bent"
 _HELD = "with a bend that is held only loading is followed here: squama bend-twist goes back, too"
 NAMES = "ABC"
 """Kept designs."""

@@ -39,8 +39,7 @@ MOST_VALUES = 64
 class State(NamedTuple):
     """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad.
 
-    ``bend``: that is held while the beam is twisted, per pitch, rad, signed; it is then on the paper's hinges, for
-    general contact takes seconds.
+    ``bend``: that is held while the beam is twisted, per pitch, rad, signed.
     ``ideal``, "yes" or "no": thin, rigid scales; ``path``: loading only, "cycle": to the
     load and back, or "decay": let go from there.
     """
@@ -70,18 +69,17 @@ class State(NamedTuple):
     @property
     def setting(self) -> Setting:
         """What the curve depends on."""
-        if self.bent:
-            return Setting(self.beam, self.mu, self.load, "edge", self.margin, self.sense, "hinge", True, self.bend)
-        ideal = self.ideal == "yes"
+        ideal, law, bend = self.ideal == "yes", "edge" if self.bent else self.law, self.bend if self.bent else 0.0
         if self.joint == "compliant":
             # where it is not known the beam is on hinges, and the page says so
-            return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense, None, ideal or None)
-        return Setting(self.beam, self.mu, self.load, self.law, self.margin, self.sense, "hinge", ideal)
+            return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, None, ideal or None, bend)
+        # bent hinges have thin scales alone
+        return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, "hinge", ideal or self.bent, bend)
 
     @property
     def quick(self) -> bool:
         """Whether the curve is there at once: no elements are needed first."""
-        return self.joint == "hinge" or self.bent or not follow.covers(self.load, self.law) or choice.known(self.beam)
+        return self.joint == "hinge" or not follow.covers(self.load, self.law) or choice.known(self.beam)
 
     @property
     def hinged(self) -> State:
@@ -91,7 +89,7 @@ class State(NamedTuple):
     @property
     def beside(self) -> State | None:
         """The same by the other model, where that is there at once: hinges beside the real beam, and the reverse."""
-        if self.bent or not follow.covers(self.load, "edge"):
+        if not follow.covers(self.load, "edge"):
             return None
         other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
         return other if other.quick else None
