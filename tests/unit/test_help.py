@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -83,3 +84,54 @@ def test_as_a_module(module):
     code = f"import runpy, sys; sys.argv[0] = 'squama'; runpy.run_module({module!r}, run_name='__main__')"
     done = _process("--version", code=code)
     assert (done.returncode, done.stdout.strip()) == (0, squama.__version__)
+
+
+def _completion(shell, folder, monkeypatch, capsys):
+    monkeypatch.setenv("HOME", str(folder))
+    script = folder / f"squama.{shell}"
+    assert "installed" in _out(capsys, "--install-completion", "--shell", shell, "--output", str(script))
+    return script
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["unc"], ["uncertainty"]),
+        (["twist", "--ne"], ["--netcdf"]),
+        (["twist", "be"], ["beam.toml"]),
+        (["twist", "beam.toml", "--plot", "pic"], ["pictures"]),
+        (["fit", "beam.toml", "te"], ["test.csv"]),
+        (["cycle", "beam.toml", "--to", "be"], []),
+    ],
+)
+def test_bash_completes_commands_flags_and_files(typed, offered, tmp_path, monkeypatch, capsys):
+    script = _completion("bash", tmp_path, monkeypatch, capsys)
+    for name in ("beam.toml", "test.csv"):
+        (tmp_path / name).touch()
+    (tmp_path / "pictures").mkdir()
+    words = " ".join(map(shlex.quote, ["squama", *typed]))
+    ask = f'. {script}; COMP_WORDS=({words}); COMP_CWORD={len(typed)}; _squama; printf "%s\\n" "${{COMPREPLY[@]}}"'
+    done = subprocess.run(["bash", "--norc", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == offered, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("shell", "files"), [("zsh", "_files"), ("fish", "-l csv -r -F "), ("powershell", "CompleteFilename")]
+)
+def test_other_shells_complete_every_command(shell, files, tmp_path, monkeypatch, capsys):
+    text = _completion(shell, tmp_path, monkeypatch, capsys).read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if name not in text] == []
+    assert files in text
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        ("twsit", 'Unknown command "twsit". Did you mean "twist"?'),
+        ("foo", 'Unknown command "foo"; see "squama --help"'),
+    ],
+)
+def test_a_command_that_is_not_there(typed, words, capsys):
+    assert main([typed]) == 2
+    assert capsys.readouterr().err == f"squama: error: {words}\n"

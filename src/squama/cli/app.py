@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cyclopts import App, CycloptsError, Parameter
-from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
+from cyclopts.exceptions import MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 
 from squama._version import __version__
 from squama.io.files import label
@@ -88,7 +88,7 @@ def make() -> App:
         module = _ELSEWHERE.get(name, name).replace("-", "_")
         below = f"Example:\nsquama {name} {EXAMPLES[name]}"
         app.command(f"squama.cli.{module}:{name.replace('-', '_')}", name=name, help=text, help_epilogue=below)
-    completes = "Let the shell complete commands and flags: bash, zsh, fish, PowerShell."
+    completes = "Let the shell complete commands, flags and files: bash, zsh, fish, PowerShell."
     app.register_install_completion_command(group="Shell", help=completes)
     return app
 
@@ -101,5 +101,8 @@ def usage_problem(error: CycloptsError) -> str:
         return f"{label(' '.join(error.unused_tokens))}: is more than the command takes; {see}"
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         return f"{error.argument.name}: is missing or has no value; {see}"
-    text = label(" ".join(str(error).split()))
+    words = " ".join(str(error).split())
+    if isinstance(error, UnknownCommandError):
+        words = words.partition(" Available commands:")[0]
+    text = label(words)
     return text if text.endswith("?") else f"{text.rstrip('.')}; {see}"
