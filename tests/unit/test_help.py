@@ -65,6 +65,19 @@ def test_help_of_a_command_ends_with_an_example(command, capsys):
     assert bound.arguments
 
 
+@pytest.mark.slow
+def test_the_examples_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, source in {"test.csv": "measured_loop.csv", "target.toml": "limb.toml"}.items():
+        shutil.copy(ROOT / "examples" / source, name)
+    for name in ("designs.csv", "pla_on_vps.toml"):
+        shutil.copy(ROOT / "examples" / name, name)
+    # in this order: what one writes another reads; elements, fronts and the paper's figures have tests of their own
+    for command in EXAMPLES:
+        if command not in ("explore", "pareto", "joint", "cell", "verify", "paper"):
+            assert main([command, *shlex.split(EXAMPLES[command])]) == 0, (command, capsys.readouterr().err)
+
+
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])
 def test_every_command_that_computes_has_json(command, capsys):
     assert "--json" in _out(capsys, command, "--help")
