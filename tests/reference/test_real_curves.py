@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from squama.real import follow
+from squama.real import changes
 from squama.real.path import Path as Way
 from squama.real.path import Scale
 
@@ -32,7 +32,7 @@ def test_curves(i: int, variant: str) -> None:
     assert one.contact.phi == pytest.approx(curve["phi_e"], rel=1e-12)
     rows = np.array(curve["rows"])
     states, end = one.states(rows[:, 0], every=10**9)
-    assert end.code == follow.RANGE
+    assert end.code == changes.RANGE
     # the plates of the reference are some thousandths stiffer: 20 modes against 24
     T, N, place = (1.5e-3, 4e-3, 2e-4) if "elastic" in variant else (1e-4, 2e-4, 2e-4)
     np.testing.assert_allclose(states[:, 1], rows[:, 1], rtol=T)

@@ -57,20 +57,19 @@ def test_every_kind_of_state_is_there(hinges):
     assert float(abs(cross).where(core).median()) < 0.02 * float(size.median())
 
 
-def test_the_real_beam_as_far_as_two_edges_go():
+def test_the_real_beam():
     m = squama.bend_twist_map(SKIN, "bend 0.05 rad/pitch, twist 0.12 rad/pitch", points=8)
     assert (m.attrs["joint"], m.attrs["scales"], m.attrs["neutral"]) == ("compliant", "thick, elastic scales", "free")
-    for i, j in ((0, 7), (3, 7), (1, 1), (4, 6)):
+    for i, j in ((0, 7), (3, 7), (1, 1), (4, 6), (7, 2)):
         one = m.isel(psi=i, phi=j)
         r = along(SKIN, one.psi, one.phi, points=120)
-        assert r.attrs["followed"] == "one contact of two edges"
+        assert r.attrs["followed"] == "one contact"
         for name in ("theta", "M", "T", "M_scales", "T_scales", "N", "W_fr"):
             tolerance = 2e-3 * max(abs(float(r[name][-1])), 1e-3 * float(abs(m[name]).max()))
             assert float(one[name]) == pytest.approx(float(r[name][-1]), abs=tolerance), (i, j, name)
         assert one.contact.item() == r.contact.values[-1]
     # bent more than twisted a corner comes down on the face first
-    low = m.sel(psi=m.psi[-1], phi=m.phi[2])
-    assert (low.state.item(), bool(np.isnan(low["T"]))) == ("other contact", True)
+    assert {"TS", "BF"} < set(m.contact.values.ravel().tolist())
     assert "no figures" in m.warnings
 
 

@@ -26,7 +26,7 @@ def test_without_bend_it_is_the_twisted_beam(D):
     one = path.Path.of(scale(D=D), K, 0.3)
     rows, _ = one.states(phi)
     found = follow_legs(scale(D=D), K, 0.3, np.column_stack([0 * phi, phi]), stretch="held")
-    np.testing.assert_allclose(found.answers.rows[0][:, :19], rows, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.answers.rows[0][:, :19], rows, rtol=0, atol=1e-11)
     np.testing.assert_allclose(found.T, rows[:, 1], rtol=1e-7)
 
 
@@ -101,16 +101,16 @@ def test_mirrored_it_is_the_same():
     np.testing.assert_allclose(image.T[known], -one.T[known], rtol=5e-4)
 
 
-def test_bent_first_a_corner_touches_a_face_and_that_is_said():
+def test_bent_first_a_corner_touches_a_face():
     found = follow_legs(scale(), K, 0.3, np.array([(0.03, 0.0), (0.09, 0.0)]))
-    first, ends = found.answers.contacts[0], found.answers.ends[0]
-    assert first[0] == -2
-    assert path.endings(found.answers.contacts, found.answers.ends) == "other contact"
-    assert 0.045 < first[3] < 0.055
-    assert ends[4] == 1
-    assert np.isnan(found.M[1])
+    met = found.answers.contact()
+    assert met.words == "corner B on face (k = 1)"
+    assert 0.045 < met.phi < 0.055
+    assert path.endings(found.answers.contacts, found.answers.ends) == "range end"
     # before, it is the bar with its scales, stretched to have no axial force
     loose = [0, 1, 2, 3, 4, 5, 8]
     A = np.linalg.solve(K[np.ix_(loose, loose)], K[loose, 7])
     assert found.stretch[0] == pytest.approx(-0.03 * A[-1], rel=1e-12)
-    assert found.M[0] == pytest.approx(0.03 * (K[7, 7] - K[7, loose] @ A), rel=1e-12)
+    bare = K[7, 7] - K[7, loose] @ A
+    assert found.M[0] == pytest.approx(0.03 * bare, rel=1e-12)
+    assert found.M[1] > 1.5 * 0.09 * bare

@@ -206,7 +206,7 @@ def test_where_no_way_on_is_found_it_says_so(monkeypatch):
 
     def stopped(self, *given):
         rows, end = real(self, *given)
-        return rows, end._replace(code=real_cycles.follow.STOPPED, solved=3)
+        return rows, end._replace(code=real_cycles.changes.STOPPED, solved=3)
 
     monkeypatch.setattr(real_cycles.path.Path, "states", stopped)
     with pytest.raises(InputError, match="no equilibrium was found beyond this twist, however small the increment"):

@@ -14,7 +14,7 @@ from squama.cli import main
 from squama.curves import real
 from squama.joints import law
 from squama.joints.factor import MIRROR
-from squama.real import chain_track, follow, path
+from squama.real import chain_track, changes, path
 from squama.real.path import Path, Scale
 
 SHAPES = [
@@ -142,7 +142,7 @@ def test_the_middle_of_a_long_row_is_the_endless_beam(kind, mu):
     x = twists(way, 1.5)
     one, (endless, _) = chain_track.track(way, 151, x), way.states(x)
     middle = one.rows[-1, 75]
-    assert one.code == follow.RANGE
+    assert one.code == changes.RANGE
     np.testing.assert_allclose(middle[1:5], endless[-1, 1:5], rtol=1e-4, atol=1e-12)
     np.testing.assert_allclose(middle[5:8], endless[-1, 5:8], rtol=1e-4, atol=1e-9)
     np.testing.assert_allclose(middle[11:17], endless[-1, 11:17], atol=1e-4 * abs(endless[-1, 11:17]).max())
@@ -340,7 +340,7 @@ def test_a_contact_that_leaves_its_edge_ends_the_row():
     assert places[-1, i] > way.contact.y
     shorter = way._replace(scale=way.scale._replace(eta=stop))
     t = chain_track.track(shorter, 4, x)
-    assert (t.code, t.scale) == (follow.OFF_SECOND, i)
+    assert (t.code, t.scale) == (changes.OFF_SECOND, i)
     reached = np.flatnonzero(np.isfinite(t.sides[:, 0]))[-1]
     assert t.sides[reached, i] == pytest.approx(stop, abs=1e-4)
 

@@ -16,7 +16,7 @@ FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 READY = """window.squamaView && squamaView.state && squamaView.contacts && location.search.length > 10
   && [0, 1, 2].every((i) => squamaTest.chart(i)?.getOption().series.length)"""
 HELPERS = """window.squamaTest = {
-  chart: (i) => getElement(Number(document.querySelectorAll('.nicegui-echart')[i]?.id.slice(1)))?.chart,
+  chart: (i) => getElement(Number(document.querySelectorAll('.chart')[i]?.id.slice(1)))?.chart,
   curve: (i) => squamaTest.chart(i).getOption().series.find((s) => s.name === 'this design').data }"""
 
 

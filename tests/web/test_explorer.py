@@ -72,6 +72,19 @@ def test_a_slider_moves_curve_mesh_and_address(visit) -> None:
     page.eventually(lambda: curve(page, 1)[-1], pytest.approx([last, theta * 57.29577951], rel=1e-4))
 
 
+def test_a_change_comes_in_one_message_and_the_address_at_rest(visit) -> None:
+    page = visit()
+    page.until_chart(4, "options.series.length > 0")
+    # with the first one the page is told of scripts that it has
+    for mu in (0.27, 0.29):
+        page.page.evaluate("() => { window.came = []; socket.offAny().onAny((event) => came.push(event)); }")
+        page.slider("mu").focus()
+        page.slider("mu").press("ArrowRight")
+        page.until(f"location.search.includes('friction.mu={mu}')")
+    # each message more is another frame of the whole page
+    assert page.page.evaluate("came") == ["update", "run_javascript"]
+
+
 def test_dragging_ends_at_the_last_value(visit) -> None:
     page = visit(HINGED)
     box = page.slider("twist").bounding_box()
@@ -117,8 +130,8 @@ def test_a_click_on_the_map_takes_its_design(visit) -> None:
     page = visit()
     page.until_chart(4, "options.series.length > 0")
     at = page.page.evaluate("squamaTest.chart(4).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [27, 10])")
-    page.page.locator(".nicegui-echart").nth(4).scroll_into_view_if_needed()
-    box = page.page.locator(".nicegui-echart").nth(4).bounding_box()
+    page.page.locator(".chart").nth(4).scroll_into_view_if_needed()
+    box = page.page.locator(".chart").nth(4).bounding_box()
     page.page.mouse.click(box["x"] + at[0], box["y"] + at[1])
     page.until("squamaView.state.mu === 1.5")
     page.eventually(lambda: float(page.number("mu").input_value()), pytest.approx(1.5))
@@ -130,7 +143,7 @@ def test_a_click_on_the_map_takes_its_design(visit) -> None:
 
     # the mark lies on the cell that was clicked, wherever the words above have moved the map to
     def moved() -> tuple[float, float]:
-        now, (x, y) = page.page.locator(".nicegui-echart").nth(4).bounding_box(), place()
+        now, (x, y) = page.page.locator(".chart").nth(4).bounding_box(), place()
         return x - now["x"], y - now["y"]
 
     page.eventually(moved, pytest.approx(tuple(at), abs=1.5))
@@ -363,7 +376,7 @@ def test_warnings_are_seen_and_push_nothing_away(visit) -> None:
     page.page.locator("header select").select_option("main")
     page.page.locator(".warnings li", has_text="not thin").wait_for()
     assert page.page.evaluate(top) == before
-    box = page.page.locator(".nicegui-echart").nth(1).bounding_box()
+    box = page.page.locator(".chart").nth(1).bounding_box()
     assert box["y"] + box["height"] < 800
     # no list shows less than what is chosen in it
     assert page.page.evaluate(SHORT) == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from squama.web.fields import FIELDS
 
 NAMELESS = """() => [...document.querySelectorAll('input, select, button, canvas, a, summary')].filter((e) => {
-  if (e.closest('[aria-hidden=true], .nicegui-echart') || !e.getClientRects().length) return false;
+  if (e.closest('[aria-hidden=true], .chart') || !e.getClientRects().length) return false;
   return !(e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.[0]?.textContent);
 }).map((e) => e.outerHTML.slice(0, 200))"""
 CLIPPED = """() => [...document.querySelectorAll('.explorer *, header *')].filter((e) => {
@@ -77,7 +77,7 @@ def test_a_phone_shows_it_all(visit) -> None:
     page.until("squamaView.state.mu !== 0.25")
     # view and plots stay in sight beside the sliders
     page.shot("phone_sliders")
-    for place in ("canvas[tabindex='0']", ".nicegui-echart >> nth=0"):
+    for place in ("canvas[tabindex='0']", ".chart >> nth=0"):
         box = page.page.locator(place).bounding_box()
         assert box["y"] >= 0
         assert box["height"] > 120
@@ -89,7 +89,7 @@ def test_a_small_window_shows_the_view_and_the_plots(visit) -> None:
     assert page.page.evaluate(CLIPPED) == []
     assert page.page.evaluate("document.documentElement.scrollWidth") <= 1280
     for i in (0, 1, 2, 4):
-        box = page.page.locator(".nicegui-echart").nth(i).bounding_box()
+        box = page.page.locator(".chart").nth(i).bounding_box()
         assert box["y"] + box["height"] <= 800, "to be seen without scrolling"
         assert box["height"] > 115
 

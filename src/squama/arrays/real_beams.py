@@ -158,6 +158,7 @@ def follow(
     ideal: bool = False,
     sense: int = 1,
     copies: int = 0,
+    held: Array | None = None,
     stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:
@@ -165,7 +166,9 @@ def follow(
 
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
     is complex: derivatives of what is followed, to all digits (:mod:`squama.real.moved`). Stresses are taken at some of
-    the twists, ``stressed``.
+    the twists, ``stressed``. ``held`` (n,): bends per pitch in which the beams are held, free to stretch; twists are
+    above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come while a
+    beam is bent.
 
     ``K`` returns the joints (i, 9, 9) or (i, 7, 7) of the designs with the numbers (i,), ``known`` (n,) tells which of
     them have one; by default it is the law's, of designs in its range. First contacts are looked for below the twists
@@ -185,12 +188,15 @@ def follow(
             joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
             joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
             scale = path.Scale(*(v[at] for v in scales))
-            beams = path.beams(scale, joints, designs.mu[at], sense=sense)
-            if copies:
+            beams = path.beams(scale, joints, designs.mu[at], sense=sense, stretch="" if held is None else "free")
+            if held is not None:
+                found = path.held_bent(beams, held[at], at_all[at])
+            elif copies:
                 found = path.moved(beams, at_all[at], copies, most=upto[at[::copies]])
             else:
                 found = path.follow_all(beams, at_all[at], most=upto[at])
-            alone[:2, at] = found.contacts[:, 3], found.ends[:, 1]
+            places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
+            alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
             alone[2:, at] = pivots(joints)[:, [K_THETA, TWIST]].T
             ends[at] = path.endings(found.contacts, found.ends)
             along[:-1, at] = np.moveaxis(found.rows[..., columns], -1, 0)

@@ -87,7 +87,7 @@ def sweep(
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
     facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
-    notes = [*filter(None, [note(described, load, plan.laws, joint)]), *study.shares(dataset)]
+    notes = [*filter(None, [note(described, load, plan.laws, joint, bent="psi" in ranges)]), *study.shares(dataset)]
     facts |= {**plan.model.attrs(described), "notes": notes}
     return output.say(base.json, facts, [line, *output.warnings(notes)])
 

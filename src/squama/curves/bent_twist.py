@@ -26,11 +26,12 @@ _ROLES = {"T": "torque", "T_scales": "scales", "theta": "theta", "N": "N", "f": 
 
 
 class Twisted(NamedTuple):
-    """A bent beam's path as it is twisted, see :class:`squama.curves.path.Solved`; ``sign`` of the twist."""
+    """A bent beam's path as it is twisted, see :class:`squama.curves.path.Solved`; ``sign`` of the twist, its leg."""
 
     case: Case
     answer: Answer
     sign: int
+    legs: int
 
     @classmethod
     def of(
@@ -38,16 +39,31 @@ class Twisted(NamedTuple):
         ideal: bool | None = None,
     ) -> Twisted:  # fmt: skip
         """Bend a beam by ``bend`` (rad per pitch, signed) and twist it; refuse a bend that it does not come to."""
-        sign, d = arguments.sense(sense), beam.pitch
-        asked = [(bend / d, 0.0), (bend / d, sign * (FAR if joint == "hinge" else RANGE) / d)]
-        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal)
-        held = answer.attrs["joint"]
-        if not (answer["leg"] == 2).any() or answer["event_leg"][-1] < 2:
+        found = cls.tried(beam, bend, mu=mu, sense=sense, margin=margin, joint=joint, ideal=ideal)
+        if not found.bent:
+            answer = found.answer
             where = f"{float(answer['psi_end']):.4g} rad per pitch"
             refuse("bend", f"{bend:.4g} rad/pitch", f"is beyond the beam's {answer['end']} at {where}", "bend it less")
-        rigidity = float(answer.attrs["rigidity"]) if held == "compliant" else beam.torsional_rigidity
-        K_theta = float(answer["K_theta"])
-        return cls(Case(d, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0), answer, sign)
+        return found
+
+    @classmethod
+    def tried(
+        cls, beam: Beam, bend: float, *, mu: float, sense: str = "+", margin: float = 0.01, joint: str | None = None,
+        ideal: bool | None = None,
+    ) -> Twisted:  # fmt: skip
+        """Do as :meth:`of`, and take the path as far as it goes: see :attr:`bent`."""
+        sign, d = arguments.sense(sense), beam.pitch
+        legs = 2 if bend else 1
+        asked = [(bend / d, 0.0), (bend / d, sign * (FAR if joint == "hinge" else RANGE) / d)][-legs:]
+        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal)
+        rigidity = answer.attrs["rigidity"] if answer.attrs["joint"] == "compliant" else beam.torsional_rigidity
+        case = Case(d, float(rigidity), float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)
+        return cls(case, answer, sign, legs)
+
+    @property
+    def bent(self) -> bool:
+        """Whether the beam comes to its bend, and is twisted."""
+        return bool((self.answer["leg"] == self.legs).any() and self.answer["event_leg"][-1] == self.legs)
 
     @property
     def notes(self) -> list[str]:
@@ -57,9 +73,9 @@ class Twisted(NamedTuple):
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists (magnitudes), or at twists per pitch; NaN beyond its end."""
         a = self.answer
-        twisting = a["leg"] == 2
+        twisting = a["leg"] == self.legs
         # the way begins where the bend is held
-        twisting[np.flatnonzero(twisting)[0] - 1] = True
+        twisting[max(0, np.flatnonzero(twisting)[0] - 1)] = True
         loads = self.sign * a["phi"][twisting]
         at = np.linspace(0.0, float(loads[-1]), points) if at is None else at
         sided = ("T", "T_scales", *MOTIONS)

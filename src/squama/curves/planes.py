@@ -31,7 +31,7 @@ OPEN, SLIDING = "open", "sliding"
 SAMPLES, HALVINGS = 32, 8
 """Places on the way to a state of hinges at which a lock is looked for, and how often it is then closed in on."""
 _NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
-_BLANK = "one contact of two edges is followed: where another one touches first or comes in, the map has no figures"
+_BLANK = "one contact at a time is followed: where another one comes in, the map has no figures"
 
 
 def bend_twist_map(
@@ -64,9 +64,8 @@ def bend_twist_map(
         Over ``psi`` and ``phi`` (rad per pitch; ``kappa``, ``Phi`` in rad/m along them): ``state`` ("open", "sliding",
         or what ends the way to it, such as "frictional lock", "other contact"), ``contact``, ``theta``, ``N``, ``M``,
         ``T`` and the scales' parts of them, NaN where the way ends before; on hinges ``mu_lock``, too. The real beam is
-        followed by one contact of two edges, so its map has no figures where another one touches first: below the
-        line phi = psi tan(alpha) nearly everywhere; :func:`bend_twist` follows single paths there. Attributes as of
-        :func:`bend_twist`.
+        followed by one contact at a time, so its map has no figures where another one comes in; :func:`bend_twist`
+        follows single paths there by general contact. Attributes as of :func:`bend_twist`.
 
     Raises
     ------
@@ -143,7 +142,7 @@ def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
 
 
 def _real(asked: Asked, psi: Array, phi: Array) -> States:
-    """Return states (n,) of the real beam, by one contact of two edges."""
+    """Return states (n,) of the real beam, by one contact at a time."""
     beam, held = asked.beam, real.Held.of(asked.beam)
     plate, stretch = real.scale(beam, ideal=asked.ideal), real_polygons.NEUTRAL[asked.neutral]
     gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), stretch=stretch)
@@ -151,8 +150,7 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     state = real_path.endings(contacts, gone.answers.ends).astype("U40")
     reached = np.isin(state, (End.RANGE, End.NONE))
     state[reached] = np.where(rows[reached, 2] > 0, SLIDING, OPEN)
-    names = {c: real_polygons.named(real_path.Contact(c[0], c[1], c[2], 0.0, 0.0, 0.0)) for c in _pairs(contacts)}
-    contact = np.array([names[c] for c in map(tuple, contacts[:, :3].astype(int).tolist())])
+    contact = np.array([real_polygons.named(*pair) for pair in _pairs(contacts, rows)])
     own = {"theta": real_path.inclinations(gone.way, rows), "torque": gone.T, "N": rows[:, 2], "f": rows[:, 3]}
     own |= {"W_fr": rows[:, 8], "U_el": rows[:, 9] - rows[:, 8]}
     v = in_si(Case.held(beam, held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
@@ -166,5 +164,7 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     return States({(): {name: v[name] for name in kept}}, real.attributes(held), notes)
 
 
-def _pairs(contacts: Array) -> set[tuple[int, ...]]:
-    return set(map(tuple, contacts[:, :3].astype(int).tolist()))
+def _pairs(contacts: Array, rows: Array) -> list[list[int]]:
+    """Return what meets in the states, else first: features and neighbour."""
+    found: list[list[int]] = np.where(rows[:, 2, None] > 0, rows[:, [26, 27, 30]], contacts[:, :3]).astype(int).tolist()
+    return found

@@ -40,7 +40,7 @@ def bend_twist(
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
-    The real beam by default, as :func:`twist`; where its contact is not that of two edges it is followed by general
+    The real beam by default, as :func:`twist`, followed by one contact at a time; where that does not do by general
     contact (extra fe; a second or more), else the path ends there. On the hinge thin, rigid scales, both plates of
     every pair looked at (docs, theory: bending and twisting).
 

@@ -21,7 +21,8 @@ from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.real import follow, path
+from squama.model.outcome import End
+from squama.real import changes, follow, path
 from squama.types import Array
 
 TAB_LIMIT = 0.025
@@ -147,13 +148,13 @@ class Path(NamedTuple):
         rows, end = self.states(twists[kept])
         if not kept.all():
             rows = np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T])
-        if before is not None and end.code == follow.RANGE:
+        if before is not None and end.code == changes.RANGE:
             # the curve was cut short at the end that is told
             end = before
         own = values(self, twists, rows)
         own |= tangents(self.held.rigidity, self.beam.pitch, engaged, twists[kept], twists, own)
         more: dict[str, float | int | str] = {"load_general": math.nan}
-        if end.code != follow.RANGE and self.general:
+        if end.code != changes.RANGE and self.general:
             more |= self.onward(twists, end.phi, own)
         which = np.searchsorted(twists, at)
         reached = np.flatnonzero(np.isfinite(own["torque"]))
@@ -322,7 +323,8 @@ def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
     """Return how the curve ends, what touches first and what comes in later, by role."""
     c, code = way.contact, end.code
     (name,) = path.endings(np.array([c], float), np.array([end], float))
-    other = path.place(end.edge, end.k) if code == follow.OTHER else ""
+    left = f"the contact leaves the face (k = {end.k})" if name == End.OTHER else ""
+    other = path.place(end.edge, end.k) if code == changes.OTHER else left
     where = f"{other} at {end.phi:.4g} rad/pitch" if other else ""
     return {
         "end": str(name),

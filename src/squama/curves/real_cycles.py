@@ -19,7 +19,7 @@ from squama.curves.path import Asked, States, loop_figures, loop_table, used_sen
 from squama.errors import refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
-from squama.real import follow, path
+from squama.real import changes, follow, path
 from squama.types import Array
 
 INCREMENT = 5e-4
@@ -130,7 +130,7 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
             continue
         one = paths["-" if x[a + 1] < 0 else "+"]
         own, end = one.way.states(np.abs(x[part]), increment)
-        if end.code != follow.RANGE:
+        if end.code != changes.RANGE:
             _refuse(one, end, float(x[part][end.solved]))
         own[:, sums] += before
         before = own[-1, sums]
@@ -248,7 +248,7 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     x, torque = targets[-len(down) :], rows[-len(down) :, 1]
     faces = both_faces.alike(one.beam, "twisting")
     torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
-    if end.code != follow.RANGE or not (torque <= 0).any():
+    if end.code != changes.RANGE or not (torque <= 0).any():
         return 0.0
     i = int(np.argmax(torque <= 0))
     if i == 0 or x[i] == 0 or rows[-len(down) + i, 2] == 0:
@@ -266,7 +266,7 @@ def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array
             {
                 "load_e": contact.phi,
                 "load_end": max(*(v * one.sign for v in values), 0.0),
-                **real.ending(one.way, follow.End(follow.RANGE, 0.0, -1, 0, 0)),
+                **real.ending(one.way, follow.End(changes.RANGE, 0.0, -1, 0, 0)),
                 "end": str(End.RANGE),
             }
         )

@@ -1,8 +1,8 @@
 """Polygons in the plane of bend and twist, of the real beam: states along them in SI units, and events.
 
-One contact of two edges is followed (:mod:`squama.real.legs`). Where another one touches first or comes in, the whole
-path is followed by general contact (:func:`squama.fe.assembly.make_bent`), where the extra fe is installed. At a corner
-of the path the contact sticks while friction turns, so forces do not jump.
+One contact at a time is followed, of two edges, or of a tip edge and its corners on a face (:mod:`squama.real.legs`).
+Where another one comes in, the whole path is followed by general contact (:func:`squama.fe.assembly.make_bent`), where
+the extra fe is installed. At a corner of the path the contact sticks while friction turns, so forces do not jump.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from squama.curves.path import Asked, Case, States, in_si
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.model.outcome import End
 from squama.progress import steps
-from squama.real import follow, path
+from squama.real import changes, follow, path
+from squama.real.features import CORNERS, FACE
 from squama.real.legs import Bent, follow_legs
 from squama.types import Array
 
@@ -31,7 +32,8 @@ NEUTRAL = {"free": "free", "middle": "held"}
 SPACING = 2e-3
 """Least distance of points along the path by general contact, rad per pitch."""
 _BEFORE = 1e-9
-_EDGES = {(TIP, SIDE_D): "TS", (TIP, SIDE_A): "TA", (SIDE_A, BASE): "SB", (SIDE_D, BASE): "SD"}
+_LETTERS = {(TIP, SIDE_D): "TS", (TIP, SIDE_A): "TA", (SIDE_A, BASE): "SB", (SIDE_D, BASE): "SD", (TIP, FACE): "TF"}
+_LETTERS |= {(CORNERS, FACE): "CF", (CORNERS + 1, FACE): "BF", (FACE, CORNERS + 2): "DF", (FACE, CORNERS + 3): "AF"}
 _PAIRS = {
     "tip edge C1B1 on side edge D2C2": "TS", "tip edge C1B1 on side edge A2B2": "TA",
     "corner B1 on the face of scale 2": "BF", "corner C1 on the face of scale 2": "CF",
@@ -97,10 +99,12 @@ class Followed(NamedTuple):
 
 def impossible(beam: Beam) -> str:
     """Return why a beam's joint is not known in bend and twist; empty where it is."""
-    why = real.impossible(beam)
-    if not why and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
-        return _SEVEN
-    return why
+    return real.impossible(beam) or unbent(beam)
+
+
+def unbent(beam: Beam) -> str:
+    """Return why a joint's matrix does not know bends; empty where it does, or there is none."""
+    return _SEVEN if beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9 else ""
 
 
 class Gone(NamedTuple):
@@ -131,7 +135,7 @@ class Gone(NamedTuple):
     @property
     def attrs(self) -> dict[str, float | str]:
         """What answers say of it."""
-        words = "general contact" if self.generally else "one contact of two edges"
+        words = "general contact" if self.generally else "one contact"
         return {**real.attributes(self.one.held), "followed": words}
 
 
@@ -151,7 +155,7 @@ def go(
     # a step from there on must not be much smaller than others
     before = engaged * (1 - _BEFORE)
     # plates that touch at rest are through each other there
-    generally = [end.code != follow.RANGE and engaged > 0 and real.general() for end in ends]
+    generally = [end.code != changes.RANGE and engaged > 0 and real.general() for end in ends]
     where = stations(SPACING if any(generally) else 0.0, before)
     far = float(np.abs(where.strains).max())
     one = real.Path(beam, held, firsts[0].way, 1, far)
@@ -162,7 +166,7 @@ def go(
         if generally[i]:
             faces.append(_generally(asked, one, seen))
             continue
-        found = _by_edges(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch), seen)
+        found = _one_by_one(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch), seen)
         if found.end == End.NONE and math.isfinite(touched[i]):
             found = found._replace(end=str(End.RANGE))
         if found.end == End.OTHER:
@@ -195,8 +199,8 @@ def walk(asked: Asked) -> States:
     return States({("point",): along, ("event",): events, (): single}, attrs, gone.notes)
 
 
-def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
-    """Return the states of one contact of two edges, rest the first of them."""
+def _one_by_one(one: real.Path, found: Bent, stations: Stations) -> Followed:
+    """Return the states of one contact at a time, rest the first of them."""
     way, met, end = one.way, found.answers.contact(), found.answers.end()
     n = end.solved + 1
     rest = np.zeros((1, len(follow.STRAINED)))
@@ -204,15 +208,22 @@ def _by_edges(one: real.Path, found: Bent, stations: Stations) -> Followed:
     rows = np.concatenate([rest, found.answers.rows[0]])[:n]
     column = dict(zip(follow.STRAINED, rows.T, strict=True))
     own = {name: column[name] for name in (*MOTIONS, "N", "f", "W_fr", "slip", "stretch")}
-    own |= {"p": column["x"], "s": column["y"], "work": column["W"], "U_el": sum(path.energies(way, rows).values())}
+    faced = (column["first"] == FACE) | (column["second"] == FACE)
+    (_, across), (lengthwise, _) = (path.spots(way.scale, (), rows, i) for i in (0, 1))
+    own |= {"p": np.where(faced, across, column["x"]), "s": np.where(faced, lengthwise, column["y"])}
+    own |= {"work": column["W"], "U_el": sum(path.energies(way, rows).values())}
     own |= {"M": np.append(0.0, found.M)[:n], "torque": np.append(0.0, found.T)[:n]}
     own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(way, rows))
-    name = named(met)
-    contact = np.where(column["N"] > 0, name, "")
+    met_by = np.column_stack([column[name] for name in ("first", "second", "k")]).astype(int).tolist()
+    contact = np.array([named(*by) if N > 0 else "" for by, N in zip(met_by, column["N"], strict=True)])
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
-    changes = [(met.phi, name)] if met.first >= 0 else []
-    stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
-    return Followed(own, path.motions(rows), contact, None, changes, stop, str(word))
+    seen = [(met.phi, named(met.first, met.second, met.k))] if met.first >= 0 else []
+    # behind engagement a change is where the contact, or its absence, began
+    for since, name in zip(column["since"].tolist(), contact.tolist(), strict=True):
+        if since >= met.phi and name != seen[-1][1]:
+            seen.append((since, name))
+    stop = end.phi if end.code != changes.RANGE else float(stations.ways[-1])
+    return Followed(own, path.motions(rows), contact, None, seen, stop, str(word))
 
 
 def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:
@@ -242,10 +253,10 @@ def _once(one: real.Path) -> tuple[float, float]:
     return twist / beam.unit_moment, float(bare("bending", beam.sizes)) / beam.pitch / beam.unit_moment
 
 
-def named(met: path.Contact) -> str:
-    """Return the letters of a first contact, its words where it is not of two edges."""
-    letters = _EDGES.get((met.first, met.second))
-    return met.words if letters is None else letters + f" (k = {met.k})" * (met.k > 1)
+def named(first: int, second: int, k: int) -> str:
+    """Return the letters of a contact; its words where it has none."""
+    letters = _LETTERS.get((first, second))
+    return path.words(first, second, k) if letters is None else letters + f" (k = {k})" * (k > 1)
 
 
 def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:

@@ -13,7 +13,7 @@ from squama.curves import real
 from squama.curves.hinge import before
 from squama.curves.path import Asked, States
 from squama.model.outcome import End
-from squama.real import chain_track, follow, path
+from squama.real import chain_track, changes, path
 from squama.real.chain_track import Track
 from squama.types import Array
 
@@ -59,7 +59,7 @@ def _track(way: path.Path, n: int, straights: Array, contacts: Array) -> Track:
     rows[:, :, 6:8] = 0.0
     sides, held = np.full((len(rows), n), np.nan), np.zeros((len(rows), n))
     if not contacts.size:
-        code, edge, k = (follow.OTHER, c.second, c.k) if c.first == -2 and straights[-1] >= c.phi else (0, -1, 0)
+        code, edge, k = (changes.OTHER, c.second, c.k) if c.first == -2 and straights[-1] >= c.phi else (0, -1, 0)
         return Track(rows, sides, held, code, float(straights[-1]), 0, edge, k)
     t = chain_track.track(way, n, contacts)
     rows, sides, held = (np.concatenate(v) for v in ((rows, t.rows), (sides, t.sides), (held, t.held)))
@@ -86,12 +86,12 @@ def _figures(way: path.Path, track: Track) -> dict[str, float | int | str]:
     c = way.contact
     ends = np.array([[track.code, track.phi, track.edge, track.k, 0]])
     end = End(path.endings(np.array([c], float), ends)[0])
-    other = path.place(track.edge, track.k, track.scale + 1) if track.code == follow.OTHER else ""
+    other = path.place(track.edge, track.k, track.scale + 1) if track.code == changes.OTHER else ""
     return {
         "phi_e": c.phi,
         "phi_end": math.inf if end is End.NONE else track.phi,
         "end": str(end),
-        "scale_end": track.scale + 1 if track.code != follow.RANGE else 0,
+        "scale_end": track.scale + 1 if track.code != changes.RANGE else 0,
         "other_contact": other,
         "decay": chain_track.decay(way),
     }

@@ -18,7 +18,7 @@ from squama.dynamics.hinged import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import Load
-from squama.real import follow, path
+from squama.real import changes, path
 from squama.types import Array
 
 STEPS = 256
@@ -134,7 +134,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     y = np.linspace(y_e, far, STEPS)
     rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
     n, rows = y.size, rows[1:]
-    if end.code != follow.RANGE:
+    if end.code != changes.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
         told = real.ending(way, end)
         ends = hinged.words(str(told["end"]), str(told["other_contact"]))

@@ -1,9 +1,9 @@
 """The exposed part of a scale as an elastic plate: Kirchhoff's theory, clamped at the base, by Ritz's method.
 
 Deflections are w(x, y) = sum b_mn X^m Y^n with X = x / eta in 0..1, Y = y / beta in -1..1, m = 2..7, n = 0..3; D is
-:func:`squama.model.section.plate_rigidity`. Forces act on edges, and along an edge a deflection is a polynomial in the
-place. So a plate enters a contact through small tables, its compliances between the powers of the places on the two
-edges that meet, and the number of modes costs nothing there.
+:func:`squama.model.section.plate_rigidity`. Forces load each power by its value at their places, so a plate enters a
+contact through one small table; along an edge a deflection is a polynomial in the place, and the table of two edges
+that meet is smaller still (:func:`squama.real.features.compliances`).
 
 With D = 1, eta = 3, beta = .6, nu_s = .35 the compliances at the tip (y = -.15), at the side (x = 2.2), and of one by
 the other are 8.1407, 3.5321 and 4.9569; converged plate elements give 8.2090, 3.5724 and 4.9987.
@@ -20,23 +20,20 @@ from numpy.typing import ArrayLike
 
 from squama.types import Array
 
-LENGTHWISE, ACROSS, POWERS = 6, 4, 6
-"""Powers along the length, X^2 .. X^7, and across, Y^0 .. Y^3; room for the powers of a place on an edge."""
+LENGTHWISE, ACROSS = 6, 4
+"""Powers along the length, X^2 .. X^7, and across, Y^0 .. Y^3."""
 TIP, SIDE_D, SIDE_A, BASE = range(4)
 """Edges by number: tip C-B, side D-C (y = -beta), side A-B (y = beta), base D-A."""
-FIRST = (0, 2, 2, 0)
-"""Lowest power of the place in a deflection along each edge."""
 
 
 class _Basis(NamedTuple):
-    """Integrals of products of derivatives of orthogonal polynomials along x and y, and changes to powers.
+    """Integrals of products of derivatives of orthogonal polynomials along x and y.
 
-    ``edges`` (4, 24, 6): powers of the place along each edge for each polynomial; ``powers`` (24, 24): b_mn of each.
+    ``powers`` (24, 24): b_mn of each polynomial.
     """
 
     x: dict[tuple[int, int], Array]
     y: dict[tuple[int, int], Array]
-    edges: Array
     powers: Array
 
 
@@ -53,16 +50,12 @@ def _basis() -> _Basis:
     orders = ((0, 0), (1, 1), (2, 2), (0, 2), (2, 0))
     x = {(m, n): _products(half, m, n, 0.0, 1.0) for m, n in orders}
     y = {(m, n): _products(across, m, n, -1.0, 1.0) for m, n in orders}
-    rows, columns = np.zeros((LENGTHWISE, POWERS)), np.zeros((ACROSS, ACROSS))
+    rows, columns = np.zeros((LENGTHWISE, LENGTHWISE)), np.zeros((ACROSS, ACROSS))
     for i, p in enumerate(half):
         rows[i, : i + 1] = p[2:]
     for j, p in enumerate(across):
         columns[j, : j + 1] = p
-    edges = np.zeros((4, LENGTHWISE * ACROSS, POWERS))
-    edges[TIP, :, :ACROSS] = np.kron(rows.sum(1)[:, None], columns)
-    signs = (-1.0) ** np.arange(ACROSS)
-    edges[SIDE_D], edges[SIDE_A] = np.kron(rows, signs[:, None]), np.kron(rows, np.ones((ACROSS, 1)))
-    return _Basis(x, y, edges, np.kron(rows, columns).T)
+    return _Basis(x, y, np.kron(rows, columns).T)
 
 
 def _products(polys: list[Array], m: int, n: int, low: float, high: float) -> Array:
@@ -109,30 +102,15 @@ def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
     )
 
 
-def answers(eta: Array, beta: Array, nu: Array) -> tuple[Array, Array]:
-    """Return what forces on edges do to plates of D = 1.
+def compliances(eta: Array, beta: Array, nu: Array) -> Array:
+    """Return the b_mn (n, 24, 24), m first, of plates of D = 1 under unit loads on the powers X^m Y^n, m first.
+
+    A force at a place loads each power by its value there (:func:`monomials`).
 
     Parameters
     ----------
     eta, beta, nu : (n,) arrays
         Length and half width of the plates, Poisson's ratio.
-
-    Returns
-    -------
-    compliances : (n, 4, 4, 6, 6) array
-        Power a of a place on one edge, by edges (see ``TIP`` ..), under a unit force times power b of its place on
-        another one.
-    shapes : (n, 4, 24, 6) array
-        The deflection's b_mn, m first, under the same force.
     """
-    edges, powers = _basis()[2:]
-    K = stiffness(eta, beta, nu)
-    right = np.concatenate(list(edges), axis=1)
-    bent = np.empty((*K.shape[:-2], *right.shape), K.dtype)
-    # deflections even and odd across the width know nothing of each other
-    for parity in range(2):
-        one = np.flatnonzero(np.arange(LENGTHWISE * ACROSS) % 2 == parity)
-        bent[..., one, :] = np.linalg.solve(K[..., one, :][..., one], right[one])
-    compliances = (right.T @ bent).reshape(*K.shape[:-2], 4, POWERS, 4, POWERS)
-    shapes = (powers @ bent).reshape(*K.shape[:-2], -1, 4, POWERS)
-    return np.moveaxis(compliances, -2, -3), np.moveaxis(shapes, -2, -3)
+    powers = _basis().powers
+    return np.asarray(powers @ np.linalg.inv(stiffness(eta, beta, nu)) @ powers.T)

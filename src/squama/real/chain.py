@@ -19,20 +19,19 @@ import math
 
 import numpy as np
 
-from squama.real.contact import (  # isort: skip
-    BEND, BENT, Design, Frame, Step, _in, _jit, back, bending, deflection, frame, meet, place, powers, rates,
-    tangent, turn,
-)  # fmt: skip
-from squama.real.faces import overlap, reach, shape
+from squama.real.contact import Step, bending, meet, rates
+from squama.real.design import BEND, Design, Frame, _in, _jit, back, frame, turn
+from squama.real.faces import overlap, reach
+from squama.real.features import deflection, place, powers, shape, tangent
 from squama.real.vectors import Vector, add, by_vector, copy, cross, dot, put, rotated, scaled, turned
 from squama.types import Array
 
 X, Y, F, C1, C2, Q, UNKNOWNS = 6, 7, 8, 11, 12, 13, 14
 """Unknowns of a scale after its six motions: places on both edges of its contact with the next, force, forces on the
 plate, moment of the substrate."""
-GAP, NORMAL, FRICTION, RUBBED, TORQUE, THETA, WIDTH = 26, 27, 28, 29, 30, 31, 32
-"""Columns of a scale's state after the deflections of both edges: gap, N, friction, its work over the step by the last
-of its forces, torque, inclination."""
+BENT, GAP, NORMAL, FRICTION, RUBBED, TORQUE, THETA, WIDTH = UNKNOWNS, 26, 27, 28, 29, 30, 31, 32
+"""Columns of a scale's state after these: deflections of both edges, gap, N, friction, its work over the step by the
+last of its forces, torque, inclination."""
 REACH = 2 * UNKNOWNS - 1
 """Width of the band of the matrix on each side: a scale shares equations with the two beside it."""
 _MOVE, _LEAST_MOVE = 1e-6, 1e-11
@@ -72,7 +71,7 @@ def contact(d: Design, f: Frame, step: Step, states: Array, i: int, closed: bool
     X1, slope1 = arm(d, d.first, s[X], s, BENT, -d.h / 2)
     X2, slope2 = arm(d, d.second, s[Y], z, BENT + 6, d.h / 2)
     moved1, moved2 = rotated(e1, X1), rotated(e2, X2)
-    along1, along2 = rotated(e1, tangent(d.first, slope1)), rotated(e2, tangent(d.second, slope2))
+    along1, along2 = rotated(e1, tangent(d.first, slope1)), turn(f, rotated(e2, tangent(d.second, slope2)))
     one, two = add((s[0], s[1], s[2]), 1.0, moved1), add((z[0], z[1], z[2]), 1.0, moved2)
     D, by_phi, n = meet(d, f, one, two, along1, along2)
     side, force = cross(n, along1), (s[F], s[F + 1], s[F + 2])
@@ -96,7 +95,7 @@ def contact(d: Design, f: Frame, step: Step, states: Array, i: int, closed: bool
         r[0], r[1], r[2] = D
         r[3], r[4] = dot(off, along1), dot(off, side)
     else:
-        r[0], r[1] = dot(D, along1), dot(D, turn(f, along2))
+        r[0], r[1] = dot(D, along1), dot(D, along2)
         r[2], r[3], r[4] = force
 
 
@@ -179,11 +178,11 @@ def look(d: Design, phi: float, s: Array, joined: Array, where: Array) -> tuple[
     ``where`` (n,): the row of each scale in the state ``s``, of which contacts are with the next row where ``joined``.
     """
     n, deepest, found = len(s), 0.0, (-1, 0, 0)
-    b = np.zeros((n, 24))
+    b, room = np.zeros((n, 24)), np.zeros(24)
     for i in range(n):
         x = s[i, X] if joined[i] else 0.0
         y = s[i - 1, Y] if i > 0 and joined[i - 1] else 0.0
-        shape(d, x, y, s[i, C1], s[i, C2], b[i])
+        shape(d, x, y, 0.0, s[i, C1], s[i, C2], room, b[i], 0)
     for k in range(1, min(reach(d), n - 1) + 1):
         f = frame(d, phi, k)
         for a in range(n - k):

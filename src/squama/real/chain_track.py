@@ -14,7 +14,7 @@ from scipy.linalg import LinAlgError, solve_banded
 
 from squama.model import elastic_plate as plate
 from squama.progress import steps
-from squama.real import chain, entry, follow, path
+from squama.real import chain, changes, entry, follow, path
 from squama.real.contact import Step
 from squama.types import Array
 
@@ -108,7 +108,7 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP) -> 
             left = goal - last.phi
             size = left / math.ceil(left / h * (1 - 1e-9))
             found = _advance(row, goal if size > left * (1 - 1e-9) else last.phi + size, last, before)
-            problem = (follow.STOPPED, -1, -1, 0) if found is None else _problem(row, where, found)
+            problem = (changes.STOPPED, -1, -1, 0) if found is None else _problem(row, where, found)
             if found is not None and problem is None:
                 before, last, h = last, found, min(step, 2 * size)
                 continue
@@ -118,7 +118,7 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP) -> 
                     _write(row, last, rows[i], sides[i], held[i])
                 return Track(rows, sides, held, problem[0], last.phi, *problem[1:])
         _write(row, last, rows[i], sides[i], held[i])
-    return Track(rows, sides, held, follow.RANGE, last.phi, -1, -1, 0)
+    return Track(rows, sides, held, changes.RANGE, last.phi, -1, -1, 0)
 
 
 def decay(way: path.Path) -> float:
@@ -233,9 +233,9 @@ def _problem(row: Row, where: Array, state: State) -> tuple[int, int, int, int] 
     off = _off(row, state.s) & state.marks[1]
     if off.any():
         which, i = np.argwhere(off)[0]
-        return (follow.OFF_SECOND if which else follow.OFF_FIRST), int(row.order[i]), -1, 0
+        return (changes.OFF_SECOND if which else changes.OFF_FIRST), int(row.order[i]), -1, 0
     edge, scale, k = entry.beside(*row.beam, state.phi, state.s, row.joined, where)
-    return (follow.OTHER, scale, edge, k) if edge >= 0 else None
+    return (changes.OTHER, scale, edge, k) if edge >= 0 else None
 
 
 def _write(row: Row, state: State, out: Array, sides: Array, held: Array) -> None:

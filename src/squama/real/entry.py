@@ -14,32 +14,34 @@ from squama.model.elastic_plate import SIDE_D, TIP
 from squama.progress import LOG
 from squama.real import chain, moved, start
 from squama.real import follow as following
-from squama.real.contact import BEND, LEG, MOST, ROWS, SHAPE, Design, Step, _jit, onto
-from squama.real.follow import OTHER, End
+from squama.real.changes import OTHER
+from squama.real.contact import MOST, Step
+from squama.real.design import LEG, ROWS, SHAPE, Design, _jit, onto
+from squama.real.features import compliances
+from squama.real.follow import End
 from squama.real.vectors import put
 from squama.types import Array
 
 SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
 """All that may be compiled."""
 _follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
-_assemble, _look, _onto = chain.assemble, chain.look, onto
+_assemble, _look, _onto, _bend = chain.assemble, chain.look, onto, compliances
 _inverses, _again = moved.inverses, moved.again
 
 
 class Beams(NamedTuple):
     """Many beams, E = d = 1.
 
-    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w, phi),
-    or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``compliances`` (n, 4, 4, 6, 6) and ``bows``
-    (n, 4, 24, 6), what forces on the edges do to the plates, see :func:`squama.model.elastic_plate.answers`; ``bent``
-    (n,); ``soft`` (n,), the stretch per axial force, 0 where the length is held.
+    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
+    phi), or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``plates`` (n, 24, 24), see
+    :func:`squama.model.elastic_plate.compliances`; ``bent`` (n,); ``soft`` (n,), the stretch per axial force, 0
+    where the length is held.
     """
 
     shapes: Array
     K: Array
     elastic: Array
-    compliances: Array
-    bows: Array
+    plates: Array
     bent: Array
     soft: Array
 
@@ -49,23 +51,14 @@ def _design(b: Beams, i: int, table: Array) -> Design:
     """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
     put(b.K[i], table)
     table[LEG, 4] = b.soft[i]
+    if b.elastic[i]:
+        put(b.plates[i], table[SHAPE:])
     s = b.shapes[i]
     edges, upwards = (TIP, SIDE_D, 1), 1.0
     return Design(
         s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], *edges, upwards, b.elastic[i], table,
         b.bent[i],
     )  # fmt: skip
-
-
-@_jit
-def _bend(b: Beams, i: int, d: Design) -> None:
-    """Write what forces on the two edges that meet do to the plates into a design's table."""
-    for m in range(2):
-        one = d.second if m else d.first
-        put(b.bows[i, one], d.table[SHAPE:, 6 * m :])
-        for n in range(2):
-            two = d.second if n else d.first
-            put(b.compliances[i, one, two], d.table[BEND + 6 * m :, 6 * n :])
 
 
 @_jit
@@ -88,12 +81,13 @@ def _along(
 def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[int, int, int, float, float, float]:
     """Return what touches first below a twist, or on a path of legs."""
     if not d.bent:
-        return _first_contact(d, 0.0, most)
-    here, found = 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
+        return _first_contact(d, 0.0, most, 0.0)
+    here, since, found = 0.0, 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
     for i in range(targets.size):
-        if found[0] == -1:
-            _onto(d, here, targets[i], corners, i)
-            found, here = _first_contact(d, here, targets[i]), targets[i]
+        if found[0] == -1 and targets[i] > here:
+            if _onto(d, here, targets[i], corners, i):
+                since = here
+            found, here = _first_contact(d, here, targets[i], since), targets[i]
     return found
 
 
@@ -107,8 +101,8 @@ def _answer(
     which it is straight; of others, ``corners`` is not read.
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
-    ``tables`` (n, 46, 12) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
-    (n, 5), see :class:`squama.real.follow.End`, and ``notes`` (n, m, 40), see :func:`squama.real.follow.follow`.
+    ``tables`` (n, 46, 24) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
+    (n, 5), see :class:`squama.real.follow.End`, and ``notes`` (n, m, 56), see :func:`squama.real.follow.follow`.
     """
     for i in range(targets.shape[0]):
         d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
@@ -117,7 +111,7 @@ def _answer(
         if c[0] >= 0.0:
             d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
         if d.elastic:
-            _bend(b, i, d)
+            _bend(d)
         end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], corners[i], step, every, out[i], notes[i])
 
 
@@ -148,24 +142,24 @@ def _move(
     """Follow beams that :func:`answer` has followed, and noted, with complex steps.
 
     ``contacts``, ``targets``, ``notes`` of n beams as there; ``many`` are the same beams, each k times one after the
-    other, with other complex steps; so are ``goals`` (n k, m), their targets. Written are ``tables`` (n k, 46, 12),
+    other, with other complex steps; so are ``goals`` (n k, m), their targets. Written are ``tables`` (n k, 46, 24),
     ``starts`` (n k, 3), twists and places at engagement, and ``out`` (n k, m, 19).
     """
     k = len(goals) // len(targets)
-    J, table = np.empty((notes.shape[1], MOST, MOST)), np.zeros((ROWS, 12))
+    J, table = np.empty((notes.shape[1], MOST, MOST)), np.zeros((ROWS, 24))
     for i in range(len(targets)):
         c, n = contacts[i], 0
         if c[0] >= 0.0:
             d = _meeting(_design(b, i, table), int(c[0]), int(c[1]), int(c[2]))
             if d.elastic:
-                _bend(b, i, d)
+                _bend(d)
             n = _inverses(d, (c[3], c[4], c[5]), step, notes[i], J)
         for j in range(i * k, (i + 1) * k):
             one = _design(many, j, tables[j])
             if c[0] >= 0.0:
                 one = _meeting(one, int(c[0]), int(c[1]), int(c[2]))
             if one.elastic:
-                _bend(many, j, one)
+                _bend(one)
             _again(one, c, targets[i], goals[j], step, notes[i, :n], J, starts[j], out[j])
 
 

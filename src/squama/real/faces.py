@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.real.contact import SHAPE, Design, Frame, _in, _jit, back, frame, high, lengthwise, low, place, powers, turn
+from squama.model.elastic_plate import TIP
+from squama.real.design import Design, Frame, _in, _jit, back, frame, turn
+from squama.real.features import high, lengthwise, low, place, raised
 from squama.real.vectors import Vector, add, mixed, rotated, scaled, turned
 from squama.types import Array
 
@@ -15,36 +18,53 @@ _ALONG, _ACROSS = 16, 8
 """Places that are looked at along the length and the width."""
 
 
-@_in
-def bulge(d: Design, b: Array, x: float, y: float) -> float:
-    """Return the deflection at a place of the plate by its coefficients (24,)."""
-    X, Y, w = x / d.eta, y / d.beta, 0.0
-    for m in range(5, -1, -1):
-        row = b[4 * m] + Y * (b[4 * m + 1] + Y * (b[4 * m + 2] + Y * b[4 * m + 3]))
-        w = w * X + row
-    return w * X * X
+class View(NamedTuple):
+    """One scale in the axes of another: a place X of it is at o + X_x x + X_y y + X_z z there."""
 
-
-@_jit
-def shape(d: Design, x: float, y: float, c1: float, c2: float, out: Array) -> None:
-    """Write the coefficients (24,) of a plate's deflection under forces at places on its two edges."""
-    out[:] = 0.0
-    if d.elastic:
-        g = np.empty(12)
-        powers(d, d.first, x, g, 0)
-        powers(d, d.second, y, g, 6)
-        for i in range(24):
-            for j in range(6):
-                out[i] += d.table[SHAPE + i, j] * g[j] * c1 + d.table[SHAPE + i, 6 + j] * g[6 + j] * c2
+    o: Vector
+    x: Vector
+    y: Vector
+    z: Vector
 
 
 @_in
-def aside(d: Design, edge: int, half: float, most: float, o: Vector, ex: Vector, ey: Vector, ez: Vector) -> bool:
+def view(f: Frame, stretch: float, q: Array, p: Array, upper: int) -> View:
+    """Return a scale as its neighbour sees it or, ``upper``, the neighbour as the scale sees it, by their motions."""
+    u, v, step = (q[0], q[1], q[2]), (p[0], p[1], p[2]), scaled(1.0 + stretch, f.t)
+    home, away = add(v if upper else u, 1.0, f.o), add(u if upper else v, 1.0, f.o)
+    own = p if upper else q
+    other = q if upper else p
+    e, inverse = turned((own[3], own[4], own[5])), turned((-other[3], -other[4], -other[5]))
+    there = add(turn(f, home), 1.0, step) if upper else back(f, add(home, -1.0, step))
+    x, y, z = rotated(e, (1.0, 0.0, 0.0)), rotated(e, (0.0, 1.0, 0.0)), rotated(e, (0.0, 0.0, 1.0))
+    x = rotated(inverse, turn(f, x) if upper else back(f, x))
+    y = rotated(inverse, turn(f, y) if upper else back(f, y))
+    z = rotated(inverse, turn(f, z) if upper else back(f, z))
+    return View(rotated(inverse, add(there, -1.0, away)), x, y, z)
+
+
+@_in
+def spotted(d: Design, s: View, edge: int, along: float, lifts: Array, half: float) -> Vector:
+    """Return where a place on an edge of a scale, deflected by ``lifts`` (24,), is in the other one's axes."""
+    at = place(d, edge, along, 0.0)
+    lift = half + (raised(d, lifts, 0, at[0], at[1])[0] if d.elastic else 0.0)
+    return add(mixed(at[0], s.x, at[1], s.y, lift, s.z), 1.0, s.o)
+
+
+@_in
+def over(d: Design, x: Vector, faces: Array, upper: int) -> float:
+    """Return the height of a place over the other scale's face or, ``upper``, below its lower one."""
+    face = (d.h / 2 if upper else -d.h / 2) - x[2] + (raised(d, faces, 0, x[0], x[1])[0] if d.elastic else 0.0)
+    return face - d.h if upper else -face - d.h
+
+
+@_in
+def aside(d: Design, edge: int, half: float, most: float, s: View) -> bool:
     """Say whether an edge, deflected by ``most`` at most, lies beside the other scale, from whose axes it is seen."""
     one, two = place(d, edge, low(d, edge), half), place(d, edge, high(d, edge), half)
-    p = add(mixed(one[0], ex, one[1], ey, half, ez), 1.0, o)
-    q = add(mixed(two[0], ex, two[1], ey, half, ez), 1.0, o)
-    x, y = most * abs(ez[0]), most * abs(ez[1])
+    p = add(mixed(one[0], s.x, one[1], s.y, half, s.z), 1.0, s.o)
+    q = add(mixed(two[0], s.x, two[1], s.y, half, s.z), 1.0, s.o)
+    x, y = most * abs(s.z[0]), most * abs(s.z[1])
     along = max(p[0], q[0]) < -x or min(p[0], q[0]) > d.eta + x
     return along or max(p[1], q[1]) < -d.beta - y or min(p[1], q[1]) > d.beta + y
 
@@ -59,36 +79,18 @@ def overlap(d: Design, f: Frame, stretch: float, q: Array, b: Array, p: Array, c
     that (+ 4) under the scale's lower face. The edge is -1 where nothing touches.
     """
     deepest, edge_of = _TOUCH, -1
-    u, v, step = (q[0], q[1], q[2]), (p[0], p[1], p[2]), scaled(1.0 + stretch, f.t)
     for upper in range(2):
-        # a place X of the one scale in the axes of the other: origin + X_x ex + X_y ey + X_z ez
-        home, away = add(v if upper else u, 1.0, f.o), add(u if upper else v, 1.0, f.o)
-        own = p if upper else q
-        other = q if upper else p
-        e, inverse = turned((own[3], own[4], own[5])), turned((-other[3], -other[4], -other[5]))
-        there = add(turn(f, home), 1.0, step) if upper else back(f, add(home, -1.0, step))
-        o = rotated(inverse, add(there, -1.0, away))
-        ex = rotated(e, (1.0, 0.0, 0.0))
-        ey = rotated(e, (0.0, 1.0, 0.0))
-        ez = rotated(e, (0.0, 0.0, 1.0))
-        ex = rotated(inverse, turn(f, ex) if upper else back(f, ex))
-        ey = rotated(inverse, turn(f, ey) if upper else back(f, ey))
-        ez = rotated(inverse, turn(f, ez) if upper else back(f, ez))
-        half = d.h / 2 if upper else -d.h / 2
+        s, half = view(f, stretch, q, p, upper), d.h / 2 if upper else -d.h / 2
         lifts, faces = (c, b) if upper else (b, c)
         most = np.abs(lifts).sum()
         for edge in range(4):
-            if aside(d, edge, half, most, o, ex, ey, ez):
+            if aside(d, edge, half, most, s):
                 continue
             n = _ALONG if lengthwise(edge) else _ACROSS
             for i in range(n + 1):
-                at = place(d, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * i / n, 0.0)
-                lift = half + (bulge(d, lifts, at[0], at[1]) if d.elastic else 0.0)
-                x = add(mixed(at[0], ex, at[1], ey, lift, ez), 1.0, o)
+                x = spotted(d, s, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * i / n, lifts, half)
                 if 0.0 < x[0] < d.eta and -d.beta < x[1] < d.beta:
-                    face = half - x[2] + (bulge(d, faces, x[0], x[1]) if d.elastic else 0.0)
-                    # the face of the other scale is its lower one where edges of upper faces are looked at
-                    height = face - d.h if upper else -face - d.h
+                    height = over(d, x, faces, upper)
                     if height < deepest:
                         deepest, edge_of = height, edge + 4 * upper
     return (deepest, edge_of) if edge_of >= 0 else (0.0, -1)
@@ -103,6 +105,36 @@ def others(d: Design, q: Array, phi: float, stretch: float, b: Array) -> tuple[f
         if deep < deepest:
             deepest, edge_of, k_of = deep, edge, k
     return deepest, edge_of, k_of
+
+
+@_jit
+def tilt(d: Design, q: Array, phi: float, stretch: float, b: Array, x: float, y: float, along: float) -> float:
+    """Return how a tip edge rises over the other scale's face from a place (x, y on it) on, by the length towards C.
+
+    It touches at ``along``; ``q`` begins with the motions (6,), ``b`` (24,) is the deflection.
+    """
+    s = view(frame(d, phi, d.k), stretch, q, q, 0)
+    slope, wx, wy = 0.0, 0.0, 0.0
+    if d.elastic:
+        _, _, slope = raised(d, b, 0, d.eta, along)
+        _, wx, wy = raised(d, b, 0, x, y)
+    return wx * (s.y[0] + slope * s.z[0]) + wy * (s.y[1] + slope * s.z[1]) - s.y[2] - slope * s.z[2]
+
+
+@_jit
+def tip_over(
+    d: Design, q: Array, phi: float, stretch: float, b: Array, along: float, side: float
+) -> tuple[float, float, float]:
+    """Return a place of the tip edge over the other scale's face, and how far along the edge it is.
+
+    It is that at ``along``, or where the edge comes to ``side`` of the face (its y), 0 for neither; as :func:`tilt`.
+    """
+    s = view(frame(d, phi, d.k), stretch, q, q, 0)
+    x = spotted(d, s, TIP, along, b, -d.h / 2)
+    for _ in range(3 if side != 0.0 else 0):
+        along += (side - x[1]) / s.y[1]
+        x = spotted(d, s, TIP, along, b, -d.h / 2)
+    return x[0], x[1], along
 
 
 @_in

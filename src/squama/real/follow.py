@@ -7,39 +7,46 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.real.changes import LIES, OTHER, PARTED, RANGE, STOPPED, TURNS, beyond, handed, taken
+
 from squama.real.contact import (  # isort: skip
-    AT, BEFORE, BENT, BOW, CROSSING, FORCE, FRICTION, LAST, LEG, MISSED, MOST, MOTIONS, NEW, NORMAL, PHI, SLIDING,
-    SLOPE, SPEED, STATES, STRETCH, TALLY, TORQUE, WIDTH, Design, Step, _in, _jit, angle, deflection, frame, high, load,
-    low, onto, residual, strains,
+    ALONG, ASIDE, AT, BEFORE, BENT, BOW, CROSSING, FORCE, FRICTION, LAST, MISSED, MOST, NEW, NORMAL, PHI, SLIDING,
+    SLOPE, SPEED, STATES, STRETCH, TALLY, TORQUE, WIDTH, Step, angle, residual,
 )  # fmt: skip
-from squama.real.faces import others, shape
+from squama.real.design import LEG, MOTIONS, Design, _in, _jit, frame, load, onto, strains
+from squama.real.features import compliances, deflection, on_face, raised, spots
+from squama.real.start import first_contact, meeting
 from squama.real.steps import free_rates, rates_engaging, solve
 from squama.real.vectors import copy, magnitude, put
 from squama.types import Array
 
 FREE, SLIP, STICK = range(3)
-RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, TURNS = range(7)
-"""Ends by number; TURNS is none, but asks for a smaller step."""
 COLUMNS = (
     "phi", "T", "N", "f", "x", "y", "c1", "c2", "W_fr", "W", "mode", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "T_slip",
     "slip",
 )  # fmt: skip
 """What is written of each point; T_slip: the torque where the contact last began to slide, or turned round; slip: the
 length along which it has slid."""
-STRAINED = (*COLUMNS, "psi", "twist", "stretch", "F_x", "F_y", "F_z", "lift")
+STRAINED = (
+    *COLUMNS, "psi", "twist", "stretch", "F_x", "F_y", "F_z", "lift", "first", "second", "along", "since", "k",
+)  # fmt: skip
 """The same of a beam that is bent, whose phi is the way and T the work per way; its strains, the contact's force on the
-first scale along its axes at rest, and the deflection of the second one there."""
-_LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
+first scale along its axes at rest, the deflection of the second one there, what meets (-1: nothing), the place on a tip
+edge that lies on a face, the way since which it does, and the neighbour's number."""
+_LEAST, _SMALLEST, _HELD, _AGAIN = 1e-7, 1e-15, 1e-7, 1e-5
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
 _TURN, _BENDS, _TURNING = 0.9, 0.98, 1 / 64
 """Cosines of the turn of the slip's direction over a step that is refused, and that is not grown; share of the largest
 step below which any turn is taken."""
-_MISSES = 400
-MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET, SLID, NOTED = range(15)
+_MISSES, _HANDED = 400, 24
+MODE, FRESH, KNOWN, CLOSING, H, SIZE, NARROW, MISSES, RUBBED, WORK, WAY, COUNT, ONSET, SLID, NOTED, SINCE, HANDED = (
+    range(17)
+)
 """What is counted along a path: the mode; whether it just began, the Jacobian may be kept, a slide is being located;
 next and last step, distance to what ends the path; steps refused; frictional work, work of the torque; sense of the
-twist; steps; torque where the contact last began to slide; length of the slip; states noted."""
+twist; steps; torque where the contact last began to slide; length of the slip; states noted; where the contact began,
+and how many came before it."""
 BEGUN = WIDTH - 1
 """Column of a state that is noted: whether it is the first one of a slide."""
 
@@ -70,7 +77,20 @@ def write(d: Design, s: Array, tally: Array, out: Array) -> None:
         out[21] = s[STRETCH]
         for j in range(3):
             out[22 + j] = s[FORCE + j]
-        out[25] = deflection(d, d.second, s[AT + 1], s, BENT + 6)[0] if d.elastic and s[NORMAL].real > 0.0 else 0.0
+        out[25], out[26], out[27], out[28], out[29], out[30] = 0.0, -1.0, -1.0, s[AT + 2], tally[SINCE], d.k
+        if s[NORMAL].real > 0.0:
+            out[26], out[27] = d.first, d.second
+            if d.elastic:
+                out[25] = lifted(d, s)
+
+
+@_in
+def lifted(d: Design, s: Array) -> float:
+    """Return the deflection of the second scale at the contact."""
+    if not on_face(d):
+        return deflection(d, d.second, s[AT + 1], s, BENT + 6)[0]
+    _, _, x, y = spots(d, s[AT], s[AT + 1], s[AT + 2])
+    return raised(d, s, BENT, x, y)[0]
 
 
 @_jit
@@ -83,32 +103,6 @@ def at_rest(d: Design, rates: Array, phi: float, s: Array) -> None:
     s[STRETCH] = rates[m, 0] * phi + rates[m, 1]
     s[AT] = s[AT + 1] = np.nan
     s[PHI], s[TORQUE] = phi, load(d, phi, s, s[STRETCH])
-
-
-@_jit
-def beyond(d: Design, s: Array, b: Array, look: bool) -> tuple[int, int, int]:
-    """Return why a state is no longer of this one contact: end, edge, neighbour; -1 if it is."""
-    x, y = s[AT], s[AT + 1]
-    if not low(d, d.first) <= x <= high(d, d.first):
-        return OFF_FIRST, d.first, d.k
-    if not low(d, d.second) <= y <= high(d, d.second):
-        return OFF_SECOND, d.second, d.k
-    if look:
-        shape(d, x, y, s[MOTIONS + 3], s[MOTIONS + 4], b)
-        _, edge, k = others(d, s, s[PHI], s[STRETCH], b)
-        if edge >= 0:
-            return OTHER, edge, k
-    return -1, -1, 0
-
-
-@_in
-def taken(s: Array, stuck: bool) -> None:
-    """Write the contact's own unknowns of a state: places and N of one that slips, the force of one that sticks."""
-    m = MOTIONS
-    if stuck:
-        copy(s[FORCE : FORCE + 3], s[m:])
-    else:
-        s[m], s[m + 1], s[m + 2] = s[AT], s[AT + 1], s[NORMAL]
 
 
 @_in
@@ -136,12 +130,12 @@ def guess(d: Design, size: float, room: Array) -> bool:
         extrapolate(d, size, room)
         return True
     if last[NORMAL] == 0.0 and tally[MODE] == SLIP:
-        taken(last, False)
+        taken(d, last, False)
         possible = rates_engaging(d, tally[WAY], room)
         for j in range(angle(d) + 1):
             new[j] = last[j] + size * new[j]
         return possible
-    taken(last, True)
+    taken(d, last, True)
     copy(last, new)
     return True
 
@@ -160,7 +154,7 @@ def mean(a: float, b: float, c: float, ratio: float) -> float:
 
 
 @_jit
-def accept(room: Array, size: float) -> None:
+def accept(d: Design, room: Array, size: float) -> None:
     """Make the new state the last one, after a step of a size."""
     last, new, tally = room[LAST], room[NEW], room[TALLY]
     fresh = tally[FRESH].real > 0.0
@@ -176,6 +170,10 @@ def accept(room: Array, size: float) -> None:
         one, two = before[FRICTION] * before[SPEED], last[FRICTION] * last[SPEED]
         tally[RUBBED] += mean(one, two, new[FRICTION] * new[SPEED], ratio) * size
         x, y = new[AT] - last[AT], new[AT + 1] - last[AT + 1]
+        if on_face(d):
+            # along the face, and what a tip edge moves along itself
+            c, s = new[CROSSING], new[AT + 2] - last[AT + 2]
+            x, y, crossing = x + c * y - new[ALONG] * s, np.sqrt(1 - c * c) * y - new[ASIDE] * s, -new[CROSSING]
         tally[SLID] += np.sqrt(magnitude(x * x + y * y - x * y * (crossing + new[CROSSING])))
     tally[WORK] += mean(before[TORQUE], last[TORQUE], new[TORQUE], ratio) * (new[PHI] - last[PHI])
     tally[SIZE], tally[FRESH] = size, 0.0
@@ -199,7 +197,7 @@ def advance(d: Design, rates: Array, start: tuple[float, float, float], goal: fl
     at_rest(d, rates, start[0] if engages else goal, last)
     tally[WORK] += (before + last[TORQUE]) / 2 * (last[PHI] - phi)
     if engages:
-        last[AT], last[AT + 1], tally[ONSET] = start[1], start[2], last[TORQUE]
+        last[AT], last[AT + 1], tally[ONSET], tally[SINCE] = start[1], start[2], last[TORQUE], last[PHI]
         begin(tally, SLIP, step * _START)
 
 
@@ -223,8 +221,8 @@ def attempt(
         # (rigid scales that stick may not let the bar twist at all)
         if not found:
             copy(last, new)
-        taken(last, False)
-        taken(new, False)
+        taken(d, last, False)
+        taken(d, new, False)
         found, known, stuck = True, False, False
     found = found and (sticks or d.mu == 0.0 or new[SPEED] > 0.0)
     tally[KNOWN] = 1.0 if known else 0.0
@@ -234,7 +232,7 @@ def attempt(
         return PARTED, -1, 0
     if not sticks and ahead(d, room) < _TURN and size > step * _TURNING:
         return TURNS, -1, 0
-    return beyond(d, new, b, tally[COUNT] % every == 0 or tally[NARROW] < math.inf)
+    return beyond(d, new, room, b, tally[COUNT] % every == 0 or tally[NARROW] < math.inf)
 
 
 @_jit
@@ -245,7 +243,7 @@ def slides(d: Design, size: float, step: float, room: Array) -> bool:
     if held >= least or (held >= 0.0 and tally[CLOSING] == 0.0):
         return False
     if abs(held) < least or size < _SMALLEST:
-        accept(room, size)
+        accept(d, room, size)
         tally[ONSET] = new[TORQUE]
         begin(tally, SLIP, step * _SOFTLY)
         return True
@@ -284,7 +282,7 @@ def refused(code: int, size: float, room: Array) -> bool:
 
 @_jit
 def note(room: Array, notes: Array) -> None:
-    """Write the new state into the notes (n, 40), as long as there is room for it and the contact slides."""
+    """Write the new state into the notes (n, 56), as long as there is room for it and the contact slides."""
     tally = room[TALLY]
     i = int(tally[NOTED])
     if tally[MODE] == SLIP and i < len(notes):
@@ -301,7 +299,7 @@ def onward(d: Design, size: float, step: float, room: Array, notes: Array) -> No
     tally = room[TALLY]
     note(room, notes)
     slowly = tally[MODE] == SLIP and ahead(d, room) < _BENDS
-    accept(room, size)
+    accept(d, room, size)
     tally[COUNT] += 1.0
     tally[NARROW] -= size
     tally[H] = size if slowly else min(step, 2 * size)
@@ -316,9 +314,20 @@ def redirect(d: Design, room: Array) -> None:
     """Write what the last state opposes to the leg that begins there."""
     last, new = room[LAST], room[NEW]
     copy(last, new)
-    taken(new, True)
+    taken(d, new, True)
     residual(d, frame(d, last[PHI], d.k), last[PHI], Step(True, 1.0, -1.0, 0.0, 1.0), room, MISSED)
     last[TORQUE] = new[TORQUE]
+
+
+@_jit
+def next_contact(d: Design, here: float, goal: float) -> tuple[Design, int, int, int, tuple[float, float, float]]:
+    """Return the design with what touches next once a contact has parted, and where, as it is for the first one."""
+    first, second, k, phi, x, y = first_contact(d, here, goal, here + _AGAIN)
+    if first >= 0:
+        d = meeting(d, first, second, k)
+        if d.elastic and not on_face(d):
+            compliances(d)
+    return d, first, second, k, (phi, x, y)
 
 
 @_jit
@@ -330,7 +339,7 @@ def follow(
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
     many steps. Of a beam that is bent, ``targets`` are ways, ever farther, and ``corners`` (n, 2) bend and twist there;
-    rows (n, 26). The states of a contact that slides from the first on are written into ``notes`` (m, 40).
+    rows (n, 31). The states of a contact that slides from the first on are written into ``notes`` (m, 56).
     """
     room, J, order, b = np.zeros((STATES, WIDTH)), np.empty((MOST, MOST)), np.zeros(MOST, np.int64), np.zeros(24)
     for j in range(4):
@@ -340,11 +349,12 @@ def follow(
     at_rest(d, rates, 0.0, last)
     begin(tally, FREE, step)
     tally[SIZE], tally[WAY] = step, 1.0
-    why, edge_of, k_of = RANGE, -1, 0
+    why, edge_of, k_of, parted = RANGE, -1, 0, False
     for i in range(targets.size):
         goal, tally[MISSES] = targets[i], 0.0
-        corner = d.bent and onto(d, last[PHI], goal, corners, i)
-        if d.bent:
+        leg = d.bent and goal != last[PHI]
+        corner = leg and onto(d, last[PHI], goal, corners, i)
+        if leg:
             put(free_rates(d), rates)
         if corner and tally[MODE] == FREE:
             # the work is along the new leg
@@ -362,6 +372,10 @@ def follow(
             tally[WAY] = way
         while last[PHI] != goal:
             if tally[MODE] == FREE:
+                if parted:
+                    d, first, edge_of, k_of, start = next_contact(d, last[PHI], goal)
+                    if first == -2:
+                        return End(OTHER, start[0], edge_of, k_of, i)
                 advance(d, rates, start, goal, step, room)
                 continue
             left = abs(goal - last[PHI])
@@ -375,7 +389,16 @@ def follow(
                 if code not in (STOPPED, TURNS) or tally[NARROW] == math.inf:
                     why, edge_of, k_of = STOPPED if code == TURNS else code, edge, k
                 if refused(code, size, room):
-                    return End(why, last[PHI], edge_of, k_of, i)
+                    tally[SINCE], tally[MISSES], tally[HANDED] = last[PHI], 0.0, tally[HANDED] + 1.0
+                    if why == PARTED and d.bent:
+                        at_rest(d, rates, last[PHI], last)
+                        begin(tally, FREE, step)
+                        start, parted = (math.inf, 0.0, 0.0), True
+                        continue
+                    d, on = handed(d, why, k_of, room, J, order, b)
+                    if not on or tally[HANDED] > _HANDED:
+                        return End(STOPPED if why == LIES else why, last[PHI], edge_of, k_of, i)
+                    begin(tally, SLIP, step * _SOFTLY)
             elif tally[MODE] != STICK or not slides(d, size, step, room):
                 onward(d, size, step, room, notes)
         write(d, last, tally, out[i])

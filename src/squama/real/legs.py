@@ -1,7 +1,7 @@
 """A real beam that is bent and twisted: paths of straight legs in the strains, moment and torque along them; E = d = 1.
 
-One contact of two edges is followed (:mod:`squama.real.contact`). A beam that is bent first is touched by a corner on
-a face in most cases; that is an end by name here, and general contact (:func:`squama.fe.assembly.make_bent`) goes on.
+One contact at a time is followed (:mod:`squama.real.contact`), from one to the next (:mod:`squama.real.changes`). Where
+others come in the path ends by name, and general contact (:func:`squama.fe.assembly.make_bent`) goes on.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from squama.model.screw import Screw
 from squama.real.follow import STRAINED
-from squama.real.path import EVERY, STEP, Answers, Path, Scale, beams, follow_all
+from squama.real.path import EVERY, STEP, Answers, Path, Scale, beams, follow_all, spots
 from squama.types import Array
 
 
@@ -56,8 +56,7 @@ def follow_legs(
     ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
     one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), stretch=stretch)
     found = follow_all(one, ways[None], step=step, every=every, corners=corners[None])
-    rows = dict(zip(STRAINED, found.rows[0].T, strict=True))
-    M, T = _moments(scale, K, found.contacts[0], rows)
+    M, T, rows = _moments(scale, K, found.rows[0])
     way = Path(scale, one, found.tables[0], found.contact())
     return Bent(rows["psi"], rows["twist"], rows["stretch"], M, T, found, way)
 
@@ -67,38 +66,35 @@ def follow_straight(scale: Scale, K: Array, mu: float, ends: Array, *, stretch: 
     n = len(ends)
     one = beams(Scale(*np.tile(scale, (n, 1)).T), np.broadcast_to(K, (n, 9, 9)), np.full(n, mu), stretch=stretch)
     found = follow_all(one, np.hypot(*ends.T)[:, None], corners=np.ascontiguousarray(ends[:, None], float))
-    rows = dict(zip(STRAINED, found.rows[:, 0].T, strict=True))
-    M, T = np.empty(n), np.empty(n)
-    for contact in np.unique(found.contacts[:, :3], axis=0):
-        alike = (found.contacts[:, :3] == contact).all(axis=1)
-        M[alike], T[alike] = _moments(scale, K, contact, {name: v[alike] for name, v in rows.items()})
+    M, T, rows = _moments(scale, K, found.rows[:, 0])
     way = Path(scale, one, found.tables[0], found.contact())
     return Bent(rows["psi"], rows["twist"], rows["stretch"], M, T, found, way)
 
 
-def _moments(scale: Scale, K: Array, contact: Array, rows: dict[str, Array]) -> tuple[Array, Array]:
-    """Return moment and torque (n,) by virtual work: of the joint, and of the contact's force on the other scale."""
+def _moments(scale: Scale, K: Array, states: Array) -> tuple[Array, Array, dict[str, Array]]:
+    """Return moment and torque (n,) by virtual work, of the joint, and of the contact's force on the other scale.
+
+    And the states' columns by name.
+    """
     from scipy.spatial.transform import Rotation
 
-    first, second, k = contact[:3].astype(int)
+    rows = dict(zip(STRAINED, states.T, strict=True))
     q = np.array([rows[name] for name in ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "twist", "psi", "stretch")])
     T, M = K[6:8] @ q
     touches = rows["N"] > 0
-    if first < 0 or not touches.any():
-        return M, T
+    if not touches.any():
+        return M, T, rows
     q, force = q[:, touches], np.array([rows[name][touches] for name in ("F_x", "F_y", "F_z")])
-    at = rows["y"][touches]
-    one = np.ones_like(at)
-    x, y = [(scale.eta * one, at), (at, -scale.beta * one), (at, scale.beta * one), (0 * one, at)][second]
-    place = np.column_stack([x, y, rows["lift"][touches] + scale.h / 2])
+    k, (x, y) = rows["k"][touches], spots(scale, (), states[touches], 1)
+    place, none = np.column_stack([x, y, rows["lift"][touches] + scale.h / 2]), np.zeros((3, x.size))
     sa, ca, st, ct = np.sin(scale.alpha), np.cos(scale.alpha), np.sin(scale.theta0), np.cos(scale.theta0)
     axes = np.array([[-sa * ct, st, ca * ct], [ca, 0.0, sa], [sa * st, ct, -ca * st]])
     moved = q[:3].T + Rotation.from_rotvec(q[3:6].T).apply(place)
     inner = (moved @ axes + np.array([0.0, scale.lam, 0.0])).T
-    g, none = Screw.of(k * q[7], k * q[6], 0 * one), np.zeros((3, at.size))
-    g = g._replace(v=np.array([0 * one, 0 * one, k * (1 + q[8])]))
+    g = Screw.of(k * q[7], k * q[6], none[0])
+    g = g._replace(v=np.array([none[0], none[0], k * (1 + q[8])]))
     for moment, axis in ((M, 0), (T, 2)):
         turning = none.copy()
         turning[axis] = -k
         moment[touches] += ((axes.T @ force) * g.rates(inner, turning, none)).sum(axis=0)
-    return M, T
+    return M, T, rows

@@ -18,9 +18,9 @@ import math
 
 import numpy as np
 
-from squama.real.contact import (  # isort: skip
-    LAST, MISSED, MOST, NEW, PHI, STATES, TALLY, WIDTH, Design, _jit, angle, frame, residual,
-)  # fmt: skip
+from squama.real.contact import LAST, MISSED, MOST, NEW, PHI, STATES, TALLY, WIDTH, angle, residual
+from squama.real.design import Design, _jit, frame
+
 from squama.real.follow import (  # isort: skip
     BEGUN, FREE, FRESH, SIZE, WAY, accept, advance, at_rest, begin, difference, extrapolate, write,
 )  # fmt: skip
@@ -34,7 +34,7 @@ _ROUNDS, _FIRST = 1, 3
 
 @_jit
 def inverses(d: Design, start: tuple[float, float, float], step: float, notes: Array, J: Array) -> int:
-    """Write the inverse Jacobians (n, 12, 12) at the states that are noted; return how many there are."""
+    """Write the inverse Jacobians (n, 13, 13) at the states that are noted; return how many there are."""
     room, order, rates = np.zeros((STATES, WIDTH)), np.zeros(MOST, np.int64), free_rates(d)
     begun(d, rates, start, step, room)
     n = angle(d) + (1 if d.mu > 0.0 else 0)
@@ -50,7 +50,7 @@ def inverses(d: Design, start: tuple[float, float, float], step: float, notes: A
         if not jacobian(d, f, phi, by, room, J[i], order, n):
             return i
         copy(notes[i], room[NEW])
-        accept(room, size)
+        accept(d, room, size)
     return len(notes)
 
 
@@ -94,7 +94,7 @@ def again(
         size = share * (goals[at] - last[PHI])
         tally[FRESH] = notes[i, BEGUN]
         change(d, size, notes[i], J[i], room)
-        accept(room, size)
+        accept(d, room, size)
         if real == targets[at]:
             write(d, last, tally, out[at])
             at += 1

@@ -13,8 +13,10 @@ import numpy as np
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End
-from squama.real import entry, follow
-from squama.real.contact import BEND, LEG, ROWS, SHAPE, WIDTH
+from squama.real import changes, entry, follow
+from squama.real.contact import WIDTH
+from squama.real.design import LEG, ROWS, SHAPE
+from squama.real.features import CORNERS, FACE
 from squama.types import Array
 
 RANGE = 0.3
@@ -23,11 +25,12 @@ STEP = 4e-3
 """Largest increment of the twist, rad per pitch; a quarter of it changes a torque by some 1e-5."""
 EVERY = 4
 """Other contacts are looked for at every so many steps."""
-_FIRST = np.array(plate.FIRST)
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
+FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
+"""What may meet, by number (:mod:`squama.real.features`)."""
 WORDS = np.array([End.RANGE, End.OFF_TIP, End.OFF_SIDE, End.OTHER, End.STOPPED, End.SNAP, End.NONE, End.TOUCHING], str)
 """Ends in words: those of :mod:`squama.real.follow` by number, then those of :func:`endings` alone."""
 
@@ -66,11 +69,14 @@ class Contact(NamedTuple):
     @property
     def words(self) -> str:
         """The pair in words."""
-        if self.first == -1:
-            return ""
-        if self.first == -2:
-            return place(self.second, self.k)
-        return f"{EDGES[self.first]} on {EDGES[self.second]} (k = {self.k})"
+        return words(self.first, self.second, self.k)
+
+
+def words(first: int, second: int, k: int) -> str:
+    """Return what meets in words."""
+    if first == -1:
+        return ""
+    return place(second, k) if first == -2 else f"{FEATURES[first]} on {FEATURES[second]} (k = {k})"
 
 
 def place(edge: int, k: int, scale: int = 1) -> str:
@@ -80,7 +86,7 @@ def place(edge: int, k: int, scale: int = 1) -> str:
 
 
 class Answers(NamedTuple):
-    """Of n beams: first contacts (n, 6), tables of the designs (n, 46, 12), rows (n, m, 19) and ends (n, 5).
+    """Of n beams: first contacts (n, 6), tables of the designs (n, 46, 24), rows (n, m, 19) and ends (n, 5).
 
     See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
     """
@@ -123,14 +129,13 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
         scale.eta, scale.beta, scale.lam, np.sin(alpha), np.cos(alpha), np.sin(theta0), np.cos(theta0), scale.h, mu,
     ])  # fmt: skip
     elastic, n = np.isfinite(scale.D), len(K)
-    found = np.zeros((n, 4, 4, 6, 6), shapes.dtype), np.zeros((n, 4, 24, 6), shapes.dtype)
+    plates = np.zeros((n, 24, 24), shapes.dtype)
     if elastic.any():
-        made = plate.answers(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
-        for out, one in zip(found, made, strict=True):
-            out[elastic] = one / scale.D[elastic].reshape(-1, *[1] * (one.ndim - 1))
+        made = plate.compliances(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
+        plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
     soft = 1 / K[:, 8, 8] if stretch == "free" else np.zeros(n)
     K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
-    return entry.Beams(shapes, K, elastic, *found, np.full(n, bool(stretch)), soft)
+    return entry.Beams(shapes, K, elastic, plates, np.full(n, bool(stretch)), soft)
 
 
 def follow_all(
@@ -140,12 +145,12 @@ def follow_all(
     """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given.
 
     ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent. ``notes``
-    (n, i, 40): room for the states, see :func:`squama.real.follow.follow`.
+    (n, i, 56): room for the states, see :func:`squama.real.follow.follow`.
     """
     n = len(targets)
     columns = follow.COLUMNS if corners is None else follow.STRAINED
     found = Answers(
-        np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 12)),
+        np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 24)),
         np.full((*targets.shape, len(columns)), np.nan), np.zeros((n, len(follow.End._fields))),
     )  # fmt: skip
     entry.tell()
@@ -154,6 +159,15 @@ def follow_all(
     notes = np.zeros((n, 0, WIDTH)) if notes is None else notes
     entry.answer(beams, most, step, every, targets, corners, *found, notes)
     return found
+
+
+def held_bent(beams: entry.Beams, bends: Array, twists: Array) -> Answers:
+    """Bend beams that may be bent by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these."""
+    ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
+    # as far as the way goes, to the last digit
+    corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
+    found = follow_all(beams, ways, corners=corners)
+    return found._replace(rows=found.rows[:, 1:])
 
 
 def moved(beams: entry.Beams, targets: Array, copies: int, *, most: float | Array = 1.0) -> Answers:
@@ -179,10 +193,10 @@ def endings(contacts: Array, ends: Array) -> Array:
     contacts = np.real(contacts)
     first, code = contacts[:, 0].astype(int), ends[:, 0].astype(int)
     # where a contact leaves its edge, the edge says how; that of the base is no edge of the contact's
-    edge = np.where(code == follow.OFF_FIRST, contacts[:, 0], contacts[:, 1]).astype(int)
-    off = np.array([follow.OFF_FIRST, follow.OFF_SECOND, follow.OFF_SECOND, follow.OTHER])
-    code = np.where((code == follow.OFF_FIRST) | (code == follow.OFF_SECOND), off[np.clip(edge, 0, 3)], code)
-    code = np.where((first == -1) & (code == follow.RANGE), 6, code)
+    off = np.array([changes.OFF_FIRST, changes.OFF_SECOND, changes.OFF_SECOND, *[changes.OTHER] * 6])
+    left = (code == changes.OFF_FIRST) | (code == changes.OFF_SECOND)
+    code = np.where(left, off[np.maximum(ends[:, 2].astype(int), 0)], code)
+    code = np.where((first == -1) & (code == changes.RANGE), 6, code)
     return WORDS[np.where((first == -2) & (contacts[:, 3] == 0.0), 7, code)]
 
 
@@ -207,9 +221,9 @@ class Path(NamedTuple):
         return float(self.beams.shapes[0, 8])
 
     def bending(self, rows: Array) -> Array:
-        """Return the powers of the places on both edges times the forces that bend the plates there (n, 12)."""
+        """Return the loads (n, 24) of the plates in states (:func:`pressed`)."""
         c = self.contact
-        return powers(self.scale, np.array((c.first, c.second) if c.first >= 0 else (plate.TIP, plate.SIDE_D)), rows)
+        return pressed(self.scale, (c.first, c.second) if c.first >= 0 else (plate.TIP, plate.SIDE_D), rows)
 
     def states(self, targets: Array, step: float = STEP, every: int = EVERY) -> tuple[Array, follow.End]:
         """Follow the twist to targets (n,); return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
@@ -218,18 +232,36 @@ class Path(NamedTuple):
         return found.rows[0], found.end()
 
 
-def powers(scale: Scale, edges: Array, rows: Array) -> Array:
-    """Return what bends the plates (n, 12) in states of one scale with its edges (2,), or of n scales with theirs."""
-    found = []
-    for i, edge in enumerate(np.moveaxis(edges, -1, 0)):
-        x = np.nan_to_num(rows[:, 4 + i]) / np.where((edge == plate.SIDE_D) | (edge == plate.SIDE_A), *scale[:2])
-        found.append(x[:, None] ** (np.arange(6) + _FIRST[edge][..., None]) * rows[:, 6 + i, None])
-    return np.concatenate(found, axis=1)
+def spots(scale: Scale, met: Any, rows: Array, which: int) -> tuple[Array, Array]:
+    """Return the places (n,) of contacts in the plate of scale 1 (0) or of the other one (1), in states.
+
+    Of one scale, or of n scales; ``met``: features of both, (2,) or (2, n); rows of beams that are bent tell their own.
+    """
+    x, y, along, at = rows[:, 4], rows[:, 5], 0 * rows[:, 4], rows[:, 4 + which]
+    if rows.shape[1] == len(follow.STRAINED):
+        met, along = np.real(rows[:, 26:28].T), rows[:, 28]
+    one, two = (np.broadcast_to(feature, len(rows)) for feature in met)
+    f, faced = (one, two)[which], (one == FACE) | (two == FACE)
+    tip, left, right, base = (f == edge for edge in (plate.TIP, plate.SIDE_D, plate.SIDE_A, plate.BASE))
+    lengths = [x, at, 0 * x]
+    widths = [y, along, at]
+    ends = np.where(left | ((f % 2 == 1) & ~right), -1, 1) * scale.beta
+    return (
+        np.select([f == FACE, left | right, base | (f >= CORNERS + 2)], lengths, scale.eta + 0 * x),
+        np.select([f == FACE, tip & faced, tip | base], widths, ends + 0 * y),
+    )
+
+
+def pressed(scale: Scale, met: Any, rows: Array) -> Array:
+    """Return the loads (n, 24) of the powers X^m Y^n of plates in states; arguments as of :func:`spots`."""
+    places = (np.nan_to_num(spots(scale, met, rows, i)) for i in (0, 1))
+    one, two = (plate.monomials(x / scale.eta, y / scale.beta) for x, y in places)
+    return np.asarray(rows[:, 6, None] * one + rows[:, 7, None] * two)
 
 
 def deflections(path: Path, rows: Array) -> Array:
     """Return the plate's deflections as powers (n, 24), see :mod:`squama.model.elastic_plate`, of states."""
-    return path.bending(rows) @ path.table[SHAPE:LEG].T
+    return path.bending(rows) @ path.table[SHAPE:LEG]
 
 
 def motions(rows: Array) -> Array:
@@ -245,7 +277,7 @@ def energies(path: Path, rows: Array) -> dict[str, Array]:
     loads = q[:, 6 : 6 + len(alone)]
     whole = np.einsum("ni,ij,nj->n", q, path.table[:n, :n], q) / 2
     bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
-    own = np.einsum("ni,ij,nj->n", g, path.table[BEND : BEND + 12], g) / 2
+    own = np.einsum("ni,ij,nj->n", g, path.table[SHAPE:LEG], g) / 2
     return {"U_joint": whole - bar, "U_plate": own, "U_bar": bar}
 
 
@@ -283,8 +315,8 @@ def stresses_of(scale: Scale, found: Answers) -> Array:
     # without contact nothing bends, whatever the edges are
     which, column = np.nonzero(np.isfinite(stress) & (np.real(found.rows[..., 2]) > 0))
     one, rows = Scale(*(v[which] for v in scale)), found.rows[which, column]
-    edges = np.maximum(np.real(found.contacts[which, :2]).astype(int), 0)
-    bent = np.einsum("nkj,nj->nk", found.tables[which, SHAPE:LEG], powers(one, edges, rows))
+    met = np.maximum(np.real(found.contacts[which, :2]).astype(int), 0)
+    bent = np.einsum("nkj,nj->nk", found.tables[which, SHAPE:LEG], pressed(one, met.T, rows))
     stress[which, column] = stresses(one, bent)[0]
     return stress
 

@@ -6,20 +6,23 @@ import math
 
 import numpy as np
 
-from squama.real.contact import Design, _in, _jit, high, lengthwise, low
+from squama.model.elastic_plate import BASE, SIDE_D, TIP
+from squama.real.design import Design, _in, _jit
 from squama.real.faces import others
+from squama.real.features import CORNERS, FACE, high, lengthwise, low, on_face
 from squama.real.steps import engagement, free_rates, unloaded
 from squama.types import Array
 
-_SAMPLES, _HALVINGS, _NEAR = 8, 40, 0.02
-_EDGES = (0, 1, 2, 3)
+_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART = 8, 24, 0.02, 0.7, 5e-3
+"""Twists at which plates are looked at, halvings; where edges may have met, as parts of the twist at which one is seen
+in a face; distance of places on a leg, rad."""
 
 
 @_in
 def meeting(d: Design, first: int, second: int, k: int) -> Design:
-    """Return the design with other edges that meet, their common normal pushing scale 1 upwards."""
-    # (edges along one direction cross by the twist alone)
-    sign = 1.0 if lengthwise(second) and not lengthwise(first) else -1.0
+    """Return the design with other features that meet, their common normal pushing scale 1 upwards."""
+    # (edges along one direction cross by the twist alone, and directions along a face by themselves)
+    sign = 1.0 if lengthwise(second) and first in (TIP, BASE) else -1.0
     return Design(
         d.eta, d.beta, d.lam, d.sa, d.ca, d.st, d.ct, d.h, d.mu, first, second, k, sign, d.elastic, d.table,
         d.bent,
@@ -28,7 +31,9 @@ def meeting(d: Design, first: int, second: int, k: int) -> Design:
 
 @_in
 def within(d: Design, x: float, y: float) -> bool:
-    """Say whether places lie on their edges."""
+    """Say whether places lie on their edges, or on their face."""
+    if on_face(d):
+        return 0.0 <= x <= d.eta and abs(y) <= d.beta
     return low(d, d.first) <= x <= high(d, d.first) and low(d, d.second) <= y <= high(d, d.second)
 
 
@@ -47,16 +52,18 @@ def hinge_guess(d: Design) -> tuple[float, float, float]:
 
 
 @_jit
-def first_contact(d: Design, least: float, most: float) -> tuple[int, int, int, float, float, float]:
-    """Return the edges that touch first between twists, their neighbour, the twist and both places.
+def first_contact(d: Design, least: float, most: float, since: float) -> tuple[int, int, int, float, float, float]:
+    """Return what touches first between twists, neighbour, twist and both places; it goes straight ``since`` a way.
 
-    The first edge is -1 where nothing touches below ``most``, and -2 where something touches that is not two edges, or
+    The first edge is -1 where nothing touches below ``most``, and -2 where something touches that is not followed, or
     at rest (twist 0).
     """
     rates, b, q = free_rates(d), np.zeros(24), np.empty(7)
     found, phi, x, y = engagement(d, rates, hinge_guess(d))
     found = found and least < phi <= most and within(d, x, y) and not d.bent
     n = _SAMPLES if found else 8 * _SAMPLES
+    if d.bent:
+        n = min(n, 1 + int((most - least) / _APART))
     limit = phi * (1 - 1e-9) if found else most
     before = least
     for i in range(n + 1):
@@ -74,7 +81,7 @@ def first_contact(d: Design, least: float, most: float) -> tuple[int, int, int, 
                     at, edge, k = middle, e, j
                 else:
                     before = middle
-            return by_edge(d, rates, edge, k, at)
+            return by_edge(d, rates, edge, k, since, at)
         before = at
     if found:
         return d.first, d.second, d.k, phi, x, y
@@ -82,17 +89,43 @@ def first_contact(d: Design, least: float, most: float) -> tuple[int, int, int, 
 
 
 @_jit
-def by_edge(d: Design, rates: Array, edge: int, k: int, near: float) -> tuple[int, int, int, float, float, float]:
-    """Return the contact of an edge (+ 4: of the neighbour's upper face) with one of the other scale's near a twist."""
+def by_edge(
+    d: Design, rates: Array, edge: int, k: int, least: float, near: float
+) -> tuple[int, int, int, float, float, float]:
+    """Return the contact of an edge (+ 4: of the neighbour's upper face) with what it meets first between two twists.
+
+    That is an edge of the other scale or, of beams that are bent, its face, on which a corner of the edge comes.
+    """
     best = (-2, edge, k, near, 0.0, 0.0)
-    gap = _NEAR * near
-    for other in _EDGES:
-        pair = meeting(d, other, edge - 4, k) if edge >= 4 else meeting(d, edge, other, k)
+    # (edges of plates that are not turned yet coincide)
+    earliest, latest = max(least, near * _EARLIER), near * (1 + _NEAR)
+    for other in range(6 if d.bent else 4):
+        if other < FACE:
+            pair = meeting(d, other, edge - 4, k) if edge >= 4 else meeting(d, edge, other, k)
+        else:
+            corner = corner_of(edge % 4, other - FACE)
+            pair = meeting(d, FACE, corner, k) if edge >= 4 else meeting(d, corner, FACE, k)
         for i in range(3):
             for j in range(3):
-                x = low(d, pair.first) + (high(d, pair.first) - low(d, pair.first)) * (i + 0.5) / 3
-                y = low(d, pair.second) + (high(d, pair.second) - low(d, pair.second)) * (j + 0.5) / 3
+                x, y = start_at(pair, 0, (i + 0.5) / 3), start_at(pair, 1, (j + 0.5) / 3)
                 found, phi, x, y = engagement(pair, rates, (near, x, y))
-                if found and abs(phi - near) <= gap and within(pair, x, y):
-                    best, gap = (pair.first, pair.second, k, phi, x, y), abs(phi - near)
+                if found and earliest < phi <= latest and (phi < best[3] or best[0] < 0) and within(pair, x, y):
+                    best = (pair.first, pair.second, k, phi, x, y)
     return best
+
+
+@_in
+def corner_of(edge: int, which: int) -> int:
+    """Return one of the two corners of an edge, C, B, D, A by number."""
+    if edge in (TIP, BASE):
+        return CORNERS + which + (0 if edge == TIP else 2)
+    return CORNERS + 2 * which + (0 if edge == SIDE_D else 1)
+
+
+@_in
+def start_at(d: Design, which: int, share: float) -> float:
+    """Return a place on the first (0) or the second edge, or of the two on a face."""
+    if on_face(d):
+        return d.beta * (2 * share - 1) if which else d.eta * share
+    edge = d.second if which else d.first
+    return low(d, edge) + (high(d, edge) - low(d, edge)) * share

@@ -10,9 +10,10 @@ import math
 import numpy as np
 
 from squama.real.contact import (  # isort: skip
-    AT, BEND, LAST, LEG, MISSED, MOTIONS, MOVED, NEW, PHI, SLIDING, STRETCH, Design, Frame, Step, _in, _jit, angle,
-    frame, lengthwise, place, powers, residual, turn,
+    AT, LAST, MISSED, MOVED, NEW, PHI, SLIDING, STRETCH, Step, angle, held, residual,
 )  # fmt: skip
+from squama.real.design import LEG, MOTIONS, SHAPE, Design, Frame, _in, _jit, frame, turn
+from squama.real.features import FACE, lengthwise, on_face, press, rolls, spots
 from squama.real.vectors import Vector, add, cross, dot, mixed, rotated, scaled, turned
 from squama.types import Array
 
@@ -69,7 +70,7 @@ def jacobian(d: Design, f: Frame, phi: float, step: Step, room: Array, J: Array,
 @_jit
 def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array, known: bool) -> tuple[bool, bool]:
     """Solve for the new state at a twist from its guess; whether it was found, and whether J may be kept."""
-    n = angle(d) + (0 if step.stuck or d.mu == 0.0 else 1)
+    n = held(d) if step.stuck else angle(d) + (0 if d.mu == 0.0 else 1)
     f, z, r, moved = frame(d, phi, d.k), room[NEW], room[MISSED], room[MOVED]
     old, fresh = math.inf, False
     for count in range(_ROUNDS):
@@ -93,6 +94,8 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
         if size < TIGHT and not fresh:
             if not step.stuck:
                 z[AT], z[AT + 1] = z[MOTIONS], z[MOTIONS + 1]
+                if rolls(d):
+                    z[AT + 2] = z[held(d)]
             return True, count < _FEW
         known = fresh or size < _QUICK * old
         fresh, old = False, size
@@ -101,11 +104,11 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
 
 @_jit
 def apart(d: Design, phi: float, q: Array, x: float, y: float) -> Vector:
-    """Return D between places on straight edges at motions q (7,), the stretch the last of them."""
+    """Return D between places on straight edges, or on a flat face, at motions q (7,), the stretch the last of them."""
     f, u, w = frame(d, phi, d.k), (q[0], q[1], q[2]), (q[3], q[4], q[5])
-    e = turned(w)
-    one = add(u, 1.0, rotated(e, place(d, d.first, x, -d.h / 2)))
-    two = add(add(u, 1.0, rotated(e, place(d, d.second, y, d.h / 2))), 1.0, f.o)
+    e, (x1, y1, x2, y2) = turned(w), spots(d, x, y, 0.0 * y)
+    one = add(u, 1.0, rotated(e, (x1, y1, -d.h / 2)))
+    two = add(add(u, 1.0, rotated(e, (x2, y2, d.h / 2))), 1.0, f.o)
     return add(add(add(one, -1.0, turn(f, two)), 1.0, f.o), -1.0 - q[6], f.t)
 
 
@@ -214,8 +217,10 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
         for i in range(3):
             for j in range(3):
                 C[i, j] += c11 * up[i] * up[j] - c12 * (up[i] * other[j] + other[i] * up[j]) + c22 * other[i] * other[j]
-    along1 = rotated(e, (1.0, 0.0, 0.0) if lengthwise(d.first) else (0.0, 1.0, 0.0))
-    along2 = turn(f, rotated(e, (1.0, 0.0, 0.0) if lengthwise(d.second) else (0.0, 1.0, 0.0)))
+    along1 = rotated(e, (1.0, 0.0, 0.0) if lengthwise(d.first) or on_face(d) else (0.0, 1.0, 0.0))
+    along1 = turn(f, along1) if d.second == FACE else along1
+    along2 = rotated(e, (1.0, 0.0, 0.0) if lengthwise(d.second) else (0.0, 1.0, 0.0))
+    along2 = along2 if d.first == FACE else turn(f, along2)
     n = cross(along2, along1)
     n = scaled(d.sign / math.sqrt(dot(n, n)), n)
     side = cross(n, along1)
@@ -251,11 +256,15 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
 
 @_jit
 def compliance(d: Design, x: float, y: float) -> Vector:
-    """Return the plates' compliances at the place on the first edge, of one by the other, and on the second edge."""
-    g, out = np.empty(12), np.zeros(3)
-    powers(d, d.first, x, g, 0)
-    powers(d, d.second, y, g, 6)
-    for i in range(12):
-        for j in range(12):
-            out[i // 6 + j // 6] += g[i] * d.table[BEND + i, j] * g[j]
-    return out[0], out[1] / 2, out[2]
+    """Return the plates' compliances at the place of the first scale, of one by the other, and of the second one."""
+    g, out = np.zeros((2, 24)), np.zeros(3)
+    x1, y1, x2, y2 = spots(d, x, y, 0.0)
+    press(d, x1, y1, 1.0, g[0])
+    press(d, x2, y2, 1.0, g[1])
+    for i in range(24):
+        for j in range(24):
+            S = d.table[SHAPE + i, j]
+            out[0] += g[0, i] * S * g[0, j]
+            out[1] += g[0, i] * S * g[1, j]
+            out[2] += g[1, i] * S * g[1, j]
+    return out[0], out[1], out[2]

@@ -109,7 +109,8 @@ def view(
         if not given. Beyond the end of the curve the last state is shown.
     bend
         Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
-        not drawn then; the real beam is followed by general contact where two edges do not do (some seconds).
+        not drawn then; the real beam is followed by general contact, which takes seconds, where one contact at a time
+        does not do.
     load, mu, law, sense, margin, joint, ideal
         "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint scales are drawn flat, in
         the pose of their six motions, up to the first other contact.

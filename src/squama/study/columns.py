@@ -21,7 +21,7 @@ from squama.beam.design import Beam
 from squama.errors import InputError, refuse
 from squama.loads import LOADS
 from squama.model import reach
-from squama.study.parameters import FACTOR, Axis, canonical, text_of
+from squama.study.parameters import FACTOR, HELD, Axis, canonical, text_of
 from squama.types import Array
 
 _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrate": ("strength", "strain_limit")}
@@ -34,7 +34,7 @@ class Cells(NamedTuple):
     ``lam`` is :meth:`squama.loads.Load.height`, ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam
     without contact; the rest are sizes and ratios.
     Moduli and strengths that a beam has not are not among the ``sizes``; ``given`` says what K and rigidity are from,
-    ``joint_factor`` multiplies the K_theta of a compliant joint.
+    ``joint_factor`` multiplies the K_theta of a compliant joint, ``psi`` is the bend in which a beam is held.
     """
 
     eta: Array
@@ -49,11 +49,12 @@ class Cells(NamedTuple):
     sizes: dict[str, dict[str, Array]]
     given: joint_law.Given
     joint_factor: Array | None = None
+    psi: Array | None = None
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """All but the sizes and what is given; the joint's factor where there is one."""
-        names = (*self._fields[:-3], *(["joint_factor"] if self.joint_factor is not None else []))
+        """All but the sizes and what is given; the joint's factor and the bend where there is one."""
+        names = (*self._fields[:-4], *(name for name in self._fields[-2:] if getattr(self, name) is not None))
         return {name: getattr(self, name) for name in names}
 
     def changed(self, arrays: Mapping[str, Any], sizes: dict[str, dict[str, Array]]) -> Cells:
@@ -129,9 +130,9 @@ def columns(
         more = {key: values.get(f"{table}.{key}", getattr(getattr(beam, table), key)) for key in keys}
         sizes[table] |= {key: _numbers(value) for key, value in more.items() if value is not None}
     mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
-    factor = _numbers(values[FACTOR]) if FACTOR in values else None
+    factor, psi = (_numbers(values[name]) if name in values else None for name in (FACTOR, HELD))
     height = LOADS[load].height(lam, beam.neutral)
-    return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor)
+    return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor, psi)
 
 
 def _numbers(value: Any) -> Array:
@@ -157,7 +158,7 @@ def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
 
 def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, float]]:
     """Yield the corners of what varies, without what belongs to no beam."""
-    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin")}
+    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin", HELD)}
     for corner in itertools.product(*named.values()):
         yield {name: float(value) for name, value in zip(named, corner, strict=True)}
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves import follow, real
+from squama.curves import follow, real, real_polygons
 from squama.curves.path import idealisation, thin
 from squama.errors import naming, refuse
 from squama.joints import choice
@@ -75,9 +75,9 @@ class Model(NamedTuple):
     @classmethod
     def chosen(
         cls, beam: Beam, load: str, laws: Sequence[str], sense: str, joint: str | None, ideal: bool | None,
-        at: float | str | None,
+        at: float | str | None, *, bent: bool = False,
     ) -> Model:  # fmt: skip
-        """Return what is meant, as :func:`squama.twist` means it; see :func:`note`.
+        """Return what is meant, as :func:`squama.twist` means it, of a beam that is ``bent``, too; see :func:`note`.
 
         Raises
         ------
@@ -86,11 +86,14 @@ class Model(NamedTuple):
         """
         # of both it is the plate law that says what covers them
         law = max(laws)
-        held, ideal, _ = follow.meant(beam, load, law, joint, ideal, elements=False)
+        held, ideal, _ = meant(beam, load, law, joint, ideal, bent=bent)
         follow.covering(held, load, law)
         if held == "hinge":
             if at is not None:
                 refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
+            if bent and (law != "edge" or not ideal):
+                what = ("law", law) if law != "edge" else ("ideal", "False")
+                refuse(*what, "is not covered by hinges that are bent", "leave it out, or do not sweep psi")
             return cls(held, thin(LOADS[load], law, held, ideal=ideal))
         if at is not None:
             twist = Twist.read("at", at, load, beam)
@@ -136,9 +139,21 @@ class Model(NamedTuple):
         return lines
 
 
-def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None) -> str:
+def meant(
+    beam: Beam, load: str, law: str, joint: str | None, ideal: bool | None = None, *, bent: bool = False
+) -> tuple[str, bool, str]:
+    """Return what :func:`squama.curves.follow.meant` does of many beams, whose joints elements do not make."""
+    held, thin_scales, why = follow.meant(beam, load, law, joint, ideal, elements=False)
+    if bent and held == "compliant" and (why := real_polygons.unbent(beam)):
+        if joint:
+            refuse("joint", '"compliant"', why, 'write joint="hinge"')
+        held, thin_scales = "hinge", ideal is None or ideal
+    return held, thin_scales, why
+
+
+def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent: bool = False) -> str:
     """Return a warning where the compliant joint is meant and not known, empty elsewhere."""
-    return follow.meant(beam, load, max(laws), joint, elements=False)[2]
+    return meant(beam, load, max(laws), joint, bent=bent)[2]
 
 
 def _engagement(beam: Beam, sense: str, *, ideal: bool) -> float:
@@ -156,7 +171,7 @@ def shares(counts: Array) -> list[str]:
     lines = []
     of = {
         real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",
-        End.OTHER: "another contact comes in before the twist, where figures end; squama.twist goes on there",
+        End.OTHER: "another contact comes in before the twist, where figures end; single paths go on there",
     }
     for end, what in of.items():
         share = counts[real_columns.ENDS.index(end)] / max(1, counts.sum())

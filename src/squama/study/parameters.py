@@ -48,6 +48,8 @@ ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
 """Those on which figures of elastic scales alone depend."""
 FACTOR = "joint.factor"
 """Factor on the K_theta of a compliant joint: how far the law of the joint may be off."""
+HELD = "psi"
+"""Bend per pitch in which a beam is held while it is twisted: of sweeps alone."""
 SCALES = "beam.scales"
 """Number of scales: of designs alone, figures of sweeps do not depend on it."""
 FULL = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
@@ -56,6 +58,11 @@ PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
+    HELD: Parameter(
+        Dimension.ANGLE,
+        Bounds(-1.0, 1.0, "-1 to 1 rad", closed=True, example="2 deg"),
+        SYMBOLS[HELD]._replace(long_name="bend per pitch in which the beam is held"),
+    ),
     **{name: _key(name) for name in beamfile.NUMBERS if name not in (*FULL.values(), *UNUSED)},
     SCALES: Parameter(
         Dimension.RATIO,
@@ -161,9 +168,11 @@ def meant(name: str, known: Iterable[str], short: Mapping[str, str] = MappingPro
     return f"did you mean {' or '.join(names)}? " if names != [""] else ""
 
 
-def effective(name: str, joint: str, *, ideal: bool) -> None:
+def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> None:
     """Refuse a parameter on which no figure of a model depends."""
     rigid = ideal or joint == "hinge"
+    if name == HELD and load != "twisting":
+        refuse(name, "", "is what bending changes", 'leave it out, or write load="twisting"')
     why = dict.fromkeys(ELASTIC, "changes nothing where scales are rigid; leave it out") if rigid else {}
     why |= (
         {FACTOR: "is of the compliant joint; leave it out"}
@@ -174,7 +183,9 @@ def effective(name: str, joint: str, *, ideal: bool) -> None:
         refuse(name, "", why[name])
 
 
-def axes(over: Mapping[str, Any], *, bare: bool = True, joint: str = "hinge", ideal: bool = True) -> list[Axis]:
+def axes(
+    over: Mapping[str, Any], *, bare: bool = True, joint: str = "hinge", ideal: bool = True, load: str = "twisting"
+) -> list[Axis]:
     """Read all swept parameters, in the order given.
 
     A value is ``(low, high, count)``, a list or an array of values, or text such as ``"15deg:75deg:601"`` or
@@ -186,7 +197,7 @@ def axes(over: Mapping[str, Any], *, bare: bool = True, joint: str = "hinge", id
     for name, value in over.items():
         with problems.caught():
             known = canonical(str(name))
-            effective(known, joint, ideal=ideal)
+            effective(known, joint, ideal=ideal, load=load)
             if first.setdefault(known, str(name)) != str(name):
                 refuse(str(name), "", f"is the same parameter as {first[known]}", "give it once")
             found[known] = Axis(known, _values(known, str(name), value, bare=bare))

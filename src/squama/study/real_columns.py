@@ -31,6 +31,8 @@ _RANGE, _NONE = ENDS.index(End.RANGE), ENDS.index(End.NONE)
 AT_ONCE = 4096
 """Beams that are followed at once."""
 _GRID = np.arange(STEPS + 2) / STEPS
+_BEHIND = 1e-3 / STEPS
+"""First place of the curve of a beam that is held bent, as a part of the twist: behind the corner of its path."""
 LEVELS = {"twofold": 2.0, "fivefold": 5.0}
 """Tangent stiffness over that without contact whose twist is a figure."""
 
@@ -38,11 +40,11 @@ LEVELS = {"twofold": 2.0, "fivefold": 5.0}
 class Figures(NamedTuple):
     """What is known of n real beams, arrays (n,); NaN where a beam has no such figure.
 
-    ``load_e`` (inf: no engagement), ``load_end`` and the ``load_*`` at which the tangent stiffness is twice and five
-    times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than the twist
-    asked for; ``code`` of :data:`ENDS`; at that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``,
-    ``N`` (N), ``stress`` (Pa), ``W_fr``, ``U_el`` (J/m), ``RED``. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the
-    joint.
+    ``load_e`` (inf: no engagement), ``load_end`` and the ``load_*`` at which the tangent stiffness is twice and
+    five times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than
+    the twist asked for, 0 of a beam that is held bent where that is while it is bent; ``code`` of :data:`ENDS`; at
+    that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``, ``N`` (N), ``stress`` (Pa), ``W_fr``,
+    ``U_el`` (J/m), ``RED``. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the joint.
     """
 
     load_e: Array
@@ -74,6 +76,7 @@ class _Beams(NamedTuple):
     K_theta: Array
     rigidity: Array
     factor: Array
+    psi: Array
 
 
 def solved(
@@ -93,7 +96,7 @@ def solved(
         c.eta, c.beta, c.lam, scale["embedded"] / d, c.alpha, c.theta0, scale["thickness"] / d, bar["width"] / d,
         bar["poisson_ratio"], c.mu, scale.get("youngs_modulus", np.inf) / E, scale.get("poisson_ratio", PLASTIC),
         E * d**3, d, at, scale.get("strength", np.inf) / E, c.K / (E * d**3), c.rigidity / (E * d**4),
-        1.0 if c.joint_factor is None else c.joint_factor,
+        1.0 if c.joint_factor is None else c.joint_factor, np.nan if c.psi is None else c.psi,
     )  # fmt: skip
     flat = [v.ravel() for v in np.broadcast_arrays(*columns)]
     ratios = len(Designs._fields)
@@ -126,14 +129,15 @@ def _part(
     c: Cells, b: _Beams, sense: int, ideal: bool, copies: int, along: bool, threads: int | None
 ) -> Figures:  # fmt: skip
     """Return the figures of so many beams as are followed at once."""
-    _, unit, pitch, to, strength, *_ = b
+    _, unit, pitch, to, strength, *_, psi = b
     known = law.within(b.designs.shape) if c.given.matrix is None else np.ones(unit.size, bool)
-    twists = to[:, None] * _GRID
+    held = None if c.psi is None else psi
+    twists = to[:, None] * (_GRID if held is None else np.maximum(_GRID, _BEHIND))
     # a curve of stresses is for the twist at which a scale reaches its strength
     along = along and bool(np.isfinite(strength).any())
     r = follow(
         b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-        sense=sense, copies=copies, stressed=slice(None if along else STEPS, STEPS + 1), threads=threads,
+        sense=sense, copies=copies, held=held, stressed=slice(None if along else STEPS, STEPS + 1), threads=threads,
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest

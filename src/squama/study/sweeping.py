@@ -31,7 +31,7 @@ from squama.io import files
 from squama.loads import LOADS
 from squama.needs import need
 from squama.progress import bars
-from squama.study import cluster, columns, models, parameters, real_columns, store
+from squama.study import cluster, columns, held, models, parameters, real_columns, store
 from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
 from squama.units import shown
@@ -86,7 +86,8 @@ def sweep(
     over : mapping
         Parameters and their values: ``(low, high, count)`` with both ends, a list or an array of increasing values,
         or text such as ``"15deg:75deg:601"``. Names: eta, beta, lam, zeta, slenderness, alpha, theta0, mu, a value of
-        the beam file such as ``scale.length``, ``joint.factor`` (on K_theta of the compliant joint), margin (hinge).
+        the beam file such as ``scale.length``, ``joint.factor`` (on K_theta of the compliant joint), margin (hinge);
+        ``psi``, the bend per pitch in which the beam is held while it is twisted, free to stretch.
     joint, ideal : str, bool, optional
         As in :func:`squama.twist`: the compliant joint of thick, elastic scales where it covers load and law, or
         "hinge". The compliant joint is the law's or that of the beam's matrix.
@@ -143,7 +144,8 @@ def sweep(
     )
     run(plan, Path(out), shard=shard, dask=dask, progress=progress)
     found = store.open_sweep(out)
-    lines = filter(None, [models.note(beam, load, plan.laws, joint), *shares(found), found.attrs["warnings"]])
+    note = models.note(beam, load, plan.laws, joint, bent=parameters.HELD in over)
+    lines = filter(None, [note, *shares(found), found.attrs["warnings"]])
     return found.assign_attrs(warnings="\n".join(lines))
 
 
@@ -173,8 +175,8 @@ def make_plan(
     margin = arguments.margin(margin)
     if tile is not None and (isinstance(tile, bool) or not isinstance(tile, int | np.integer) or tile < 1):
         refuse("tile", shown(tile), "must be a whole number of cells, 1 or more")
-    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at)
-    swept = parameters.axes(over, bare=bare, joint=model.joint, ideal=model.ideal)
+    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at, bent=parameters.HELD in over)
+    swept = parameters.axes(over, bare=bare, joint=model.joint, ideal=model.ideal, load=load)
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:
         laws, sense = (LOADS[load].law(laws[0]),), "+"
@@ -252,7 +254,7 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     law = plan.laws[place.pop("law").start if "law" in place else 0]
     mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
     values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
-    margin = values.pop("margin", plan.margin)
+    margin = float(np.asarray(values.pop("margin", plan.margin) or 0.0).item())
     c = columns.columns(_beam(plan.beam_toml), values, load=plan.load, each=joint_law.one_by_one)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
     model = plan.model
@@ -260,8 +262,10 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
         over_all = np.broadcast_to(model.at.per_pitch(c.d), shape)
         figures = real_columns.solved(c, over_all, sense=plan.sense, ideal=model.ideal)
         found = {name: v.reshape(shape) for name, v in figures._asdict().items()}
+    elif c.psi is not None:
+        found = held.twisted(_beam(plan.beam_toml), values, shape, sense=plan.sense, margin=margin)
     else:
-        how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": float(np.asarray(margin).item())}
+        how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": margin}
         few = FEW if plan.cells <= FEW else 0
         s = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
         found = columns.in_si(c, s)

@@ -1,4 +1,7 @@
-"""The page's own elements: parameter fields and the three-dimensional view; three.js is the one that NiceGUI brings."""
+"""The page's own elements: parameter fields, plots and the three-dimensional view.
+
+ECharts and three.js are those that NiceGUI brings.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from squama.web.fields import FIELDS
 
 SCRIPTS = Path(scene.__file__).parent / "js"
 THREE = Path(nicegui.__file__).parent / LIBRARY
+ECHARTS = Path(nicegui.__file__).parent / "elements" / "echart" / "dist"
 
 
 class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE), "squama-view": str(SCRIPTS)}):
@@ -35,6 +39,14 @@ class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE)
     def show(self, shown: Mapping[str, object]) -> None:
         """Show another design or state."""
         put(self, **shown)
+
+
+class Chart(ui.element, component="chart.js", esm={"nicegui-echart": str(ECHARTS)}):
+    """A plot of these options of ECharts, as "svg" or on a "canvas"; a click on it comes as the event "picked"."""
+
+    def __init__(self, options: Mapping[str, object], renderer: str) -> None:
+        super().__init__()
+        self._props.update({"options": options, "renderer": renderer})
 
 
 class NumberField(ui.element, component="field.js"):

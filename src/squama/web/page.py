@@ -15,7 +15,7 @@ from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
-from squama.web.elements import BeamView, FileButton, button, put, text, write
+from squama.web.elements import BeamView, Chart, FileButton, button, put, text, write
 from squama.web.state import State, query
 from squama.web.tables import Table
 
@@ -28,10 +28,8 @@ def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
 
 
 WAIT = 0.3
-"""Seconds without a change after which the map is computed anew."""
+"""Seconds without a change after which the link is written, and the map computed anew."""
 BUSY = "Elements are being solved for the joint ..."
-MOMENT = 0.015
-"""Seconds by which the plots follow the view."""
 UP = "\N{UPWARDS ARROW}"
 """Mark of a point that lies above what can be read."""
 T = TypeVar("T")
@@ -69,7 +67,6 @@ class Explorer:
         self.found: list[str] = []
         self.dark = False
         self.map_axes = ("mu", "alpha")
-        self.later: asyncio.TimerHandle | None = None
         self.pending: asyncio.Task[None] | None = None
         self.map_key: map.Key | None = None
         # kept here: what is clicked may be gone before all is drawn
@@ -110,10 +107,9 @@ class Explorer:
                 self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
             panels.legend()
 
-    def _chart(self, plot: str) -> tuple[ui.echart, ui.element]:
+    def _chart(self, plot: str) -> tuple[Chart, ui.element]:
         with ui.element("div").classes("plot") as place, ui.element("div").classes("cells"):
-            chart = ui.echart(charts.line_options(self.drawn, plot, dark=False), renderer="svg")
-            chart.props["role"] = "img"
+            chart = Chart(charts.line_options(self.drawn, plot, dark=False), "svg")
             if plot == charts.RESIDUAL:
                 self.residual_plot = place
             return chart, panels.marks(charts.ROOM)
@@ -123,10 +119,10 @@ class Explorer:
             self.map_choices = panels.map_choices(self.choose_axis)
             self.map_ends = ui.element("ul").classes("legend ends")
             with ui.element("div").classes("cells"):
-                self.map = ui.echart({"series": []})
+                self.map = Chart({"series": []}, "canvas")
                 self.marks = panels.marks(map.ROOM)
             self.map.props["aria-label"] = "Regime map on hinges; a click takes the design under the pointer"
-            self.map.on("componentClick", self.clicked, ["value", "seriesId"])
+            self.map.on("picked", self.clicked)
 
     def begin(self) -> None:
         """Solve and draw what takes longer, as somebody looks at the page."""
@@ -137,7 +133,7 @@ class Explorer:
 
     def end(self) -> None:
         """Let go of what is under way: nobody looks at the page any more."""
-        for one in (self.later, self.pending, self.solving, self.working):
+        for one in (self.pending, self.solving, self.working):
             if one is not None:
                 one.cancel()
 
@@ -309,7 +305,7 @@ class Explorer:
     # ---- what is drawn -------------------------------------------------------------------------------------
 
     def draw(self) -> None:
-        """Draw everything that the state changes; the map follows when nothing more comes in."""
+        """Draw everything that the state changes; map and link follow when nothing more comes in."""
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
         self.release.set_visibility(self.drawn.path == "decay")
@@ -317,20 +313,15 @@ class Explorer:
         self.controls.show(self.drawn)
         self.outcome.show(self.drawn)
         self.compared.show(self.drawn)
-        # the view comes first: plots follow in a moment, once for all changes until then
-        if self.later is None and self.client.has_socket_connection:
-            self.later = asyncio.get_running_loop().call_later(MOMENT, self.draw_plots)
-        self.client.run_javascript(f"history.replaceState(null, '', '?{query(self.drawn)}')")
+        # in the same message as the view: the page is laid out and painted once
+        if self.client.has_socket_connection:
+            self.draw_plots()
 
     def draw_plots(self) -> None:
         """Draw the three curves; one whose point alone has moved is not drawn again."""
-        self.later = None
         colour = THEMES["dark" if self.dark else "light"]["mark"]
         for plot, (chart, place) in self.plots.items():
-            options = charts.line_options(self.drawn, plot, dark=self.dark, table=self.table)
-            if options != chart.options:
-                chart._props["options"] = options
-                chart.update()
+            put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table))
             if plot != charts.RESIDUAL:
                 left, top = charts.point(self.drawn, plot, self.table)
                 panels.show_marks(place, [map.Mark("" if top else UP, colour, left, top)])
@@ -340,23 +331,24 @@ class Explorer:
         self.draw_map()
 
     def draw_map(self) -> None:
-        """Move the mark of the design; compute the map anew where it depends on what has changed."""
+        """Move the mark of the design; the map itself follows where it depends on what has changed."""
         self.map_choices(self.map_axes)
         wanted = map.key(self.drawn, *self.map_axes)
         panels.show_marks(self.marks, map.marks(self.drawn, wanted))
-        if wanted == self.map_key:
-            return
         if self.pending is not None:
             self.pending.cancel()
         if self.client.has_socket_connection:
-            self.pending = asyncio.get_running_loop().create_task(self._map(wanted))
+            self.pending = asyncio.get_running_loop().create_task(self._settle(wanted))
 
-    async def _map(self, wanted: map.Key) -> None:
+    async def _settle(self, wanted: map.Key) -> None:
         await asyncio.sleep(WAIT)
+        # the browser draws its own window anew for another address
+        self.client.run_javascript(f"history.replaceState(null, '', '?{query(self.drawn)}')")
+        if wanted == self.map_key:
+            return
         found = await MAPPING(wanted)
         if self.map.is_deleted:
             return
         self.map_key = wanted
         panels.list_ends(self.map_ends, map.ends(found), wanted.load)
-        self.map._props["options"] = map.options(wanted, found, dark=self.dark)
-        self.map.update()
+        put(self.map, options=map.options(wanted, found, dark=self.dark))

@@ -51,6 +51,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     from fastapi import FastAPI
     from fastapi.responses import PlainTextResponse
     from nicegui import app, background_tasks, ui
+    from threadpoolctl import threadpool_limits
 
     from squama.web import map, memory  # noqa: A004 - the module is named after what it draws
     from squama.web.page import Explorer
@@ -123,7 +124,9 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         log_level="warning",
     )
     try:
-        Server(config).run()
+        # the browser draws on the other cores: a second thread of BLAS waits for one longer than the work takes
+        with threadpool_limits(1, user_api="blas"):
+            Server(config).run()
     finally:
         if aside.busy():
             # the end of the interpreter would abort in the compiled code of such a thread

@@ -1,5 +1,6 @@
 // The three-dimensional view as a component: it receives design and state, and draws them (squama-view, scene.js).
 import { BeamScene, geometry } from "squama-view";
+import { toRaw } from "vue";
 
 export default {
   props: { design: Object, state: Object, words: String, arrows: Boolean, palette: Object },
@@ -14,7 +15,7 @@ export default {
   mounted() {
     const canvas = this.$el.querySelector("canvas");
     try {
-      this.beam = new BeamScene(canvas, this.palette, { onDraw: () => (this.drawn = performance.now()) });
+      this.beam = new BeamScene(canvas, this.palette);
     } catch {
       this.lost = true;
       return;
@@ -45,7 +46,8 @@ export default {
       if (!this.beam) return;
       cancelAnimationFrame(this.playing);
       this.beam.arrows = this.arrows;
-      this.beam.set(this.design, this.state);
+      // read without Vue's proxies, number by number
+      this.beam.set(toRaw(this.design), toRaw(this.state));
     },
     // pictures {design, state}, step ms apart; then the state of the page again
     play(frames, step) {

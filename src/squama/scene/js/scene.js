@@ -15,10 +15,9 @@ const KEYS = {
 
 export class BeamScene {
   // palette: {states, themes}, the colours of the scales by their state and of the rest on a light and a dark page
-  constructor(canvas, palette, { onDraw } = {}) {
+  constructor(canvas, palette) {
     this.canvas = canvas;
     this.palette = palette;
-    this.onDraw = onDraw;
     this.arrows = true;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
     this.scene = new THREE.Scene();
@@ -67,9 +66,10 @@ export class BeamScene {
       part.frustumCulled = false;
       this.scene.add(part);
     }
-    this.points = through(new THREE.SphereGeometry(DOT, 12, 8), solid());
-    const shaft = new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0);
-    const head = new THREE.ConeGeometry(1, 1, 14).translate(0, 0.5, 0);
+    // few corners: without a graphics card these small parts are most of the work
+    this.points = through(new THREE.SphereGeometry(DOT, 8, 6), solid());
+    const shaft = new THREE.CylinderGeometry(1, 1, 1, 8, 1, true).translate(0, 0.5, 0);
+    const head = new THREE.ConeGeometry(1, 1, 12).translate(0, 0.5, 0);
     this.forces = {};
     for (const name of ["normal", "friction"]) {
       const material = solid();
@@ -279,7 +279,7 @@ export class BeamScene {
   draw() {
     this.waiting = null;
     this.renderer.render(this.scene, this.camera);
-    this.onDraw?.(this);
+    this.onDraw?.(this); // for who measures
   }
 
   dispose() {

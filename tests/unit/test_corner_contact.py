@@ -1,0 +1,140 @@
+"""A tip edge and its corners on a face, of the real beam that is bent: by plain vectors, hinges, energies."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+import squama
+from squama.arrays.combined_states import combined
+from squama.curves import real
+from squama.model import elastic_plate as plate
+from squama.real import path
+from squama.real.follow import STRAINED
+from squama.real.legs import Bent, follow_legs, follow_straight
+
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+
+
+def followed(beam: squama.Beam, corners: Any, mu: float = 0.3, *, ideal: bool = False) -> tuple[path.Scale, Bent]:
+    one = real.scale(beam, ideal=ideal)
+    return one, follow_legs(one, real.Held.of(beam).K, mu, np.array(corners, float))
+
+
+def ray(*corners: tuple[float, float], n: int = 40) -> list[np.ndarray]:
+    points = np.array([(0.0, 0.0), *corners])
+    return [a + (b - a) * w for a, b in pairwise(points) for w in np.arange(1, n + 1) / n]
+
+
+def heights(one: path.Scale, found: Bent, i: int) -> dict[str, Any]:
+    """Places of a state by plain vectors: heights of the tip edge over the next scale's face, force and slip there."""
+    row = dict(zip(STRAINED, found.answers.rows[0][i], strict=True))
+    b = path.deflections(found.way, found.answers.rows[0])[i]
+    s, c = np.sin([one.alpha, one.theta0]), np.cos([one.alpha, one.theta0])
+    axes = np.array([[-s[0] * c[1], s[1], c[0] * c[1]], [c[0], 0, s[0]], [s[0] * s[1], c[1], -c[0] * s[1]]])
+    u, w = (np.array([row[f"{name}_{x}"] for x in "XYZ"]) for name in "uw")
+    E = Rotation.from_rotvec(w).as_matrix()
+    motion = np.zeros((4, 4))
+    motion[:3, :3] = np.cross(np.eye(3), [-row["psi"], 0.0, -row["twist"]])
+    motion[2, 3] = 1 + row["stretch"]
+    g, base = expm(motion), np.array([0.0, one.lam, 0.0])
+
+    def lift(x: float, y: float) -> float:
+        return float((plate.monomials(np.array([x / one.eta]), np.array([y / one.beta])) @ b)[0])
+
+    def below(y: float) -> tuple[np.ndarray, float]:
+        """A place of the tip edge in the axes of the next scale, and its height over that one's upper face."""
+        at = axes.T @ (u + E @ [one.eta, y, lift(one.eta, y) - one.h / 2]) + base
+        there = E.T @ (axes @ (g[:3, :3].T @ (at - g[:3, 3]) - base) - u)
+        return there, float(there[2] - one.h / 2 - lift(there[0], there[1]))
+
+    h = 1e-5
+    slope = [(lift(row["x"] + h, row["y"]) - lift(row["x"] - h, row["y"])) / (2 * h)]
+    slope += [(lift(row["x"], row["y"] + h) - lift(row["x"], row["y"] - h)) / (2 * h)]
+    normal = g[:3, :3] @ axes.T @ E @ [-slope[0], -slope[1], 1.0]
+    force = axes.T @ [row["F_x"], row["F_y"], row["F_z"]]
+    return {"row": row, "below": below, "normal": normal / np.linalg.norm(normal), "force": force}
+
+
+@pytest.mark.parametrize("beam", [PLA, SKIN], ids=["pla", "skin"])
+def test_what_touches_touches_and_nothing_else_goes_through(beam: squama.Beam) -> None:
+    one, found = followed(beam, ray((0.08, 0.0), (0.08, 0.14)))
+    kinds = set()
+    for i in range(30, 80, 3):
+        p = heights(one, found, i)
+        row, y = p["row"], np.linspace(-one.beta, one.beta, 33)
+        if row["second"] != 4 or row["N"] <= 0:
+            continue
+        kinds.add(int(row["first"]))
+        along = {5.0: -one.beta, 6.0: one.beta}.get(row["first"], row["along"])
+        there, gap = p["below"](along)
+        np.testing.assert_allclose(there[:2], [row["x"], row["y"]], atol=1e-6)
+        assert abs(gap) < 1e-6
+        inside = [p["below"](v) for v in y]
+        assert min(h for place, h in inside if abs(place[1]) < one.beta) > -3e-3
+        # the force is that of friction about the face's normal
+        N = p["force"] @ p["normal"]
+        assert pytest.approx(row["N"], rel=1e-4) == N
+        across = np.linalg.norm(p["force"] - N * p["normal"])
+        assert across <= 0.3 * N * (1 + 1e-3)
+        assert across == pytest.approx(row["f"], rel=2e-3)
+        if row["first"] == 0:
+            # tangent there
+            ends = [p["below"](along + h)[1] for h in (-1e-4, 1e-4)]
+            assert (ends[1] - ends[0]) / 2e-4 == pytest.approx(0.0, abs=1e-5)
+    assert kinds == {0, 6}
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_work_is_stored_or_rubbed_away(mu: float) -> None:
+    r = squama.bend_twist(SKIN, "bend 0.08 rad/pitch; twist 0.15 rad/pitch", mu=mu, points=250)
+    assert {"BF", "TF", "TS"} <= set(r.contact.values)
+    given = np.trapezoid(r.M, r.kappa) + np.trapezoid(r["T"], r.Phi)
+    assert given == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=5e-4)
+    if not mu:
+        # moment and torque are the energy's slopes, whatever touches: so they do not jump where contacts hand over
+        for name, load in (("M", "kappa"), ("T", "Phi")):
+            leg = r.leg.values == (1 if name == "M" else 2)
+            x, U = r[load].values[leg], r.U_el.values[leg]
+            np.testing.assert_allclose(
+                np.gradient(U, x)[3:-3], r[name].values[leg][3:-3], atol=0.02 * float(r[name].max()), rtol=0.02
+            )
+
+
+@pytest.mark.parametrize(("psi", "phi", "contact"), [(0.1, 0.0, "BF"), (0.12, 0.05, "BF"), (0.03, 0.12, "TS")])
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+def test_thin_scales_on_a_joint_that_only_lifts_are_hinges(psi: float, phi: float, contact: str, mu: float) -> None:
+    eta, beta, lam, alpha, theta0 = 3.0, 0.6, 0.4, np.radians(45), np.radians(15)
+    stiff = np.diag([1e3, 1e3, 1e3, 1e3, 0.013, 1e3, 0.05, 0.05, 1e3])
+    one = path.Scale(eta, beta, lam, alpha, theta0, 0.0)
+    found = follow_straight(one, stiff, mu, np.array([(psi, phi)]), stretch="held")
+    hinge = combined(psi, phi, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, toward=(psi, phi))
+    assert hinge.contact == contact
+    own = (found.M[0] - 0.05 * psi) / 0.013, (found.T[0] - 0.05 * phi) / 0.013
+    np.testing.assert_allclose(own, [hinge.bending_moment, hinge.torque], rtol=3e-3, atol=3e-3)
+
+
+def test_a_state_is_the_same_whatever_stations_lead_there() -> None:
+    ends = [(0.06, 0.05), (0.06, 0.1)]
+    _, few = followed(SKIN, ends)
+    _, many = followed(SKIN, ray(*ends, n=57))
+    np.testing.assert_allclose([few.M[-1], few.T[-1]], [many.M[-1], many.T[-1]], rtol=2e-3)
+    assert few.answers.contact().phi == pytest.approx(many.answers.contact().phi, rel=1e-9)
+
+
+def test_the_mirror_image_rests_on_the_other_corner() -> None:
+    one = real.scale(SKIN, ideal=False)
+    K, signs = real.Held.of(SKIN).K, path.MIRROR
+    found = follow_legs(one, K, 0.2, np.array([(0.08, 0.0), (0.08, 0.05)]))
+    image = follow_legs(
+        one._replace(alpha=-one.alpha), K * np.outer(signs, signs), 0.2, np.array([(0.08, 0.0), (0.08, -0.05)])
+    )
+    assert (found.answers.contact().words, image.answers.contact().words) == (
+        "corner B on face (k = 1)", "corner C on face (k = 1)",
+    )  # fmt: skip
+    np.testing.assert_allclose(image.M, found.M, rtol=1e-6)
+    np.testing.assert_allclose(image.T, -found.T, rtol=1e-6)
