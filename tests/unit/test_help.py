@@ -24,6 +24,11 @@ def _out(capsys, *arguments):
     return captured.out
 
 
+def _typed(example):
+    """Return the words of an example as a shell reads them, which joins lines that end in a backslash."""
+    return shlex.split(example.replace("\\\n", ""))
+
+
 def _process(*arguments, code):
     return subprocess.run(
         [sys.executable, "-c", code, *arguments],
@@ -49,7 +54,9 @@ def test_help_names_the_commands(arguments, capsys):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_of_a_command_explains_every_flag(command, capsys):
     lines = _out(capsys, command, "--help").splitlines()
-    flags = [line for line in lines if " --" in line[:8] and "display this" not in line.lower()]
+    flags = [
+        line for line in lines if line.startswith("\u2502") and " --" in line[:8] and "display this" not in line.lower()
+    ]
     assert flags
     for line in flags:
         assert len(line.strip(" \u2502*").split("  ")) > 1, line
@@ -57,10 +64,10 @@ def test_help_of_a_command_explains_every_flag(command, capsys):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_of_a_command_ends_with_an_example(command, capsys):
-    example = _out(capsys, command, "--help").rstrip().splitlines()[-1]
+    example = _out(capsys, command, "--help").rstrip().rpartition("Example:\n")[2]
     assert example == f"squama {command} {EXAMPLES[command]}"
     with collecting():
-        found, bound, _ = make().parse_args(shlex.split(example)[1:], exit_on_error=False, print_error=False)
+        found, bound, _ = make().parse_args(_typed(example)[1:], exit_on_error=False, print_error=False)
     assert found.__name__ == command.replace("-", "_")
     assert bound.arguments
 
@@ -75,7 +82,7 @@ def test_the_examples_run(tmp_path, monkeypatch, capsys):
     # in this order: what one writes another reads; elements, fronts and the paper's figures have tests of their own
     for command in EXAMPLES:
         if command not in ("explore", "pareto", "joint", "cell", "verify", "paper"):
-            assert main([command, *shlex.split(EXAMPLES[command])]) == 0, (command, capsys.readouterr().err)
+            assert main([command, *_typed(EXAMPLES[command])]) == 0, (command, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])

@@ -42,7 +42,7 @@ EXAMPLES = {
     "bend-twist": 'beam.toml --path "bend 4 rad/m; twist 8 rad/m" --plot path.png',
     "cycle": 'beam.toml --to "90 deg total" --loops 2 --plot loop.png',
     "vibrate": 'beam.toml --rotor "1e-4 kg m2" --release "100 deg total"',
-    "shake": 'beam.toml --rotor "1e-4 kg m2" --static "20 deg total" --lowest "2 Hz" --highest "4 Hz" --damping 0.05',
+    "shake": 'beam.toml --rotor "1e-4 kg m2" --static "20 deg total" \\\n  --lowest "2 Hz" --highest "3 Hz"',
     "fit": "test.csv beam.toml --plot fit.png",
     "design": "target.toml -o designs",
     "pareto": "target.toml --plot front.png --csv front.csv",
@@ -60,7 +60,7 @@ EXAMPLES = {
     "uncertainty": 'beam.toml --vary mu="0.25 +- 0.03" --plot tolerances.png',
     "paper": "fig4 fig7b -o paper",
 }
-"""What stands under the help of a command, behind its name."""
+"""What stands under the help of a command, behind its name, in lines of 80 letters."""
 
 _ROOMS = {
     "twist": ("bend", "row"),
