@@ -139,9 +139,11 @@ browser: ## Chromium, in which the explorer is tested; without it those tests ar
 calculix: ## CalculiX, the second finite element program; without it its tests are left out
 	$(call install,ccx,calculix-ccx,decks are not run without CalculiX)
 
+# Threads of several processes beside each other would wait for each other.
 .PHONY: pytest
 pytest: .venv/.dev browser
-	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable
+	export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+	$(PYTEST) -p xdist -n $(JOBS) --dist worksteal --benchmark-disable
 
 .PHONY: docs
 docs: .venv/.dev ## the documentation, in docs/_build/html
@@ -149,7 +151,8 @@ docs: .venv/.dev ## the documentation, in docs/_build/html
 
 .PHONY: verify
 verify: .venv/.dev browser calculix fig6b ## the long checks: stored results of elements anew, slow tests, random campaigns, then the planted errors
-	$(PYTEST) -p xdist -n $(JOBS) --benchmark-disable -m slow tests
+	export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+	$(PYTEST) -p xdist -n $(JOBS) --dist worksteal --benchmark-disable -m slow tests
 	$(RUN) tests/campaigns/run.py
 	$(RUN) tests/mutants/run.py --sample 400 --jobs $(JOBS)
 

@@ -1,4 +1,4 @@
-"""Settings of hypothesis: the same examples in every run, no clock, no files left behind."""
+"""Settings of hypothesis: the same examples in every run, no clock, no files left behind; what is tested first."""
 
 from hypothesis import HealthCheck, Phase, settings
 
@@ -12,3 +12,8 @@ settings.register_profile(
 )
 settings.register_profile("mutants", settings.get_profile("squama"), phases=(Phase.explicit, Phase.generate))
 settings.load_profile("squama")
+
+
+def pytest_collection_modifyitems(items):
+    """Pages in the browser come first, so that one process has them all and the others take work from its end."""
+    items.sort(key=lambda item: "web" not in item.path.parts)

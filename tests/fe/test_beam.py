@@ -13,6 +13,7 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
+from squama import cell
 from squama.beam.design import Beam
 from squama.cli import main
 from squama.errors import InputError
@@ -20,7 +21,6 @@ from squama.fe import assembly, solver
 from squama.fe.assembly import beam_body, make_walk
 from squama.fe.body import mean_turns
 from squama.fe.mesh import tile
-from squama.fe.runs import cell
 
 MU = 0.5
 FIG6B = Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
@@ -34,9 +34,9 @@ def table(walk):
 
 
 @pytest.fixture(scope="module")
-def three(fig6b, pitch):
+def three(fig6b, coarse):
     """Three scales, twisted well into contact."""
-    walk = make_walk(pitch, fig6b, MU, scales=3)
+    walk = make_walk(coarse, fig6b, MU, scales=3)
     ended = walk.run(0.14, 0.014)
     assert ended.reached, ended.sentence
     yield walk
@@ -123,10 +123,10 @@ def test_before_contact_the_middle_is_a_bar_with_inclusions(three):
     np.testing.assert_allclose(factor, 1.43, rtol=0.04)
 
 
-def test_the_turned_end_free_or_held(fig6b, pitch, three):
+def test_the_turned_end_free_or_held(fig6b, coarse, three):
     """A twisted bar shortens unless it is held; the torque differs in the second order."""
     free = table(three)
-    walk = make_walk(pitch, fig6b, MU, scales=3, ends="held")
+    walk = make_walk(coarse, fig6b, MU, scales=3, ends="held")
     walk.run(0.028, 0.014)
     held = table(walk)
     assert not held["u_end"].any()
@@ -135,8 +135,8 @@ def test_the_turned_end_free_or_held(fig6b, pitch, three):
     walk.body.solver.close()
 
 
-def test_hinged_scales_neither_roll_nor_yaw(fig6b, pitch):
-    walk = make_walk(pitch, fig6b, MU, scales=2, hinged=True)
+def test_hinged_scales_neither_roll_nor_yaw(fig6b, coarse):
+    walk = make_walk(coarse, fig6b, MU, scales=2, hinged=True)
     walk.run(0.02, 0.02)
     v = walk.v[:12].reshape(2, 6)
     assert not v[:, [3, 5]].any()

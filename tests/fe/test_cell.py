@@ -11,6 +11,7 @@ pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
 pytest.importorskip("ipctk", reason="contact needs ipctk (the extra fe)")
 pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
+import squama
 from squama.errors import InputError
 from squama.fe import runs
 from squama.fe.assembly import make_walk
@@ -35,7 +36,7 @@ def beam():
 @pytest.fixture(scope="module")
 def whole(beam):
     """A run without a stop."""
-    return runs.cell(beam, **ASKED)
+    return squama.cell(beam, **ASKED)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,6 @@ from squama.fe.bending import BRICKS, Bricks, _answers, lines, mesh_error, plate
 from squama.fe.contact import RowContact, stiffness
 from squama.fe.elements import Material
 from squama.fe.exposed import FACE, box, sheet, thin
-from squama.fe.near import within_reach
 from squama.fe.plate import Rest
 from squama.fe.rows import Row
 
@@ -134,44 +133,29 @@ def test_modes_are_of_a_size_that_suits_the_solver():
 
 def test_what_comes_near_is_found(rng):
     """Against all distances of segments' and triangles' sampled points."""
-    exposed = sheet(*GRID, 0.04)
+    exposed = plate(sheet(*GRID, 0.04), ETA, BETA, 0.3, NU, along=4, across=1)
     bend = rng.normal(size=3) * 0.03
     row = Row(Rest.at(ETA, BETA, 0.32, 0.8, 0.17), exposed=exposed)
     contact = RowContact(row, 0.0)
-    V = contact.corners(rng.normal(size=6) * 0.02, 0.05)
+    V = contact.corners(np.append(rng.normal(size=6) * 0.02, np.zeros(exposed.amplitudes)), 0.05)
     n = len(exposed.points)
     V[:n] += np.outer(exposed.points[:, 0] ** 2, bend)
-    near = within_reach(exposed, 0, 1, V, V, 0.1)
+    near = contact._near(V, V, 0.1)
     shares = np.linspace(0, 1, 9)[:, None, None]
     one, two = ((1 - shares) * V[k * n + exposed.edges[:, 0]] + shares * V[k * n + exposed.edges[:, 1]] for k in (0, 1))
     far = np.linalg.norm(one[:, None, :, None] - two[None, :, None], axis=-1).min(axis=(0, 1))
     m = len(exposed.edges)
     expected = {(int(a), int(b) + m) for a, b in np.argwhere(far < 0.1)}
     assert len(expected) > 20
-    assert expected <= {tuple(pair) for pair in near.edges.tolist()}
-    assert len(near.edges) < m * m / 4
+    found = [sorted((pair.edge0_id, pair.edge1_id)) for pair in near.ee_candidates]
+    assert expected <= {tuple(pair) for pair in found}
+    assert len(found) < m * m / 4
+    # pairs of two other scales of an endless row are those of scale 0 once more
+    assert all(a < m <= b for a, b in found)
     corners = V[exposed.faces].mean(axis=1)
+    faces = {(pair.face_id, pair.vertex_id) for pair in near.fv_candidates}
     for face, point in np.argwhere(np.linalg.norm(corners[:, None] - V[None, n : 2 * n], axis=-1) < 0.1).tolist():
-        assert [face, n + point] in near.faces.tolist()
-
-
-def test_pairs_of_farther_scales_are_numbered_as_they_stand():
-    """Two scales that are near, and a third one far away, in any order."""
-    exposed = box(ETA, BETA, 0.04)
-    near, far = exposed.points + np.array([0.1, 0.2, 0.06]), exposed.points + 50.0
-    n, m, q = (len(x) for x in (exposed.points, exposed.edges, exposed.faces))
-    V = np.concatenate([exposed.points, near, far])
-    first = within_reach(exposed, 0, 1, V, V, 0.1)
-    assert len(first.edges) > 0
-    assert len(first.faces) > 0
-    for i, j, order in ((0, 2, (0, 2, 1)), (1, 2, (2, 0, 1))):
-        V = np.concatenate([(exposed.points, near, far)[k] for k in order])
-        found = within_reach(exposed, i, j, V, V, 0.1)
-        np.testing.assert_array_equal(found.edges, [(a + i * m, b + (j - 1) * m) for a, b in first.edges])
-        # a triangle of the one and a point of the other
-        ours = first.faces[:, 0] < q
-        steps = np.where(ours[:, None], [i * q, (j - 1) * n], [(j - 1) * q, i * n])
-        np.testing.assert_array_equal(found.faces, first.faces + steps)
+        assert (face, n + point) in faces
 
 
 @pytest.fixture(scope="module")
@@ -214,6 +198,18 @@ def test_forces_on_a_bent_row_are_the_derivative_of_the_energy(joint):
         -1,
     )
     np.testing.assert_allclose(tangent, found, atol=2e-5 * np.abs(found).max())
+
+
+def test_what_was_found_along_a_way_serves_the_next_one_only_where_it_may(joint):
+    """Against searches that have nothing to go back to."""
+    row = Row(joint.rest, exposed=plate(sheet(*GRID, 0.04), ETA, BETA, 0.3, NU, along=4, across=1))
+    used = RowContact(row, 0.0)
+    motions = np.zeros(6 + row.exposed.amplitudes)
+    for start, end, stopped in ((0.0, 0.02, False), (0.02, 0.1, True), (0.02, 0.0, False), (0.0, 0.1, True)):
+        here, there = (used.corners(motions, phi) for phi in (start, end))
+        share = used.free(here, there)
+        assert (share < 1) == stopped
+        assert share == RowContact(row, 0.0).free(here, there)
 
 
 def at(q, step):

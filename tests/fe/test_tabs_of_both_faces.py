@@ -54,6 +54,7 @@ def test_tabs_of_both_faces_add_twice_what_one_does(monkeypatch):
     g = geometry(beam)
     one = response(mesh.pitch_mesh(g, *SIZES), g).K
     monkeypatch.setattr(mesh, "_cell", with_other_tab)
+    monkeypatch.setattr(mesh, "_mesh", mesh._mesh.__wrapped__)
     pitch = mesh.pitch_mesh(g, *SIZES)
     middles = pitch.nodes[pitch.tets[:, :4]].mean(axis=1)
     both = response(pitch._replace(tab=np.flatnonzero(g.in_slot(middles * S, 1e-9))), g, STIFF).K

@@ -27,8 +27,7 @@ MESH = ["--mesh", "0.4,0.2", "--beam-mesh", "0.4,0.2", "--increment", "0.02", "-
 def folder(tmp_path, monkeypatch):
     """A beam's file; the stiffness of the coarse mesh serves for that of elements of no size, which takes a minute."""
     monkeypatch.chdir(tmp_path)
-    # one mesh, and one matrix of it, for all
-    monkeypatch.setattr(mesh, "_mesh", functools.cache(mesh._mesh))
+    # one matrix for all
     own = functools.cache(lambda beam: response(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)).K[:7, :7])
     monkeypatch.setattr(study, "own_matrix", lambda beam, size: own(beam))
     held = functools.cache(lambda beam: choice.Joint(own(beam), "elements", "", 0.0, None))

@@ -237,7 +237,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "fe/balance.py": ("fe/test_balance.py", "fe/test_condense.py", "fe/test_hinged.py"),
     "fe/exposed.py": BENT,
     "fe/bending.py": BENT,
-    "fe/near.py": (BENT[0], "fe/test_row_contact.py"),
     "fe/elements.py": ("fe/test_elements.py", "fe/test_body.py"),
     "study/plan.py": ("unit/test_sweep.py", "unit/test_map_cli.py"),
     "study/slices.py": ("unit/test_sweep.py", "unit/test_map_cli.py"),

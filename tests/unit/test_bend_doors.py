@@ -62,13 +62,14 @@ def test_arrays(beam, bent):
 
 def test_sweep(beam, bent, tmp_path):
     axes = {"mu": [0.1, 0.3], "alpha": [beam.scale.alpha, beam.scale.alpha + 0.2]}
-    data = squama.sweep(beam, axes, load="bending", out=tmp_path / "s.zarr")
+    data = squama.sweep(beam, axes, load="bending", joint="hinge", out=tmp_path / "s.zarr")
     cell = data.isel(mu=1, alpha=0)
     same(cell, bent, "psi_e", "psi_end", "torque")
 
 
 def test_uncertainty(beam):
-    u = squama.uncertainty(beam, {"mu": "+- 0.1", "theta0": "+- 1 deg"}, load="bending", samples=3200, keep=True)
+    vary = {"mu": "+- 0.1", "theta0": "+- 1 deg"}
+    u = squama.uncertainty(beam, vary, load="bending", joint="hinge", samples=3200, keep=True)
     one = u.isel(sample=7)
     own = beam.replace(friction={"mu": float(one["friction.mu"])}, scale={"theta0": float(one["scale.theta0"])})
     same(one, bend(own), "psi_e", "psi_end", "M_c")

@@ -278,7 +278,7 @@ def test_corners_anywhere(monkeypatch: pytest.MonkeyPatch, size: float, pole: fl
 
     Not seen is a corner between the end of a part and its first node, 3 in 200 at most, which makes little.
     """
-    n = 500
+    n = 200
     places = np.random.default_rng(8).uniform(0.0, 1.0, n)
     f, room = followed(0.5)
     f, rules = f._replace(x0=0.0, x_end=pole), figures.legendre_rules()

@@ -1,5 +1,6 @@
 """Figures are made for every kind of response, with units on their axes, and saved whole or not at all."""
 
+import functools
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -28,9 +29,14 @@ RESPONSES = {
 }
 
 
+@functools.cache
+def response(kind):
+    return RESPONSES[kind]()
+
+
 @pytest.mark.parametrize("kind", RESPONSES)
 def test_four_panels_with_units(kind, tmp_path):
-    figure = response_figure(RESPONSES[kind]())
+    figure = response_figure(response(kind))
     load, friction, inclination, last = figure.axes
     texts = [ax.get_ylabel() for ax in figure.axes]
     assert "N m)" in texts[0]
@@ -102,14 +108,14 @@ def test_engagement_and_lock_are_marked_where_they_are():
 
 
 def test_title_names_the_end():
-    assert "static lock" in response_figure(RESPONSES["static lock"]())._suptitle.get_text()
-    text = response_figure(RESPONSES["no engagement"]())._suptitle.get_text()
+    assert "static lock" in response_figure(response("static lock"))._suptitle.get_text()
+    text = response_figure(response("no engagement"))._suptitle.get_text()
     assert "no engagement; side edge" in text
 
 
 @pytest.mark.parametrize("kind", RESPONSES)
 def test_letters_stand_clear_of_the_curves(kind):
-    figure = response_figure(RESPONSES[kind]())
+    figure = response_figure(response(kind))
     for ax in figure.axes:
         low, high = ax.get_ylim()
         for line in ax.lines:

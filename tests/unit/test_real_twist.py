@@ -277,7 +277,7 @@ def test_a_tab_that_bends_is_told(ratio, elements):
     """By elements with the printed scale's tab of its own modulus (tools/rigid_tab.py), torque at twice engagement."""
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
     beam = beam.replace(scale={"youngs_modulus": ratio * beam.substrate.youngs_modulus, "strength": None})
-    r = squama.twist(beam, points=3)
+    r = squama.twist(beam, to="0.1 rad/pitch")
     found = re.search(r"\(E_s/E\)\(t_s/L\)\^3 = (\S+): the torque is too high by about (\S+)%", r.attrs["warnings"])
     assert (found is None) == (elements < 0.03)
     if found:
@@ -285,14 +285,14 @@ def test_a_tab_that_bends_is_told(ratio, elements):
         assert float(found[2]) / 100 == pytest.approx(elements, rel=0.35)
         assert found[0] in squama.cycle(beam, "0.1 rad/pitch", mu=0, points=3).attrs["warnings"]
     rigid = beam.replace(scale={"youngs_modulus": None})
-    for other in (squama.twist(beam, points=3, ideal=True), squama.twist(rigid, points=3)):
+    for other in (squama.twist(beam, to="0.1 rad/pitch", ideal=True), squama.twist(rigid, to="0.1 rad/pitch")):
         assert "embedded part" not in other.attrs["warnings"]
     # elements have a rigid tab, too; what was measured has the one of the beam
     made = matrixfile.stored(beam, real.Held.of(beam).K[:7, :7])
     scaling = {key: made.made[key] for key in matrixfile.SCALING}
     measured = {"matrix": matrixfile.StoredMatrix(made.rows, scaling)}, {"inclusion_factor": beam.C_f}
     for joint, told in (({"matrix": made}, bool(found)), *((one, False) for one in measured)):
-        warnings = squama.twist(beam.replace(joint=joint), points=3).attrs["warnings"]
+        warnings = squama.twist(beam.replace(joint=joint), to="0.1 rad/pitch").attrs["warnings"]
         assert ("embedded part" in warnings) == told
 
 

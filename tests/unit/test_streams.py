@@ -1,4 +1,7 @@
-"""Surroundings that fail: streams closed or full, a working folder that is gone, nonsense in the environment."""
+"""Surroundings that fail: streams closed or full, a working folder that is gone, nonsense in the environment.
+
+Curves are those of the hinge, which take no time.
+"""
 
 import os
 import shlex
@@ -26,16 +29,16 @@ def _shell(line, **environment):
 
 
 CASES = {
-    "squama twist beam.toml --csv new.csv >&-": "standard output: is closed; redirect it",
+    "squama twist beam.toml --joint hinge --csv new.csv >&-": "standard output: is closed; redirect it",
     "squama --help >&-": "standard output: is closed",
-    "squama twist beam.toml >/dev/full": "standard output: cannot be written (no space left on device)",
-    "squama twist beam.toml --json >/dev/full": "standard output: cannot be written",
+    "squama twist beam.toml --joint hinge >/dev/full": "standard output: cannot be written (no space left on device)",
+    "squama twist beam.toml --joint hinge --json >/dev/full": "standard output: cannot be written",
     "squama --version >/dev/full": "standard output: cannot be written",
     "squama twist nothing.toml 2>/dev/full": "",
     "squama twist nothing.toml 2>&-": "",
     "squama twist nothing.toml <&- >&- 2>&-": "",
-    "squama twist beam.toml >/dev/full 2>/dev/full": "",
-    "mkdir gone; cd gone; rmdir ../gone; squama twist beam.toml": "the working folder: is gone",
+    "squama twist beam.toml --joint hinge >/dev/full 2>/dev/full": "",
+    "mkdir gone; cd gone; rmdir ../gone; squama twist beam.toml --joint hinge": "the working folder: is gone",
     "mkdir gone; cd gone; rmdir ../gone; squama new beam.toml": "beam.toml: cannot be written",
 }
 
@@ -53,7 +56,7 @@ def test_a_stream_that_takes_nothing(line, place):
 
 @pytest.mark.parametrize("columns", ["0", "nonsense"])
 def test_no_environment_stops_a_command(columns, place):
-    done = _shell("squama twist beam.toml --plot a.png", COLUMNS=columns, MPLBACKEND="nope")
+    done = _shell("squama twist beam.toml --joint hinge --plot a.png", COLUMNS=columns, MPLBACKEND="nope")
     assert (done.returncode, done.stderr) == (0, "")
     assert "frictional lock" in done.stdout
 
@@ -81,11 +84,11 @@ def test_what_cannot_be_done_leaves_nothing(missing, line, place, monkeypatch, c
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "csv", "nc", "gif", "html"])
 def test_a_full_disk_keeps_the_former_file(ending, place):
-    command = {"csv": "twist beam.toml --csv", "nc": "twist beam.toml --netcdf"}
+    command = {"csv": "twist beam.toml --joint hinge --csv", "nc": "twist beam.toml --joint hinge --netcdf"}
     command |= {"gif": "view beam.toml --frames 2 -o", "html": "view beam.toml -o"}
     Path(f"old.{ending}").write_text("old")
     # the largest file may have 512 bytes
-    done = _shell(f"ulimit -f 1; squama {command.get(ending, 'twist beam.toml --plot')} old.{ending}")
+    done = _shell(f"ulimit -f 1; squama {command.get(ending, 'twist beam.toml --joint hinge --plot')} old.{ending}")
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()
     assert f"old.{ending}: cannot be written (file too large)" in line
@@ -95,7 +98,7 @@ def test_a_full_disk_keeps_the_former_file(ending, place):
 
 @pytest.mark.parametrize("columns", ["0", "1", "2", "19", "20", "-5", "many", "9" * 5000])
 def test_any_width_of_the_terminal(columns, place, monkeypatch, capsys):
-    for line in ("--help", "twist --help", "twist beam.toml", "explore --help"):
+    for line in ("--help", "twist --help", "twist beam.toml --joint hinge", "explore --help"):
         monkeypatch.setenv("COLUMNS", columns)
         assert main(line.split()) == 0
         assert capsys.readouterr().out

@@ -159,6 +159,7 @@ def follow(
     sense: int = 1,
     copies: int = 0,
     held: Array | None = None,
+    load: str = "twisting",
     stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:
@@ -168,7 +169,8 @@ def follow(
     is complex: derivatives of what is followed, to all digits (:mod:`squama.real.moved`). Stresses are taken at some of
     the twists, ``stressed``. ``held`` (n,): bends per pitch in which the beams are held, free to stretch; twists are
     above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come while a
-    beam is bent.
+    beam is bent. With ``load`` "bending" beams are bent alone, free to stretch, joints as well: twists are bends then,
+    torques moments, the rigidity that of bending.
 
     ``K`` returns the joints (i, 9, 9) or (i, 7, 7) of the designs with the numbers (i,), ``known`` (n,) tells which of
     them have one; by default it is the law's, of designs in its range. First contacts are looked for below the twists
@@ -179,7 +181,7 @@ def follow(
     at_all, scales = np.broadcast_to(twists, (n, twists.shape[-1])), designs.scales(ideal=ideal)
     m, columns, kind = at_all.shape[1], list(COLUMNS.values()), designs.eta.dtype
     alone, along = np.full((4, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
-    ends = np.full(n, "", dtype=path.WORDS.dtype)
+    ends, bent = np.full(n, "", dtype=path.WORDS.dtype), held is not None or load == "bending"
     which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
 
     def begin() -> Callable[[int, int], None]:
@@ -188,9 +190,11 @@ def follow(
             joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
             joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
             scale = path.Scale(*(v[at] for v in scales))
-            beams = path.beams(scale, joints, designs.mu[at], sense=sense, stretch="" if held is None else "free")
-            if held is not None:
-                found = path.held_bent(beams, held[at], at_all[at])
+            beams = path.beams(scale, joints, designs.mu[at], sense=sense, stretch="free" * bent)
+            if load == "bending":
+                found = path.bent_alone(beams, at_all[at], upto[at])
+            elif held is not None:
+                found = path.held_bent(beams, held[at], at_all[at], upto[at])
             elif copies:
                 found = path.moved(beams, at_all[at], copies, most=upto[at[::copies]])
             else:
@@ -198,6 +202,8 @@ def follow(
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
             alone[2:, at] = pivots(joints)[:, [K_THETA, TWIST]].T
+            if load == "bending":
+                alone[3, at] = path.bare(beams)[:, 1, 1]
             ends[at] = path.endings(found.contacts, found.ends)
             along[:-1, at] = np.moveaxis(found.rows[..., columns], -1, 0)
             along[-1, at, stressed] = path.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))

@@ -155,7 +155,7 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     own |= {"W_fr": rows[:, 8], "U_el": rows[:, 9] - rows[:, 8]}
     v = in_si(Case.held(beam, held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    bar = unit * real_path.bare(gone.way) @ [phi, psi]
+    bar = unit * real_path.bare(gone.way.beams)[0] @ [phi, psi]
     v |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": v["torque"] - bar[0]}
     v |= {"state": state, "contact": np.where(state == OPEN, "", contact)}
     far = float(np.abs([psi, phi]).max())

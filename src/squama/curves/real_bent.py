@@ -93,7 +93,7 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
 
     gone = go(asked, mu, stations, [(max(far, path.RANGE), 0.0)])
     held = gone.one.held
-    bare = float(path.bare(gone.one.way)[1, 1]) * asked.beam.unit_moment * d
+    bare = float(path.bare(gone.one.way.beams)[0, 1, 1]) * asked.beam.unit_moment * d
     case = Case(d, bare, held.K_theta, asked.beam.eta, asked.beam.scale.theta0)
     along, ways = gone.along, gone.along["psi"]
     own = {role: values for role, values in along.items() if role not in _OTHER}

@@ -307,7 +307,7 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     own = {role: values for role, values in found.own.items() if role != "M"}
     v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    alone = path.bare(one.way)
+    alone = path.bare(one.way.beams)[0]
     if one.beam.other:
         signs = np.array(one.beam.other.seen[::-1])
         alone = alone + alone * np.outer(signs, signs) - np.diag(_once(one))

@@ -62,14 +62,13 @@ class Branch:
     @functools.cached_property
     def quick(self) -> Callable[[float], float]:
         """The torque as a function of one number: the spline's own takes ten times as long for it."""
-        knots, pieces = self.force.x.tolist(), self.force.c.T.tolist()
-        most = len(pieces) - 1
+        knots, (a, b, c, d) = self.force.x.tolist(), self.force.c.tolist()
+        most = len(a) - 1
 
         def force(y: float) -> float:
             i = min(max(bisect_right(knots, y) - 1, 0), most)
-            a, b, c, d = pieces[i]
             s = y - knots[i]
-            return float(d + s * (c + s * (b + s * a)))
+            return float(d[i] + s * (c[i] + s * (b[i] + s * a[i])))
 
         return force
 

@@ -3,7 +3,7 @@
 The scales keep a gap between 0 and ``dhat`` by a potential that grows without bound as the gap closes (incremental
 potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). Of rigid scales only edges on edges
 and corners on faces of given pairs are looked at: two convex bodies meet in no other way; of scales that bend all edges
-and triangles of their surfaces that come near each other (:mod:`squama.fe.near`). Friction follows the slip since the
+and triangles of their surfaces that come near each other. Friction follows the slip since the
 last increment, with normal force and direction of the present state, so the tangent is not symmetric.
 Lengths in pitches; forces in whatever unit the stiffness brings.
 """
@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.fe.exposed import FACE, Exposed, Index, thin
-from squama.fe.near import Near, every, within_reach
 from squama.fe.rows import Placed, Row
 from squama.needs import need
 from squama.types import Array
@@ -83,7 +82,7 @@ class Contact:
     corners : (n m, 3) array
         Those of the m scales at rest.
     pairs : sequence of (int, int)
-        Scales that may touch.
+        Scales that may touch; of scales that bend all that come near, in an endless row those of scale 0.
     mu : float
         Coefficient of friction.
     exposed : Exposed
@@ -104,39 +103,49 @@ class Contact:
     ) -> None:
         self._ipc = ipc = need("ipctk")
         self.mu, self.dhat, self.slip = mu, dhat, slip
-        self._exposed, self._each, self._pairs = exposed, len(exposed.points), pairs
+        self._exposed, self._each = exposed, len(exposed.points)
         scales = np.arange(len(corners) // self._each)[:, None, None]
         edges, faces = (
             (cells + self._each * scales).reshape(-1, n) for cells, n in ((exposed.edges, 2), (exposed.faces, 3))
         )
         self._rest = np.asfortranarray(corners, dtype=float)
         self._mesh = ipc.CollisionMesh(self._rest, _whole(edges), _whole(faces))
-        self._always = None if exposed.amplitudes else self._candidates([every(exposed, i, j) for i, j in pairs])
+        # of an endless row pairs without its scale 0 are others once more
+        number = np.arange(scales.size) if any(i for i, _ in pairs) else np.minimum(np.arange(scales.size), 1)
+        self._mesh.can_collide = ipc.make_vertex_patches_filter(np.repeat(number, self._each).astype(np.int32))
+        self._always = None if exposed.amplitudes else self._between(pairs)
         # where they were last sought, and how near
-        self._kept: tuple[Array, float, Any] = self._rest, -1.0, None
+        self._kept: tuple[tuple[Array, Array], float, Any] = (self._rest, self._rest), -1.0, None
         self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
         self._friction = ipc.FrictionPotential(slip)
 
-    def _candidates(self, near: Iterable[Near]) -> Any:
-        """Return what is looked at, from numbers of edges and edges, and of triangles and points."""
-        out, found = self._ipc.Candidates(), list(near)
-        out.ee_candidates = [self._ipc.EdgeEdgeCandidate(a, b) for n in found for a, b in n.edges.tolist()]
-        out.fv_candidates = [self._ipc.FaceVertexCandidate(a, b) for n in found for a, b in n.faces.tolist()]
+    def _between(self, pairs: Iterable[tuple[int, int]]) -> Any:
+        """Return all edges and edges, and triangles and points, of rigid scales that may touch."""
+        exposed, ipc, out = self._exposed, self._ipc, self._ipc.Candidates()
+        n, m, q, outer = self._each, len(exposed.edges), len(exposed.faces), exposed.outer.tolist()
+        out.ee_candidates = [
+            ipc.EdgeEdgeCandidate(m * i + one, m * j + two) for i, j in pairs for one in outer for two in outer
+        ]
+        out.fv_candidates = [
+            ipc.FaceVertexCandidate(q * one + face, n * two + point)
+            for pair in pairs
+            for one, two in (pair, pair[::-1])
+            for face in range(q)
+            for point in range(n)
+        ]
         return out
 
     def _near(self, V: Array, there: Array, within: float) -> Any:
         """Return what comes as near as ``within`` on a straight way of the corners, or more that could."""
         if self._always is not None:
             return self._always
-        moved = max(float(np.abs(x - self._kept[0]).max()) for x in (V, there))
+        # a way is near the one that was looked along where its ends are near those of that, or both near one of them
+        moved = max(min(float(np.abs(x - end).max()) for end in self._kept[0]) for x in (V, there))
         # two scales may come nearer by twice the way of a corner
         if within + 2 * np.sqrt(3) * moved > self._kept[1]:
-            wide = within + _WIDE
-            self._kept = (
-                V,
-                wide,
-                self._candidates(within_reach(self._exposed, i, j, V, there, wide) for i, j in self._pairs),
-            )
+            wide, found = within + _WIDE, self._ipc.Candidates()
+            found.build(self._mesh, V, there, wide / 2)
+            self._kept = (V, there), wide, found
         return self._kept[2]
 
     def push(self, corners: Array, before: Array | None, kappa: float, *, tangent: bool = True) -> Push:
@@ -158,7 +167,7 @@ class Contact:
             return Push(zero, zero, np.empty(0, np.int64), None)
         barrier = self._ipc.BarrierPotential(self.dhat, kappa)
         gradient = barrier.gradient(found, self._mesh, V).reshape(-1, 3)
-        H = barrier.hessian(found, self._mesh, V) if tangent else None
+        tangents = [(1.0, barrier.hessian(found, self._mesh, V))] if tangent else []
         friction = zero
         if before is not None and self.mu > 0:
             slide = self._ipc.TangentialCollisions()
@@ -168,13 +177,10 @@ class Contact:
             friction = -self._friction.force(*args).reshape(-1, 3)
             if tangent:
                 by = self._friction.DiffWRT
-                for wrt in (by.VELOCITIES, by.LAGGED_DISPLACEMENTS):
-                    H = H - self._friction.force_jacobian(*args, wrt)
+                both = (by.VELOCITIES, by.LAGGED_DISPLACEMENTS)
+                tangents += [(-1.0, self._friction.force_jacobian(*args, wrt)) for wrt in both]
         nodes = np.flatnonzero(gradient.any(axis=1) | friction.any(axis=1))
-        if H is None:
-            return Push(gradient, friction, nodes, None)
-        places = (3 * nodes[:, None] + np.arange(3)).ravel()
-        return Push(gradient, friction, nodes, H.tocsr()[places][:, places].toarray())
+        return Push(gradient, friction, nodes, _among(nodes, tangents) if tangent else None)
 
     def _found(self, V: Any, within: float) -> Any:
         found = self._ipc.NormalCollisions()
@@ -244,6 +250,18 @@ class Contact:
         a = t.pop(0) if len(x) > 1 else 0.0
         b = t.pop(0) if len(y) > 1 else 0.0
         return np.array([X[0, 1] + a * (X[-1, 1] - X[0, 1]), Y[0, 0] + b * (Y[-1, 0] - Y[0, 0])])
+
+
+def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
+    """Return the sum of sparse matrices of all places times numbers, (3 a, 3 a) of these nodes, dense."""
+    n, out = 3 * nodes.size, np.zeros((3 * nodes.size + 1, 3 * nodes.size + 1))
+    for factor, matrix in matrices:
+        # the last row and column take what is not asked for
+        place = np.full(matrix.shape[0], n)
+        place[(3 * nodes[:, None] + np.arange(3)).ravel()] = np.arange(n)
+        entries = matrix.tocoo()
+        out[place[entries.row], place[entries.col]] += factor * entries.data
+    return out[:n, :n]
 
 
 def _whole(rows: Array | Index) -> Any:

@@ -13,6 +13,7 @@ The path that a run follows is one number: the twist itself, or the way along a 
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -113,10 +114,17 @@ class Leg:
 
     def moves(self, loads: Array, k: Array) -> Moves:
         """Return the moves by k (n,) pitches."""
-        return Moves(*(np.array(part) for part in zip(*(power(loads, float(n)) for n in k), strict=True)))
+        return _powers(tuple(loads.tolist()), tuple(k.tolist()))
 
 
 Course = Twist | Leg
+
+
+@functools.lru_cache(maxsize=8)
+def _powers(strains: tuple[float, ...], k: tuple[float, ...]) -> Moves:
+    """Return several powers of a screw; a state asks for its own three times on end."""
+    each = [power(np.array(strains), n) for n in k]
+    return Moves(*(np.array(part) for part in zip(*each, strict=True)))
 
 
 def power(strains: Array, k: float) -> Moves:

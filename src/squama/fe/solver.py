@@ -7,6 +7,7 @@ yields the complement without the m solutions ``K^-1 B``; else these are made a 
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -60,6 +61,8 @@ class Solver:
         if find_spec("pypardiso") is None:
             return
         self._pardiso = solver = import_module("pypardiso").PyPardisoSolver(mtype=-2)
+        # without it each solver looks through the whole environment again
+        os.environ.setdefault("PYPARDISO_MKL_RT", solver.libmkl._name)
         for place, value in (*_COMMON, *(_MATCHED if multipliers else _COMPLEMENT)):
             solver.set_iparm(place, value)
         if multipliers:

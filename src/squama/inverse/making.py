@@ -111,7 +111,7 @@ def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -
     return lines
 
 
-def by_elements(beam: Beam, sense: str, rates: Sequence[float], mesh: str = MESH) -> list[str]:
+def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     """Return in lines what finite elements say of a beam at twist rates (rad/m), beside the real beam's curve.
 
     Raises
@@ -119,14 +119,14 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float], mesh: str = MESH
     InputError
         The extra ``fe`` is not installed, or the mesh is refused.
     """
-    run = runs.cell(beam, to=max(rates), sense=sense, mesh=mesh, increment=max(rates) * beam.pitch / INCREMENTS)
+    run = runs.cell(beam, to=max(rates), sense=sense, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
     x, T = run["Phi"].values, run["T"].values
     own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, joint="compliant")["T"]
     # slopes of both between the same twists
     ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
     lines = []
     for rate in rates:
-        where = f"elements ({mesh} mesh), {rate * beam.pitch:.4g} rad per pitch"
+        where = f"elements ({MESH} mesh), {rate * beam.pitch:.4g} rad per pitch"
         if rate > x[-1] * (1 + 1e-9):
             lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
             continue

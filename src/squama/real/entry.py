@@ -79,7 +79,7 @@ def _along(
 
 @_jit
 def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[int, int, int, float, float, float]:
-    """Return what touches first below a twist, or on a path of legs."""
+    """Return what touches first below a twist, or on a path of legs and straight on to there."""
     if not d.bent:
         return _first_contact(d, 0.0, most, 0.0)
     here, since, found = 0.0, 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
@@ -88,6 +88,8 @@ def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[
             if _onto(d, here, targets[i], corners, i):
                 since = here
             found, here = _first_contact(d, here, targets[i], since), targets[i]
+    if found[0] == -1 and here < most:
+        found = _first_contact(d, here, most, since)
     return found
 
 

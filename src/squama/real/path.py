@@ -139,14 +139,17 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
 
 
 def follow_all(
-    beams: entry.Beams, targets: Array, *, most: float | Array = 1.0, contacts: Array | None = None, step: float = STEP,
-    every: int = EVERY, corners: Array | None = None, notes: Array | None = None,
+    beams: entry.Beams, targets: Array, *, most: float | Array | None = None, contacts: Array | None = None,
+    step: float = STEP, every: int = EVERY, corners: Array | None = None, notes: Array | None = None,
 ) -> Answers:  # fmt: skip
     """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given.
 
-    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent. ``notes``
-    (n, i, 56): room for the states, see :func:`squama.real.follow.follow`.
+    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent, which go straight
+    on to ``most``. It is 1 if not given, and the last target of beams that are bent. ``notes`` (n, i, 56): room for the
+    states, see :func:`squama.real.follow.follow`.
     """
+    if most is None:
+        most = 1.0 if corners is None else 0.0
     n = len(targets)
     columns = follow.COLUMNS if corners is None else follow.STRAINED
     found = Answers(
@@ -161,13 +164,21 @@ def follow_all(
     return found
 
 
-def held_bent(beams: entry.Beams, bends: Array, twists: Array) -> Answers:
-    """Bend beams that may be bent by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these."""
+def held_bent(beams: entry.Beams, bends: Array, twists: Array, most: Array) -> Answers:
+    """Bend beams that may be bent by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these.
+
+    What touches first is looked for below the twists ``most`` (n,).
+    """
     ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
     # as far as the way goes, to the last digit
     corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
-    found = follow_all(beams, ways, corners=corners)
+    found = follow_all(beams, ways, corners=corners, most=np.abs(bends) + most)
     return found._replace(rows=found.rows[:, 1:])
+
+
+def bent_alone(beams: entry.Beams, bends: Array, most: Array) -> Answers:
+    """Bend beams that may be bent to rising bends (n, m) from 0 on, the twist held at 0; ``most`` as of twists."""
+    return follow_all(beams, bends, corners=np.stack([bends, 0 * bends], axis=-1), most=most)
 
 
 def moved(beams: entry.Beams, targets: Array, copies: int, *, most: float | Array = 1.0) -> Answers:
@@ -273,7 +284,7 @@ def motions(rows: Array) -> Array:
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
     q, g = motions(rows), path.bending(rows)
-    n, alone = q.shape[1], bare(path)
+    n, alone = q.shape[1], bare(path.beams)[0]
     loads = q[:, 6 : 6 + len(alone)]
     whole = np.einsum("ni,ij,nj->n", q, path.table[:n, :n], q) / 2
     bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
@@ -281,17 +292,21 @@ def energies(path: Path, rows: Array) -> dict[str, Array]:
     return {"U_joint": whole - bar, "U_plate": own, "U_bar": bar}
 
 
-def bare(path: Path) -> Array:
-    """Return the stiffness without contact against twist (1, 1), or twist and bend (2, 2) of a beam that is bent."""
-    K, free = path.beams.K[0], int(path.beams.soft[0] > 0)
-    loads, loose = [6, 7][: len(K) - 6], [*range(6), *[8] * free]
-    across = K[np.ix_(loose, loads)]
-    return np.asarray(K[np.ix_(loads, loads)] - across.T @ np.linalg.solve(K[np.ix_(loose, loose)], across))
+def bare(beams: entry.Beams) -> Array:
+    """Return the stiffness (n, 1, 1) of beams without contact against twist, or (n, 2, 2) against twist and bend.
+
+    All are bent, or none is, and free to stretch, or none is.
+    """
+    K, free = beams.K, int(beams.soft[0] > 0)
+    loads, loose = [6, 7][: K.shape[1] - 6], [*range(6), *[8] * free]
+    across = K[:, loose][:, :, loads]
+    given = np.linalg.solve(K[:, loose][:, :, loose], across)
+    return np.asarray(K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given)
 
 
 def rigidity(path: Path) -> float:
     """Return the torque per twist without contact, E d^3."""
-    return float(bare(path)[0, 0])
+    return float(bare(path.beams)[0, 0, 0])
 
 
 def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:

@@ -85,9 +85,9 @@ class Model(NamedTuple):
             The joint does not cover the load or the law, or ``at`` is no twist of it.
         """
         # of both it is the plate law that says what covers them
-        law = max(laws)
+        law = LOADS[load].law(max(laws))
         held, ideal, _ = meant(beam, load, law, joint, ideal, bent=bent)
-        follow.covering(held, load, law)
+        follow.covering(held, load if held == "hinge" else "twisting", law)
         if held == "hinge":
             if at is not None:
                 refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
@@ -97,7 +97,7 @@ class Model(NamedTuple):
             return cls(held, thin(LOADS[load], law, held, ideal=ideal))
         if at is not None:
             twist = Twist.read("at", at, load, beam)
-        elif 0 < (engaged := _engagement(beam, sense, ideal=ideal)) < RANGE:
+        elif 0 < (engaged := _engagement(beam, load, sense, ideal=ideal)) < RANGE:
             twist = Twist(AHEAD * engaged, "rad/pitch")
         else:
             refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
@@ -143,8 +143,13 @@ def meant(
     beam: Beam, load: str, law: str, joint: str | None, ideal: bool | None = None, *, bent: bool = False
 ) -> tuple[str, bool, str]:
     """Return what :func:`squama.curves.follow.meant` does of many beams, whose joints elements do not make."""
-    held, thin_scales, why = follow.meant(beam, load, law, joint, ideal, elements=False)
-    if bent and held == "compliant" and (why := real_polygons.unbent(beam)):
+    bends = LOADS[load].axis == 0
+    if bends and beam.substrate.neutral == "face":
+        if joint == "compliant":
+            refuse("substrate.neutral", '"face"', "is of hinges", 'leave it out, or write joint="hinge"')
+        joint = "hinge"
+    held, thin_scales, why = follow.meant(beam, "twisting", LOADS[load].law(law), joint, ideal, elements=False)
+    if (bent or bends) and held == "compliant" and (why := real_polygons.unbent(beam)):
         if joint:
             refuse("joint", '"compliant"', why, 'write joint="hinge"')
         held, thin_scales = "hinge", ideal is None or ideal
@@ -156,14 +161,14 @@ def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent:
     return meant(beam, load, max(laws), joint, bent=bent)[2]
 
 
-def _engagement(beam: Beam, sense: str, *, ideal: bool) -> float:
-    """Return the twist per pitch at which a beam engages, inf where it does not below :data:`squama.real.path.RANGE`.
+def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
+    """Return the load angle per pitch at which a beam engages, inf: not below :data:`squama.real.path.RANGE`.
 
     Raises InputError: its joint is not known.
     """
     if why := choice.unknown(beam):
         refuse("joint", '"compliant"', why, "give at, the twist at which figures are taken")
-    return float(real_columns.solved(columns(beam, {}), RANGE, sense=sense, ideal=ideal).load_e[0])
+    return float(real_columns.solved(columns(beam, {}), RANGE, load=load, sense=sense, ideal=ideal).load_e[0])
 
 
 def shares(counts: Array) -> list[str]:

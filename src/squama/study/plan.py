@@ -64,8 +64,8 @@ def _hinged(load: str) -> dict[str, Variable]:
     return found
 
 
-def _real() -> dict[str, Variable]:
-    of, found = LOADS["twisting"], {}
+def _real(load: str) -> dict[str, Variable]:
+    of, found = LOADS[load], {}
     for field in (name for name in Figures._fields if name != "code"):
         name = of.variable(field)
         attrs = SYMBOLS[name].attrs
@@ -73,7 +73,7 @@ def _real() -> dict[str, Variable]:
     return found | {"end": _end(ENDS)}
 
 
-VARIABLES = {("hinge", load): _hinged(load) for load in LOADS} | {("compliant", "twisting"): _real()}
+VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _real)) for load in LOADS}
 """Variables of a store by the joint and the load."""
 MARK = "squama_sweep"
 """Attribute of the group that marks a store; its value is the version of the layout."""

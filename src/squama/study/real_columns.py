@@ -80,10 +80,12 @@ class _Beams(NamedTuple):
 
 
 def solved(
-    c: Cells, at: Array | float, *, sense: str = "+", ideal: bool = False, copies: int = 0, along: bool = True,
-    threads: int | None = None,
+    c: Cells, at: Array | float, *, load: str = "twisting", sense: str = "+", ideal: bool = False, copies: int = 0,
+    along: bool = True, threads: int | None = None,
 ) -> Figures:  # fmt: skip
-    """Follow beams to the twists ``at`` (rad per pitch); all arrays broadcast, the result is flat.
+    """Follow beams to the twists, or bends, ``at`` (rad per pitch); all arrays broadcast, the result is flat.
+
+    Cells are those of twisting whatever the load is: the joint's matrix knows both.
 
     The joint is that of the beam's matrix or the law's, with a stiffness and an inclusion factor as they are given, its
     K_theta times the cells' ``joint_factor``; ``ideal``: scales are thin and rigid. Memory is that of
@@ -104,7 +106,7 @@ def solved(
     def part(low: int) -> Figures:
         some = [np.ascontiguousarray(v[low : low + most], np.result_type(*flat)) for v in flat]
         b = _Beams(Designs(*some[:ratios]), *some[ratios:])
-        return _part(c, b, -1 if sense == "-" else 1, ideal, copies, along, threads)
+        return _part(c, b, load, -1 if sense == "-" else 1, ideal, copies, along, threads)
 
     most = AT_ONCE // max(1, copies) * max(1, copies)
     parts = [part(low) for low in range(0, max(1, flat[0].size), most)]
@@ -126,7 +128,7 @@ def _joints(c: Cells, b: _Beams, i: Array) -> Array:
 
 
 def _part(
-    c: Cells, b: _Beams, sense: int, ideal: bool, copies: int, along: bool, threads: int | None
+    c: Cells, b: _Beams, load: str, sense: int, ideal: bool, copies: int, along: bool, threads: int | None
 ) -> Figures:  # fmt: skip
     """Return the figures of so many beams as are followed at once."""
     _, unit, pitch, to, strength, *_, psi = b
@@ -137,7 +139,8 @@ def _part(
     along = along and bool(np.isfinite(strength).any())
     r = follow(
         b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-        sense=sense, copies=copies, held=held, stressed=slice(None if along else STEPS, STEPS + 1), threads=threads,
+        sense=sense, copies=copies, held=held, load=load, stressed=slice(None if along else STEPS, STEPS + 1),
+        threads=threads,
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest

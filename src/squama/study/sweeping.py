@@ -255,12 +255,13 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
     values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
     margin = float(np.asarray(values.pop("margin", plan.margin) or 0.0).item())
-    c = columns.columns(_beam(plan.beam_toml), values, load=plan.load, each=joint_law.one_by_one)
-    shape = tuple(part.stop - part.start for part in plan.place(tile))
     model = plan.model
+    load = "twisting" if model.real else plan.load
+    c = columns.columns(_beam(plan.beam_toml), values, load=load, each=joint_law.one_by_one)
+    shape = tuple(part.stop - part.start for part in plan.place(tile))
     if model.at:
         over_all = np.broadcast_to(model.at.per_pitch(c.d), shape)
-        figures = real_columns.solved(c, over_all, sense=plan.sense, ideal=model.ideal)
+        figures = real_columns.solved(c, over_all, load=plan.load, sense=plan.sense, ideal=model.ideal)
         found = {name: v.reshape(shape) for name, v in figures._asdict().items()}
     elif c.psi is not None:
         found = held.twisted(_beam(plan.beam_toml), values, shape, sense=plan.sense, margin=margin)

@@ -223,7 +223,7 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
     if rare:
         notes.append(f"no statistics of {', '.join(rare)}: too few samples have {'it' if len(rare) == 1 else 'them'}")
     limits = {t.name: tuple(t.at(np.array([2**-_BITS, 1 - 2**-_BITS])).tolist()) for t in case.tolerances}
-    notes += columns.matrix_warnings(case.beam, case.load, limits)
+    notes += columns.matrix_warnings(case.beam, "twisting" if case.model.real else case.load, limits)
     if case.model.real:
         notes += shares(np.bincount(code, minlength=len(case.ends)))
     elif LOADS[case.load].sided:
@@ -261,7 +261,7 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
 
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
     """Solve samples of some dimensions, (n,) each in SI units; figures by role. One that is no beam is refused."""
-    c = columns.columns(case.beam, dimensions, load=case.load)
+    c = columns.columns(case.beam, dimensions, load="twisting" if case.model.real else case.load)
     n = next(iter(dimensions.values())).size
     good = np.broadcast_to(columns.valid(c), n)
     if not good.all():
@@ -283,7 +283,7 @@ def _followed(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
     """
     assert case.model.at is not None
     to = np.broadcast_to(case.model.at.per_pitch(c.d), n)
-    found = real_columns.solved(c, to, sense=case.sense, ideal=case.model.ideal)._asdict()
+    found = real_columns.solved(c, to, load=case.load, sense=case.sense, ideal=case.model.ideal)._asdict()
     found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
     found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
     return found | {"code": found["code"].astype(np.int8)}
