@@ -282,6 +282,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("dynamics/systems.py", "STEPS = 256"): {"*": _TUNING},
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},
+    ("dynamics/systems.py", "NEAR = 1e-6"): {"*": _TUNING},
     (
         "dynamics/systems.py",
         "back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])",

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +22,11 @@ def _out(capsys, *arguments):
     captured = capsys.readouterr()
     assert captured.err == ""
     return captured.out
+
+
+def _typed(example):
+    """Return the words of an example as a shell reads them, which joins lines that end in a backslash."""
+    return shlex.split(example.replace("\\\n", ""))
 
 
 def _process(*arguments, code):
@@ -48,7 +54,9 @@ def test_help_names_the_commands(arguments, capsys):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_of_a_command_explains_every_flag(command, capsys):
     lines = _out(capsys, command, "--help").splitlines()
-    flags = [line for line in lines if " --" in line[:8] and "display this" not in line.lower()]
+    flags = [
+        line for line in lines if line.startswith("\u2502") and " --" in line[:8] and "display this" not in line.lower()
+    ]
     assert flags
     for line in flags:
         assert len(line.strip(" \u2502*").split("  ")) > 1, line
@@ -56,12 +64,25 @@ def test_help_of_a_command_explains_every_flag(command, capsys):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_of_a_command_ends_with_an_example(command, capsys):
-    example = _out(capsys, command, "--help").rstrip().splitlines()[-1]
+    example = _out(capsys, command, "--help").rstrip().rpartition("Example:\n")[2]
     assert example == f"squama {command} {EXAMPLES[command]}"
     with collecting():
-        found, bound, _ = make().parse_args(shlex.split(example)[1:], exit_on_error=False, print_error=False)
+        found, bound, _ = make().parse_args(_typed(example)[1:], exit_on_error=False, print_error=False)
     assert found.__name__ == command.replace("-", "_")
     assert bound.arguments
+
+
+@pytest.mark.slow
+def test_the_examples_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, source in {"test.csv": "measured_loop.csv", "target.toml": "limb.toml"}.items():
+        shutil.copy(ROOT / "examples" / source, name)
+    for name in ("designs.csv", "pla_on_vps.toml"):
+        shutil.copy(ROOT / "examples" / name, name)
+    # in this order: what one writes another reads; elements, fronts and the paper's figures have tests of their own
+    for command in EXAMPLES:
+        if command not in ("explore", "pareto", "joint", "cell", "verify", "paper"):
+            assert main([command, *_typed(EXAMPLES[command])]) == 0, (command, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])
@@ -83,3 +104,54 @@ def test_as_a_module(module):
     code = f"import runpy, sys; sys.argv[0] = 'squama'; runpy.run_module({module!r}, run_name='__main__')"
     done = _process("--version", code=code)
     assert (done.returncode, done.stdout.strip()) == (0, squama.__version__)
+
+
+def _completion(shell, folder, monkeypatch, capsys):
+    monkeypatch.setenv("HOME", str(folder))
+    script = folder / f"squama.{shell}"
+    assert "installed" in _out(capsys, "--install-completion", "--shell", shell, "--output", str(script))
+    return script
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["unc"], ["uncertainty"]),
+        (["twist", "--ne"], ["--netcdf"]),
+        (["twist", "be"], ["beam.toml"]),
+        (["twist", "beam.toml", "--plot", "pic"], ["pictures"]),
+        (["fit", "beam.toml", "te"], ["test.csv"]),
+        (["cycle", "beam.toml", "--to", "be"], []),
+    ],
+)
+def test_bash_completes_commands_flags_and_files(typed, offered, tmp_path, monkeypatch, capsys):
+    script = _completion("bash", tmp_path, monkeypatch, capsys)
+    for name in ("beam.toml", "test.csv"):
+        (tmp_path / name).touch()
+    (tmp_path / "pictures").mkdir()
+    words = " ".join(map(shlex.quote, ["squama", *typed]))
+    ask = f'. {script}; COMP_WORDS=({words}); COMP_CWORD={len(typed)}; _squama; printf "%s\\n" "${{COMPREPLY[@]}}"'
+    done = subprocess.run(["bash", "--norc", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == offered, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("shell", "files"), [("zsh", "_files"), ("fish", "-l csv -r -F "), ("powershell", "CompleteFilename")]
+)
+def test_other_shells_complete_every_command(shell, files, tmp_path, monkeypatch, capsys):
+    text = _completion(shell, tmp_path, monkeypatch, capsys).read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if name not in text] == []
+    assert files in text
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        ("twsit", 'Unknown command "twsit". Did you mean "twist"?'),
+        ("foo", 'Unknown command "foo"; see "squama --help"'),
+    ],
+)
+def test_a_command_that_is_not_there(typed, words, capsys):
+    assert main([typed]) == 2
+    assert capsys.readouterr().err == f"squama: error: {words}\n"

@@ -13,8 +13,9 @@ from refusals import refused
 import squama
 from squama.cli import main
 from squama.curves.real import STRAIN_LIMIT
-from squama.dynamics import motion
+from squama.dynamics import motion, systems
 from squama.dynamics.modes import SHAPES
+from squama.loads import LOADS
 
 ROOT = Path(__file__).parents[2]
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
@@ -177,6 +178,17 @@ def test_the_real_beam_is_shaken_too():
     assert s.attrs["joint"] == "compliant"
     assert float(s.phi_high[0, 0]) > float(s.phi_e)
     assert s.W_fed.values == pytest.approx((s.W_rubbed + s.W_damped).values, rel=1e-3)
+
+
+def test_the_way_back_begins_a_hair_beyond_a_place_on_the_way_up():
+    beam = squama.Beam.from_toml(ROOT / "src/squama/cli/example.toml")
+    held = systems.Held(LOADS["twisting"], 0.25, "edge", "compliant", False)
+    side = systems.sides(beam, held, "uniform", 1, 0.6)[0].plus
+    places = np.linspace(side.y_e, 0.6, systems.STEPS)[1:40]
+    for top in places + 1.5e-7:
+        back = side.falling(top)
+        assert float(back.force(top)) == pytest.approx(float(side.up.force(top)), rel=1e-4)
+        assert float(back.force(0.999 * top)) < float(side.up.force(0.999 * top))
 
 
 def test_density_and_rotor_go_through_a_file(folder):

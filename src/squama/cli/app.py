@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cyclopts import App, CycloptsError, Parameter
-from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
+from cyclopts.exceptions import MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 
 from squama._version import __version__
 from squama.io.files import label
@@ -23,7 +23,7 @@ COMMANDS = {
     "joint": "Stiffness of a scale's joint by finite elements, beside the scaling laws (extra fe).",
     "cell": "Twist one pitch of finite elements with helical periodicity, or a finite beam (extra fe).",
     "verify": "Set the models beside finite elements: differences along the twist, and how far each holds (extra fe).",
-    "deck": "Write an input deck of a finite beam for CalculiX or Abaqus.",
+    "deck": "Write an input deck of a finite beam for CalculiX or Abaqus (extra fe).",
     "export": "Write scales, substrate and mould as solids for the printer, with a bill of materials (extra export).",
     "ends": "Find where many designs of hinged scales engage and how they end, from a table.",
     "sweep": "Solve a beam over ranges of its parameters, into a store that can be resumed.",
@@ -42,7 +42,7 @@ EXAMPLES = {
     "bend-twist": 'beam.toml --path "bend 4 rad/m; twist 8 rad/m" --plot path.png',
     "cycle": 'beam.toml --to "90 deg total" --loops 2 --plot loop.png',
     "vibrate": 'beam.toml --rotor "1e-4 kg m2" --release "100 deg total"',
-    "shake": 'beam.toml --lowest "1 Hz" --highest "5 Hz" --static "60 deg total"',
+    "shake": 'beam.toml --rotor "1e-4 kg m2" --static "20 deg total" \\\n  --lowest "2 Hz" --highest "3 Hz"',
     "fit": "test.csv beam.toml --plot fit.png",
     "design": "target.toml -o designs",
     "pareto": "target.toml --plot front.png --csv front.csv",
@@ -60,7 +60,7 @@ EXAMPLES = {
     "uncertainty": 'beam.toml --vary mu="0.25 +- 0.03" --plot tolerances.png',
     "paper": "fig4 fig7b -o paper",
 }
-"""What stands under the help of a command, behind its name."""
+"""What stands under the help of a command, behind its name, in lines of 80 letters."""
 
 _ROOMS = {
     "twist": ("bend", "row"),
@@ -88,7 +88,7 @@ def make() -> App:
         module = _ELSEWHERE.get(name, name).replace("-", "_")
         below = f"Example:\nsquama {name} {EXAMPLES[name]}"
         app.command(f"squama.cli.{module}:{name.replace('-', '_')}", name=name, help=text, help_epilogue=below)
-    completes = "Let the shell complete commands and flags: bash, zsh, fish, PowerShell."
+    completes = "Let the shell complete commands, flags and files: bash, zsh, fish, PowerShell."
     app.register_install_completion_command(group="Shell", help=completes)
     return app
 
@@ -101,5 +101,8 @@ def usage_problem(error: CycloptsError) -> str:
         return f"{label(' '.join(error.unused_tokens))}: is more than the command takes; {see}"
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         return f"{error.argument.name}: is missing or has no value; {see}"
-    text = label(" ".join(str(error).split()))
+    words = " ".join(str(error).split())
+    if isinstance(error, UnknownCommandError):
+        words = words.partition(" Available commands:")[0]
+    text = label(words)
     return text if text.endswith("?") else f"{text.rstrip('.')}; {see}"

@@ -28,7 +28,7 @@ SHOWN = 6
 """Dimensions whose tolerances are listed."""
 MOST = 8
 """Designs side by side at most."""
-Out = Annotated[str | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
+Out = Annotated[flags.File | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
 _MANY, _STARTS = "How many different designs at most (the file's, or 5).", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
 _ELEMENTS = "Hold the first design against finite elements (extra fe, minutes)."
@@ -38,7 +38,7 @@ _POPULATION = "Designs of a generation, and of the front at most (the file's, or
 
 
 def design(
-    target: Annotated[str, Parameter(help="Target file (TOML); see docs, how-to: design a beam.")],
+    target: Annotated[flags.File, Parameter(help="Target file (TOML); see docs, how-to: design a beam.")],
     /,
     *,
     out: Out = None,
@@ -153,7 +153,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
 
 
 def pareto(
-    target: Annotated[str, Parameter(help=_FRONT)],
+    target: Annotated[flags.File, Parameter(help=_FRONT)],
     /,
     *,
     out: Out = None,

@@ -67,9 +67,9 @@ def export(
     beam: flags.BeamFile,
     /,
     *,
-    out: Annotated[str, flag("Folder to write to.", "--out", "-o")],
+    out: Annotated[flags.File, flag("Folder to write to.", "--out", "-o")],
     made: Made = MADE,
-    picture: Annotated[tuple[str, ...], flag(_PICTURE)] = (),
+    picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
     force: Annotated[bool, Parameter(help="Replace files in the folder that no export has written.")] = False,
     base: flags.Base = flags.BASE,
 ) -> int:

@@ -96,14 +96,14 @@ _OF_DECAYS = ("load", "law", "joint")
 
 
 def fit(
-    *files: Annotated[str, Parameter(help=_FILES)],
+    *files: Annotated[flags.File, Parameter(help=_FILES)],
     find: Annotated[str | None, flag(_FIND)] = None,
     bounds: Annotated[tuple[flags.Pair, ...], flag(_BOUNDS, read=_limits, many=True)] = (),
     search: Search = SEARCH,
     swing: Swing = SWING,
     tables: flags.Tables = flags.TABLES,
-    out: Annotated[str | None, flag("Beam file to write, estimates put in (.toml).", "--out", "-o")] = None,
-    corner: Annotated[str | None, flag("Picture of the posterior samples to write.")] = None,
+    out: Annotated[flags.File | None, flag("Beam file to write, estimates put in (.toml).", "--out", "-o")] = None,
+    corner: Annotated[flags.File | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist, or a decay."""

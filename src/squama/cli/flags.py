@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Generic, NamedTuple, TypeVar, dataclass_transform
 
 from cyclopts import Parameter
@@ -262,7 +263,12 @@ def group(flags: type[T]) -> type[T]:
 TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
 """How a twist is written."""
 AT = f"Twist at which figures of compliant joints are taken, {TWISTS} (twice the beam's own at engagement)"
-BeamFile = Annotated[str, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
+if TYPE_CHECKING:
+    File = str
+else:
+    # a path to shells, which complete it; to the program the text as it is written
+    File = Annotated[Path, Parameter(converter=lambda _, tokens: tokens[0].value)]
+BeamFile = Annotated[File, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
 Mu = Annotated[float | None, flag("Coefficient of friction in place of the file's, e.g. 0.25.", read=_mu)]
 Family = Annotated[
     tuple[float, ...],
@@ -286,7 +292,7 @@ _CUT = "Where a curve that locks is cut off: fraction of its path left before th
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
 Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
-Plot = Annotated[tuple[str, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
+Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
 
 
 def arguments(*others: str, **said: str) -> dict[str, str]:
@@ -376,8 +382,8 @@ class Common(Base):
     """Flags of every command that computes a dataset of a beam."""
 
     plot: Plot = ()
-    csv: Annotated[str | None, flag("CSV file to write, units in the header.")] = None
-    netcdf: Annotated[str | None, flag("netCDF file to write (.nc), all that there is.")] = None
+    csv: Annotated[File | None, flag("CSV file to write, units in the header.")] = None
+    netcdf: Annotated[File | None, flag("netCDF file to write (.nc), all that there is.")] = None
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""

@@ -30,7 +30,7 @@ _CONTACTS = "Which contacts may end a curve: tip (of all neighbours) or all (eve
 
 
 def new(
-    beam: Annotated[str, Parameter(help="The file to write, e.g. beam.toml.")],
+    beam: Annotated[flags.File, Parameter(help="The file to write, e.g. beam.toml.")],
     /,
     *,
     force: Annotated[bool, Parameter(help="Replace a file that is there.")] = False,
@@ -48,10 +48,10 @@ def new(
 
 
 def ends(
-    designs: Annotated[str, Parameter(help=_TABLE)],
+    designs: Annotated[flags.File, Parameter(help=_TABLE)],
     /,
     *,
-    out: Annotated[str, flag("CSV file to write.", "--out", "-o")],
+    out: Annotated[flags.File, flag("CSV file to write.", "--out", "-o")],
     law: flags.Law = "edge",
     sense: flags.Sense = "+",
     contacts: Annotated[str, flag(_CONTACTS, read=one_of("tip", "all"))] = "tip",
@@ -79,8 +79,8 @@ def ends(
 
 def paper(
     *figures: Annotated[str, Parameter(help=_FIGURES)],
-    out: Annotated[str, flag("Folder to write to; made if need be.", "--out", "-o")],
-    points: Annotated[str | None, flag("CSV file of finite element points to draw in Fig. 6b.")] = None,
+    out: Annotated[flags.File, flag("Folder to write to; made if need be.", "--out", "-o")],
+    points: Annotated[flags.File | None, flag("CSV file of finite element points to draw in Fig. 6b.")] = None,
     format_: Annotated[tuple[str, ...], flag(_FORMATS, "--format", read=words_of(PICTURES))] = ("png",),
     json: flags.Json = False,
 ) -> int:
@@ -95,7 +95,7 @@ def paper(
 
 
 def explore(
-    beam: Annotated[str | None, Parameter(help=_START)] = None,
+    beam: Annotated[flags.File | None, Parameter(help=_START)] = None,
     /,
     *,
     port: Annotated[int, flag("Port of the page; 0 takes any that is free (0).", read=whole(0, 65535, "8080"))] = 0,

@@ -31,7 +31,7 @@ def sweep(
     /,
     *,
     over: Annotated[tuple[flags.Pair, ...], flag(_OVER, read=_RANGE, many=True)] = (),
-    out: Annotated[str, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
+    out: Annotated[flags.File, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
     at: Annotated[str | None, flag(f"{flags.AT}.")] = None,
@@ -97,11 +97,13 @@ _NAMES = ("x", "y", "panels", "at", "lines", "paths", "variable")
 
 
 def map(  # noqa: A001 - the command's name
-    store: Annotated[str, Parameter(help="Store of a sweep (.zarr), finished or not.")],
+    store: Annotated[flags.File, Parameter(help="Store of a sweep (.zarr), finished or not.")],
     /,
     *,
     plot: flags.Plot = (),
-    csv: Annotated[str | None, flag("CSV file to write: a row per cell of the slice, units in the header.")] = None,
+    csv: Annotated[
+        flags.File | None, flag("CSV file to write: a row per cell of the slice, units in the header.")
+    ] = None,
     variable: Annotated[str | None, flag(_DRAWN)] = None,
     x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
     y: Annotated[str | None, flag("Dimension of the vertical axis; with --variable lock that of the lines.")] = None,

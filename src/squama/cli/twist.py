@@ -31,7 +31,7 @@ class Curve:
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
     to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
-    data: Annotated[str | None, flag(_DATA)] = None
+    data: Annotated[flags.File | None, flag(_DATA)] = None
 
 
 CURVE = Curve()

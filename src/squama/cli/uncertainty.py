@@ -59,7 +59,7 @@ def uncertainty(
     /,
     *,
     vary: Annotated[tuple[flags.Pair, ...], flag(_TOLERANCE, read=_VARY, many=True)] = (),
-    tolerances: Annotated[str | None, flag(_FILE)] = None,
+    tolerances: Annotated[flags.File | None, flag(_FILE)] = None,
     study: Study = STUDY,
     ideal: flags.Ideal = False,
     mu: flags.Mu = None,

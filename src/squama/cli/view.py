@@ -21,7 +21,7 @@ def view(
     *,
     twist: Annotated[str | None, flag(f"How far: {flags.TWISTS} (0.7 of the way to the end).")] = None,
     bend: Annotated[str | None, flag(f"Bend held while it is twisted: {flags.TWISTS}; below 0 away.")] = None,
-    out: Annotated[tuple[str, ...], flag("File: .png, .gif or .html; may be repeated.", "--out", "-o")] = (),
+    out: Annotated[tuple[flags.File, ...], flag("File: .png, .gif or .html; may be repeated.", "--out", "-o")] = (),
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     frames: Annotated[int, flag("Pictures of an animation, there and back (36).", read=whole(2, 500, "36"))] = 36,

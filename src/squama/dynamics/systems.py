@@ -27,6 +27,8 @@ ROUGH = 1e-7
 """Relative error of a step in time on branches of the real beam: they are no better than its increments."""
 NOTHING = 1e-12
 """Torque over that of the bar at a rad per pitch that is rounding."""
+NEAR = 1e-6
+"""Twists on the way to a turning point keep off it by this, rad per pitch: a shorter step may find no balance."""
 MOST = 1.0
 """Largest twist per pitch, rad, to which the real beam is followed."""
 
@@ -151,7 +153,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
 
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
-        there = np.append(y[y < top], top)
+        there = np.append(y[y < top - NEAR], top)
         back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]

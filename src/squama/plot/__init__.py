@@ -1,4 +1,4 @@
-"""Figures of results, ready to print: labelled data in, a matplotlib figure out. Nothing is computed here.
+"""Figures of results, ready to print, and their panels for axes of one's own. Nothing is computed here.
 
 Figures are made without pyplot, so they leave no state behind and need no display. matplotlib is loaded when one
 of the names is first used.
@@ -12,46 +12,64 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from squama.plot.along import line as line
     from squama.plot.cycle import cycle_figure as cycle_figure
+    from squama.plot.cycle import energies as energies
+    from squama.plot.cycle import loops as loops
     from squama.plot.elements import compare_figure as compare_figure
     from squama.plot.elements import deformed_figure as deformed_figure
     from squama.plot.elements import elements_figure as elements_figure
     from squama.plot.fit import corner_figure as corner_figure
     from squama.plot.fit import fit_figure as fit_figure
+    from squama.plot.fit import fitted as fitted
+    from squama.plot.fit import residuals as residuals
     from squama.plot.inverse import front_figure as front_figure
     from squama.plot.inverse import inverse_figure as inverse_figure
+    from squama.plot.inverse import tradeoff as tradeoff
     from squama.plot.maps import red_figure as red_figure
     from squama.plot.path import path_figure as path_figure
+    from squama.plot.path import path_loads as path_loads
+    from squama.plot.path import plane_path as plane_path
+    from squama.plot.plane import plane_contacts as plane_contacts
     from squama.plot.plane import plane_figure as plane_figure
+    from squama.plot.plane import plane_load as plane_load
     from squama.plot.regimes import lock_lines_figure as lock_lines_figure
     from squama.plot.regimes import regime_figure as regime_figure
+    from squama.plot.response import curve as curve
     from squama.plot.response import response_figure as response_figure
     from squama.plot.row import finite_figure as finite_figure
+    from squama.plot.row import inclinations as inclinations
     from squama.plot.row import row_figure as row_figure
     from squama.plot.solids import solids_figure as solids_figure
     from squama.plot.style import save_figure as save_figure
     from squama.plot.sweep import map_figure as map_figure
+    from squama.plot.sweep import map_slice as map_slice
+    from squama.plot.uncertainty import cumulative as cumulative
+    from squama.plot.uncertainty import histogram as histogram
+    from squama.plot.uncertainty import sobol as sobol
     from squama.plot.uncertainty import uncertainty_figure as uncertainty_figure
+    from squama.plot.vibration import damping as damping
     from squama.plot.vibration import decay_figure as decay_figure
+    from squama.plot.vibration import phase_plane as phase_plane
+    from squama.plot.vibration import record as record
     from squama.plot.vibration import shaken_figure as shaken_figure
     from squama.plot.vibration import vibration_figure as vibration_figure
 
 _NAMES = {
     "elements": "compare_figure deformed_figure elements_figure",
-    "fit": "corner_figure fit_figure",
-    "cycle": "cycle_figure",
-    "row": "finite_figure row_figure",
-    "path": "path_figure",
-    "plane": "plane_figure",
-    "inverse": "front_figure inverse_figure",
+    "fit": "corner_figure fit_figure fitted residuals",
+    "cycle": "cycle_figure energies loops",
+    "row": "finite_figure inclinations row_figure",
+    "path": "path_figure path_loads plane_path",
+    "plane": "plane_contacts plane_figure plane_load",
+    "inverse": "front_figure inverse_figure tradeoff",
     "regimes": "lock_lines_figure regime_figure",
     "along": "line",
-    "sweep": "map_figure",
+    "sweep": "map_figure map_slice",
     "maps": "red_figure",
-    "response": "response_figure",
+    "response": "curve response_figure",
     "style": "save_figure",
     "solids": "solids_figure",
-    "uncertainty": "uncertainty_figure",
-    "vibration": "decay_figure shaken_figure vibration_figure",
+    "uncertainty": "cumulative histogram sobol uncertainty_figure",
+    "vibration": "damping decay_figure phase_plane record shaken_figure vibration_figure",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = list(_HOME)

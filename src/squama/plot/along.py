@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.plot.style import COLUMN, label, new_figure
+from squama.plot.style import axes_for, label
 from squama.symbols import SYMBOLS
 from squama.units import look_up, shown
 
@@ -56,15 +56,12 @@ def line(
     >>> ax.get_ylabel(), len(ax.lines)
     ('Torque $T$ (kN m)', 2)
     """
-    along = [str(key) for key, v in dataset.variables.items() if "point" in v.dims and v.dtype.kind in "fi"]
+    there = along(dataset, name)
     load = dataset.attrs.get("load")
-    first = (LOADS[load].rate,) if load in LOADS and LOADS[load].rate in along and "t" not in along else ()
-    over = x or next((key for key in (*first, *ACROSS) if key in along), "")
-    for where, asked in (("name", name), ("x", over)):
-        if asked not in along:
-            refuse(where, shown(asked), "is no number along the points of this result", f"allowed: {', '.join(along)}")
-    if ax is None:
-        ax = new_figure(COLUMN, 0.75 * COLUMN).subplots()
+    first = (LOADS[load].rate,) if load in LOADS and LOADS[load].rate in there and "t" not in there else ()
+    over = x or next((key for key in (*first, *ACROSS) if key in there), "")
+    along(dataset, over, "x")
+    ax = axes_for(ax, dataset, name, "")
     factor, y_words = _unit(dataset, name, unit)
     x_factor, x_words = _unit(dataset, over, x_unit)
     drawn, across = dataset[name].transpose(..., "point"), dataset[over].transpose(..., "point")
@@ -77,6 +74,14 @@ def line(
     ax.set_ylabel(ax.get_ylabel() or y_words)
     ax.set_xlabel(ax.get_xlabel() or x_words)
     return ax
+
+
+def along(dataset: xr.Dataset, asked: str, where: str = "name") -> list[str]:
+    """Return the numbers along the points of a result; another name is refused."""
+    there = [str(key) for key, v in dataset.variables.items() if "point" in v.dims and v.dtype.kind in "fi"]
+    if asked not in there:
+        refuse(where, shown(asked), "is no number along the points of this result", f"allowed: {', '.join(there)}")
+    return there
 
 
 def _unit(dataset: xr.Dataset, name: str, unit: str | None) -> tuple[float, str]:

@@ -8,9 +8,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import LOADS, Load, model
+from squama.loads import LOADS, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, label, letters, new_figure, prefixed, styled
+from squama.plot.style import (
+    PAGE,
+    TICKS,
+    Look,
+    angle_label,
+    axes_for,
+    headline,
+    label,
+    letters,
+    new_figure,
+    prefixed,
+    styled,
+)
 from squama.types import Array
 
 
@@ -22,17 +34,22 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     beam without contact grey; engagement, and twist that is left when the beam is let go, marked. Right: elastic energy
     and frictional work along the way.
     """
-    names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 3.1)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
-    _loops(left, dataset, names)
-    _energies(right, dataset, names)
+    loops(dataset, left)
+    energies(dataset, right)
     headline(figure, f"Cycles of {dataset.attrs['load']}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}")
     letters((left, right))
     return figure
 
 
-def _loops(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the loops of :func:`squama.cycle`, torque (moment) against twist (bend) per pitch; the left of its figure.
+
+    Ways up and down in colours of their own, with engagement and what is left when the beam is let go.
+    """
+    ax = axes_for(ax, dataset, "loop", "squama.cycle")
+    names = LOADS[dataset.attrs["load"]]
     angle = names.angle
     load, values = dataset[angle].values, dataset[names.torque].values
     factor, text = prefixed(names.torque, float(np.abs(values).max()))
@@ -66,6 +83,7 @@ def _loops(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     ax.set(xlabel=angle_label(names.name), ylabel=text)
     ax.legend(loc="upper left")
+    return ax
 
 
 def _parted(x: Array, y: Array, mask: Array) -> tuple[Array, Array]:
@@ -91,7 +109,10 @@ def _arrows(ax: Axes, load: Array, values: Array, branch: Array) -> None:
             ax.annotate("", (load[i], values[i]), (load[j], values[j]), arrowprops=arrow)
 
 
-def _energies(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+def energies(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw elastic energy and frictional work along the way of a history of :func:`squama.cycle`."""
+    ax = axes_for(ax, dataset, "loop", "squama.cycle")
+    names = LOADS[dataset.attrs["load"]]
     load = dataset[names.angle].values
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(load)))])
     elastic, work = dataset["U_el"].values, dataset["W_fr"].values
@@ -103,3 +124,4 @@ def _energies(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * largest))
     ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {text[text.rindex('(') :]}")
     ax.legend(loc="upper left")
+    return ax

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from squama.loads import LOADS, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, headline, key, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, key, letters, new_figure, prefixed, styled
 from squama.types import Array
 
 _POINTS: dict[str, tuple[str, Look]] = {
@@ -42,36 +42,55 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     Above: torque (moment) against twist (bend) per pitch, the curve with twice its standard error (dark) and twice the
     noise of a point (light). Below: measured less fitted, with twice the noise.
     """
-    names = LOADS[dataset.attrs["load"]]
-    angle, torque = names.angle, names.torque
     figure = new_figure(PAGE, 5.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1))
-    largest = float(np.abs(dataset[torque].values).max())
-    factor, text = prefixed(torque, largest)
-    _curve(upper, dataset, angle, torque, factor)
-    _points(upper, dataset, angle, factor * dataset[torque].values)
-    handles = [
-        *upper.get_legend_handles_labels()[0],
-        key("fitted", color=ACCENT),
-        Patch(color=ACCENT, alpha=0.35, linewidth=0, label="twice its standard error"),
-        Patch(color=ACCENT, alpha=0.12, linewidth=0, label="twice the noise of a point"),
-    ]
-    upper.set_ylabel(text)
-    upper.legend(handles=handles, loc="upper left")
-    _zoom(upper, dataset, angle, factor * dataset[torque].values)
-    noise = float(dataset["noise"])
-    shown = dataset["residual"].values[np.isfinite(dataset["residual"].values)]
-    small, words = prefixed(torque, float(np.max(np.abs(shown), initial=2 * noise)))
-    lower.axhspan(-2 * small * noise, 2 * small * noise, color=ACCENT, alpha=0.12, linewidth=0)
-    lower.axhline(0, color=ACCENT, linewidth=0.8)
-    used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
-    _points(lower, used, angle, small * used["residual"].values)
-    lower.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
+    fitted(dataset, upper)
+    residuals(dataset, lower)
+    upper.set_xlabel("")
     letters((upper, lower))
     found = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
     estimates = ", ".join(f"{NAMES[name]} = {value}" for name, value in found)
     headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}")
     return figure
+
+
+def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw measured points with the fitted curve, from :meth:`squama.Fit.dataset`; the upper panel of its figure.
+
+    About the curve twice its standard error (dark) and twice the noise of a point (light).
+    """
+    ax = axes_for(ax, dataset, "residual", "Fit.dataset()")
+    names = LOADS[dataset.attrs["load"]]
+    angle, torque = names.angle, names.torque
+    largest = float(np.abs(dataset[torque].values).max())
+    factor, text = prefixed(torque, largest)
+    _curve(ax, dataset, angle, torque, factor)
+    _points(ax, dataset, angle, factor * dataset[torque].values)
+    handles = [
+        *ax.get_legend_handles_labels()[0],
+        key("fitted", color=ACCENT),
+        Patch(color=ACCENT, alpha=0.35, linewidth=0, label="twice its standard error"),
+        Patch(color=ACCENT, alpha=0.12, linewidth=0, label="twice the noise of a point"),
+    ]
+    ax.set(xlabel=angle_label(names.name), ylabel=text)
+    ax.legend(handles=handles, loc="upper left")
+    _zoom(ax, dataset, angle, factor * dataset[torque].values)
+    return ax
+
+
+def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw measured less fitted torque (moment), with twice the noise of a point, from :meth:`squama.Fit.dataset`."""
+    ax = axes_for(ax, dataset, "residual", "Fit.dataset()")
+    names = LOADS[dataset.attrs["load"]]
+    noise = float(dataset["noise"])
+    shown = dataset["residual"].values[np.isfinite(dataset["residual"].values)]
+    small, words = prefixed(names.torque, float(np.max(np.abs(shown), initial=2 * noise)))
+    ax.axhspan(-2 * small * noise, 2 * small * noise, color=ACCENT, alpha=0.12, linewidth=0)
+    ax.axhline(0, color=ACCENT, linewidth=0.8)
+    used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
+    _points(ax, used, names.angle, small * used["residual"].values)
+    ax.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
+    return ax
 
 
 def _zoom(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:

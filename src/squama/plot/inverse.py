@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
 from squama.curves import doors
+from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import COLUMN, PAGE, Look, headline, key, letters, new_figure, shades, styled
+from squama.plot.style import COLUMN, PAGE, Look, axes_for, headline, key, letters, new_figure, shades, styled
 from squama.types import Array
-from squama.units import for_people
+from squama.units import for_people, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -167,15 +168,14 @@ def front_figure(front: xr.Dataset) -> Figure:
     >>> len([ax for ax in front_figure(front).axes if ax.get_xlabel()])
     6
     """
-    names = [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
+    names = _objectives(front)
     pairs = list(itertools.combinations(names, 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
     figure = new_figure(COLUMN + 0.6 if len(pairs) == 1 else PAGE, 2.8 * rows + 0.2)
     panels = np.ravel(figure.subplots(rows, columns, squeeze=False))
     for ax, (x, y) in zip(panels, pairs, strict=False):
-        others = [name for name in names if name not in (x, y)]
-        _panel(figure, ax, front, x, y, others[0] if others else _telling(front))
+        tradeoff(front, x, y, ax)
     if len(pairs) > 1:
         letters(panels[: len(pairs)])
     for ax in panels[len(pairs) :]:
@@ -183,6 +183,10 @@ def front_figure(front: xr.Dataset) -> Figure:
     title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
     headline(figure, f"{title}\n{model(front.attrs)}")
     return figure
+
+
+def _objectives(front: xr.Dataset) -> list[str]:
+    return [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
 
 
 def _telling(front: xr.Dataset) -> str | None:
@@ -199,7 +203,18 @@ def _wide(values: Array) -> bool:
     return bool(values.min() > 0 and values.max() > DECADES * values.min())
 
 
-def _panel(figure: Figure, ax: Axes, front: xr.Dataset, x: str, y: str, by: str | None) -> None:
+def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: str | None = None) -> Axes:
+    """Draw two objectives of a Pareto front from :func:`squama.pareto` against each other, with a bar of colours.
+
+    The colour is that of ``by``: an objective or a dimension; another objective if not given, or the dimension that
+    changes most along the front.
+    """
+    ax = axes_for(ax, front, "design", "squama.pareto")
+    names = _objectives(front)
+    for where, name, known in (("x", x, names), ("y", y, names), ("by", by or x, [*map(str, front.data_vars)])):
+        if name not in known:
+            refuse(where, shown(name), "is not in this front", f"allowed: {', '.join(known)}")
+    by = by or next((name for name in names if name not in (x, y)), _telling(front))
     style: Look = {"s": 9, "linewidth": 0, "zorder": 3}
     if by is not None:
         factor, text = _scale(front, by)
@@ -216,9 +231,10 @@ def _panel(figure: Figure, ax: Axes, front: xr.Dataset, x: str, y: str, by: str 
         getattr(ax, f"set_{axis}label")(textwrap.fill(f"{SYMBOL.get(name, name)}{at}", LINE) + end)
     ax.grid(color="0.9", linewidth=0.5)
     if by is not None:
-        bar = figure.colorbar(drawn, ax=ax, location="top", aspect=30, pad=0.02)
+        bar = ax.figure.colorbar(drawn, ax=ax, location="top", aspect=30, pad=0.02)
         bar.set_label(text, fontsize=7)
         bar.ax.tick_params(labelsize=6)
+    return ax
 
 
 def _scale(front: xr.Dataset, name: str) -> tuple[float, str]:

@@ -15,8 +15,10 @@ from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.plane import CONTACTS, regimes
 from squama.plot.response import BESIDE, READABLE
-from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, TICKS, Look, angle_label, axes_for, headline, letters, new_figure, prefixed, styled
 from squama.types import Array
+
+WAY = "Way gone (rad per pitch)"
 
 
 @styled
@@ -39,10 +41,9 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     left, loads = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     theta = figure.add_subplot(grid[1, 1], sharex=loads)
     way = _gone(dataset)
-    if plane is not None:
-        regimes(left, plane, (plane["psi"].values, plane["phi"].values))
-    _plane(left, dataset)
-    _loads(loads, dataset, way, hinge)
+    plane_path(dataset, left, plane=plane)
+    path_loads(dataset, loads, hinge=hinge)
+    loads.set_xlabel("")
     theta.plot(way, np.degrees(dataset["theta"].values), color=INK, label="scaled face")
     if "theta_other" in dataset:
         theta.plot(way, np.degrees(dataset["theta_other"].values), color=ACCENT, label="other face")
@@ -51,7 +52,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
         limits = theta.get_ylim()
         theta.plot(_gone(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
         theta.set_ylim(limits)
-    theta.set(xlabel="Way gone (rad per pitch)", ylabel=r"$\theta$ (deg)", xlim=(0, way[-1]))
+    theta.set(xlabel=WAY, ylabel=r"$\theta$ (deg)")
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
     headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}")
@@ -65,8 +66,14 @@ def _gone(dataset: xr.Dataset) -> Array:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _plane(ax: Axes, dataset: xr.Dataset) -> None:
-    """Draw the path in its plane."""
+def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset | None = None) -> Axes:
+    """Draw a path of :func:`squama.bend_twist` in the plane of bend and twist per pitch, in colours of its contacts.
+
+    Behind it, if ``plane`` is given, what :func:`squama.bend_twist_map` found; the left of its figure.
+    """
+    ax = axes_for(ax, dataset, "event", "squama.bend_twist")
+    if plane is not None:
+        regimes(ax, plane, (plane["psi"].values, plane["phi"].values))
     psi, phi, contact = (dataset[name].values for name in ("psi", "phi", "contact"))
     seen = set()
     for start, stop in runs(contact):
@@ -89,16 +96,22 @@ def _plane(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set(xlabel=angle_label("bending"), ylabel=angle_label("twisting"))
     ax.locator_params(nbins=TICKS)
     ax.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+    return ax
 
 
-def _loads(ax: Axes, dataset: xr.Dataset, way: Array, hinge: xr.Dataset | None) -> None:
-    """Draw moment and torque along the way, those of hinges thin within the axes as they are."""
+def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset | None = None) -> Axes:
+    """Draw moment and torque of :func:`squama.bend_twist` along the way; the axis ends before a lock.
+
+    ``hinge``, the answer of hinges for the same path, is drawn thin as far as these axes go.
+    """
+    ax = axes_for(ax, dataset, "event", "squama.bend_twist")
+    way = _gone(dataset)
     both = {name: dataset[name].values for name in ("M", "T")}
     factor, text = prefixed("M", max(float(np.abs(v).max()) for v in both.values()))
     for (name, values), colour in zip(both.items(), (UNLOADED, INK), strict=True):
         ax.plot(way, factor * values, color=colour, label=f"${name}$")
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
-    ax.set(ylabel=f"$M$, $T$ {text[text.rindex('(') :]}")
+    ax.set(xlabel=WAY, xlim=(0, way[-1]), ylabel=f"$M$, $T$ {text[text.rindex('(') :]}")
     if End(dataset["end"].item()).locks:
         before = way <= READABLE * way[-1]
         shown = np.array([values[before] for values in both.values()]) * factor
@@ -110,6 +123,7 @@ def _loads(ax: Axes, dataset: xr.Dataset, way: Array, hinge: xr.Dataset | None) 
             ax.plot(_gone(hinge), factor * hinge[name].values, color=colour, label=text, **BESIDE)
         ax.set_ylim(limits)
     ax.legend(loc="upper left" if hinge is None else "best")
+    return ax
 
 
 def runs(words: Array) -> list[tuple[int, int]]:

@@ -12,10 +12,25 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squama.beam.design import Beam
+from squama.errors import refuse
 from squama.loads import HELD
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, KEPT, UNLOADED
-from squama.plot.style import PAGE, TICKS, Look, headline, label, legend_below, letter, new_figure, prefixed, styled
+from squama.plot.style import (
+    PAGE,
+    TICKS,
+    Look,
+    axes_for,
+    headline,
+    label,
+    legend_below,
+    legend_under,
+    letter,
+    new_figure,
+    prefixed,
+    styled,
+)
 from squama.types import Array
+from squama.units import shown
 
 CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
 """Colours of contacts; those at the base have another."""
@@ -45,22 +60,15 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     axes = figure.subplots(1, 3, sharex=True, sharey=True)
     beam = Beam.from_toml_text(dataset.attrs["beam"])
     turns = (lambda v: v * np.degrees(beam.pitch), lambda v: v / np.degrees(beam.pitch))
-    box = [float(dataset[name][i]) for name in ("kappa", "Phi") for i in (0, -1)]
-    handles = regimes(axes[0], dataset, (dataset["kappa"].values, dataset["Phi"].values))
+    handles = _contacts(axes[0], dataset, paths)
     for ax, name in zip(axes[1:], ("M", "T"), strict=True):
-        _load(figure, ax, dataset, name)
-    slope = np.tan(beam.scale.alpha)
+        plane_load(dataset, name, ax, paths=paths)
+        ax.set_ylabel("")
     for ax, words in zip(axes, ("(a) contacts, locks, $\\theta$", "(b) moment", "(c) torque"), strict=True):
-        ax.axline((0, 0), slope=slope, color=INK, linestyle=(0, (4, 2)), linewidth=0.7)
-        for path in paths:
-            _path(ax, path)
-        ax.set(xlim=box[:2], ylim=box[2:], xlabel=label("kappa"))
-        ax.locator_params(nbins=TICKS)
         letter(ax, words)
         above = ax.secondary_xaxis("top", functions=turns)
         above.set_xlabel("deg per pitch", fontsize=7)
         above.tick_params(labelsize=7)
-    axes[0].set_ylabel(label("Phi"))
     beside = axes[0].secondary_yaxis("right", functions=turns)
     beside.set_ylabel("deg per pitch", fontsize=7)
     beside.tick_params(labelsize=7)
@@ -68,6 +76,44 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
     headline(figure, f"{held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest")
     return figure
+
+
+def plane_contacts(dataset: xr.Dataset, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:
+    """Draw contacts, locks and inclinations of :func:`squama.bend_twist_map`, with paths of ``bend_twist`` in them."""
+    ax = axes_for(ax, dataset, "state", "squama.bend_twist_map")
+    legend_under(ax, _contacts(ax, dataset, paths))
+    return ax
+
+
+def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:
+    """Draw moment ``"M"`` or torque ``"T"`` of :func:`squama.bend_twist_map` as contours with a bar of colours.
+
+    ``paths`` of :func:`squama.bend_twist` are drawn in.
+    """
+    ax = axes_for(ax, dataset, "state", "squama.bend_twist_map")
+    if name not in ("M", "T"):
+        refuse("name", shown(name), "is no load of this plane", "allowed: M, T")
+    _load(ax, dataset, name)
+    _frame(ax, dataset, paths)
+    return ax
+
+
+def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> list[Patch]:
+    """Draw contacts over the rates of bend and twist; return what a legend says of them."""
+    handles = regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
+    _frame(ax, dataset, paths)
+    return handles
+
+
+def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
+    """Draw where a scale's tip edge lies flush in the next face, paths, and the axes."""
+    slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
+    ax.axline((0, 0), slope=slope, color=INK, linestyle=(0, (4, 2)), linewidth=0.7)
+    for path in paths:
+        _path(ax, path)
+    (left, right), (low, high) = (dataset[name].values[[0, -1]] for name in ("kappa", "Phi"))
+    ax.set(xlim=(left, right), ylim=(low, high), xlabel=label("kappa"), ylabel=label("Phi"))
+    ax.locator_params(nbins=TICKS)
 
 
 def regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Patch]:
@@ -79,9 +125,9 @@ def regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Pat
     for name in np.unique(word[~ended]).tolist():
         colours.setdefault(name, to_rgba(CONTACTS.get(name, UNLOADED), FAINT))
     colours |= {name: to_rgba(ENDS.get(name, GREY), 0.55) for name in np.unique(word[ended]).tolist()}
-    shown = np.array([[colours[name] for name in row] for row in word.tolist()])
+    ground = np.array([[colours[name] for name in row] for row in word.tolist()])
     box = (where[0][0], where[0][-1], where[1][0], where[1][-1])
-    ax.imshow(shown, extent=box, origin="lower", aspect="auto", interpolation="nearest", zorder=0)
+    ax.imshow(ground, extent=box, origin="lower", aspect="auto", interpolation="nearest", zorder=0)
     theta = np.degrees(np.where(state == "sliding", plane["theta"].values.T, np.nan))
     if np.isfinite(theta).any():
         lines = ax.contour(*where, theta, levels=LEVELS, colors=GREY, linewidths=0.5, zorder=1)
@@ -90,7 +136,7 @@ def regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Pat
     return [Patch(facecolor=colours[name], edgecolor=GREY, linewidth=0.4, label=name) for name in present]
 
 
-def _load(figure: Figure, ax: Axes, dataset: xr.Dataset, name: str) -> None:
+def _load(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     """Draw a moment or torque as filled contours with a bar of its own."""
     values = dataset[name].values.T
     ax.set_facecolor(to_rgba(GREY, 0.35))
@@ -104,7 +150,7 @@ def _load(figure: Figure, ax: Axes, dataset: xr.Dataset, name: str) -> None:
     digits = 1 - int(np.floor(np.log10(max(factor * (high - low), 1e-300))))
     levels = np.unique(np.round(factor * levels, digits) + 0.0)
     drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, levels=levels, cmap="viridis", extend="both")
-    bar = figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
+    bar = ax.figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
     bar.set_label(text)
     bar.ax.tick_params(labelsize=7)
 

@@ -14,22 +14,26 @@ from squama.beam.design import Beam
 from squama.io.measured import Measured
 from squama.loads import HELD, LOADS, Load, model
 from squama.model.outcome import End
+from squama.plot.along import along
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import (
     PAGE,
     Colour,
     Look,
+    axes_for,
     finite_max,
     headline,
     key,
     label,
     legend_below,
+    legend_under,
     new_figure,
     prefixed,
     scaled_above,
     shades,
     styled,
 )
+from squama.symbols import SYMBOLS
 from squama.types import Array
 
 BEYOND = 1.3
@@ -39,6 +43,8 @@ READABLE = 0.9
 BESIDE: Look = {"linewidth": 0.7, "zorder": 1.5}
 SQUARE: Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
 """The hinge's curve beside another one, and where it engages."""
+RISING = {"N", "f", "f0", "K_t", "K_b", "T_scales", "M_scales", "W_fr"}
+"""Variables that grow without bound towards a lock."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 
 
@@ -89,43 +95,75 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     load, friction, inclination, last = axes.flat
     right = _right(curves, measured)
     rubs = any(c.mu > 0 for c in curves)
-    load.set_xlim(0, right)
-    panels = [(load, names.torque, _load(load, curves, names, beam, right, measured))]
     locks = [c.data["mu_lock"] for c in curves if "mu_lock" in c.data]
     touched = any((c.data["N"] > 0).any() for c in curves) or any(mu.notnull().any() for mu in locks)
-    if rubs and touched:
-        panels.append(_panel(friction, curves, "f0", 1.0, label("f0"), rising=True))
-    elif touched:
-        panels.append(_panel(friction, curves, "N", 1.0, label("N"), rising=True))
-    else:
-        _empty(friction, curves)
-    panels.append(_panel(inclination, curves, "theta", 180 / np.pi, label("theta", "deg")))
-    if rubs and touched:
-        panels.append(_panel(last, curves, "RED", 1.0, label("RED")))
-        last.set_ylim(0, max(0.05, 1.05 * _span(last)[1]))
-    else:
-        factor, text = prefixed(names.tangent, _limit(curves, names.tangent, right))
-        panels.append(_panel(last, curves, names.tangent, factor, text, rising=True))
-    for ax, name in zip(axes.flat, "abcd", strict=True):
+    drawn = {load: names.torque, friction: "f0" if rubs else "N", inclination: "theta"}
+    drawn[last] = "RED" if rubs and touched else names.tangent
+    panels = []
+    for ax, name in drawn.items():
+        if ax is friction and not touched:
+            _empty(ax, curves)
+        else:
+            panels.append((ax, name, _variable(ax, curves, name, right, measured)))
+    for ax, text in zip(axes.flat, "abcd", strict=True):
         _room(ax, right)
-        ax.text(0.03, 0.97, f"({name})", transform=ax.transAxes, fontweight="bold", va="top")
-        for c in curves:
-            # a thin vertical line where it locks
-            if c.end in LOCKS and np.isfinite(c.rate_end) and c.rate_end <= right:
-                ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
-    others = [] if hinge is None else _curves(_scaled(hinge, dataset, names, beam), names)
+        ax.text(0.03, 0.97, f"({text})", transform=ax.transAxes, fontweight="bold", va="top")
+        _locks(ax, curves, right)
+    others = _hinges(hinge, dataset, names)
     for panel in panels:
         _beside(*panel, others, right)
-    for c in others:
-        if c.engages:
-            load.plot(c.rate_e, panels[0][2] * names.rigidity(beam) * c.rate_e, "s", color=c.colour, **SQUARE)
     for ax in axes[1]:
         ax.set_xlabel(label(names.rate))
     above = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
     scaled_above(load, beam.length * 180 / np.pi, above)
-    _legend(figure, curves, measured, others, right)
+    legend_below(figure, _keys(curves, measured, others, right), 4 if others else 7)
     headline(figure, _title(dataset, curves))
     return figure
+
+
+def curve(
+    dataset: xr.Dataset,
+    name: str,
+    ax: Axes | None = None,
+    *,
+    measured: Measured | None = None,
+    hinge: xr.Dataset | None = None,
+) -> Axes:
+    """Draw a variable of :func:`squama.twist` or ``bend`` over the rate, one curve or a family over ``mu``, with marks.
+
+    Engagement, ends and locks are marked; where a variable grows without bound towards a lock the axis ends before.
+    Beside torque and moment stands the beam without contact; ``measured`` points belong to them, and the axes follow
+    them. ``hinge``, the answer of hinges for the same beam and frictions, is drawn thin as far as these axes go.
+
+    Raises
+    ------
+    InputError
+        There is no such number along the curve, or the dataset is no curve of one load.
+
+    Examples
+    --------
+    >>> import squama
+    >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], joint="hinge", points=50)
+    >>> curve(r, "T").get_ylabel()
+    'Torque $T$ (N m)'
+    """
+    load = dataset.attrs.get("load")
+    ax = axes_for(ax, dataset, f"{LOADS[load].rate}_end" if load in LOADS else "", "squama.twist or bend")
+    names = LOADS[dataset.attrs["load"]]
+    along(dataset, name)
+    curves = _curves(dataset, names)
+    right = _right(curves, measured)
+    factor = _variable(ax, curves, name, right, measured)
+    _locks(ax, curves, right)
+    others = _hinges(hinge, dataset, names)
+    _beside(ax, name, factor, others, right)
+    ax.set_xlabel(label(names.rate))
+    handles = _keys(curves, measured, others, right, load=name == names.torque)
+    if others:
+        legend_under(ax, handles)
+    elif handles:
+        ax.legend(handles=handles)
+    return ax
 
 
 def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
@@ -168,8 +206,32 @@ def _limit(curves: list[_Curve], name: str, right: float) -> float:
     return max(*bounded, float(np.median(seen)) if seen else 0.0)
 
 
-def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float, measured: Measured | None) -> float:
+def _variable(ax: Axes, curves: list[_Curve], name: str, right: float, measured: Measured | None) -> float:
+    """Draw a variable within its axes; return the factor of its unit."""
+    attrs = curves[0].data.attrs
+    ax.set_xlim(0, right)
+    if name == LOADS[attrs["load"]].torque:
+        return _load(ax, curves, right, measured)
+    factor, text = 1.0, label(name)
+    if name == "theta":
+        factor, text = 180 / np.pi, label(name, "deg")
+    elif SYMBOLS[name].unit not in ("1", "rad", "N"):
+        largest = _limit(curves, name, right) or max(finite_max(np.abs(c.data[name].values)) for c in curves)
+        factor, text = prefixed(name, largest)
+    _panel(ax, curves, name, factor, text)
+    if name == "RED":
+        ax.set_ylim(0, max(0.05, 1.05 * _span(ax)[1]))
+    elif name == "theta":
+        low, high = _span(ax)
+        ax.set_ylim(max(0.0, low if high - low > 2 else low - 5), high if high - low > 2 else low + 5)
+    elif name in RISING:
+        ax.set_ylim(0, 1.08 * factor * _limit(curves, name, right) or 1.0)
+    return factor
+
+
+def _load(ax: Axes, curves: list[_Curve], right: float, measured: Measured | None) -> float:
     """Draw the load; return the factor of its unit."""
+    names, beam = LOADS[curves[0].data.attrs["load"]], Beam.from_toml_text(curves[0].data.attrs["beam"])
     rigidity = float(curves[0].data.attrs.get("rigidity", names.rigidity(beam)))
     top = 1.08 * max(_limit(curves, names.torque, right), 1.25 * rigidity * right / 1.08)
     if measured is not None:
@@ -186,21 +248,20 @@ def _load(ax: Axes, curves: list[_Curve], names: Load, beam: Beam, right: float,
     return factor
 
 
-def _panel(
-    ax: Axes, curves: list[_Curve], name: str, factor: float, text: str, *, rising: bool = False
-) -> tuple[Axes, str, float]:
-    """Draw one variable; ``rising`` for one that grows without bound towards a lock; return what was drawn where."""
+def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str) -> None:
+    """Draw one variable, with the ends of its curves."""
     for c in curves:
         v = factor * np.asarray(c.data[name].values, float)
         ax.plot(c.rate, v, color=c.colour)
         _end(ax, c, v)
-    if rising:
-        ax.set_ylim(0, 1.08 * factor * _limit(curves, name, ax.get_xlim()[1]) or 1.0)
-    elif name == "theta":
-        low, high = _span(ax)
-        ax.set_ylim(max(0.0, low if high - low > 2 else low - 5), high if high - low > 2 else low + 5)
     ax.set_ylabel(text)
-    return ax, name, factor
+
+
+def _locks(ax: Axes, curves: list[_Curve], right: float) -> None:
+    """Draw a thin vertical line where a curve locks."""
+    for c in curves:
+        if c.end in LOCKS and c.rate_end <= right:
+            ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
 
 
 def _span(ax: Axes) -> tuple[float, float]:
@@ -212,19 +273,25 @@ def _span(ax: Axes) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _scaled(hinge: xr.Dataset, dataset: xr.Dataset, names: Load, beam: Beam) -> xr.Dataset:
-    """Return the hinge's answer with its friction force over the stiffness of the other one's joint."""
-    return hinge.assign(f0=hinge["f0"] * (names.stiffness(beam) / dataset.attrs.get("K_theta", names.stiffness(beam))))
+def _hinges(hinge: xr.Dataset | None, dataset: xr.Dataset, names: Load) -> list[_Curve]:
+    """Return the hinge's curves, their friction force over the stiffness of the other answer's joint."""
+    if hinge is None:
+        return []
+    own = names.stiffness(Beam.from_toml_text(dataset.attrs["beam"]))
+    return _curves(hinge.assign(f0=hinge["f0"] * (own / dataset.attrs.get("K_theta", own))), names)
 
 
 def _beside(ax: Axes, name: str, factor: float, others: list[_Curve], right: float) -> None:
-    """Draw the hinge's curves thin, within the axes as they are."""
+    """Draw the hinge's curves thin, within the axes as they are, and where they engage beside the load."""
     limits = ax.get_ylim()
     for c in others:
         v = factor * np.asarray(c.data[name].values, float)
         ax.plot(c.rate, v, color=c.colour, **BESIDE)
-        if c.end in LOCKS and c.rate_end <= right:
-            ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
+        names = LOADS[c.data.attrs["load"]]
+        if name == names.torque and c.engages:
+            bare = names.rigidity(Beam.from_toml_text(c.data.attrs["beam"])) * c.rate_e
+            ax.plot(c.rate_e, factor * bare, "s", color=c.colour, **SQUARE)
+    _locks(ax, others, right)
     ax.set_ylim(limits)
 
 
@@ -252,9 +319,10 @@ def _empty(ax: Axes, curves: list[_Curve]) -> None:
     ax.set(ylabel=label("f0"), yticks=[])
 
 
-def _legend(
-    figure: Figure, curves: list[_Curve], measured: Measured | None, others: list[_Curve], right: float
-) -> None:
+def _keys(
+    curves: list[_Curve], measured: Measured | None, others: list[_Curve], right: float, *, load: bool = True
+) -> list[Line2D]:
+    """Return what a legend says, of marks that stand beside the ``load`` only if it is drawn."""
     handles: list[Line2D] = []
     if others:
         attrs = (c.data.attrs for c in (curves[0], others[0]))
@@ -262,19 +330,20 @@ def _legend(
         handles += [key(whose[0]), key(whose[1], **BESIDE)]
     if len(curves) > 1:
         handles += [key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
-    handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=1))
-    if any(c.engages for c in curves):
+    if load:
+        handles.append(key("no contact", color=GREY, linestyle=(0, (4, 2)), linewidth=1))
+    if load and any(c.engages for c in curves):
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
-    if any(c.engages for c in others):
+    if load and any(c.engages for c in others):
         handles.append(key("engagement on hinges", linestyle="", marker="s", **SQUARE))
     if any(c.end in LOCKS and c.rate_end <= right for c in (*curves, *others)):
         handles.append(key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
     if any(c.stops and min(c.rate_end, finite_max(c.rate)) <= right for c in curves):
         words = "end" if any(End(c.end).locks for c in curves) else "end, no lock"
         handles.append(key(words, linestyle="", marker="x"))
-    if measured is not None:
+    if load and measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))
-    legend_below(figure, handles, 4 if others else 7)
+    return handles
 
 
 def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:

@@ -15,11 +15,13 @@ from squama.plot.style import (
     PAGE,
     Look,
     angle_label,
+    axes_for,
     finite_max,
     headline,
     key,
     label,
     legend_below,
+    legend_under,
     letters,
     new_figure,
     prefixed,
@@ -42,27 +44,34 @@ def row_figure(dataset: xr.Dataset) -> Figure:
     """
     figure = new_figure(PAGE, 3.3)
     left, right = figure.subplots(1, 2)
+    inclinations(dataset, left)
     phi, count = dataset["phi"].values, dataset.sizes["scale"]
-    touching = np.flatnonzero(phi >= float(dataset["phi_e"]))
-    chosen = _some(touching) if touching.size else np.array([0])
-    handles = _inclinations(left, dataset, chosen)
-    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
-        endless = np.degrees(float(dataset["theta_periodic"][i]))
-        left.plot([count + 0.5], [endless], color=colour, marker="_", markersize=8)
-    handles.append(key("endless beam", linestyle="", marker="_", markersize=8))
     factor, text = prefixed("T", finite_max(dataset["T"].values))
     right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {count} scales")
     right.plot(phi, factor * dataset["T_periodic"].values, color=GREY, linestyle="--", label="endless beam")
     right.set_ylim(0, 1.25 * factor * finite_max(dataset["T"].values))
     right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":", label="engagement")
     right.set(xlabel=angle_label("twisting"), ylabel=text)
-    _below(left, handles, TWISTS)
-    _below(right, right.get_legend_handles_labels()[0])
+    legend_under(right, right.get_legend_handles_labels()[0])
     letters((left, right))
     which = model({**dataset.attrs, "load": "twisting"})
     about = f"sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
     headline(figure, f"Twisting of a row of {count} scales: {which}, {about}")
     return figure
+
+
+def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the inclination of every scale of :func:`squama.row`, a line per twist, beside the endless beam's."""
+    ax = axes_for(ax, dataset, "theta_periodic", "squama.row")
+    touching = np.flatnonzero(dataset["phi"].values >= float(dataset["phi_e"]))
+    chosen = _some(touching) if touching.size else np.array([0])
+    handles = _inclinations(ax, dataset, chosen)
+    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
+        endless = np.degrees(float(dataset["theta_periodic"][i]))
+        ax.plot([dataset.sizes["scale"] + 0.5], [endless], color=colour, marker="_", markersize=8)
+    handles.append(key("endless beam", linestyle="", marker="_", markersize=8))
+    legend_under(ax, handles, TWISTS)
+    return ax
 
 
 @styled
@@ -111,9 +120,3 @@ def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> list[Artist]:
     ax.set(xlabel=PLACE, ylabel=label("theta", "deg"))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     return handles
-
-
-def _below(ax: Axes, handles: list[Artist], title: str = "") -> None:
-    """Put a legend under a panel, where nothing is drawn."""
-    look: Look = {"ncols": 4, "columnspacing": 1.2, "title": title, "alignment": "left"}
-    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.17), **look)

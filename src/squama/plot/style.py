@@ -11,12 +11,14 @@ from typing import Any, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axes._secondary_axes import SecondaryAxis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from squama.errors import refuse
 from squama.io import files
@@ -35,6 +37,8 @@ DPI = 200
 COLUMN, PAGE = 3.5, 7.2
 """Widths of a figure in one and in two columns, inches."""
 
+LABELS = 1.2
+"""Width of a panel with its labels over that of its axes, about."""
 TICKS = 6
 """Most steps along an axis of half a page: numbers of many digits would run into each other."""
 
@@ -93,6 +97,16 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
+def axes_for(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> Axes:
+    """Return the axes to draw a result into: those of a new figure if none are given.
+
+    Raises InputError: the dataset lacks the name ``mark``, so it is of another kind.
+    """
+    if mark not in {*map(str, dataset.variables), *map(str, dataset.dims)}:
+        refuse("", "", f"this dataset is no result of {made_by}", "its .squama.plot() draws what it is")
+    return new_figure(COLUMN, 0.75 * COLUMN).subplots() if ax is None else ax
+
+
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """Write a figure (.png, .svg, .pdf); return the path as given. The same figure gives the same bytes.
 
@@ -143,9 +157,23 @@ def key(text: str, **line: Any) -> Line2D:
 
 def legend_below(figure: Figure, handles: Sequence[Artist], most: int, **look: Any) -> None:
     """Put a legend under all panels, in as many columns (``most``) as the figure is wide enough for."""
-    for columns in range(min(most, len(handles)), 0, -1):
-        legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns, **look)
-        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+    legend_within(figure, most, handles=handles, loc="outside lower center", **look)
+
+
+def legend_under(ax: Axes, handles: Sequence[Artist], title: str = "") -> None:
+    """Put a legend under a panel and the label of its axis, which is there already."""
+    lines = 3.2 + 1.2 * ax.get_xlabel().count("\n")
+    under = ScaledTranslation(0, -lines * mpl.rcParams["font.size"] / 72, ax.figure.dpi_scale_trans)
+    look: Look = {"columnspacing": 1.2, "title": title, "alignment": "left", "bbox_to_anchor": (0.5, 0)}
+    legend_within(ax, 4, handles=handles, loc="upper center", bbox_transform=ax.transAxes + under, **look)
+
+
+def legend_within(place: Figure | Axes, most: int, **look: Any) -> None:
+    """Put a legend of ``handles`` in as many columns (``most``) as a figure, or axes with their labels, are wide."""
+    room = place.bbox.width * (1.0 if isinstance(place, Figure) else LABELS)
+    for columns in range(min(most, len(look["handles"])), 0, -1):
+        legend = place.legend(ncols=columns, **look)
+        if columns == 1 or legend.get_window_extent().width <= room:
             return
         legend.remove()
 

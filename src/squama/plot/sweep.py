@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from textwrap import wrap
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
@@ -16,16 +17,31 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from squama.beam.design import Beam
+from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_region, hatched
 from squama.plot.palette import ACCENT, ENDS, GREY, INK
 from squama.plot.regimes import ROTATION, over_pi, tag
-from squama.plot.style import PAGE, Look, headline, key, legend_below, letter, new_figure, shades, styled
+from squama.plot.style import (
+    LABELS,
+    PAGE,
+    Look,
+    axes_for,
+    headline,
+    key,
+    legend_below,
+    legend_under,
+    letter,
+    new_figure,
+    shades,
+    styled,
+)
 from squama.study.models import Twist
 from squama.study.slices import ends
 from squama.symbols import SYMBOLS
 from squama.types import Array
+from squama.units import shown
 
 _LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 _UNDONE = "not computed"
@@ -59,7 +75,7 @@ def map_figure(
     beams along x lock, a line for each of the values ``lines`` of y, with the ``paths`` of single beams. Without y a
     line is drawn; with panels a panel for each value of that dimension.
     """
-    dataset = dataset.transpose(..., *(name for name in (y, x) if name))
+    dataset = _asked(dataset, variable, (panels, y, x))
     parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
     count, columns = len(parts), min(len(parts), 3)
     rows = -(-count // columns)
@@ -70,18 +86,14 @@ def map_figure(
         ax.set_visible(False)
     for ax, part, name in zip(axes, parts, "abcdef", strict=False):
         letter(ax, f"({name}) {_word(panels, part)}" if panels else "")
-    shown = list(axes[:count])
-    if variable == "lock":
-        assert y is not None
-        _envelopes(figure, shown, parts, x, y, lines or [], paths or {})
-    elif y is None:
-        _lines(figure, shown, parts, variable, x)
-    elif variable == "end":
-        _regimes(figure, shown, parts, x, y)
-    else:
-        _contours(figure, shown, parts, variable, x, y)
-    across = shown[-1].get_xlabel()
-    for i, ax in enumerate(shown):
+    drawn = list(axes[:count])
+    handles = _drawn(drawn, parts, variable, x, y, lines or [], paths or {})
+    if handles and variable in ("end", "lock") and y is not None:
+        figure.legend(handles=handles, loc="outside right center")
+    elif handles:
+        legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
+    across = drawn[-1].get_xlabel()
+    for i, ax in enumerate(drawn):
         ax.label_outer(remove_inner_ticks=False)
         if i + columns >= count:
             ax.xaxis.set_tick_params(labelbottom=True)
@@ -89,6 +101,58 @@ def map_figure(
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
     headline(figure, _title(dataset, variable, (x, y, panels)))
     return figure
+
+
+def map_slice(
+    dataset: xr.Dataset,
+    variable: str = "RED",
+    ax: Axes | None = None,
+    *,
+    x: str,
+    y: str | None = None,
+    lines: list[float] | None = None,
+    paths: Paths | None = None,
+) -> Axes:
+    """Draw a slice of a sweep with the dimensions ``x`` and ``y`` and no other, as :func:`map_figure` draws a panel.
+
+    Contours with a bar of colours, ``end`` as named colours, ``lock`` as envelopes; a line without ``y``. The legend
+    stands under it.
+    """
+    ax = axes_for(ax, dataset, "status", "squama.sweep")
+    dataset = _asked(dataset, variable, (y, x))
+    handles = _drawn([ax], [dataset], variable, x, y, lines or [], paths or {})
+    ax.set_xlabel(_wrapped(ax.get_xlabel(), ax, LABELS * ax.bbox.width))
+    if handles:
+        legend_under(ax, handles)
+    return ax
+
+
+def _asked(dataset: xr.Dataset, variable: str, names: tuple[str | None, ...]) -> xr.Dataset:
+    """Return a slice with its dimensions in this order; another one, or no such variable, is refused."""
+    order = [name for name in names if name]
+    if variable != "lock" and variable not in dataset.data_vars:
+        refuse(
+            "variable",
+            shown(variable),
+            "is not in this sweep",
+            f"allowed: lock, {', '.join(map(str, dataset.data_vars))}",
+        )
+    if (found := {*map(str, dataset["end"].dims)}) != {*order}:
+        words = f"this slice has the dimensions {', '.join(sorted(found))}, to be drawn over {', '.join(sorted(order))}"
+        refuse("", "", words, "choose one value of every other with .sel(), or name it")
+    return dataset.transpose(..., *order)
+
+
+def _drawn(
+    axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str | None, lines: list[float], paths: Paths
+) -> list[Artist]:
+    """Draw a slice into each of some axes; return what a legend says of them."""
+    if variable == "lock":
+        assert y is not None
+        return _envelopes(axes, parts, x, y, lines, paths)
+    if y is None:
+        return _lines(axes, parts, variable, x)
+    return _regimes(axes, parts, x, y) if variable == "end" else _contours(axes, parts, variable, x, y)
 
 
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
@@ -118,6 +182,12 @@ def _word(name: str | None, part: xr.Dataset) -> str:
     return f"{_tex(name)} = {_value(part, name, float(part[name]))}"
 
 
+def _wrapped(text: str, ax: Axes, room: float) -> str:
+    """Break a label into lines that fit a length beside axes, pixels."""
+    letter = 0.5 * mpl.rcParams["font.size"] * ax.figure.dpi / 72
+    return "\n".join(wrap(text, min(48, max(1, int(room / letter)))))
+
+
 def _tex(name: str) -> str:
     return f"${SYMBOLS[name].tex}$" if name in SYMBOLS and name != "margin" else name
 
@@ -127,7 +197,7 @@ def _value(part: xr.Dataset, name: str, value: float) -> str:
     return f"{value * factor:.5g} {text}".strip()
 
 
-def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) -> str:
+def _title(dataset: xr.Dataset, variable: str, over: tuple[str | None, ...]) -> str:
     one = {"law": dataset["law"].item()} if "law" in dataset.coords and "law" not in dataset.dims else {}
     words = [str(dataset.attrs["load"]).capitalize(), model({**dataset.attrs, **one})]
     if dataset.attrs["sense"] != "+":
@@ -136,7 +206,7 @@ def _title(dataset: xr.Dataset, variable: str, shown: tuple[str | None, ...]) ->
         words.append(f"at {Twist.from_text(dataset.attrs['at']).shown}")
     if "margin" in dataset.attrs and variable in _AT_CUTOFF:
         words.append(f"margin {dataset.attrs['margin']:g}")
-    words += [_word(str(n), dataset) for n in dataset.coords if n not in (*shown, "law") and dataset[n].ndim == 0]
+    words += [_word(str(n), dataset) for n in dataset.coords if n not in (*over, "law") and dataset[n].ndim == 0]
     return ", ".join(word for word in words if word)
 
 
@@ -167,7 +237,7 @@ def levels_of(values: Array, variable: str) -> Array:
     return np.asarray(MaxNLocator(9).tick_values(low, high))
 
 
-def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str) -> None:
+def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str) -> list[Artist]:
     grids = [np.asarray(part[variable].values, float) for part in parts]
     codes = [ends(part) for part in parts]
     # without contact a hinge's figures are those of rest
@@ -191,11 +261,11 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
         for name in HATCHES:
             if (inside := code == name).any():
                 hatch_region(ax, xs, ys, inside, name, blank=name in empty)
-    bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
+    bar = axes[0].figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
     ticks = levels if len(levels) <= 14 else levels[::2]
     bar.set_ticks(list(ticks), labels=[f"{tick:.4g}" for tick in ticks])
     bar.minorticks_off()
-    bar.set_label("\n".join(wrap(_label(parts[0], variable), 48)))
+    bar.set_label(_wrapped(_label(parts[0], variable), axes[0], axes[0].bbox.height))
     bar.outline.set_linewidth(0.7)
     real = "at" in parts[0].attrs
     handles: list[Artist] = [
@@ -205,10 +275,10 @@ def _contours(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variabl
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
     if handles:
         handles += [key(BOUNDARY, color=ACCENT, linewidth=0.9)] if len(seen) > 1 else []
-        legend_below(figure, handles, 3, **SWATCH)
+    return handles
 
 
-def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> None:
+def _regimes(axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> list[Artist]:
     names = list(ENDS)
     colours = ListedColormap(list(ENDS.values()))
     norm = BoundaryNorm(np.arange(-0.5, len(names)), len(names))
@@ -223,13 +293,12 @@ def _regimes(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, 
             if not (own := code == c).all():
                 ax.contourf(xs, ys, own.astype(float), levels=[0.5, 1.5], colors=[colours(int(c))])
                 ax.contour(xs, ys, own.astype(float), levels=[0.5], colors=INK, linewidths=0.6)
-    handles = [Patch(facecolor=ENDS[names[c]], edgecolor=INK, linewidth=0.5, label=names[c]) for c in sorted(seen)]
-    figure.legend(handles=handles, loc="outside right center")
+    return [Patch(facecolor=ENDS[names[c]], edgecolor=INK, linewidth=0.5, label=names[c]) for c in sorted(seen)]
 
 
 def _envelopes(
-    figure: Figure, axes: list[Axes], parts: list[xr.Dataset], x: str, y: str, lines: list[float], paths: Paths
-) -> None:
+    axes: list[Axes], parts: list[xr.Dataset], x: str, y: str, lines: list[float], paths: Paths
+) -> list[Artist]:
     load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
     coloured = list(zip(lines, shades(len(lines)), strict=True))
@@ -255,13 +324,13 @@ def _envelopes(
         ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
     for ax in axes:
         ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
-    handles = [key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
+    handles: list[Artist] = [key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
     handles += [key(words, **_ENVELOPES[words][1]) for words in _ENVELOPES if words in there]
     low, high = (_value(parts[0], x, float(parts[0][x][i])) for i in (0, -1))
     handles.append(key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
     if paths:
         handles.append(key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
-    figure.legend(handles=handles, loc="outside right center")
+    return handles
 
 
 def _theta0(part: xr.Dataset, otherwise: float) -> Array:
@@ -269,7 +338,7 @@ def _theta0(part: xr.Dataset, otherwise: float) -> Array:
     return np.asarray(part["theta0"].values if "theta0" in part.coords else otherwise)
 
 
-def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> None:
+def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> list[Artist]:
     seen: list[str] = []
     colours = {**ENDS, End.STATIC: GREY, End.NONE: GREY}
     for ax, part in zip(axes, parts, strict=True):
@@ -283,5 +352,4 @@ def _lines(figure: Figure, axes: list[Axes], parts: list[xr.Dataset], variable: 
             ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
             seen += [str(c)] if c not in seen else []
         ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))
-    handles = [key(end, color=colours[end]) for end in colours if end in seen]
-    legend_below(figure, handles, 4)
+    return [key(end, color=colours[end]) for end in colours if end in seen]

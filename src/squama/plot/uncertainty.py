@@ -11,7 +11,20 @@ from squama.beam.design import Beam
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import PAGE, TICKS, Look, angle_label, headline, key, letters, new_figure, shades, styled
+from squama.plot.style import (
+    PAGE,
+    TICKS,
+    Look,
+    angle_label,
+    axes_for,
+    headline,
+    key,
+    legend_within,
+    letters,
+    new_figure,
+    shades,
+    styled,
+)
 from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
@@ -36,14 +49,12 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     indexed = "S1" in dataset and dataset.sizes["indexed"]
     figure = new_figure(PAGE, 5.9 if indexed else 3.0)
     panels = figure.subplot_mosaic("ab;cc" if indexed else "ab")
-    _histogram(panels["a"], dataset)
-    _cumulative(panels["b"], dataset)
+    histogram(dataset, panels["a"])
+    cumulative(dataset, panels["b"])
     if indexed:
-        _indices(panels["c"], dataset)
+        sobol(dataset, panels["c"])
     kind = f"{dataset.attrs['load']}, {model(dataset.attrs)}"
     headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}")
-    for name in "ab":
-        panels[name].locator_params(axis="x", nbins=TICKS)
     letters(panels.values())
     return figure
 
@@ -58,7 +69,9 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %" if share < 0.995 or share == 1 else f"{100 * share:.5g} %"
 
 
-def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
+def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the histogram of :func:`squama.uncertainty`: end twists by named end, or stiffness ratios at the twist."""
+    ax = axes_for(ax, dataset, "bin", "squama.uncertainty")
     # no more bars than the samples fill evenly
     wide = max(1, round(dataset.sizes["bin"] / (2 * dataset.attrs["samples"] ** (1 / 3))))
     low, high = dataset["bin_low"].values[::wide], dataset["bin_high"].values[wide - 1 :: wide]
@@ -86,10 +99,17 @@ def _histogram(ax: Axes, dataset: xr.Dataset) -> None:
     across = SYMBOLS[figure].axis if real else f"{angle_label(load)} at the end"
     ax.set(xlabel=across, ylabel=f"Probability density{'' if real else ' (1/rad)'}")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
+    ax.locator_params(axis="x", nbins=TICKS)
     ax.legend(handles=handles, loc="upper left")
+    return ax
 
 
-def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
+def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the probability of :func:`squama.uncertainty` that a beam has locked, or ended, before a twist.
+
+    On compliant joints: that its stiffness ratio is so large at least.
+    """
+    ax = axes_for(ax, dataset, "bin", "squama.uncertainty")
     edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
     n = dataset.attrs["samples"]
     every = dataset["count"].sum("end").values / n
@@ -97,8 +117,9 @@ def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
         ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="is so stiff at least")
         ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=SYMBOLS["stiffness_ratio"].axis)
         ax.set_ylabel("Probability")
+        ax.locator_params(axis="x", nbins=TICKS)
         ax.legend(loc="upper left")
-        return
+        return ax
     locks = [e for e in _ends(dataset) if End(e).locks]
     locked = dataset["count"].sel(end=locks).sum("end").values / n
     ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
@@ -112,7 +133,9 @@ def _cumulative(ax: Axes, dataset: xr.Dataset) -> None:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
     ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=angle_label(dataset.attrs["load"]))
     ax.set_ylabel("Probability")
+    ax.locator_params(axis="x", nbins=TICKS)
     ax.legend(loc="upper left")
+    return ax
 
 
 def _place(dataset: xr.Dataset) -> float | None:
@@ -125,7 +148,9 @@ def _place(dataset: xr.Dataset) -> float | None:
     return None if "beam.pitch" in dataset["parameter"].values else one * beam.pitch
 
 
-def _indices(ax: Axes, dataset: xr.Dataset) -> None:
+def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the Sobol indices of :func:`squama.uncertainty`: total with its 95 % interval, first-order inside it."""
+    ax = axes_for(ax, dataset, "S1", "squama.uncertainty with Sobol indices")
     name = LOADS[dataset.attrs["load"]].variable
     wanted = SHOWN_REAL if "at" in dataset.attrs else map(name, SHOWN)
     figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
@@ -146,4 +171,5 @@ def _indices(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set_xticks(x, [_WORDS.get(f) or f"${SYMBOLS[name(f)].tex}$" for f in figures])
     ax.tick_params(axis="x", length=0)
     ax.set(ylim=(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2)), ylabel="Sobol index")
-    ax.legend(handles=handles, loc="upper left", ncols=4)
+    legend_within(ax, 4, handles=handles, loc="upper left")
+    return ax

@@ -15,7 +15,7 @@ from squama.beam.faces import sense
 from squama.loads import LOADS, Load, model
 from squama.plot.fit import NAMES
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, headline, label, letters, new_figure, styled
+from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, label, letters, new_figure, styled
 from squama.types import Array
 
 NOTHING = 1e-6
@@ -36,9 +36,9 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
     names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 4.6)
     axes = figure.subplot_mosaic([["record", "record"], ["damping", "plane"]])
-    _record(axes["record"], dataset, names)
-    _damping(axes["damping"], dataset, names)
-    _plane(axes["plane"], dataset, names)
+    record(dataset, axes["record"])
+    damping(dataset, axes["damping"])
+    phase_plane(dataset, axes["plane"])
     about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
     material = f", $\\zeta$ of the material {dataset.attrs['damping']:g}" if dataset.attrs["damping"] else ""
     headline(figure, f"Free vibration in {names.name}, {dataset.attrs['mode']}, {about}{material}")
@@ -46,7 +46,10 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+def record(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the load angle of a free vibration of :func:`squama.vibrate` over time, with the envelope of its peaks."""
+    ax = axes_for(ax, dataset, "turn", "squama.vibrate")
+    names = LOADS[dataset.attrs["load"]]
     angle = names.angle
     t, y = dataset["t_turn"].values, dataset[f"{angle}_turn"].values
     ax.plot(dataset["t"], dataset[angle], color=INK, linewidth=0.9)
@@ -56,6 +59,7 @@ def _record(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     _engaged(dataset, names, ax.axhline)
     ax.set(xlabel=label("t"), ylabel=angle_label(names.name), xlim=(0, max(float(dataset["t"][-1]), 1e-12)))
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
+    return ax
 
 
 def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any], ways: Sequence[int] = (1, -1)) -> None:
@@ -67,7 +71,10 @@ def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any], ways: S
             line(sign * engaged, color=GREY, linewidth=0.7, label=words, zorder=0)
 
 
-def _damping(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the damping ratio of every cycle of :func:`squama.vibrate` against the peak at which it begins."""
+    ax = axes_for(ax, dataset, "turn", "squama.vibrate")
+    names = LOADS[dataset.attrs["load"]]
     turns = dataset[f"{names.angle}_turn"].values
     zeta = dataset["zeta_cycle"].values
     ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, **_POINTS)
@@ -77,13 +84,18 @@ def _damping(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
     _engaged(dataset, names, ax.axvline, ways=(1,))
     if np.isfinite(float(dataset[f"{names.angle}_e"])):
         ax.legend(loc="upper left")
+    return ax
 
 
-def _plane(ax: Axes, dataset: xr.Dataset, names: Load) -> None:
+def phase_plane(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the speed of a free vibration of :func:`squama.vibrate` over its load angle."""
+    ax = axes_for(ax, dataset, "turn", "squama.vibrate")
+    names = LOADS[dataset.attrs["load"]]
     ax.plot(dataset[names.angle], dataset[f"{names.angle}_speed"], color=INK, linewidth=0.4)
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     _engaged(dataset, names, ax.axvline)
     ax.set(xlabel=angle_label(names.name), ylabel=label(f"{names.angle}_speed"))
+    return ax
 
 
 @styled
