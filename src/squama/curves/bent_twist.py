@@ -86,8 +86,9 @@ class Twisted(NamedTuple):
                 values = a[name][twisting] * (self.sign if name in sided[:2] else 1)
                 along[role] = np.interp(at, loads, values, right=np.nan)
         along |= {"load": at, "rate": at / self.case.pitch}
-        # where the last point is
-        last = {role: float(values[np.flatnonzero(np.isfinite(values))[-1]]) for role, values in along.items()}
+        # where the last point is; rigid scales have no stress
+        ends = {role: np.flatnonzero(np.isfinite(values)) for role, values in along.items()}
+        last = {role: float(along[role][i[-1]]) if i.size else math.nan for role, i in ends.items()}
         engaged = self.sign * float(a["phi_e"])
         load_e = engaged if math.isfinite(engaged) else math.inf
         found = {

@@ -23,6 +23,7 @@ from squama.joints.factor import MIRROR
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.real import changes, follow, path
+from squama.real.features import FACE
 from squama.types import Array
 
 TAB_LIMIT = 0.025
@@ -323,8 +324,9 @@ def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
     """Return how the curve ends, what touches first and what comes in later, by role."""
     c, code = way.contact, end.code
     (name,) = path.endings(np.array([c], float), np.array([end], float))
-    left = f"the contact leaves the face (k = {end.k})" if name == End.OTHER else ""
-    other = path.place(end.edge, end.k) if code == changes.OTHER else left
+    other = path.place(end.edge, end.k) if code == changes.OTHER else ""
+    if name == End.OTHER and not other and end.edge >= FACE:
+        other = f"the contact leaves the face (k = {end.k})"
     where = f"{other} at {end.phi:.4g} rad/pitch" if other else ""
     return {
         "end": str(name),
