@@ -138,3 +138,46 @@ def test_the_mirror_image_rests_on_the_other_corner() -> None:
     )  # fmt: skip
     np.testing.assert_allclose(image.M, found.M, rtol=1e-6)
     np.testing.assert_allclose(image.T, -found.T, rtol=1e-6)
+
+
+@pytest.mark.parametrize("ideal", [False, True])
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_tip_edge_across_the_beam_comes_to_the_face_all_along(ideal: bool, mu: float) -> None:
+    one, found = followed(SKIN.replace(scale={"alpha": "0 deg"}), ray((0.15, 0.0)), mu, ideal=ideal)
+    met = found.way.contact
+    assert met.words == "tip edge on face (k = 1)"
+    assert met.y == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(found.T, 0.0, atol=1e-7)
+    # hardly oblique scales come there by a corner
+    _, near = followed(SKIN.replace(scale={"alpha": "0.01 deg"}), ray((0.15, 0.0)), mu, ideal=ideal)
+    assert near.way.contact.words == "corner B on face (k = 1)"
+    np.testing.assert_allclose(found.M, near.M, atol=5e-5 * near.M[-1])
+    p = heights(one, found, 39)
+    assert abs(p["below"](0.0)[1]) < 1e-6
+
+
+@pytest.mark.parametrize("n", [60, 100, 200])
+def test_a_tip_edge_that_sticks_rolls(n: int) -> None:
+    beam, mu = SKIN.replace(scale={"alpha": "2 deg"}), 0.5
+    one, found = followed(beam, ray((0.26, 0.0), (0.26, 0.01), n=n), mu)
+    rows = found.answers.rows[0]
+    mode, first, along = (rows[:, STRAINED.index(name)] for name in ("mode", "first", "along"))
+    sticks = np.flatnonzero((mode == 2) & (first == 0))
+    assert sticks.size > n
+    assert np.isfinite(found.M).all()
+    assert np.abs(np.diff(along[sticks])).max() > 1e-5
+    for i in sticks[:: n // 5]:
+        p = heights(one, found, i)
+        here = p["row"]["along"]
+        there, gap = p["below"](here)
+        np.testing.assert_allclose(there[:2], [p["row"]["x"], p["row"]["y"]], atol=1e-5)
+        ends = [p["below"](here + h)[1] for h in (-1e-4, 1e-4)]
+        assert abs(gap) < 1e-6
+        assert (ends[1] - ends[0]) / 2e-4 == pytest.approx(0.0, abs=1e-5)
+    # nothing is rubbed away, and all that is done is stored
+    a, b = sticks[0], sticks[-1]
+    U = np.sum(list(path.energies(found.way, rows).values()), axis=0)
+    steps = np.diff(rows[:, [STRAINED.index("psi"), STRAINED.index("twist")]], axis=0)
+    loads = np.column_stack([found.M, found.T])
+    work = ((loads[1:] + loads[:-1]) / 2 * steps).sum(axis=1)[a:b].sum()
+    assert work == pytest.approx(U[b] - U[a], rel=1e-3)

@@ -18,10 +18,10 @@ follows from the axial force, the bar's and the contact's, which is none. phi is
 path then, and the torque the work per way.
 
 Where a corner of the one lies on the face of the other, both places are on the face, and n is its normal. Where the tip
-edge lies there between its corners, its place is one more unknown, and it is tangent to the face. Elsewhere
-n is the common normal of the edges and t the direction of slip: V . (n x t) = 0 and V . t > 0 with V the rate of D at
-material points, by backward differences of second order. So a contact that hardly slips has a direction, too: that of
-its friction. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
+edge lies there between its corners, its place is one more unknown, and it is tangent to the face: while it sticks it
+rolls. Elsewhere n is the common normal of the edges and t the direction of slip: V . (n x t) = 0 and V . t > 0 with V
+the rate of D at material points, by backward differences of second order. So a contact that hardly slips has a
+direction, too: that of its friction. The torque is K_phi . (q, phi) - D_phi . F, the bar's included.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def angle(d: Design) -> int:
 
 @_in
 def held(d: Design) -> int:
-    """Return the number of unknowns of a contact that sticks; where it rolls the place on the tip edge follows."""
+    """Return the number of motions and forces of one that sticks; where it rolls the place on the tip edge follows."""
     return MOTIONS + (5 if d.elastic else 3)
 
 
@@ -128,6 +128,14 @@ def faced(d: Design, room: Array) -> tuple[Vector, Vector, Vector, Vector, Vecto
     return X1, X2, (0.0, 1.0, wy1), (1.0, 0.0, wx), (0.0, 1.0, wy)
 
 
+@_in
+def rolled(s: Array, along: float) -> tuple[float, float]:
+    """Return where on a face a tip edge touches that has rolled, or borne elsewhere, from a state on to a place."""
+    way, c = along - s[AT + 2], s[CROSSING]
+    y = way * s[ASIDE] / np.sqrt(1 - c * c)
+    return s[AT] + way * s[ALONG] - c * y, s[AT + 1] + y
+
+
 @_jit
 def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) -> None:
     """Write the equations' residual at the new state's unknowns into a row of the room, and the rest of that state."""
@@ -136,9 +144,11 @@ def residual(d: Design, f: Frame, phi: float, step: Step, room: Array, to: int) 
     e = turned(w)
     normal = rotated(e, (0.0, 0.0, 1.0))
     x, y = (room[LAST, AT], room[LAST, AT + 1]) if step.stuck else (z[m], z[m + 1])
-    s[AT], s[AT + 1] = x, y
     if rolls(d):
-        s[AT + 2] = room[LAST, AT + 2] if step.stuck else z[held(d)]
+        s[AT + 2] = z[held(d)]
+        if step.stuck:
+            x, y = rolled(room[LAST], z[held(d)])
+    s[AT], s[AT + 1] = x, y
     if on_face(d):
         X1, X2, tip, tx, ty = faced(d, room)
         along1, across = rotated(e, tx), rotated(e, ty)

@@ -8,14 +8,14 @@ import numpy as np
 
 from squama.model.elastic_plate import BASE, SIDE_D, TIP
 from squama.real.design import Design, _in, _jit
-from squama.real.faces import others
+from squama.real.faces import others, tilt, tip_over
 from squama.real.features import CORNERS, FACE, high, lengthwise, low, on_face
 from squama.real.steps import engagement, free_rates, unloaded
 from squama.types import Array
 
-_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART = 8, 24, 0.02, 0.7, 5e-3
+_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART, _FLUSH = 8, 24, 0.02, 0.7, 5e-3, 1e-9
 """Twists at which plates are looked at, halvings; where edges may have met, as parts of the twist at which one is seen
-in a face; distance of places on a leg, rad."""
+in a face; distance of places on a leg, rad; slope of a tip edge that comes to a face all along."""
 
 
 @_in
@@ -111,7 +111,21 @@ def by_edge(
                 found, phi, x, y = engagement(pair, rates, (near, x, y))
                 if found and earliest < phi <= latest and (phi < best[3] or best[0] < 0) and within(pair, x, y):
                     best = (pair.first, pair.second, k, phi, x, y)
-    return best
+    return flush(d, rates, best) if d.bent and edge == TIP and best[0] >= 0 else best
+
+
+@_jit
+def flush(
+    d: Design, rates: Array, found: tuple[int, int, int, float, float, float]
+) -> tuple[int, int, int, float, float, float]:
+    """Return the contact of a tip edge, on the face by its middle where it comes to lie in that all along."""
+    q, none, k, phi = np.empty(7), np.zeros(24), found[2], found[3]
+    unloaded(rates, phi, q)
+    d = meeting(d, TIP, FACE, k)
+    if abs(tilt(d, q, phi, q[6], none, 0.0, 0.0, 0.0)) > _FLUSH:
+        return found
+    x, y, _ = tip_over(d, q, phi, q[6], none, 0.0, 0.0)
+    return (TIP, FACE, k, phi, x, y) if within(d, x, y) else found
 
 
 @_in

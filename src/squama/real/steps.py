@@ -70,7 +70,10 @@ def jacobian(d: Design, f: Frame, phi: float, step: Step, room: Array, J: Array,
 @_jit
 def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array, known: bool) -> tuple[bool, bool]:
     """Solve for the new state at a twist from its guess; whether it was found, and whether J may be kept."""
-    n = held(d) if step.stuck else angle(d) + (0 if d.mu == 0.0 else 1)
+    n = angle(d) + (0 if step.stuck or d.mu == 0.0 else 1)
+    if step.stuck and phi == room[LAST, PHI]:
+        # nothing rolls where nothing moves on
+        n = held(d)
     f, z, r, moved = frame(d, phi, d.k), room[NEW], room[MISSED], room[MOVED]
     old, fresh = math.inf, False
     for count in range(_ROUNDS):
@@ -94,8 +97,8 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
         if size < TIGHT and not fresh:
             if not step.stuck:
                 z[AT], z[AT + 1] = z[MOTIONS], z[MOTIONS + 1]
-                if rolls(d):
-                    z[AT + 2] = z[held(d)]
+            if rolls(d):
+                z[AT + 2] = z[held(d)]
             return True, count < _FEW
         known = fresh or size < _QUICK * old
         fresh, old = False, size
@@ -247,7 +250,9 @@ def rates_engaging(d: Design, way: float, room: Array) -> bool:
     push = scaled(N, add(n, -d.mu, t))
     for j in range(m):
         guess[j] = way * free[j, 0] + given[j, 0] * push[0] + given[j, 1] * push[1] + given[j, 2] * push[2]
-    guess[m], guess[m + 1], guess[m + 2] = 0.0, 0.0, N
+    # the place on a tip edge, too
+    guess[held(d)] = guess[m] = guess[m + 1] = 0.0
+    guess[m + 2] = N
     guess[m + 3], guess[m + 4] = dot(push, up), -dot(push, other)
     guess[angle(d)] = 0.0
     last[SLIDING], last[SLIDING + 1], last[SLIDING + 2] = t
