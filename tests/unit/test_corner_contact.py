@@ -181,3 +181,31 @@ def test_a_tip_edge_that_sticks_rolls(n: int) -> None:
     loads = np.column_stack([found.M, found.T])
     work = ((loads[1:] + loads[:-1]) / 2 * steps).sum(axis=1)[a:b].sum()
     assert work == pytest.approx(U[b] - U[a], rel=1e-3)
+
+
+@pytest.mark.parametrize("ideal", [False, True])
+def test_friction_may_hold_a_contact_from_the_first_on(ideal: bool) -> None:
+    beam, far = SKIN.replace(scale={"alpha": "60 deg", "embedded": "3 mm"}), (0.03, 0.1)
+    one, found = followed(beam, ray(far), 1.0, ideal=ideal)
+    rows = found.answers.rows[0]
+    touches = rows[:, STRAINED.index("N")] > 0
+    assert touches.sum() > 10
+    assert (rows[touches, STRAINED.index("mode")] == 2).all()
+    assert (rows[:, STRAINED.index("W_fr")] == 0.0).all()
+    f, N = (rows[touches, STRAINED.index(name)] for name in "fN")
+    assert (f <= N).all()
+    # what holds does not ask by how much
+    np.testing.assert_allclose(found.M, followed(beam, ray(far), 1.1, ideal=ideal)[1].M, rtol=1e-8)
+    # all work is stored, and general contact finds the same
+    U = np.sum(list(path.energies(found.way, rows).values()), axis=0)
+    loads, steps = np.column_stack([found.M, found.T]), np.diff(np.array(ray(far)), axis=0)
+    assert ((loads[1:] + loads[:-1]) / 2 * steps).sum() == pytest.approx(U[-1] - U[0], rel=2e-3)
+    pytest.importorskip("ipctk", reason="general contact needs ipctk (the extra fe)")
+    from squama.curves.general_contact import surface
+    from squama.fe.assembly import make_bent
+    from squama.fe.geometry import Geometry
+
+    shape = Geometry(np.nan, one.lam, np.nan, one.eta, one.beta, one.h, one.alpha, one.theta0, np.nan)
+    led = make_bent(real.Held.of(beam).K, shape, 1.0, exposed=surface(one))
+    assert led.run(led.aim(*far), 4e-3).reached
+    np.testing.assert_allclose([found.M[-1], found.T[-1]], [led.columns[name][-1] for name in "MT"], rtol=0.02)

@@ -131,10 +131,14 @@ def guess(d: Design, size: float, room: Array) -> bool:
         return True
     if last[NORMAL] == 0.0 and tally[MODE] == SLIP:
         taken(d, last, False)
-        possible = rates_engaging(d, tally[WAY], room)
-        for j in range(angle(d) + 1):
-            new[j] = last[j] + size * new[j]
-        return possible
+        if rates_engaging(d, tally[WAY], room):
+            for j in range(angle(d) + 1):
+                new[j] = last[j] + size * new[j]
+            return True
+        if not d.bent:
+            return False
+        # friction holds it from the first on
+        begin(tally, STICK, size)
     taken(d, last, True)
     copy(last, new)
     return True
