@@ -208,4 +208,5 @@ def test_friction_may_hold_a_contact_from_the_first_on(ideal: bool) -> None:
     shape = Geometry(np.nan, one.lam, np.nan, one.eta, one.beta, one.h, one.alpha, one.theta0, np.nan)
     led = make_bent(real.Held.of(beam).K, shape, 1.0, exposed=surface(one))
     assert led.run(led.aim(*far), 4e-3).reached
-    np.testing.assert_allclose([found.M[-1], found.T[-1]], [led.columns[name][-1] for name in "MT"], rtol=0.02)
+    other = np.array([led.columns[name][-1] for name in "MT"], float)
+    np.testing.assert_allclose([found.M[-1], found.T[-1]], other, rtol=0.02)
