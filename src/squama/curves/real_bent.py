@@ -32,6 +32,11 @@ class Bent(NamedTuple):
     ways: Array
     own: dict[str, Array]
 
+    @property
+    def notes(self) -> list[str]:
+        """Where the path leaves what the model was compared with."""
+        return self.gone.notes
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced bends, or at bends per pitch, NaN beyond its end; linear between states."""
         gone, ways = self.gone, self.ways

@@ -293,7 +293,15 @@ def _framed(
     whole.paste(Image.fromarray(beam), (0, 0))
     pen = ImageDraw.Draw(whole)
     letters = ImageFont.truetype(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"), int(room // 3.2))
-    pen.text((width * 0.02, height - room * 0.95), _words(motion, state), font=letters, fill=theme["edge"])
+    # the longest line decides on its letters
+    line = _words(motion, state)
+    share = min(1.0, 0.96 * width / pen.textlength(line, font=letters))
+    pen.text(
+        (width * 0.02, height - room * 0.95),
+        line,
+        font=letters.font_variant(size=share * letters.size),
+        fill=theme["edge"],
+    )
     model = motion.model + ", drawn flat" * (state.pose is not None)
     pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
     x, y = width * 0.02, height - room * 0.48
