@@ -188,7 +188,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/hinge_cycles.py": CYCLES,
     "curves/general_contact.py": ("fe/test_verify.py", "unit/test_real_twist.py"),
     "curves/real.py": CURVES,
-    "curves/real_cycles.py": ("unit/test_real_cycle.py",),
+    "curves/real_cycles.py": ("unit/test_real_cycle.py", "unit/test_bend_cycle.py"),
     "real/changes.py": CORNERS,
     "real/contact.py": (*REAL, *CORNERS),
     "real/design.py": (*REAL, *CORNERS),

@@ -69,9 +69,9 @@ class State(NamedTuple):
     def setting(self) -> Setting:
         """What the curve depends on."""
         ideal, law, bend = self.ideal == "yes", "edge" if self.bent else self.law, self.bend if self.bent else 0.0
-        loaded = LOADS[self.load].sided or self.path == "loading"
+        loaded = LOADS[self.load].sided or self.path != "decay"
         if self.joint == "compliant" and loaded:
-            # where it is not known the beam is on hinges, and the page says so; bent ones are unloaded on hinges
+            # where it is not known the beam is on hinges, and the page says so; bent ones are let go on hinges
             return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, None, ideal or None, bend)
         # bent hinges have thin scales alone
         ideal = ideal or self.bent or not LOADS[self.load].sided
