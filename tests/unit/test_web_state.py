@@ -156,10 +156,8 @@ def test_choices_that_belong_together_go_together() -> None:
     assert state.read(state.query(now).replace("&ideal=no", "")) == now
     bent = now.change("load", "bending")
     assert live.motion(bent.setting).joint == "compliant"
-    assert live.motion(bent.change("path", "decay").setting).model == "thin, rigid scales on hinges"
-    assert (
-        live.motion(bent.change("joint", "hinge").change("ideal", "no").setting).model == "thin, rigid scales on hinges"
-    )
+    for other in (bent.change("path", "decay"), bent.change("joint", "hinge").change("ideal", "no")):
+        assert live.motion(other.setting).model == "thin, rigid scales on hinges"
 
 
 def test_a_joint_that_is_not_known_at_once_is_not_waited_for(monkeypatch) -> None:
