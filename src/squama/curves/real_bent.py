@@ -9,7 +9,7 @@ import numpy as np
 
 from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, States, figures
-from squama.curves.real_polygons import SPACING, Gone, Stations, go
+from squama.curves.real_polygons import SPACING, WALKED, Gone, Stations, go
 from squama.errors import refuse
 from squama.model.outcome import End
 from squama.real import path
@@ -17,7 +17,7 @@ from squama.types import Array
 
 _NEAR = SPACING / 2
 """Least distance of the curve's own points from those asked for, rad per pitch."""
-_OTHER = ("rate", "load", "scales", "leg", "M", "M_scales", "psi", "kappa", "work")
+_OTHER = ("rate", "load", "scales", "leg", "M", "M_scales", "psi", "kappa", "work", *WALKED)
 """Roles that mean something else, or nothing, where the beam is bent alone."""
 
 
@@ -31,6 +31,11 @@ class Bent(NamedTuple):
     gone: Gone
     ways: Array
     own: dict[str, Array]
+
+    @property
+    def notes(self) -> list[str]:
+        """Where the path leaves what the model was compared with."""
+        return self.gone.notes
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced bends, or at bends per pitch, NaN beyond its end; linear between states."""
