@@ -6,6 +6,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import squama
 from squama.inverse.designing import find
@@ -26,6 +27,7 @@ from squama.plot import (
     vibration_figure,
 )
 from squama.plot.maps import contours
+from squama.plot.style import headline
 from squama.plot.sweep import axis_values
 from squama.study.parameters import PARAMETERS
 
@@ -178,6 +180,13 @@ def test_axes_follow_the_measured_points():
     # a model far below the points does not hide them
     soft = response_figure(squama.twist(BEAM, to="0.1 rad/pitch"), POINTS).axes[0]
     assert soft.get_ylim()[1] > 2.2
+
+
+def test_a_unit_is_not_torn_apart_by_the_end_of_a_line():
+    for letters in range(60, 110):
+        figure = Figure(figsize=(7.2, 2))
+        headline(figure, "x" * letters + " 1.5 N m and more")
+        assert "N\nm" not in figure._suptitle.get_text()
 
 
 @pytest.mark.parametrize(
