@@ -148,11 +148,8 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         last = float(gone.along["psi"][-1])
         reason = f"the contact is followed to {last:.5g} rad/pitch: {SENTENCES[End(gone.found.end)]}{other}"
         refuse("twist", f"{float(bends[gone.along['psi'].size]):.6g} rad/pitch", reason, "turn round before")
-    own = gone.along
-    bare = float(path.bare(gone.one.way.beams)[0, 1, 1]) * asked.beam.unit_moment * asked.beam.pitch
-    outward = np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
-    v = own | {"load": own["psi"], "rate": own["kappa"], "T": own["torque"], "torque": own["M"]}
-    v |= {"scales": own["M_scales"], "onset": own["onset"] * outward}
+    v, bare = gone.bending()
+    v["onset"] = v["onset"] * np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
 
     def left(loop: history.Loop) -> float:
         last = values.index(loop.top)
@@ -172,7 +169,7 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         for sense in used_senses(values)
     ]  # fmt: skip
     told = {"sense": np.array(used_senses(values))} | {k: np.array([row[k] for row in senses]) for k in senses[0]}
-    return _Walked(v, own["mode"], bare, told, left, gone.one.held)
+    return _Walked(v, v["mode"], bare, told, left, gone.one.held)
 
 
 def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Array) -> dict[str, real.Path]:

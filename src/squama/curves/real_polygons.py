@@ -44,6 +44,8 @@ _PAIRS = {
 """Letters of contacts, those of :data:`squama.model.screw.CONTACTS` and of a tip edge on the face of a bent plate."""
 WALKED = ("mode", "onset")
 """Roles of states by one contact at a time that cycles alone need: how it moves, and where it last began to slide."""
+_OF_BOTH = ("leg", "M", "M_scales", "psi", "kappa")
+"""Roles that mean nothing where a beam is bent alone."""
 _NEEDS = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
 _SEVEN = (
     "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; squama "
@@ -133,6 +135,13 @@ class Gone(NamedTuple):
     def onset(self) -> float:
         """Way from which on stations are in contact: that at engagement lies just before it."""
         return self.engaged * (1 - 2 * _BEFORE)
+
+    def bending(self) -> tuple[dict[str, Array], float]:
+        """Return the variables by their roles in bending alone, and the rigidity without contact, N m^2."""
+        v, beam = self.along, self.one.beam
+        own = {role: values for role, values in v.items() if role not in _OF_BOTH}
+        own |= {"load": v["psi"], "rate": v["kappa"], "T": v["torque"], "torque": v["M"], "scales": v["M_scales"]}
+        return own, float(path.bare(self.one.way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
 
     @property
     def attrs(self) -> dict[str, float | str]:
