@@ -201,7 +201,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/chain_track.py", "change, rates = np.abs(x[:, 0]).max(), np.abs(x[:, 1]).max()"): {"1 -> 2": _SHARP},
     (
         "curves/follow.py",
-        "asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal, onward=False)",
+        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, onward=False, neutral=neutral)",
     ): {
         "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
     },

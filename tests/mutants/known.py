@@ -84,6 +84,7 @@ UNCERTAIN = (
 BENT = ("fe/test_exposed.py", "fe/test_cell_elastic.py")
 CURVES = ("unit/test_real_twist.py", "unit/test_real_cycle.py")
 REAL = ("properties/test_real.py", "reference/test_real_curves.py", *CURVES)
+CORNERS = ("unit/test_corner_contact.py", "unit/test_real_bent.py", "unit/test_real_bend_twist.py")
 TESTS: dict[str, tuple[str, ...]] = {
     "model/twisting.py": ("unit/test_twisting_kernel.py", *REFERENCE, *THICK),
     "model/laws.py": ("unit/test_laws.py", "unit/test_twisting_kernel.py", *REFERENCE),
@@ -187,9 +188,12 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/hinge_cycles.py": CYCLES,
     "curves/general_contact.py": ("fe/test_verify.py", "unit/test_real_twist.py"),
     "curves/real.py": CURVES,
-    "curves/real_cycles.py": ("unit/test_real_cycle.py",),
-    "real/contact.py": REAL,
-    "real/follow.py": REAL,
+    "curves/real_cycles.py": ("unit/test_real_cycle.py", "unit/test_bend_cycle.py"),
+    "real/changes.py": CORNERS,
+    "real/contact.py": (*REAL, *CORNERS),
+    "real/design.py": (*REAL, *CORNERS),
+    "real/features.py": (*REAL, *CORNERS),
+    "real/follow.py": (*REAL, *CORNERS),
     "curves/real_polygons.py": ("unit/test_real_bend_twist.py",),
     "real/legs.py": ("unit/test_real_bent.py", "unit/test_real_bend_twist.py"),
     "real/moved.py": ("unit/test_inverse_derivatives.py",),

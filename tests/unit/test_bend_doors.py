@@ -85,7 +85,7 @@ def test_designs(beam, bent):
 def test_cycle_and_fit(beam, bent):
     top = 0.9 * float(bent.psi_end) / beam.pitch
     there = bend(beam, at=[top])
-    c = squama.cycle(beam, [0, top, 0], load="bending", points=20)
+    c = squama.cycle(beam, [0, top, 0], load="bending", joint="hinge", points=20)
     assert (c.attrs["neutral"], float(c.psi_e[0])) == (beam.neutral, float(bent.psi_e))
     i = int(c.psi.values.argmax())
     assert float(c.M[i]) == pytest.approx(float(there.M[0]), rel=REL)
@@ -97,7 +97,7 @@ def test_cycle_and_fit(beam, bent):
 def test_vibration(beam, bent):
     start = f"{0.8 * float(bent.psi_end)!r} rad/pitch"
     v = squama.vibrate(beam, release=start, load="bending", rotor="1e-4 kg m2", swings=1)
-    c = squama.cycle(beam, start, load="bending", points=4)
+    c = squama.cycle(beam, start, load="bending", joint="hinge", points=4)
     top = int(c.psi.values.argmax())
     assert float(v.psi_e) == pytest.approx(float(bent.psi_e), rel=REL)
     assert float(v.U_turn[0]) == pytest.approx(float(c.U_el[top]) * beam.length, rel=1e-8)
@@ -107,7 +107,7 @@ def test_vibration(beam, bent):
 
 
 def test_explorer(beam, bent):
-    now = State(beam, 0.0).change("load", "bending")
+    now = State(beam, 0.0).change("load", "bending").change("joint", "hinge")
     assert live.outcome(now)[0] == bent.end.item()
     figures = live.motion(now.setting).figures
     assert [figures["load_e"], figures["load_end"]] == pytest.approx([float(bent.psi_e), float(bent.psi_end)], rel=REL)

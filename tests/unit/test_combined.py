@@ -204,7 +204,6 @@ def test_no_contact_is_missed_by_rectangles():
     known = s.contact != screw.LOCKED
     assert known.sum() > 2000
     # where the inclination is that of a contact, and what touches is looked at alone, others have not come in
-    print("CROSSED", (crossed & known).mean(), (~known).sum())
     assert (crossed & known).mean() < 0.02, s.contact[crossed & known]
 
 

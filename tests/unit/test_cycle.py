@@ -143,7 +143,7 @@ def test_let_go_in_the_other_sense_friction_holds_the_beam(one_pair):
 
 
 def test_bending_closes_and_the_other_way_is_straight():
-    c = squama.cycle(BEAM, "0, 0.2, -0.1, 0.2, 0 rad/pitch", mu=0.3, load="bending")
+    c = squama.cycle(BEAM, "0, 0.2, -0.1, 0.2, 0 rad/pitch", mu=0.3, load="bending", joint="hinge")
     assert c.sizes["loop"] == 3
     back = c.isel(point=np.flatnonzero(c.psi.values < 0))
     np.testing.assert_allclose(back["M"], BEAM.bending_rigidity * back.kappa)
@@ -320,10 +320,13 @@ def test_bad_flags(folder, capsys, flags, words):
 
 
 def test_wide_oblique_scales_that_are_bent_away_touch_at_their_bases():
-    assert squama.cycle(BEAM, "0, -0.2, 0 rad/pitch", mu=0.3, load="bending")["end"].values[-1] == "no engagement"
+    assert (
+        squama.cycle(BEAM, "0, -0.2, 0 rad/pitch", mu=0.3, load="bending", joint="hinge")["end"].values[-1]
+        == "no engagement"
+    )
     wide = BEAM.replace(scale={"width": "60 mm", "alpha": "60 deg"})
-    far = squama.cycle(wide, "0, -0.01, 0 rad/pitch", mu=0.3, load="bending")
+    far = squama.cycle(wide, "0, -0.01, 0 rad/pitch", mu=0.3, load="bending", joint="hinge")
     assert far.other_contact.values[-1].startswith("corner ")
     most = float(far.psi_most[-1])
     with pytest.raises(squama.InputError, match="where another contact comes in that a cycle does not follow: corner"):
-        squama.cycle(wide, [0, -1.01 * most / wide.pitch], mu=0.3, load="bending")
+        squama.cycle(wide, [0, -1.01 * most / wide.pitch], mu=0.3, load="bending", joint="hinge")

@@ -5,6 +5,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
 
 import squama
 from squama.inverse.designing import find
@@ -25,6 +27,9 @@ from squama.plot import (
     vibration_figure,
 )
 from squama.plot.maps import contours
+from squama.plot.style import headline
+from squama.plot.sweep import axis_values
+from squama.study.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 BEAM = squama.Beam.from_toml(ROOT / "examples/pla_on_vps.toml")
@@ -177,11 +182,33 @@ def test_axes_follow_the_measured_points():
     assert soft.get_ylim()[1] > 2.2
 
 
+def test_a_unit_is_not_torn_apart_by_the_end_of_a_line():
+    for letters in range(60, 110):
+        figure = Figure(figsize=(7.2, 2))
+        headline(figure, "x" * letters + " 1.5 N m and more")
+        assert "N\nm" not in figure._suptitle.get_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("scale.thickness", "Scale thickness $t_s$ (mm)"),
+        ("joint.stiffness", r"Joint $K_\theta$ of one scale (N m)"),
+        ("scale.poisson_ratio", r"Scale poisson ratio $\nu_s$"),
+        ("mu", r"Coefficient of friction $\mu$"),
+    ],
+)
+def test_symbols_of_an_axis_are_set_as_formulas(name, label):
+    part = xr.Dataset(coords={name: (name, [0.0, 1.0], PARAMETERS[name].symbol.attrs)})
+    assert axis_values(part, name)[1] == label
+
+
 def test_every_line_of_a_row_and_of_designs_has_a_name():
     texts = [t.get_text() for ax in row("hinge").axes for t in ax.get_legend().get_texts()]
     assert texts.count("endless beam") == 2
     assert {"row of 8 scales", "engagement"} <= {*texts}
-    assert "lock of a design" in [t.get_text() for t in design().axes[0].get_legend().get_texts()]
+    asked = [t.get_text() for t in design().axes[0].get_legend().get_texts()]
+    assert {"lock of a design", "asked: lock 120 deg total"} <= {*asked}
 
 
 def test_contours_do_not_run_across_a_jump():
@@ -201,6 +228,7 @@ def test_contours_do_not_run_across_a_jump():
         assert all((c.get_clip_path() is not None) == (len(groups) > 1) for c in lines)
         numbers = [text.get_text() for c in lines for text in c.labelTexts]
         assert {"0.5", "10.5"} <= {*numbers}
+        assert all(text.get_path_effects() for c in lines for text in c.labelTexts), "read on dark grounds"
 
 
 def test_solids_fit_a_page_and_their_colours_are_named():

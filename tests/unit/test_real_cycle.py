@@ -186,11 +186,6 @@ def test_more_loops_are_nearly_the_same_again():
             {"loops": 1000},
             "would have to be walked over 400 rad per pitch in increments of 0.0005; give at most 50",
         ),
-        (
-            "0.2 rad/pitch",
-            {"load": "bending", "joint": "compliant"},
-            'load = "bending": is not covered by joint="compliant"',
-        ),
         ("0.2 rad/pitch", {"law": "plate", "joint": "compliant"}, 'law = "plate": is not covered by joint="compliant"'),
     ],
 )
@@ -242,8 +237,8 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert record["joint"] == "compliant"
     assert record["loops"]["W_d"] == c.W_d.values.tolist()
     assert record["energy_error"] == float(c.energy_error)
-    assert main(["cycle", "beam.toml", *flags[:2], "--joint", "compliant", "--load", "bending"]) == 2
-    assert capsys.readouterr().err.startswith('squama: error: --load = "bending": is not covered')
+    assert main(["cycle", "beam.toml", *flags[:2], "--joint", "compliant", "--law", "plate"]) == 2
+    assert capsys.readouterr().err.startswith('squama: error: --law = "plate": is not covered')
     assert main(["cycle", "beam.toml", *flags[:2], "--joint", "ball"]) == 2
     assert '--joint = "ball": must be "hinge" or "compliant"' in capsys.readouterr().err
     left, _ = cycle_figure(c).axes

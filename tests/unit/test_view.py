@@ -271,6 +271,13 @@ def test_a_picture_shows_the_whole_beam_in_the_colour_of_its_state() -> None:
         assert share[colour] > 0.05 > max(v for name, v in share.items() if name != colour), (load, wanted)
 
 
+def test_the_words_of_a_picture_end_before_its_side() -> None:
+    beam = squama.Beam.from_toml(Path(__file__).parents[2] / "examples/stiff_skin.toml")
+    pixels = np.asarray(picture.draw(Motion(Setting(beam, 0.25, bend=0.1)), 0.16))
+    side = pixels[:, round(0.985 * pixels.shape[1]) :]
+    assert np.all(side == side[0, -1])
+
+
 def test_the_function_is_the_command(tmp_path: Path) -> None:
     shown = squama.view(MAIN, tmp_path / "a.png", tmp_path / "a.html", to="0.2 rad/pitch", mu=0.5, law="plate")
     motion = Motion(Setting(MAIN, 0.5, law="plate"))

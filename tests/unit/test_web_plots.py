@@ -32,9 +32,13 @@ def test_real_and_hinge_curves_stand_together() -> None:
         assert list(shown) == ["without contact", other, "this design"]
         r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"])
         assert np.interp(0.1, shown[other].x, shown[other].y) == pytest.approx(r["T"].item(), rel=5e-3)
-    # neither is there in bending, nor beside a joint that is not known at once
-    for now in (REAL.change("load", "bending"), state.preset("main").change("theta0", "26")):
-        assert list(named(now)) == ["without contact", "this design"]
+    bent = named(REAL.change("load", "bending"))
+    assert list(bent) == ["without contact", "on hinges", "this design"]
+    for name, joint in (("on hinges", "hinge"), ("this design", "compliant")):
+        r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"])
+        assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=1e-2)
+    # it is not there beside a joint that is not known at once
+    assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", "this design"]
 
 
 def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:

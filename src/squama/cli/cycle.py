@@ -125,14 +125,16 @@ def _one_sense(data: Answer, i: int, sense: str, angle: str) -> str:
 
 def _walked(data: Answer) -> Iterable[str]:
     """Return what only the compliant joint has to say."""
+    kind = LOADS[data.attrs["load"]]
     yield (
-        f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the torque is balanced to "
-        f"{abs(float(data['energy_error'])):.1e}"
+        f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the {kind.torque_words} is "
+        f"balanced to {abs(float(data['energy_error'])):.1e}"
     )
     for i, sense in enumerate(data["sense"]):
         words = "no contact"
         if data["first_contact"][i]:
-            words = f"first contact at {float(data['phi_e'][i]):.4g} rad/pitch: {data['first_contact'][i]}"
+            engaged = float(data[f"{kind.angle}_e"][i])
+            words = f"first contact at {engaged:.4g} rad/pitch: {data['first_contact'][i]}"
         if data["other_contact"][i]:
             words += f"; then {data['other_contact'][i]}"
         yield f"sense {sense}: {words}"

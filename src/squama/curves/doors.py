@@ -199,18 +199,25 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    line = ""
-    if kind.sided:
-        held, thin, note = follow.meant(beam, load, law, joint, ideal)
-    else:
-        from squama.curves import polygons
-
-        held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
-        if held == "hinge":
-            beam = beam.replace(substrate={"neutral": line})
+    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     points = arguments.whole("points", points, 3, 1e6)
     asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
     return follow.curves(asked, held)
+
+
+def _meant(
+    beam: Beam, kind: Load, law: str, joint: str | None, ideal: bool | None, neutral: str | None = None
+) -> tuple[Beam, str, bool, str, str]:
+    """Return what :func:`squama.curves.follow.meant` does, or :func:`squama.curves.polygons.meant` in bending.
+
+    First the beam, whose hinges know the line that keeps its length; that line last.
+    """
+    if kind.sided:
+        return beam, *follow.meant(beam, kind.name, law, joint, ideal), ""
+    from squama.curves import polygons
+
+    held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
+    return beam.replace(substrate={"neutral": line}) if held == "hinge" else beam, held, thin, note, line
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -267,7 +274,7 @@ def cycle(
     loops
         How many times the history is gone through.
     joint
-        "compliant" or "hinge", as in :func:`squama.twist`; in bending the hinge.
+        "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
     ideal
         Thin, rigid scales, as in :func:`squama.twist`.
 
@@ -334,8 +341,9 @@ def cycled(
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    held, thin, note = follow.meant(beam, load, law, joint, ideal)
-    asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=thin, note=note)
+    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal)
+    line = line if held == "compliant" else ""
+    asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=thin, note=note, neutral=line)
     return follow.cycles(asked, held)
 
 

@@ -104,15 +104,18 @@ def solved(
     to: float = math.inf,
     joint: str,
     ideal: bool,
+    neutral: str = "",
 ) -> Solved:
     """Return the path of a beam in one sense, solved: what `squama.view` and the explorer go along.
 
-    Arguments as of :func:`squama.twist`; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end
-    (the compliant joint goes to 0.3 rad per pitch). No path goes on by general contact, which takes seconds.
+    Arguments as of :func:`squama.twist`; ``neutral``: which line keeps its length in bending, of a compliant joint
+    only; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end (the compliant joint goes
+    to 0.3 rad per pitch). No path goes on by general contact, which takes seconds.
     """
     kind = LOADS[load]
     way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense))])
-    asked = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal, onward=False)
+    mus = np.asarray(mu, float)
+    asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, onward=False, neutral=neutral)
     return model(joint, asked).solve(asked)[0][0]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, States, figures
-from squama.curves.real_polygons import SPACING, Gone, Stations, go
+from squama.curves.real_polygons import SPACING, WALKED, Gone, Stations, go
 from squama.errors import refuse
 from squama.model.outcome import End
 from squama.real import path
@@ -17,8 +17,6 @@ from squama.types import Array
 
 _NEAR = SPACING / 2
 """Least distance of the curve's own points from those asked for, rad per pitch."""
-_OTHER = ("rate", "load", "scales", "leg", "M", "M_scales", "psi", "kappa", "work")
-"""Roles that mean something else, or nothing, where the beam is bent alone."""
 
 
 class Bent(NamedTuple):
@@ -31,6 +29,11 @@ class Bent(NamedTuple):
     gone: Gone
     ways: Array
     own: dict[str, Array]
+
+    @property
+    def notes(self) -> list[str]:
+        """Where the path leaves what the model was compared with."""
+        return self.gone.notes
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced bends, or at bends per pitch, NaN beyond its end; linear between states."""
@@ -92,12 +95,8 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
         return Stations(ways, np.column_stack([ways, 0 * ways]), np.ones(ways.size, int))
 
     gone = go(asked, mu, stations, [(max(far, path.RANGE), 0.0)])
-    held = gone.one.held
-    bare = float(path.bare(gone.one.way.beams)[0, 1, 1]) * asked.beam.unit_moment * d
-    case = Case(d, bare, held.K_theta, asked.beam.eta, asked.beam.scale.theta0)
-    along, ways = gone.along, gone.along["psi"]
-    own = {role: values for role, values in along.items() if role not in _OTHER}
-    own |= {"load": ways, "rate": along["kappa"], "T": along["torque"], "torque": along["M"]}
-    own |= {"scales": along["M_scales"], "work": along["work"]}
+    (own, bare), ways = gone.bending(), gone.along["psi"]
+    case = Case(d, bare, gone.one.held.K_theta, asked.beam.eta, asked.beam.scale.theta0)
+    own = {role: values for role, values in own.items() if role not in WALKED}
     own |= real.tangents(bare, d, gone.onset, ways, ways, own)
     return Bent(case, gone, ways, own)

@@ -1,14 +1,16 @@
-"""Loading, unloading and reversal of the real beam: its path is walked through a history of twists.
+"""Loading, unloading and reversal of the real beam: its path is walked through a history of twists, or of bends.
 
 Nothing is a function of the twist alone: the scales' motions depend on the way. After a reversal the contact sticks
 while the friction turns round (docs, theory: cycles). Scales are apart at no twist, so each part of a history in one
-sense begins anew there.
+sense begins anew there. A history of bends is a path of both loads that goes to and fro
+(:mod:`squama.curves.real_polygons`); bent away from its scales nothing touches.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.curves import both_faces, real
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
+from squama.curves.real_polygons import Gone, Stations, go
 from squama.errors import refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
@@ -30,17 +33,34 @@ AFTER = 14
 """Points after a reversal, at twists that go back by ever more, so that the steep part is resolved."""
 _LEAST = 2e-6
 _FULL = 1e-9
-_ALONG = ("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", *real.OWN)
+_ALONG = (
+    *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "T", "contact"),
+    *real.OWN,
+)  # fmt: skip
 _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
 
 
 class _Way(NamedTuple):
-    """A walked history: signed twists of its points, their legs and states; the number of each value's point."""
+    """A walked history: signed twists of its points, their legs, the modes there; the number of each value's point."""
 
     twists: Array
     legs: Array
-    rows: Array
+    mode: Array
     turns: list[int]
+
+
+class _Walked(NamedTuple):
+    """What a history of one load brings: variables ``along`` it by role and modes; ``rigidity`` without contact.
+
+    ``senses``: what holds for each sense; ``left`` gives the twist that is left of a loop; ``held`` by the joint.
+    """
+
+    along: dict[str, Array]
+    mode: Array
+    rigidity: float
+    senses: dict[str, Array]
+    left: Callable[[history.Loop], float]
+    held: real.Held
 
 
 def walk(asked: Asked) -> States:
@@ -51,23 +71,23 @@ def walk(asked: Asked) -> States:
     """
     values, beam = asked.path.values, asked.beam
     check(values)
-    held = real.Held.of(beam)
-    far = max(map(abs, values))
-    both = paths(beam, held, real.scale(beam, ideal=asked.ideal), float(asked.mus), np.array(values))
-    way = _walked(both, values, asked.points)
-    along = _along(both, way)
-    d = beam.pitch
-    residual = [_residual(both, values, loop) for loop in history.loops(values)]
+    twists, legs, turns = _points(values, asked.points)
+    walked = (_bent if asked.neutral else _twisted)(asked, twists, legs)
+    way = _Way(twists, legs, walked.mode, turns)
+    along, far = _along(walked, way), max(map(abs, values))
+    residual = [walked.left(loop) for loop in history.loops(values)]
     total = float(along["U_el"][-1] + along["W_fr"][-1])
     error = (float(along["work"][-1]) - total) / max(float(along["W_fr"][-1]), float(along["U_el"].max()), 1e-300)
+    roles = [role for role in _ALONG if role in along]
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): {"branch": along["branch"], "leg": way.legs, **{role: along[role] for role in _ALONG}},
-        ("loop",): _loops(way, along, values, d, residual),
-        ("sense",): _senses(both, values),
+        ("point",): {"branch": along["branch"], "leg": way.legs, **{role: along[role] for role in roles}},
+        ("loop",): _loops(way, along, values, beam.pitch, residual),
+        ("sense",): walked.senses,
         (): {"energy_error": np.asarray(error)},
     }
-    attrs = {**real.attributes(held), "increment": INCREMENT}
-    return States(by_dim, attrs, real.notes(held, beam, far, ideal=asked.ideal))
+    attrs: dict[str, float | str] = {**real.attributes(walked.held), "increment": INCREMENT}
+    attrs |= {"rigidity": walked.rigidity, "neutral": asked.neutral} if asked.neutral else {}
+    return States(by_dim, attrs, real.notes(walked.held, beam, far, ideal=asked.ideal))
 
 
 def check(values: list[float]) -> None:
@@ -81,8 +101,8 @@ def check(values: list[float]) -> None:
         refuse("twist", "", reason, f"give at most {MOST * INCREMENT:.4g}, by fewer twists or loops")
 
 
-def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _Way:
-    """Walk a history; parts in one sense one after the other."""
+def _points(values: list[float], points: int) -> tuple[Array, Array, list[int]]:
+    """Return the twists of a history, their legs, and the number of each value's point."""
     twists, legs, turns = [0.0], [1], [0]
     reversals = set(history.reversals(values))
     for i, (start, stop) in enumerate(itertools.pairwise(values)):
@@ -90,8 +110,66 @@ def _walked(paths: dict[str, real.Path], values: list[float], points: int) -> _W
         twists += goals
         legs += [i + 1] * len(goals)
         turns.append(len(twists) - 1)
-    x = np.array(twists)
-    return _Way(x, np.array(legs), rows(paths, x, INCREMENT), turns)
+    return np.array(twists), np.array(legs), turns
+
+
+def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:  # noqa: ARG001 - parts in one sense are their own
+    """Walk a history of twists; parts in one sense one after the other."""
+    beam, values = asked.beam, asked.path.values
+    held = real.Held.of(beam)
+    both = paths(beam, held, real.scale(beam, ideal=asked.ideal), float(asked.mus), np.array(values))
+    found = rows(both, twists, INCREMENT)
+    size, negative = np.abs(twists), twists < 0
+    parts = {sense: real.values(one, size, found) for sense, one in both.items()}
+    v = dict(parts["+"])
+    if "-" in parts:
+        v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
+    v = both_faces.total([v] * both_faces.alike(beam, "twisting"), held.rigidity)
+    sign = np.where(negative, -1.0, 1.0)
+    v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
+    return _Walked(
+        v, found[:, 10], held.rigidity, _senses(both, values), lambda loop: _residual(both, values, loop), held
+    )
+
+
+def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
+    """Walk a history of bends, by one contact at a time; refuse one on which the contact ends."""
+    values, asked = asked.path.values, asked._replace(onward=False)
+
+    def through(x: Array, numbers: Array) -> Gone:
+        ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
+        corners = [(v, 0.0) for v in x[np.append(np.flatnonzero(np.diff(numbers)), x.size - 1)].tolist()]
+        whole = Stations(ways, np.column_stack([x, 0 * x]), numbers)
+        return go(asked, float(asked.mus), lambda *_: whole, corners, INCREMENT)
+
+    gone = through(bends, legs)
+    if gone.along["psi"].size < bends.size:
+        other = f" ({gone.found.other})" if gone.found.other else ""
+        last = float(gone.along["psi"][-1])
+        reason = f"the contact is followed to {last:.5g} rad/pitch: {SENTENCES[End(gone.found.end)]}{other}"
+        refuse("twist", f"{float(bends[gone.along['psi'].size]):.6g} rad/pitch", reason, "turn round before")
+    v, bare = gone.bending()
+    v["onset"] = v["onset"] * np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
+
+    def left(loop: history.Loop) -> float:
+        last = values.index(loop.top)
+        down = np.array(goals_of(loop.top, 0.0, [], 60, turned=True))
+        end = int(np.flatnonzero(legs == last)[-1]) if last else 0
+        there = through(np.append(bends[: end + 1], down), np.append(legs[: end + 1], [last + 1] * down.size)).along
+        return _crossing(there["psi"][end + 1 :], there["M"][end + 1 :], there["N"][end + 1 :])
+
+    met = gone.faces[0].changes[0] if gone.faces[0].changes else (math.inf, "")
+    senses = [
+        {
+            "load_e": met[0] if sense == "+" else math.inf, "first_contact": met[1] if sense == "+" else "",
+            "load_end": max(*(v if sense == "+" else -v for v in values), 0.0),
+            "end": str(End.RANGE if sense == "+" and met[1] else End.NONE),
+            "neighbour": int(sense == "+" and bool(met[1])), "other_contact": "",
+        }
+        for sense in used_senses(values)
+    ]  # fmt: skip
+    told = {"sense": np.array(used_senses(values))} | {k: np.array([row[k] for row in senses]) for k in senses[0]}
+    return _Walked(v, v["mode"], bare, told, left, gone.one.held)
 
 
 def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Array) -> dict[str, real.Path]:
@@ -158,17 +236,9 @@ def _refuse(one: real.Path, end: follow.End, asked: float) -> None:
     refuse("twist", f"{asked:.6g} rad/pitch", reason, "turn round before")
 
 
-def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
-    """Return every variable along the history, by role."""
-    size, negative, one = np.abs(way.twists), way.twists < 0, paths["+"]
-    parts = {sense: real.values(one, size, way.rows) for sense, one in paths.items()}
-    v = dict(parts["+"])
-    if "-" in parts:
-        v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
-    v = both_faces.total([v] * both_faces.alike(one.beam, "twisting"), one.held.rigidity)
-    sign = np.where(negative, -1.0, 1.0)
-    for role in ("load", "rate", "torque", "scales", "onset"):
-        v[role] = v[role] * sign
+def _along(walked: _Walked, way: _Way) -> dict[str, Array]:
+    """Return every variable along the history, by role, with what follows from its ways."""
+    v, size = dict(walked.along), np.abs(way.twists)
     inward = np.diff(size, prepend=0.0) < 0
     v["f"] = v["f"] * np.where(inward, -1.0, 1.0)
     v["tangent"] = np.empty(size.size)
@@ -177,9 +247,8 @@ def _along(paths: dict[str, real.Path], way: _Way) -> dict[str, Array]:
         v["tangent"][a + 1 : b + 1] = slope[1:]
         if a == 0:
             v["tangent"][0] = slope[0]
-    v["stiffness_ratio"] = v["tangent"] / one.held.rigidity
-    mode = way.rows[:, 10]
-    branch = np.where(mode == follow.STICK, 3, np.where(inward, 2, 1)) * (mode != follow.FREE)
+    v["stiffness_ratio"] = v["tangent"] / walked.rigidity
+    branch = np.where(way.mode == follow.STICK, 3, np.where(inward, 2, 1)) * (way.mode != follow.FREE)
     v["branch"] = _BRANCHES[branch.astype(int)]
     return v
 
@@ -221,7 +290,7 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
         stuck = top
         while stuck + 1 < way.twists.size and v["branch"][stuck + 1] == "stick":
             stuck += 1
-        slides = stuck + 1 < way.twists.size and way.rows[stuck + 1, 10] == follow.SLIP
+        slides = stuck + 1 < way.twists.size and way.mode[stuck + 1] == follow.SLIP
         drop = v["onset"][stuck + 1] if slides else v["torque"][stuck]
         elastic = float(v["U_el"][top])
         rows.append(
@@ -248,13 +317,18 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     x, torque = targets[-len(down) :], rows[-len(down) :, 1]
     faces = both_faces.alike(one.beam, "twisting")
     torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
-    if end.code != changes.RANGE or not (torque <= 0).any():
+    if end.code != changes.RANGE:
         return 0.0
+    return math.copysign(_crossing(x, torque, rows[-len(down) :, 2]), loop.top)
+
+
+def _crossing(x: Array, torque: Array, N: Array) -> float:
+    """Return the twist at which a torque comes to zero on the way back while scales still press; 0 where none does."""
     i = int(np.argmax(torque <= 0))
-    if i == 0 or x[i] == 0 or rows[-len(down) + i, 2] == 0:
+    if i == 0 or x[i] == 0 or N[i] == 0:
         return 0.0
     share = torque[i - 1] / (torque[i - 1] - torque[i])
-    return math.copysign(float(x[i - 1] + share * (x[i] - x[i - 1])), loop.top)
+    return float(x[i - 1] + share * (x[i] - x[i - 1]))
 
 
 def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array]:

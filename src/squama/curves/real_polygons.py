@@ -42,6 +42,10 @@ _PAIRS = {
     "tip edge C1B1 on the face of scale 2": "TF",
 }  # fmt: skip
 """Letters of contacts, those of :data:`squama.model.screw.CONTACTS` and of a tip edge on the face of a bent plate."""
+WALKED = ("mode", "onset")
+"""Roles of states by one contact at a time that cycles alone need: how it moves, and where it last began to slide."""
+_OF_BOTH = ("leg", "M", "M_scales", "psi", "kappa")
+"""Roles that mean nothing where a beam is bent alone."""
 _NEEDS = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
 _SEVEN = (
     "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; squama "
@@ -132,6 +136,13 @@ class Gone(NamedTuple):
         """Way from which on stations are in contact: that at engagement lies just before it."""
         return self.engaged * (1 - 2 * _BEFORE)
 
+    def bending(self) -> tuple[dict[str, Array], float]:
+        """Return the variables by their roles in bending alone, and the rigidity without contact, N m^2."""
+        v, beam = self.along, self.one.beam
+        own = {role: values for role, values in v.items() if role not in _OF_BOTH}
+        own |= {"load": v["psi"], "rate": v["kappa"], "T": v["torque"], "torque": v["M"], "scales": v["M_scales"]}
+        return own, float(path.bare(self.one.way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
+
     @property
     def attrs(self) -> dict[str, float | str]:
         """What answers say of it."""
@@ -140,11 +151,13 @@ class Gone(NamedTuple):
 
 
 def go(
-    asked: Asked, mu: float, stations: Callable[[float, float], Stations], ahead: Sequence[tuple[float, float]]
-) -> Gone:
+    asked: Asked, mu: float, stations: Callable[[float, float], Stations], ahead: Sequence[tuple[float, float]],
+    step: float = path.STEP,
+) -> Gone:  # fmt: skip
     """Follow a beam from rest through ``stations``, made for the least distance and the way just before engagement.
 
     ``ahead``: corners of the path, or of one that goes on straight beyond its end, on which engagement is looked for.
+    ``step``: largest increment of the way.
     """
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
     held, stretch, views = real.Held.of(beam), NEUTRAL[asked.neutral], both_faces.views(beam)
@@ -167,7 +180,7 @@ def go(
         if generally[i]:
             faces.append(_generally(asked, one, seen))
             continue
-        found = _one_by_one(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch), seen)
+        found = _one_by_one(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch, step=step), seen)
         if found.end == End.NONE and math.isfinite(touched[i]):
             found = found._replace(end=str(End.RANGE))
         if found.end == End.OTHER:
@@ -187,6 +200,7 @@ def walk(asked: Asked) -> States:
     at = _Places(stations, along["theta"], beam.pitch)
     reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
     total, work = float(along["U_el"][-1] + along["W_fr"][-1]), float(along.pop("work")[-1])
+    along = {role: values for role, values in along.items() if role not in WALKED}
     figures = {
         "end": found.end, "other_contact": found.other, "K_theta": gone.one.held.K_theta,
         **{f"{name}_e": value for name, value in at(gone.engaged).items() if name != "theta"},
@@ -212,7 +226,12 @@ def _one_by_one(one: real.Path, found: Bent, stations: Stations) -> Followed:
     faced = (column["first"] == FACE) | (column["second"] == FACE)
     (_, across), (lengthwise, _) = (path.spots(way.scale, (), rows, i) for i in (0, 1))
     own |= {"p": np.where(faced, across, column["x"]), "s": np.where(faced, lengthwise, column["y"])}
-    own |= {"work": column["W"], "U_el": sum(path.energies(way, rows).values())}
+    own |= {
+        "mode": column["mode"],
+        "onset": column["T_slip"],
+        "work": column["W"],
+        "U_el": sum(path.energies(way, rows).values()),
+    }
     own |= {"M": np.append(0.0, found.M)[:n], "torque": np.append(0.0, found.T)[:n]}
     own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(way, rows))
     met_by = np.column_stack([column[name] for name in ("first", "second", "k")]).astype(int).tolist()

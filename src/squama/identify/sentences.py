@@ -49,7 +49,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
         most = fit.values["mu"] + 2 * fit.errors["mu"]
         out.append(f"mu cannot be told from 0: two standard errors above the estimate are {most:.2g}")
     out += [
-        f"{n} is not determined by these points: its error is {100 * fit.errors[n] / abs(fit.values[n]):.0f} % of it"
+        f"{n} is not determined by these points: its error is {fit.errors[n] / abs(fit.values[n]):.2g} times as large"
         for n in weak
     ]
     concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]

@@ -113,13 +113,14 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         handles.append(key("asked", linestyle="", marker="o", color=ACCENT, markersize=4))
     for goal in target.goals:
         sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
+        words = f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}"
         if goal.twist is not None:
             at = float(goal.twist.per_pitch(*own)) * degrees
             ax.axvline(at, color=ACCENT, **_ASKED)
-            handles.append(key(f"asked: {goal.name}{sense}", color=ACCENT, **_ASKED))
+            handles.append(key(words, color=ACCENT, **_ASKED))
         elif goal in told and goal.want.at is not None:
             ax.axvline(float(goal.want.at.per_pitch(*own)) * degrees, color=GREY, **_ASKED)
-            handles.append(key(f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}", color=GREY, **_ASKED))
+            handles.append(key(words, color=GREY, **_ASKED))
     scales = f"{first.scales} scales" if len({d.beam.scales for d in found.designs}) == 1 else "the beam"
     ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{names.verb.capitalize()} of {scales} (deg)")
     ax.set_ylabel(f"{names.torque_words.capitalize()} ({unit})")

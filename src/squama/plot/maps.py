@@ -36,6 +36,8 @@ HATCHES = {
 """Regions that end without a lock, or at once: hatching and name."""
 TOUCH: Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
 """Line below which other plates touch first; on a white one, so that it is seen on every ground."""
+HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=1.5, foreground="white")]
+"""Around the numbers of lines, so that they are read on dark grounds."""
 CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Normal()]
 ROOM, APART = 0.03, 0.1
 """Least distance of a number from other lines, and from other numbers, over the size of the panel."""
@@ -159,6 +161,7 @@ def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, bor
             placed.append(line[best])
             at = [(float(place[best, 0]), float(place[best, 1]))]
             ax.clabel(lines, levels=[level], fmt="%.4g", fontsize=6, inline_spacing=3, manual=at)
+            lines.labelTexts[-1].set_path_effects(HALO)
 
 
 def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:

@@ -122,7 +122,8 @@ def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset
             text = f"${name}$ on hinges"
             ax.plot(_gone(hinge), factor * hinge[name].values, color=colour, label=text, **BESIDE)
         ax.set_ylim(limits)
-    ax.legend(loc="upper left" if hinge is None else "best")
+    # over the hinge's lines, which leave the axes early
+    ax.legend(loc="upper left" if hinge is None else "best", frameon=True, framealpha=0.85, edgecolor="none")
     return ax
 
 

@@ -145,7 +145,7 @@ def curve(
     >>> import squama
     >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], joint="hinge", points=50)
     >>> curve(r, "T").get_ylabel()
-    'Torque $T$ (N m)'
+    'Torque $T$ (kN m)'
     """
     load = dataset.attrs.get("load")
     ax = axes_for(ax, dataset, f"{LOADS[load].rate}_end" if load in LOADS else "", "squama.twist or bend")

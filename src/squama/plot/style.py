@@ -200,7 +200,8 @@ def headline(figure: Figure, text: str) -> None:
     lines = []
     for part in text.splitlines():
         line = ""
-        for word in part.split():
+        # a unit is not torn apart
+        for word in part.replace("N m", "N\u00a0m").split(" "):
             title.set_text(f"{line} {word}".strip())
             if line and title.get_window_extent().width > 0.98 * figure.bbox.width:
                 lines.append(line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from textwrap import wrap
 
@@ -48,6 +49,8 @@ _UNDONE = "not computed"
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
 _UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
+_NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
+"""Symbols in the words of a beam file's keys, such as t_s."""
 _ENVELOPES: dict[str, tuple[tuple[End, ...], Look]] = {
     "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
     "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
@@ -158,10 +161,14 @@ def _drawn(
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
     factor, text = _unit(part, name)
-    words = part[name].attrs.get("long_name", name)
+    words = _NAMES.sub(_formula, part[name].attrs.get("long_name", name))
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
     return part[name].values * factor, label
+
+
+def _formula(name: re.Match[str]) -> str:
+    return "$" + re.sub("nu|theta", r"\\\g<0>", name[0]) + "$"
 
 
 def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:

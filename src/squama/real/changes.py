@@ -15,7 +15,7 @@ from squama.types import Array
 RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, TURNS, LIES = range(8)
 """Ends by number; TURNS and LIES are none: a smaller step, a tip edge that comes to lie on a face."""
 _UNEVEN = -3e-3
-"""Depth up to which a tip edge may dip into the face on which it lies, or a corner of it: some micrometres."""
+"""Depth, in pitches, up to which a tip edge may dip into the face beside where it touches and is one contact."""
 
 
 @_jit

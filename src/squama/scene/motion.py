@@ -103,9 +103,13 @@ class Motion:
         self.kind = arguments.load(setting.load)
         margin, load = arguments.margin(setting.margin), self.kind.name
         sense = setting.sense if self.kind.sided or not own else "+"
+        line = ""
         if setting.bend:
             only_one(setting.beam.faces, "the view of a bend that is held")
             joint, ideal, note, _ = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
+        elif load == "bending" and not setting.beam.other:
+            joint, ideal, note, line = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
+            line = "" if joint == "hinge" else line
         else:
             joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
         self.joint = joint
@@ -118,7 +122,7 @@ class Motion:
         if setting.bend:
             path = Twisted.of(setting.beam, setting.bend, **how)
         else:
-            path = follow.solved(setting.beam, load, law=law, **how)
+            path = follow.solved(setting.beam, load, law=law, neutral=line, **how)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
@@ -126,7 +130,7 @@ class Motion:
         self.drawn = bool(self.hinge or getattr(path, "hinged", False))
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
-        self.curve = {role: values[reached] for role, values in found.along.items()}
+        self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         self.half = float(self.curve["N"].max()) / 2 or 1.0
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])

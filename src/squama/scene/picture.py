@@ -292,19 +292,26 @@ def _framed(
     whole = Image.new("RGB", size, theme["background"])
     whole.paste(Image.fromarray(beam), (0, 0))
     pen = ImageDraw.Draw(whole)
-    letters = ImageFont.truetype(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"), int(room // 3.2))
-    pen.text((width * 0.02, height - room * 0.95), _words(motion, state), font=letters, fill=theme["edge"])
+    said = _words(motion, state)
     model = motion.model + ", drawn flat" * (state.pose is not None)
-    pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
-    x, y = width * 0.02, height - room * 0.48
     names = dict.fromkeys(one.name for _, one in faces)
     ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
     keys = [(STATES[name], f"scales: {WORDS[name]}{ends[name]}") for name in names]
     if forces and max(one.x for _, one in faces) > 0:
         keys += [(theme["normal"], "normal force on the tip")]
         keys += [(theme["friction"], "friction on the tip")] if motion.setting.mu else []
+    box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
+    letters = ImageFont.truetype(font, room // 3.2)
+    wide = max(
+        letters.getlength(said), letters.getlength(model),
+        sum(3.5 * box + letters.getlength(words) for _, words in keys) - 2 * box,
+    )  # fmt: skip
+    # as large as the longest line allows
+    letters = ImageFont.truetype(font, room // 3.2 * min(1.0, 0.96 * width / wide))
+    pen.text((width * 0.02, height - room * 0.95), said, font=letters, fill=theme["edge"])
+    pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
+    x, y = width * 0.02, height - room * 0.48
     for colour, words in keys:
-        box = room // 5
         pen.rectangle((x, y + box * 0.5, x + box, y + box * 1.5), fill=colour)
         pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])
         x += 3.5 * box + pen.textlength(words, font=letters)

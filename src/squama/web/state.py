@@ -16,7 +16,6 @@ from squama.beam import beamfile
 from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import follow
 from squama.errors import InputError, Problems, naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
@@ -70,16 +69,18 @@ class State(NamedTuple):
     def setting(self) -> Setting:
         """What the curve depends on."""
         ideal, law, bend = self.ideal == "yes", "edge" if self.bent else self.law, self.bend if self.bent else 0.0
-        if self.joint == "compliant":
-            # where it is not known the beam is on hinges, and the page says so
+        loaded = LOADS[self.load].sided or self.path != "decay"
+        if self.joint == "compliant" and loaded:
+            # where it is not known the beam is on hinges, and the page says so; bent ones are let go on hinges
             return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, None, ideal or None, bend)
         # bent hinges have thin scales alone
-        return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, "hinge", ideal or self.bent, bend)
+        ideal = ideal or self.bent or not LOADS[self.load].sided
+        return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, "hinge", ideal, bend)
 
     @property
     def quick(self) -> bool:
         """Whether the curve is there at once: no elements are needed first."""
-        return self.joint == "hinge" or not follow.covers(self.load, self.law) or choice.known(self.beam)
+        return self.joint == "hinge" or LOADS[self.load].law(self.law) == "plate" or choice.known(self.beam)
 
     @property
     def hinged(self) -> State:
@@ -89,8 +90,6 @@ class State(NamedTuple):
     @property
     def beside(self) -> State | None:
         """The same by the other model, where that is there at once: hinges beside the real beam, and the reverse."""
-        if not follow.covers(self.load, "edge"):
-            return None
         other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
         return other if other.quick else None
 

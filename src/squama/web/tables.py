@@ -163,7 +163,8 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     every = table.points.specimens()
     data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]
     asked = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
-    asked["joint"] = live.motion(state.setting).joint
+    # fits of bending are of hinges
+    asked["joint"] = live.motion(state.setting).joint if names.sided else "hinge"
     command = [sys.executable, "-c", "from squama.web import tables; tables.answer()"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin

@@ -1,0 +1,112 @@
+"""Histories of bends of the real beam: loops, work, the way of both loads, contacts that part, and refusals."""
+
+import numpy as np
+import pytest
+
+import squama
+from squama.cli import main
+from squama.curves import general_contact, real
+from squama.errors import InputError
+from squama.fe.assembly import make_bent
+from squama.fe.geometry import geometry
+from squama.joints.choice import joint_of
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+HISTORY = "0, 0.12, 0.09, 0.12, 0, 0.1, 0 rad/pitch"
+
+
+@pytest.fixture(scope="module")
+def walked():
+    return squama.cycle(SKIN, HISTORY, load="bending", mu=0.25)
+
+
+def test_it_is_the_real_beam(walked):
+    assert (walked.attrs["joint"], walked.attrs["scales"]) == ("compliant", "thick, elastic scales")
+    assert walked.attrs["neutral"] == "free"
+    assert set(walked.branch.values) == {"straight", "loading", "stick", "unloading"}
+    assert set(walked.contact.values) == {"", "BF"}
+    # the way up is that of squama.bend
+    up = (walked.leg == 1).values
+    r = squama.bend(SKIN, mu=0.25, to="0.12 rad/pitch", points=400)
+    for name in ("M", "theta", "N", "T", "stress"):
+        wanted = np.interp(walked.psi.values[up], r.psi, r[name])
+        assert walked[name].values[up] == pytest.approx(wanted, abs=3e-3 * float(abs(r[name]).max())), name
+    assert float(walked.psi_e[0]) == pytest.approx(float(r.psi_e), rel=1e-6)
+
+
+def test_work_is_stored_or_rubbed_away(walked):
+    assert abs(float(walked.energy_error)) < 1e-4
+    given = np.trapezoid(walked.M, walked.kappa)
+    # where the friction turns round the moment falls steeply between points
+    assert given == pytest.approx(float(walked.U_el[-1] + walked.W_fr[-1]), rel=2e-2)
+    assert float(walked.M[-1]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_loops_are_those_of_the_path_of_both_loads(walked):
+    np.testing.assert_allclose(walked.psi_base, [0.09, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(walked.psi_top, [0.12, 0.12, 0.1], rtol=1e-12)
+    r = squama.bend_twist(SKIN, "bend 0.12 rad/pitch; bend 0 rad/pitch", mu=0.25, points=250)
+    assert r.followed == "one contact"
+    assert float(walked.W_d[1]) == pytest.approx(float(r.W_fr[-1]), rel=1e-2)
+    assert float(walked.zeta_eq[1]) == pytest.approx(
+        float(walked.W_d[1] / (4 * np.pi * walked.U_max[1])), rel=1e-9
+    )  # fmt: skip
+    # friction turns round: the moment falls while the contact sticks
+    assert (walked.M_drop > 0).all()
+
+
+def test_what_is_gone_through_again_is_the_same():
+    c = squama.cycle(SKIN, "0.1 rad/pitch", load="bending", mu=0.3, loops=3, points=30)
+    np.testing.assert_allclose(c.W_d[1:], c.W_d[0], rtol=2e-3)
+
+
+def test_bent_away_nothing_touches_and_coming_back_it_does():
+    c = squama.cycle(SKIN, "0, -0.08, 0.11, 0 rad/pitch", load="bending", mu=0.25, points=40)
+    away = (c.psi < 0.05).values
+    np.testing.assert_allclose(c.M.values[away], c.attrs["rigidity"] * c.kappa.values[away], rtol=1e-6, atol=1e-12)
+    once = squama.cycle(SKIN, "0.11 rad/pitch", load="bending", mu=0.25, points=40)
+    assert float(c.M.max()) == pytest.approx(float(once.M.max()), rel=1e-4)
+    assert list(c.sense.values) == ["+", "-"]
+    assert np.isinf(c.psi_e[1])
+
+
+def test_without_friction_the_way_back_is_the_way_up():
+    c = squama.cycle(SKIN, "0.12 rad/pitch", load="bending", mu=0, points=80)
+    up, down = (c.isel(point=(c.leg == i).values) for i in (1, 2))
+    back = np.interp(up.psi, down.psi[::-1], down.M[::-1])
+    np.testing.assert_allclose(back[3:], up.M[3:], rtol=5e-3, atol=1e-4 * float(c.M.max()))
+    assert float(abs(c.W_d[0])) < 1e-9
+
+
+def test_where_the_contact_ends_the_history_is_refused():
+    with pytest.raises(InputError, match=r"the contact is followed to .* rad/pitch") as error:
+        squama.cycle(PLA, "0.28 rad/pitch", load="bending")
+    assert "turn round before" in str(error.value)
+    with pytest.raises(InputError, match="joint"):
+        squama.cycle(SKIN, "0.1 rad/pitch", load="bending", joint="glue")
+
+
+def test_hinges_are_asked_for(capsys):
+    hinge = squama.cycle(SKIN, "0.1 rad/pitch", load="bending", joint="hinge")
+    assert hinge.attrs["joint"] == "hinge"
+    face = SKIN.replace(substrate={"neutral": "face"})
+    assert squama.cycle(face, "0.08 rad/pitch", load="bending").attrs["joint"] == "hinge"
+    assert main(["cycle", "examples/stiff_skin.toml", "--load", "bending", "--to", "0.1 rad/pitch"]) == 0
+    out = capsys.readouterr().out
+    assert "in cycles of bending: mu = 0.25, thick, elastic scales on compliant joints" in out
+    assert "sense +: first contact at 0.06036 rad/pitch: BF" in out
+
+
+@pytest.mark.skipif(not real.general(), reason="general contact needs ipctk (the extra fe)")
+def test_general_contact_goes_the_same_way_back():
+    c = squama.cycle(SKIN, "0.12 rad/pitch", load="bending", mu=0.25, points=120)
+    down = c.isel(point=(c.leg == 2).values)
+    E, d, K = SKIN.substrate.youngs_modulus, SKIN.pitch, joint_of(SKIN).K
+    assert K is not None
+    led = make_bent(K, geometry(SKIN), 0.25, exposed=general_contact.surface(real.scale(SKIN, ideal=False)))
+    for psi, tolerance in ((0.12, 4e-3), (0.115, 4e-3), (0.09, 4e-3), (0.05, 4e-3), (0.0, 1.0)):
+        assert led.run(led.aim(psi, 0.0), 1e-3).reached
+        own = np.interp(psi, down.psi[::-1], down.M[::-1])
+        assert own == pytest.approx(led.columns["M"][-1] * E * d**3, rel=tolerance, abs=1e-6)
+    assert float(c.W_d[0]) == pytest.approx(led.columns["W_fr"][-1] * E * d**2, rel=0.015)
