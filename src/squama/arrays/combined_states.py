@@ -12,7 +12,7 @@ from squama.errors import refuse
 from squama.model import screw
 from squama.types import Array
 
-PART = 4096
+PART = 8192
 """States at a time: what is made of them fits a processor's cache."""
 
 
