@@ -244,7 +244,7 @@ def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any],
     if not ideal:
         found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
     # a hinge has no line but the bar's middle where there is no axial force
-    hinged = same | ({} if LOADS[load].sided else {"neutral": "middle"})
+    hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 

@@ -46,11 +46,12 @@ def twist(
     sense: flags.Sense = "+",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
+    neutral: flags.Neutral = None,
     tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
-    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal)
+    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal, neutral=neutral)
 
 
 def bend(
@@ -101,6 +102,7 @@ def respond(
     with flags.laid(flags.arguments("neutral")):
         if LOADS[load].sided:
             held, _, note = follow.meant(beam, load, law, joint)
+            numbers["neutral"] = neutral
         else:
             held, _, note, numbers["neutral"] = polygons.meant(beam, joint, None, neutral)
         if note:

@@ -10,7 +10,6 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stiffness
-from squama.joints.choice import stretches
 from squama.loads import LOADS, THIN, Load
 from squama.types import Array
 
@@ -110,7 +109,7 @@ class Case(NamedTuple):
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
         """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit, stretched = beam.unit_moment, stretches(beam, K)
+        unit, stretched = beam.unit_moment, beam.given.stretch(len(K)) == "free"
         rigidity = twisting_stiffness(K, stretched=stretched) * unit * beam.pitch
         K_theta = inclination_stiffness(K[:7, :7]) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)

@@ -18,7 +18,7 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, stiffened
 from squama.errors import refuse
-from squama.joints.choice import Joint, joint_of, stretches
+from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
@@ -68,17 +68,16 @@ class Held(NamedTuple):
         return self.rigidity - self.alone
 
     @classmethod
-    def of(cls, beam: Beam) -> Held:
-        """Return that of a beam; refuse one whose joint is not known."""
+    def of(cls, beam: Beam, *, stretched: bool = True) -> Held:
+        """Return that of a beam; refuse one whose joint is not known. Not ``stretched``: the length is held."""
         joint = joint_of(beam)
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
-        K = np.asarray(joint.K, float)
+        K = np.asarray(joint.K, float)[slice(None if stretched else 7), slice(None if stretched else 7)]
         case = Case.held(beam, K, 1)
         bare = beam.G_B * beam.J
         rigidity = float(beam.given.gathered(case.rigidity / bare)) * bare if beam.other else case.rigidity
-        stretch = "free" if stretches(beam, K) else "held"
-        return cls(joint, K, case.stiffness, rigidity, case.rigidity, stretch if len(K) == 9 else "")
+        return cls(joint, K, case.stiffness, rigidity, case.rigidity, beam.given.stretch(len(K)))
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -206,13 +205,13 @@ class Path(NamedTuple):
         return self.way.states(twists)
 
 
-def solve(asked: Asked) -> tuple[list[Path], States]:
-    """Return the paths of a beam for each coefficient of friction."""
+def solve(asked: Asked, *, stretched: bool = True) -> tuple[list[Path], States]:
+    """Return the paths of a beam for each coefficient of friction; ``stretched`` as of :meth:`Held.of`."""
     beam, to, ideal = asked.beam, abs(asked.path.values[-1]), asked.ideal
     far = path.RANGE if to == math.inf else to
     if far >= math.pi:
         refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
-    held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
+    held, sign = Held.of(beam, stretched=stretched), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
     # engagement is told wherever it is, a short curve may end before
     most = max(far, path.RANGE, 0.0 if asked.at is None else float(np.max(asked.at)))

@@ -70,17 +70,8 @@ def joint_of(beam: Beam) -> Joint:
     unit = beam.unit_moment
     K_theta = None if beam.joint.stiffness is None else beam.joint.stiffness / unit
     rigid = None if beam.joint.inclusion_factor is None else beam.torsional_rigidity / (unit * beam.pitch)
-    K = scaled(found.K, K_theta=K_theta, rigidity=rigid, stretched=stretches(beam, found.K))
+    K = scaled(found.K, K_theta=K_theta, rigidity=rigid, stretched=beam.given.stretch(len(found.K)) == "free")
     return found._replace(K=K)
-
-
-def stretches(beam: Beam, K: Array) -> bool:
-    """Whether a beam on a joint K stretches without axial force, as by default; else its length is held.
-
-    It is held where ``substrate.neutral`` is "middle", where scales are on both faces, whose joints share the stretch,
-    and where a file's matrix (7, 7) knows none.
-    """
-    return len(K) == 9 and not beam.other and beam.substrate.neutral != "middle"
 
 
 def _found(beam: Beam) -> Joint:
