@@ -100,7 +100,7 @@ def bend_twist_map(
         ("phi",): {"load": phi, "rate": phi / beam.pitch},
     }
     return _dataset(
-        labelled(twisting, States(by_dim), m),
+        labelled(twisting, States(by_dim), m, "combined"),
         attrs | {"load": "bending and twisting", "neutral": line, **found.attrs},
     )
 

@@ -125,6 +125,10 @@ def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:  # noqa: ARG0
     if "-" in parts:
         v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
     v = both_faces.total([v] * both_faces.alike(beam, "twisting"), held.rigidity)
+    if beam.other and "M" in v:
+        # the other face sees the bend in its own sense
+        other = beam.other.seen[0]
+        v["M"] = v["M"] * (1 + other if both_faces.alike(beam, "twisting") == 2 else np.where(negative, other, 1))
     sign = np.where(negative, -1.0, 1.0)
     v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
     return _Walked(
