@@ -114,8 +114,11 @@ def respond(
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
+    found = report.beside(beam, laws)
     record, shown = report.record, report.summary
-    return output.report(common.json, path, written, lambda: record(beam, law, laws), lambda: shown(beam, law, laws))
+    return output.report(
+        common.json, path, written, lambda: record(beam, law, laws, found), lambda: shown(beam, law, laws, found)
+    )
 
 
 def row(

@@ -49,9 +49,7 @@ class Released(NamedTuple):
     note: str
 
 
-def released(
-    beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool = False, sense: str = "+"
-) -> Released:
+def released(beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool = False, sense: str = "+") -> Released:
     """Twist a beam that is free to bow, or bend one that is free to twist.
 
     Parameters
@@ -148,9 +146,7 @@ class _Run(NamedTuple):
             found[nodes == goal] = solved
         return found, ""
 
-    def balanced(
-        self, corners: list[tuple[float, float]], guess: float, load: float
-    ) -> tuple[float, float] | None:
+    def balanced(self, corners: list[tuple[float, float]], guess: float, load: float) -> tuple[float, float] | None:
         """Return the other strain at which its moment is zero, and the load's torque; None where none is found."""
 
         def torques(strain: float) -> tuple[float, float]:
@@ -190,5 +186,7 @@ def _generally(beam: Beam, run: _Run, nodes: Array) -> Array:
     led = general_contact.lead(beam, run.K, run.mu, run.scale, free, [(goal, nodes)])
     names, signs = (("psi", "T"), (1, run.sign)) if run.axis else (("phi", "M"), (run.sign, 1))
     found = np.full((nodes.size, 2), np.nan)
-    found[: len(led.moved) - 1] = np.column_stack([s * led.columns[name] for name, s in zip(names, signs, strict=True)])[1:]
+    found[: len(led.moved) - 1] = np.column_stack(
+        [s * led.columns[name] for name, s in zip(names, signs, strict=True)]
+    )[1:]
     return found
