@@ -90,11 +90,11 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     at = min(2 * engaged, last) if at is None else at
     if not engaged < at <= last * (1 + 1e-9):
         return None
-    own = {
-        name: float(np.interp(at, x[known], answer[name][known])) for name in _names(load) if name in answer.variables
-    }
-    endless = State(own[load.torque], own["stiffness_ratio"])
-    holding = own.get("M" if load.sided else "T", math.nan)
+
+    def there(name: str) -> float:
+        return float(np.interp(at, x[known], answer[name][known])) if name in answer.variables else math.nan
+
+    endless, holding = State(there(load.torque), there("stiffness_ratio")), there("M" if load.sided else "T")
     mu, sense = float(answer["mu"]), str(answer.attrs.get("sense", "+"))
     one, strain, notes = _released(beam, load, mu, at, ideal=ideal, sense=sense)
     row = State(math.nan, math.nan)
@@ -102,10 +102,6 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
         row, why = _row(beam, mu, at, ideal=ideal, sense=sense)
         notes += why
     return Bench(load, at, endless, holding, one, strain, row, beam.scales, notes)
-
-
-def _names(load: Load) -> tuple[str, ...]:
-    return load.torque, "stiffness_ratio", "M" if load.sided else "T"
 
 
 def _released(

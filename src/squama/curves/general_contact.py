@@ -51,8 +51,8 @@ def lead(
 ) -> Led:
     """Follow a beam along straight legs, each the strains (psi, phi) at its end and the ways (n,) of its points.
 
-    ``K`` (9, 9) holds a ``scale``, or (7, 7) where the beam is twisted alone; ``free``: "stretch" and "bend" where there
-    is no axial force, no moment. E = 1 and d = 1.
+    ``K`` (9, 9) holds a ``scale``, or (7, 7) where the beam is twisted alone; ``free``: which of "stretch", "bend" and
+    "twist" are not imposed. E = 1 and d = 1.
     """
     whole = np.eye(9)
     # bend and stretch are imposed where a matrix knows none

@@ -186,7 +186,6 @@ def _generally(beam: Beam, run: _Run, nodes: Array) -> Array:
     led = general_contact.lead(beam, run.K, run.mu, run.scale, free, [(goal, nodes)])
     names, signs = (("psi", "T"), (1, run.sign)) if run.axis else (("phi", "M"), (run.sign, 1))
     found = np.full((nodes.size, 2), np.nan)
-    found[: len(led.moved) - 1] = np.column_stack(
-        [s * led.columns[name] for name, s in zip(names, signs, strict=True)]
-    )[1:]
+    columns = [sign * led.columns[name][1:] for name, sign in zip(names, signs, strict=True)]
+    found[: len(columns[0])] = np.column_stack(columns)
     return found

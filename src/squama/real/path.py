@@ -121,8 +121,8 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
     sense
         -1 for the mirror image.
     stretch
-        "free" where there is no axial force, "held" where the length is held; K (n, 9, 9), and states know bend, stretch
-        and the contact's force. Without it the length is held and K may be (n, 7, 7).
+        "free" where there is no axial force, "held" where the length is held; K (n, 9, 9), and states know bend,
+        stretch and the contact's force. Without it the length is held and K may be (n, 7, 7).
     """
     motions = 9 if stretch else 7
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)

@@ -142,8 +142,8 @@ def _part(
     stretch = c.given.stretch(9 if c.given.matrix is None else len(c.given.matrix.K))
     r = follow(
         b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-        sense=sense, copies=copies, held=held, load=load, stretch=stretch, stressed=slice(None if along else STEPS, STEPS + 1),
-        threads=threads,
+        sense=sense, copies=copies, held=held, load=load, stretch=stretch, threads=threads,
+        stressed=slice(None if along else STEPS, STEPS + 1),
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest
