@@ -271,7 +271,7 @@ def test_a_row_whose_joint_is_not_known_is_on_hinges_and_says_so():
 
 def test_units_and_the_endless_beam_beside():
     r = squama.row(RIGID, scales=8, to="0.1 rad/pitch", points=40)
-    e = squama.twist(RIGID, at=r.Phi.values[1:])
+    e = squama.twist(RIGID, at=r.Phi.values[1:], neutral="middle")
     np.testing.assert_allclose(r.T_periodic[1:], e["T"], rtol=1e-4)
     np.testing.assert_allclose(r.theta_periodic[1:], e.theta, rtol=1e-4)
     assert float(r.phi_e) == float(e.phi_e)
@@ -298,7 +298,7 @@ def made_of(beam):
 
 def test_stress_and_deflection_are_those_of_the_endless_beam_in_the_middle():
     r = squama.row(PLA, scales=41, to="0.07 rad/pitch").isel(point=-1)
-    e = squama.twist(PLA, at=[float(r.Phi)]).isel(point=0)
+    e = squama.twist(PLA, at=[float(r.Phi)], neutral="middle").isel(point=0)
     for name in ("stress", "deflection", "strain", "pull_out", "N", "theta"):
         assert float(r[name][20]) == pytest.approx(float(e[name]), rel=2e-3), name
     # the first scale is pressed by none and bends up, the last rests on none and bends down

@@ -87,13 +87,14 @@ def curve(beam: Beam, K: Array, mu: float, loads: Array, scale: Scale, *, sign: 
     order, back = np.unique(loads, return_inverse=True)
     free = ("stretch",) * (stretch == "free")
     led = lead(beam, K, mu, scale, free, [(np.array([0.0, sign * order[-1]]), order)])
-    # behind the end nothing is known
-    own = {name: np.full((order.size, *v.shape[1:]), np.nan) for name, v in led.columns.items()}
-    n = len(led.moved) - 1
-    for name, v in led.columns.items():
-        own[name][:n] = v[1:]
+    # the state at rest may not be asked for; behind the end nothing is known
+    first = int(order[0] > 0)
+    own = {name: np.full(order.size, np.nan) for name in led.columns}
+    n = len(led.moved) - first
+    for name, values in led.columns.items():
+        own[name][:n] = values[first:]
     bent = np.full((order.size, *led.moved.shape[1:]), np.nan)
-    bent[:n] = led.moved[1:]
+    bent[:n] = led.moved[first:]
     torque, work = sign * own["T"], own["W"]
     own = {role: own[role] for role in (*MOTIONS, *_STATE, *(("M", "stretch") if len(K) == 9 else ()))}
     own |= plate_figures(scale, deflections(scale, surface(scale), bent))
