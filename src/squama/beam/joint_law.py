@@ -44,6 +44,11 @@ class Given(NamedTuple):
             return ""
         return "held" if self.middle or self.faces > 1 else "free"
 
+    @property
+    def line(self) -> str:
+        """The line of the bar that keeps its length: "free" for none, without axial force, or "middle"."""
+        return "free" if self.stretch(9 if self.matrix is None else len(self.matrix.rows)) == "free" else "middle"
+
     def gathered(self, factor: Number) -> Number:
         """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""
         if self.faces == 1 or self.inclusion_factor is not None:

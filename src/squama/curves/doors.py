@@ -222,24 +222,15 @@ def _meant(
         if neutral is not None and held == "hinge":
             refuse("neutral", f'"{neutral}"', "is of the compliant joint in twisting", "leave it out")
         if neutral is not None:
-            beam = stretched(beam, neutral)
+            from squama.curves import polygons
+
+            beam = polygons.stretched(beam, neutral)
         return beam, held, thin, note, ""
     from squama.curves import polygons
 
     held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
-    return beam.replace(substrate={"neutral": line}) if held == "hinge" else beam, held, thin, note, line
-
-
-def stretched(beam: Beam, neutral: str) -> Beam:
-    """Return a beam that is free to stretch ("free") or keeps its length ("middle")."""
-    from squama.curves.real_polygons import NEUTRAL
-
-    line = arguments.one_of("neutral", neutral, tuple(NEUTRAL))
-    if line == "free" and beam.other:
-        refuse("neutral", '"free"', "is of scales on one face: between two it is the middle", 'write "middle"')
-    if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
-        refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
-    return beam.replace(substrate={"neutral": None if line == "free" else line})
+    beam = beam.replace(substrate={"neutral": line}) if held == "hinge" else polygons.stretched(beam, line)
+    return beam, held, thin, note, line
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:

@@ -13,7 +13,7 @@ from squama.beam.faces import only_one
 from squama.curves import hinge_polygons, real, real_polygons
 from squama.curves.labelled import Labelled, attributes, labelled
 from squama.curves.path import Asked, Case, States, in_si
-from squama.curves.polygons import Stations, meant, read
+from squama.curves.polygons import Stations, meant, read, stretched
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
 from squama.model.screw import LOCKED
@@ -85,6 +85,8 @@ def bend_twist_map(
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     n = arguments.whole("points", points, 3, 1000)
     held, thin, note, line = meant(beam, joint, ideal, neutral)
+    if held == "compliant":
+        beam = stretched(beam, line)
     asked = Asked(beam, way, m, "edge", 0.01, n, ideal=thin, note=note, neutral=line)
     corners = np.array([(0.0, 0.0), *way.points])
     room = ROOM * float(np.ptp(corners, axis=0).max())
