@@ -276,23 +276,22 @@ def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
 def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
     """Return what holds a twisted beam straight (M), or a bent one from twisting (T), of contacts from a place on.
 
-    And what touches a bent one. The moment of a contact with another neighbour than the next is not known.
+    And what touches a bent one. Neighbour k is the next one of a beam with a pitch k times as long.
     """
-    bends = leg.step[1] == 0
+    bends, k = leg.step[1] == 0, max(1, p.neighbour)
     kind = BENT_BY if bends else TWISTED_BY
     held, contact = np.zeros(v["load"].size), np.full(v["load"].size, kind)
     contact[:engaged] = ""
     if not leg.flush:
         s, same = leg.design, np.ones(held.size - engaged)
-        posed = leg.posed(v["load"][engaged:])
+        s = s._replace(eta=s.eta / k, beta=s.beta / k, lam=s.lam / k, y_n=s.y_n / k)
+        posed = leg._replace(design=s).posed(k * v["load"][engaged:])
         here = screw.place(screw.CONTACTS[kind], posed.d, v["theta"][engaged:])
         velocities = screw.Velocities.of(posed.g, s.y_n * same, here)
         toward = leg.step[0] * same, leg.step[1] * same
         sliding = velocities.sliding(v["theta"][engaged:] - s.theta0, s.mu * same, toward)
-        held[engaged:] = sliding.T if bends else sliding.M
-    if bends:
-        return {"T": p.case.stiffness * held, "contact": contact}
-    return {"M": p.case.stiffness * held * (1.0 if p.neighbour < 2 else np.nan)}
+        held[engaged:] = k * (sliding.T if bends else sliding.M)
+    return {"T": p.case.stiffness * held, "contact": contact} if bends else {"M": p.case.stiffness * held}
 
 
 def _figures(p: Path, last: dict[str, Any]) -> dict[str, float | int | str]:
