@@ -199,8 +199,8 @@ class Substrate(Part):
     strain_limit : float, optional
         Largest strain; 2 is three times the length.
     neutral : str, optional
-        Line that keeps its length in bending: "middle" (taken if not given; a homogeneous bar without axial force) or
-        "face" (that of the scales).
+        Line that keeps its length: "middle", of compliant joints in twisting too, which have no axial force if it is
+        not given; or "face" (that of the scales), of hinges in bending, which take the middle if it is not given.
 
     Raises
     ------
