@@ -137,9 +137,7 @@ def test_the_mirror_image_rests_on_the_other_corner(alpha: str, mu: float, corne
     one = real.scale(beam, ideal=False)
     K, signs = real.Held.of(beam).K, path.MIRROR
     found = follow_legs(one, K, mu, np.array(corners))
-    image = follow_legs(
-        one._replace(alpha=-one.alpha), K * np.outer(signs, signs), mu, np.array(corners) * [1.0, -1.0]
-    )
+    image = follow_legs(one._replace(alpha=-one.alpha), K * np.outer(signs, signs), mu, np.array(corners) * [1.0, -1.0])
     assert (found.answers.contact().words, image.answers.contact().words) == (
         "corner B on face (k = 1)", "corner C on face (k = 1)",
     )  # fmt: skip
