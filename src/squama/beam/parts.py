@@ -410,7 +410,9 @@ class Assembly(Part):
     def given(self) -> joint_law.Given:
         """What is known of the joint."""
         j = self.joint
-        return joint_law.Given(j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1)
+        return joint_law.Given(
+            j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1, self.substrate.neutral == "middle"
+        )  # fmt: skip
 
     @property
     def torsional_rigidity(self) -> float:

@@ -44,6 +44,7 @@ def twist(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    neutral: str | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -75,6 +76,9 @@ def twist(
         Take the scales as thin and rigid, as in the paper (True), or as thick as the beam says and, on the compliant
         joint where their modulus is known, elastic (False). By default only the hinge's are ideal:
         ``joint="hinge", ideal=True`` is the paper's model.
+    neutral
+        "free" (there is no axial force: the default) or "middle" (the bar keeps its length), in place of the beam's own
+        ``substrate.neutral``; of the compliant joint. Either way the beam is held straight, by the moment ``M``.
 
     Returns
     -------
@@ -109,6 +113,7 @@ def twist(
         sense=sense,
         ideal=ideal,
         joint=joint,
+        neutral=neutral,
     ).dataset()
 
 
@@ -213,11 +218,28 @@ def _meant(
     First the beam, whose hinges know the line that keeps its length; that line last.
     """
     if kind.sided:
-        return beam, *follow.meant(beam, kind.name, law, joint, ideal), ""
+        held, thin, note = follow.meant(beam, kind.name, law, joint, ideal)
+        if neutral is not None and held == "hinge":
+            refuse("neutral", f'"{neutral}"', "is of the compliant joint in twisting", "leave it out")
+        if neutral is not None:
+            beam = stretched(beam, neutral)
+        return beam, held, thin, note, ""
     from squama.curves import polygons
 
     held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
     return beam.replace(substrate={"neutral": line}) if held == "hinge" else beam, held, thin, note, line
+
+
+def stretched(beam: Beam, neutral: str) -> Beam:
+    """Return a beam that is free to stretch ("free") or keeps its length ("middle")."""
+    from squama.curves.real_polygons import NEUTRAL
+
+    line = arguments.one_of("neutral", neutral, tuple(NEUTRAL))
+    if line == "free" and beam.other:
+        refuse("neutral", '"free"', "is of scales on one face: between two it is the middle", 'write "middle"')
+    if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
+        refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
+    return beam.replace(substrate={"neutral": None if line == "free" else line})
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:

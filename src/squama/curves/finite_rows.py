@@ -111,7 +111,7 @@ def rowed(
     states = solve(asked)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
-    variables = labelled(way.load, states, m)
+    variables = labelled(way.load, states, m, follow.theory(way.load, held))
     variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
     attrs = attributes(asked, "twisting of a row of scales", sense, held, states.notes)
     attrs |= {"load": "row", "mu": float(m), "sense": sense, **states.attrs}

@@ -108,9 +108,10 @@ class Case(NamedTuple):
 
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
-        """Return that of scales which a matrix K (7, 7) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit = beam.unit_moment
-        rigidity, K_theta = twisting_stiffness(K) * unit * beam.pitch, inclination_stiffness(K) * unit
+        """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist."""
+        unit, stretched = beam.unit_moment, beam.given.stretch(len(K)) == "free"
+        rigidity = twisting_stiffness(K, stretched=stretched) * unit * beam.pitch
+        K_theta = inclination_stiffness(K[:7, :7]) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
 
 
@@ -151,7 +152,7 @@ def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -
     """
     d, E = case.pitch, modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
-    units |= {"torque": E * d**3, "onset": E * d**3, "stress": E}
+    units |= {"torque": E * d**3, "M": E * d**3, "onset": E * d**3, "stress": E}
     v = {role: x * units.get(role, 1.0) for role, x in own.items()} | {"load": twists, "rate": twists / d}
     v["scales"] = v["torque"] - case.rigidity * v["rate"]
     v["f0"] = v["f"] * case.eta * d / case.stiffness

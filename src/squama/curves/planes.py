@@ -100,7 +100,7 @@ def bend_twist_map(
         ("phi",): {"load": phi, "rate": phi / beam.pitch},
     }
     return _dataset(
-        labelled(twisting, States(by_dim), m),
+        labelled(twisting, States(by_dim), m, "combined"),
         attrs | {"load": "bending and twisting", "neutral": line, **found.attrs},
     )
 
@@ -153,7 +153,7 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     contact = np.array([real_polygons.named(*pair) for pair in _pairs(contacts, rows)])
     own = {"theta": real_path.inclinations(gone.way, rows), "torque": gone.T, "N": rows[:, 2], "f": rows[:, 3]}
     own |= {"W_fr": rows[:, 8], "U_el": rows[:, 9] - rows[:, 8]}
-    v = in_si(Case.held(beam, held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
+    v = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     bar = unit * real_path.bare(gone.way.beams)[0] @ [phi, psi]
     v |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": v["torque"] - bar[0]}

@@ -135,7 +135,7 @@ def bent_and_twisted(
     title = "bending and twisting of a scale-covered beam"
     attrs = attributes(asked, title, "+", held, states.notes, twisting)
     attrs |= {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in way.points], **states.attrs}
-    return Answer(labelled(twisting, states, m), attrs)
+    return Answer(labelled(twisting, states, m, "combined"), attrs)
 
 
 def meant(

@@ -120,7 +120,7 @@ def _held(beam: Beam) -> Beam:
     """Return the beam with the matrix of its joint, alone."""
     from squama.curves.real import Held
 
-    matrix = matrixfile.stored(beam, Held.of(beam).K[:7, :7])
+    matrix = matrixfile.stored(beam, Held.of(beam).K)
     return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
 
 

@@ -125,8 +125,8 @@ class Walked:
     def _walk(self, mu: float, stiffness: float, zero: float, backlash: float) -> tuple[Array, Array, Array]:
         x = self.readings.placed(zero, backlash)[0]
         unit = self.beam.unit_moment
-        held = self.held._replace(K=scaled(self.held.K[:7, :7], K_theta=stiffness / unit))
-        bare = twisting_stiffness(held.K)
+        held = self.held._replace(K=scaled(self.held.K, K_theta=stiffness / unit))
+        bare = twisting_stiffness(held.K, stretched=held.stretch == "free")
         paths = real_cycles.paths(self.beam, held, self.plate, mu, x)
         scales, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:

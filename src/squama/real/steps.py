@@ -146,7 +146,7 @@ def loosened(d: Design) -> Array:
             A[i, j] = d.table[i, j]
         if d.bent and d.table[LEG, 4].real > 0.0:
             A[i, 6] = A[6, i] = d.table[8, i]
-    A[6, 6] = 1 / d.table[LEG, 4].real
+    A[6, 6] = 1 / d.table[LEG, 4] if d.table[LEG, 4].real > 0.0 else math.inf
     return A
 
 
