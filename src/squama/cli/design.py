@@ -131,9 +131,9 @@ def _shown(found: InverseDesign) -> Iterable[str | Table]:
     yield from _notes(found)
 
 
-def _value(goal: Reached) -> str:
+def _value(goal: Reached, digits: int = 5) -> str:
     """Return what is reached of a goal, for a table."""
-    return "none" if math.isnan(goal.reached) else f"{goal.reached:.5g}{'' if goal.met else ' (missed)'}"
+    return "none" if math.isnan(goal.reached) else f"{goal.reached:.{digits}g}{'' if goal.met else ' (missed)'}"
 
 
 def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
@@ -142,7 +142,7 @@ def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
         cells, words = [], set()
         for d in designs:
             here = [(other, g) for other in d.beside if other.key == key for g in other.goals if g.name == name]
-            cells += [_value(g) for _, g in here] or ["-"]
+            cells += [_value(g, 3) for _, g in here] or ["-"]
             words |= {other.words for other, _ in here}
         if words:
             # numbers of scales may differ

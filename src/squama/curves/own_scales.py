@@ -11,8 +11,8 @@ from squama.beam.design import Beam
 from squama.curves import finite_rows, real
 from squama.types import Array
 
-POINTS = 120
-"""Points of the row's curve, from which figures at twists are read."""
+POINTS, BEHIND = 120, 1.02
+"""Points of the row's curve, from which figures at twists are read, and how far it goes over the last of these."""
 
 
 class OwnScales(NamedTuple):
@@ -32,13 +32,21 @@ class OwnScales(NamedTuple):
     note: str = ""
 
 
-def own_scales(beam: Beam, rates: Sequence[float], *, mu: float | None = None, sense: str = "+") -> OwnScales:
+def own_scales(
+    beam: Beam,
+    rates: Sequence[float],
+    *,
+    mu: float | None = None,
+    sense: str = "+",
+    joint: str | None = None,
+    ideal: bool | None = None,
+) -> OwnScales:
     """Return what :func:`squama.row` of the beam's own scales gives at twist rates (rad/m, at least one above 0).
 
-    The row is that of the door's defaults: thick scales on compliant joints where the joint is known, else hinges.
+    Other arguments as there.
     """
-    at, far = np.asarray(rates, float), max(rates)
-    found = finite_rows.rowed(beam, mu=mu, to=far, points=POINTS, sense=sense)
+    at, far = np.asarray(rates, float), BEHIND * max(rates)
+    found = finite_rows.rowed(beam, mu=mu, to=far, points=POINTS, sense=sense, joint=joint, ideal=ideal)
     x, torque = found["Phi"], found["T"]
 
     rigidity, engaged = float(found.attrs.get("rigidity", beam.torsional_rigidity)), float(found["phi_e"])
@@ -52,5 +60,5 @@ def own_scales(beam: Beam, rates: Sequence[float], *, mu: float | None = None, s
     )
     # it jumps at engagement
     K_t[at * beam.pitch < engaged] = rigidity
-    note = "" if reached.all() else f"the row of {beam.scales} scales ends with {found['end'].item()}"
-    return OwnScales(T, K_t, K_t / rigidity, *more, beam.scales, note)
+    end = f"a row of {beam.scales} scales ends at {twists[-1]:.3g} rad/pitch: {found['end'].item()}"
+    return OwnScales(T, K_t, K_t / rigidity, *more, beam.scales, "" if reached.all() else end)

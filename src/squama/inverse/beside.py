@@ -11,8 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.own_scales import own_scales
+from squama.curves.real import impossible
+from squama.curves.released import released
 from squama.errors import InputError
 from squama.inverse import real
 from squama.inverse.goals import Goal, Pitches
@@ -33,6 +36,8 @@ OF_ROW = {
     "RED": "RED",
 }
 """Figures at a twist that a row has, by their names there."""
+OF_BOW = ("torque", "tangent", "stiffness_ratio")
+"""Figures at a twist that are known of a beam that is free to bow."""
 
 
 def found_by(target: Target) -> str:
@@ -52,8 +57,10 @@ def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
     ask = target.real or known(beam) or (elements and not locks)
     found = [] if target.real else [_door(target, beam, ask=ask)]
     goals = [goal for goal in target.goals if goal.want.at is not None and goal.want.figure in OF_ROW]
-    if load.sided and goals and ask:
+    if load.sided and goals and ask and not impossible(beam):
         found.append(_row(target, beam, goals))
+        bowing = [goal for goal in goals if goal.want.figure in OF_BOW]
+        found += [_bow(target, beam, bowing)] * bool(bowing)
     return tuple(found)
 
 
@@ -88,6 +95,18 @@ def _row(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
         return Beside("row", words, (), str(error))
     values = np.array([getattr(own, OF_ROW[goal.want.figure])[i] for i, goal in enumerate(goals)])
     return Beside("row", words, _reached(target, beam, goals, values), own.note)
+
+
+def _bow(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
+    """Return what the endless beam does without the bending moment that holds it straight."""
+    words, mu = "free to bow", float(arguments.friction(beam.friction.mu, None))
+    phis = np.array(_rates(beam, goals)) * beam.pitch
+    try:
+        bowed = released(beam, "twisting", mu, phis, sense=target.options.sense)
+    except InputError as error:
+        return Beside("free_to_bow", words, (), str(error))
+    values = np.array([getattr(bowed, goal.want.figure)[i] for i, goal in enumerate(goals)])
+    return Beside("free_to_bow", words, _reached(target, beam, goals, values), bowed.note)
 
 
 def _reached(target: Target, beam: Beam, goals: Sequence[Goal], values: Array) -> tuple[Reached, ...]:
