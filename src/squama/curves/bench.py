@@ -20,8 +20,6 @@ from squama.units import moment
 
 MOST = 200
 """Most scales of a row that is set beside an endless beam."""
-_POINTS, _BEHIND = 40, 1.02
-"""Points of that row, and how far it goes over the load."""
 
 
 class State(NamedTuple):
@@ -115,14 +113,7 @@ def _released(
 
 
 def _row(beam: Beam, mu: float, at: float, *, ideal: bool, sense: str) -> tuple[State, tuple[str, ...]]:
-    from squama.curves.finite_rows import row
+    from squama.curves.own_scales import own_scales
 
-    data = row(
-        beam, mu=mu, to=_BEHIND * at / beam.pitch, points=_POINTS, sense=sense, joint="compliant", ideal=ideal
-    )  # fmt: skip
-    x, torque = data["phi"].values, data["T"].values
-    if x[-1] < at:
-        end = f"a row of {beam.scales} scales ends at {x[-1]:.3g} rad/pitch: {data['end'].item()}"
-        return State(math.nan, math.nan), (end,)
-    slope = np.gradient(torque, x / beam.pitch) / float(data.attrs["rigidity"])
-    return State(float(np.interp(at, x, torque)), float(np.interp(at, x, slope))), ()
+    own = own_scales(beam, [at / beam.pitch], mu=mu, sense=sense, joint="compliant", ideal=ideal)
+    return State(float(own.T[0]), float(own.stiffness_ratio[0])), (own.note,) * bool(own.note)
