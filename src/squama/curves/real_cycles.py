@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from squama.curves import both_faces, real
 from squama.curves.hinge_cycles import STRAIGHT
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
 from squama.curves.real_polygons import NEUTRAL, Gone, Stations, go
-from squama.errors import refuse
+from squama.errors import InputError, Problem, refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
 from squama.real import changes, follow, path
@@ -36,6 +36,8 @@ _LEAST, _GROWS = 4e-6, 2.0
 friction turns round, and the torque falls steeply."""
 _APART, _FULL = 1e-6, 1e-9
 """Least distance of states, rad per pitch: a shorter step may find no balance; and below which two are the same."""
+_BEFORE = 1e-4
+"""By how much a state is put before engagement, rad per pitch: at engagement itself a contact may not be found."""
 _ALONG = (
     *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "T", "contact"),
     *real.OWN,
@@ -89,7 +91,9 @@ def walk(asked: Asked) -> States:
     roles = [role for role in _ALONG if role in along]
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {
-            "branch": along["branch"][told], "leg": way.legs[told], **{role: along[role][told] for role in roles},
+            "branch": along["branch"][told],
+            "leg": way.legs[told],
+            **{role: along[role][told] for role in roles},
         },
         ("loop",): _loops(way, along, values, beam.pitch, residual),
         ("sense",): walked.senses,
@@ -112,23 +116,24 @@ def check(values: list[float]) -> None:
 
 
 def _engagements(asked: Asked) -> list[float]:
-    """Return the signed load angles at which scales come into contact, of those that a history goes to."""
+    """Return the signed load angles just before scales come into contact, in the senses that a history goes to."""
     beam, mu, values = asked.beam, float(asked.mus), np.array(asked.path.values)
     held, plate = real.Held.of(beam), real.scale(beam, ideal=asked.ideal)
     if not asked.neutral:
         both = paths(beam, held, plate, mu, values)
-        return [one.sign * one.way.contact.phi for one in both.values() if one.way.contact.first != -1]
+        return [one.sign * (one.way.contact.phi - _BEFORE) for one in both.values() if one.way.contact.first != -1]
     found = []
     for far in (float(values.max()), float(values.min())):
         for view in both_faces.views(beam):
             ahead = np.array([(far, 0.0)]) * view
-            met = follow_legs(plate, held.K, mu, ahead, stretch=NEUTRAL[asked.neutral]).answers.contact() if far else None
-            found += [math.copysign(met.phi * (1 - 1e-9), far)] if met and met.first != -1 else []
+            stretch = NEUTRAL[asked.neutral]
+            met = follow_legs(plate, held.K, mu, ahead, stretch=stretch).answers.contact() if far else None
+            found += [math.copysign(met.phi - _BEFORE, far)] if met and met.first != -1 else []
     return found
 
 
 def _points(values: list[float], points: int, engaged: list[float]) -> _Way:
-    """Return the points of a history, where contact begins and ends among them; the first steps of ways back are small."""
+    """Return the points of a history, and where contact begins and ends; after a reversal the first steps are small."""
     twists, legs, turns, told = [0.0], [1], [0], [True]
     reversals = set(history.reversals(values))
     for i, (start, stop) in enumerate(itertools.pairwise(values)):
@@ -141,12 +146,15 @@ def _points(values: list[float], points: int, engaged: list[float]) -> _Way:
     return _Way(np.array(twists), np.array(legs), turns, np.array(told))
 
 
-def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:  # noqa: ARG001 - parts in one sense are their own
-    """Walk a history of twists; parts in one sense one after the other."""
+def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
+    """Walk a history of twists, parts in one sense one after the other; refuse one on which the contact ends."""
     beam, values = asked.beam, asked.path.values
     held = real.Held.of(beam)
     both = paths(beam, held, real.scale(beam, ideal=asked.ideal), float(asked.mus), np.array(values))
-    found = rows(both, twists, INCREMENT)
+    try:
+        found = rows(both, twists, INCREMENT)
+    except LeftError as error:
+        _refuse(asked, error, values[legs[error.point]])
     size, negative = np.abs(twists), twists < 0
     parts = {sense: real.values(one, size, found) for sense, one in both.items()}
     v = dict(parts["+"])
@@ -171,11 +179,11 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         return go(asked, float(asked.mus), lambda *_: whole, corners, INCREMENT)
 
     gone = through(bends, legs)
-    if gone.along["psi"].size < bends.size:
+    n = gone.along["psi"].size
+    if n < bends.size:
         other = f" ({gone.found.other})" if gone.found.other else ""
-        last = float(gone.along["psi"][-1])
-        reason = f"the contact is followed to {last:.5g} rad/pitch: {SENTENCES[End(gone.found.end)]}{other}"
-        refuse("twist", f"{float(bends[gone.along['psi'].size]):.6g} rad/pitch", reason, "turn round before")
+        why, far = f"{SENTENCES[End(gone.found.end)]}{other}", float(gone.along["psi"][-1])
+        _refuse(asked, LeftError(n, far, why, outward=abs(bends[n]) > abs(bends[n - 1])), values[legs[n]])
     v, bare = gone.bending()
     v["onset"] = v["onset"] * np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
 
@@ -222,7 +230,12 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
 def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
 
-    Rows as :data:`squama.real.follow.COLUMNS`. A history on which the contact ends is refused.
+    Rows as :data:`squama.real.follow.COLUMNS`.
+
+    Raises
+    ------
+    LeftError
+        The contact ends on the history.
     """
     found = np.zeros((x.size, len(follow.COLUMNS)))
     found[:, 4:6] = np.nan
@@ -237,7 +250,7 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
         one = paths["-" if x[a + 1] < 0 else "+"]
         own, end = one.way.states(np.abs(x[part]), increment)
         if end.code != changes.RANGE:
-            _refuse(one, end, float(x[part][end.solved]))
+            raise _left(one, end, part.start + end.solved, x)
         own[:, sums] += before
         before = own[-1, sums]
         found[part] = own
@@ -245,12 +258,14 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
 
 
 def goals_of(start: float, stop: float, points: int) -> list[float]:
-    """Return the twists of a way back from a reversal: evenly, and those that resolve where the friction turns round."""
+    """Return the twists of a way back from a reversal: even ones, and small steps while the friction turns round."""
     even = evenly(start, stop, [], points)
     return [*resolving(start, even[0]), *even]
 
 
-def evenly(start: float, stop: float, earlier: Sequence[float], points: int, engaged: Sequence[float] = ()) -> list[float]:
+def evenly(
+    start: float, stop: float, earlier: Sequence[float], points: int, engaged: Sequence[float] = ()
+) -> list[float]:
     """Return even twists of a way, and in their places 0 and those where loops may close and where contact begins.
 
     ``points`` on each part in contact, a quarter of it (:data:`STRAIGHT`) on one without.
@@ -278,13 +293,35 @@ def resolving(start: float, first: float) -> list[float]:
     return [start + math.copysign(_LEAST * _GROWS**i, first - start) for i in range(steps)]
 
 
-def _refuse(one: real.Path, end: follow.End, asked: float) -> None:
-    """Say where the scales do not follow."""
+class LeftError(InputError):
+    """A history on which the contact ends before its point number ``point``, at the load angle ``far`` per pitch.
+
+    ``outward``: on a way on which the load grows.
+    """
+
+    def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
+        super().__init__(Problem("twist", "", f"the contact is followed to {far:.5g} rad/pitch: {why}"))
+        self.point, self.far, self.outward = point, far, outward
+
+
+def _left(one: real.Path, end: follow.End, point: int, x: Array) -> LeftError:
+    """Return where the scales do not follow."""
     found = real.ending(one.way, end)
     words = SENTENCES[End(str(found["end"]))]
     other = f" ({found['other_contact']})" if found["other_contact"] else ""
-    reason = f"the contact is followed to {end.phi * one.sign:.5g} rad/pitch: {words}{other}"
-    refuse("twist", f"{asked:.6g} rad/pitch", reason, "turn round before")
+    return LeftError(point, end.phi * one.sign, words + other, outward=abs(x[point]) > abs(x[point - 1]))
+
+
+def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
+    """Refuse a history on which the contact ends on the way to a value, and say how far it may go."""
+    remedy = "turn round before"
+    if left.outward and left.far:
+        digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
+        # after a reversal the contact goes on a little before it comes back
+        most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
+        total = math.degrees(most) * asked.beam.scales
+        remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
+    refuse("twist", asked.path.said(goal), left.problems[0].reason, remedy)
 
 
 def _along(walked: _Walked, way: _Way) -> tuple[_Way, dict[str, Array]]:
@@ -324,9 +361,13 @@ def _sliding(way: _Way, v: dict[str, Array]) -> tuple[_Way, dict[str, Array]]:
         return np.insert(values, i + 1, new)
 
     turns = [n + int(np.searchsorted(i, n)) for n in way.turns]
-    told = np.insert(way.told, i + 1, True)
-    own = _Way(grown(x), np.insert(way.legs, i + 1, way.legs[i + 1]), turns, told, np.insert(way.mode, i + 1, follow.STICK))
-    return own, {role: grown(values) for role, values in v.items()}
+    legs, told = np.insert(way.legs, i + 1, way.legs[i + 1]), np.insert(way.told, i + 1, True)
+    own = _Way(grown(x), legs, turns, told, np.insert(way.mode, i + 1, follow.STICK))
+    v = {role: grown(values) for role, values in v.items()}
+    new = i + 1 + np.arange(i.size)
+    # what is left of the friction while it turns round lies across; where the scales slide it is all there
+    v["f"][new] = v["N"][new] * v["f"][new + 1] / v["N"][new + 1]
+    return own, v
 
 
 class _Closed(NamedTuple):
