@@ -22,15 +22,22 @@ FINE = 2e-3
 class LoadPath(NamedTuple):
     """Bend and twist per pitch (psi, phi) to go to one after the other, from rest; rad, signed.
 
-    An infinite one is the end of the curve in that sense.
+    An infinite one is the end of the curve in that sense. ``typed``: the words in which load angles were given.
     """
 
     points: tuple[tuple[float, float], ...]
+    typed: Mapping[float, str] = {}
 
     @classmethod
-    def of(cls, load: str, values: Sequence[float]) -> LoadPath:
+    def of(cls, load: str, values: Sequence[float], typed: Mapping[float, str] = {}) -> LoadPath:
         """Return the path along one load."""
-        return cls(tuple((0.0, v) if LOADS[load].axis else (v, 0.0) for v in map(float, values)))
+        return cls(tuple((0.0, v) if LOADS[load].axis else (v, 0.0) for v in map(float, values)), typed)
+
+    def said(self, value: float) -> str:
+        """Return a load angle as it was typed, and per pitch."""
+        angle = f"{value:.6g} rad/pitch"
+        text = self.typed.get(value, angle)
+        return angle if text == angle else f'"{text}" ({angle})'
 
     @property
     def load(self) -> Load:

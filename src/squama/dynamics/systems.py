@@ -154,7 +154,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
         there = np.append(y[y < top - NEAR], top)
-        back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])
+        back = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
         q = scales(states[:, 1], np.append(top, back))
