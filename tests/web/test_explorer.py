@@ -9,7 +9,7 @@ import pytest
 
 import squama
 from squama.scene.motion import Setting
-from squama.web import live, state
+from squama.web import live, map, state  # noqa: A004 - the module is named after what it draws
 
 HINGED = "?" + state.query(state.preset("pla").hinged.started())
 CUT = """() => [...document.querySelectorAll('.compared tr')].filter((row) => {
@@ -151,6 +151,32 @@ def test_a_click_on_the_map_takes_its_design(visit) -> None:
     page.page.locator(".axes select").first.select_option("eta")
     page.until_chart(4, "options.xAxis[1].max > 7")
     page.eventually(lambda: page.page.locator(".ends li").count() > 1, True)
+
+
+def test_the_map_says_what_is_under_the_pointer(visit) -> None:
+    page = visit()
+    page.until_chart(4, "options.series.length > 0")
+    chart = page.page.locator(".chart").nth(4)
+    chart.scroll_into_view_if_needed()
+    at = page.page.evaluate("squamaTest.chart(4).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [9, 22])")
+    box = chart.bounding_box()
+    page.page.mouse.move(box["x"] + at[0], box["y"] + at[1])
+    tip = chart.locator("> div", has_text="engagement")
+    tip.wait_for()
+    said = tip.inner_text().split("\n")
+    page.shot("tooltip")
+    now = state.preset("pla")
+    key = map.key(now, "mu", "alpha")
+    found = map.grid(key)
+    e, end, red = (f"{float(v[22, 9]):.4g}" for v in (found.load_e, found.load_end, found.RED))
+    name = str(map.CODES[found.code[22, 9]])
+    assert said == ["μ = 0.5, α = 63.3 deg", name, f"engagement at φ = {e}", f"end at φ = {end}, RED = {red}"]
+    # whole, over what stands below it
+    inside = """(e) => { const r = e.getBoundingClientRect();
+      return [[r.left, r.top], [r.right, r.bottom]].map(([x, y], i) =>
+        e.contains(document.elementsFromPoint(x + 3 - 6 * i, y + 3 - 6 * i)[0])); }"""
+    tip.evaluate("(e) => { e.style.pointerEvents = 'auto'; }")
+    assert tip.evaluate(inside) == [True, True]
 
 
 def test_a_link_restores_everything(visit) -> None:

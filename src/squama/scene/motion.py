@@ -89,7 +89,8 @@ class Motion:
     roles in :mod:`squama.loads`: why it ends, ``neighbour`` whose contact is followed (0 for none), load angle
     ``load_e`` at engagement (inf for none). ``engaged``: part of it is in contact; ``last`` load angle that is drawn:
     the cut-off before a lock, or the end; ``most`` that may be asked for; ``model`` it was found by in words,
-    ``joint`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or leaves its range.
+    ``joint`` and ``ideal`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or
+    leaves its range.
 
     Of scales on both faces these are those of the scaled face, and ``other`` is the other one's (``own``: it is looked
     for); ``last`` and ``end`` are those of the face that ends first.
@@ -112,7 +113,7 @@ class Motion:
             line = "" if joint == "hinge" else line
         else:
             joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
-        self.joint = joint
+        self.joint, self.ideal = joint, ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         how: dict[str, Any] = {"mu": mu, "margin": margin, "sense": sense, "joint": joint, "ideal": ideal}

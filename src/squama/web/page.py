@@ -350,5 +350,5 @@ class Explorer:
         if self.map.is_deleted:
             return
         self.map_key = wanted
-        panels.list_ends(self.map_ends, map.ends(found), wanted.load)
+        panels.list_ends(self.map_ends, map.ends(found), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))

@@ -277,14 +277,14 @@ def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str]
     return show
 
 
-def list_ends(place: ui.element, ends: Sequence[End], load: str) -> None:
+def list_ends(place: ui.element, ends: Sequence[End], wanted: map.Key) -> None:
     """Say what the colours of the map mean."""
     place.clear()
     with place:
         for end in ends:
             _key(str(end), ENDS[end])
-        if LOADS[load].sided:
-            text("li", "(of the tip-side contact alone, on hinges)")
+        if LOADS[wanted.load].sided:
+            text("li", f"(of the tip-side contact alone, {wanted.scales})")
 
 
 def marks(room: Mapping[str, int]) -> ui.element:
