@@ -123,6 +123,20 @@ def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
         live.swing(HINGE.change("twist", "0"))
 
 
+def test_a_decay_is_coloured_by_contact_and_tells_what_vibrate_warns_of() -> None:
+    # its way goes beyond 0.3 rad per pitch, where curves end, in the sense in which nothing touches
+    now = state.of(squama.Beam.from_toml("examples/stiff_skin.toml")).change("path", "decay").change("twist", "0.3")
+    m, played = live.motion(now.setting), live.swing(now)
+    frames = [(f["design"]["sense"] * f["state"]["load"], f["state"]["name"]) for f in played.frames]
+    assert min(load for load, _ in frames) < -0.3
+    assert frames == [(load, "sliding" if load > m.load_e else "free") for load, _ in frames]
+    v = squama.vibrate(now.beam, release="0.3 rad/pitch", rotor=1)
+    assert v.attrs["warnings"], "what is to be told"
+    for line in v.attrs["warnings"].splitlines():
+        assert line in live.warnings(now) or f"Warning: {line}" in played.words.splitlines()
+    assert all(line.startswith("Warning: ") for line in played.words.splitlines()[1:])
+
+
 def test_a_loop_that_is_refused_is_told(monkeypatch) -> None:
     def refused(*_: object) -> None:
         raise InputError("the scales do not slide back")

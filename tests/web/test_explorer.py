@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 
@@ -124,6 +125,43 @@ def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None
     page.enter("length", "5 cm")
     page.until("Math.abs(squamaView.design.eta - 2.5) < 1e-9")
     assert page.number("eta").input_value() == "2.5"
+
+
+def test_a_field_holds_its_value_ready_to_be_typed_over(visit) -> None:
+    page = visit()
+    field, keys = page.number("twist"), page.page.keyboard
+    per_pitch = f"{math.radians(90) / 25:.6g}"
+    chosen = "(e) => e.value.slice(e.selectionStart, e.selectionEnd)"
+    page.enter("twist", "90 deg total")
+    page.eventually(field.input_value, per_pitch)
+    page.eventually(lambda: field.evaluate(chosen), per_pitch)
+    # away and back
+    for _ in range(2):
+        keys.press("Tab")
+        keys.press("Shift+Tab")
+        assert field.input_value() == per_pitch
+        assert field.evaluate(chosen) == per_pitch
+    keys.type("0.2")
+    assert field.input_value() == "0.2"
+    keys.press("Enter")
+    page.until("Math.abs(squamaView.state.load - 0.2) < 1e-9")
+    # the same in other words is a value, too
+    page.enter("twist", "0.20 rad/pitch")
+    page.eventually(field.input_value, "0.2")
+    # what is typed behind it stays until it is entered
+    keys.press("End")
+    keys.type("1")
+    page.page.wait_for_timeout(200)
+    assert field.input_value() == "0.21"
+    # a wrong entry that another change makes pointless does not come back
+    page.enter("mu", "rough")
+    page.page.locator(".field.wrong").wait_for()
+    page.until("Math.abs(squamaView.state.load - 0.21) < 1e-9")
+    page.enter("twist", "0.1")
+    page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
+    page.page.locator(".field.wrong").wait_for(state="detached")
+    page.number("mu").focus()
+    assert page.number("mu").input_value() == "0.25"
 
 
 def test_a_click_on_the_map_takes_its_design(visit) -> None:

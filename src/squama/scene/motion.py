@@ -178,10 +178,14 @@ class Motion:
         torque = own.torque + other.torque - self.rigidity * own.load / self.setting.beam.pitch
         return own._replace(torque=torque, other=other)
 
+    def touches(self, load: float) -> bool:
+        """Say whether the scales of this face are in contact at a load angle of a first loading."""
+        return self.engaged and load > self.load_e
+
     def _alone(self, load: float) -> State:
         """Return the state of one face."""
-        held, touching = load >= self.own_last, self.engaged and load > self.load_e
-        name = self._named(load) if held else SLIDING if touching else FREE
+        held, touching = load >= self.own_last, self.touches(load)
+        name = self._named() if held else SLIDING if touching else FREE
         if self.hinge is None:
             return self._between(min(load, self.own_last), name)
         if not touching:
@@ -199,13 +203,14 @@ class Motion:
         else:
             states = [self.state(float(v)) for v in np.linspace(0.0, self.last, points)]
         if self.last == self.own_last:
-            states[-1] = states[-1]._replace(name=self._named(self.most))
+            states[-1] = states[-1]._replace(name=self._named())
         return states
 
-    def _named(self, load: float) -> str:
+    def _named(self) -> str:
+        """Return what scales are called at the end of their curve."""
         if self.own_end.locks:
             return LOCKED
-        return FREE if self.own_end is End.NONE and load < self.own_last else ENDED
+        return FREE if self.own_end is End.NONE else ENDED
 
     def _straight(self, load: float, name: str) -> State:
         beam = self.setting.beam

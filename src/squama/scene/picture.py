@@ -177,9 +177,9 @@ def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
 
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
-    """Return the pictures of states, from where the last beam and every arrow is seen whole."""
+    """Return the pictures of states, from where every beam and every arrow is seen whole."""
     faces = shapes(motion)
-    around = [outline(design, of(states[-1]).load, of(states[-1]).attitude) for design, of in faces]
+    around = [outline(design, of(s).load, of(s).attitude) for s, (design, of) in itertools.product(states, faces)]
     around += [
         tips
         for s, (design, of) in itertools.product(states, faces)

@@ -20,7 +20,7 @@ from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
-from squama.scene.motion import Motion, Setting, shape
+from squama.scene.motion import FREE, SLIDING, Motion, Setting, shape
 from squama.types import Array
 from squama.units import number, prefix
 from squama.web.state import State, read
@@ -149,7 +149,10 @@ def reached(state: State) -> float:
 
 
 class Swing(NamedTuple):
-    """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart, and its words."""
+    """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart.
+
+    ``words`` tell its damping, and what the page does not warn of already.
+    """
 
     frames: list[dict[str, dict[str, Any]]]
     step: float
@@ -179,14 +182,17 @@ def swing(state: State) -> Swing:
     frames = []
     for angle in (sign * angles).tolist():
         one, load = (m, angle) if angle >= 0 or not other else (other, -angle)
-        # scales stand as on the way up; forces change with the way and are left out
-        now = one.state(max(load, 0.0))._replace(load=load, x=0.0)
+        # scales stand as on the way up, coloured by contact alone; forces change with the way and are left out
+        name = SLIDING if one.touches(load) else FREE
+        now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
         frames.append({"design": shape(one.setting, one.neighbour), "state": {**now._asdict(), "mu": s.mu}})
     zeta = found["zeta_cycle"].values.tolist()
     told = "friction holds it on the way back"
     if zeta:
         told = f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
-    return Swing(frames, STEP, f"Let go at {number(top)} rad per pitch: {told}.")
+    own = warnings(state)
+    more = [f"Warning: {line}" for line in found.attrs["warnings"].splitlines() if line not in own]
+    return Swing(frames, STEP, "\n".join([f"Let go at {number(top)} rad per pitch: {told}.", *more]))
 
 
 def prepare(state: State) -> None:

@@ -52,6 +52,7 @@ export default {
     // pictures {design, state}, step ms apart; then the state of the page again
     play(frames, step) {
       if (!this.beam) return;
+      this.beam.film(frames);
       const began = performance.now();
       const next = (now) => {
         const frame = frames[Math.max(0, Math.floor((now - began) / step))];
