@@ -6,7 +6,9 @@ import math
 import re
 import tomllib
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import squama
 from squama.scene.motion import Setting
@@ -284,7 +286,9 @@ def test_bending_is_shown_too(visit) -> None:
 
 def test_files_are_handed_out(visit, tmp_path) -> None:
     page = visit()
-    got = {}
+    look = """(({canvas: {width, height}, camera: c}) => [width, height, c.fov, c.aspect, c.position.toArray()])
+      (squamaView)"""
+    got, looked = {}, page.page.evaluate(look)
     for kind in ("toml", "csv", "png", "html", "plots-svg", "plots-png"):
         page.page.locator(".menu summary").click()
         with page.page.expect_download() as waiting:
@@ -296,7 +300,16 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     assert tomllib.loads(got["toml"].read_text())["scale"]["length"] == "60 mm"
     assert "T (N m)" in got["csv"].read_text()
     assert got["png"].read_bytes().startswith(b"\x89PNG")
-    assert len(got["png"].read_bytes()) > 10_000
+    drawn = Image.open(got["png"]).convert("L")
+    assert drawn.width >= 1600
+    assert drawn.height >= 700
+    # the whole beam, and it fills the picture
+    beam = np.abs(np.asarray(drawn, int) - drawn.getpixel((0, 0))) > 8
+    across, down = np.flatnonzero(beam.any(axis=0)), np.flatnonzero(beam.any(axis=1))
+    assert 0 < across[0] < across[-1] < drawn.width - 1
+    assert 0 < down[0] < down[-1] < drawn.height - 1
+    assert max(np.ptp(across) / drawn.width, np.ptp(down) / drawn.height) > 0.8
+    assert page.page.evaluate(look) == looked, "the view itself stays as it is"
     assert got["plots-png"].read_bytes().startswith(b"\x89PNG")
     assert "thick, elastic scales on compliant joints" in got["plots-svg"].read_text()
     # the view opens from the file alone, with nothing to reach
@@ -312,6 +325,26 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     before = own.evaluate("squamaView.state.load")
     own.locator("#load").press("ArrowRight")
     assert own.evaluate("squamaView.state.load") > before
+    # a drag moves the thumb, and nothing else
+    sizes = """() => ['#load', '#stage'].flatMap((id) => { const r = document.querySelector(id).getBoundingClientRect();
+      return [r.left, r.top, r.width, r.height]; })"""
+    said = set()
+    for width in (900, 600, 390):
+        own.set_viewport_size({"width": width, "height": 600})
+        first = own.evaluate(sizes)
+        for i in range(0, 240, 20):
+            own.locator("#load").fill(str(i))
+            assert own.evaluate(sizes) == first
+            said.add(own.locator("#now").inner_text())
+    assert len(said) == 12
+    motion = live.motion(state.preset("pla").setting)
+    assert said >= {motion.words(s) for s in motion.samples(240)[::20]}
+    keys = own.locator("#legend").inner_text()
+    assert all(words in keys for words in ("not in contact", "sliding", "normal force", "friction on the tip"))
+    assert "locked" not in keys
+    own.set_viewport_size({"width": 900, "height": 600})
+    own.locator("#load").fill("160")
+    own.screenshot(path=page.place("alone"))
     eye = own.evaluate("squamaView.camera.position.toArray()")
     own.locator("canvas").press("ArrowLeft")
     assert own.evaluate("squamaView.camera.position.toArray()") != eye
@@ -319,7 +352,6 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     own.locator("#play").click()
     own.wait_for_function("(before) => squamaView.state.load !== before", arg=before)
     own.locator("#play").click()
-    own.screenshot(path=page.place("alone"))
     assert complaints == []
     assert set(asked) <= {"file", "data"}
     alone.close()

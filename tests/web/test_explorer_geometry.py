@@ -133,7 +133,8 @@ OUTSIDE = """() => { const {camera: c, design: d, state: s} = squamaView, V = c.
   const all = squamaGeometry.bar(d, s.load).flat();
   for (let i = 0; i < d.scales; i++)
     all.push(...squamaGeometry.scale(d, s.load, s.pose ?? s.theta, squamaGeometry.first(d) + i).corners);
-  return Math.max(...all.map((p) => { const q = new V(...p).project(c); return Math.max(Math.abs(q.x), Math.abs(q.y)); })); }"""
+  const seen = all.map((p) => new V(...p).project(c));
+  return Math.max(...seen.flatMap((q) => [Math.abs(q.x), Math.abs(q.y)])); }"""
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (2560, 1440)])

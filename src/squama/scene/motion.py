@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude
 from squama.types import Array
+from squama.units import moment
 
 MOST_SCALES = 60
 """A longer beam is drawn with this many scales."""
@@ -193,6 +195,16 @@ class Motion:
             return self._straight(min(load, self.own_last), name)
         x = np.array([self.hinge.x_c]) if held else self.hinge.place(np.array([load]))
         return self._states(self.hinge, x, name)[0]
+
+    def words(self, state: State) -> str:
+        """Say in words what a state is: loads, inclination, torque, friction."""
+        beam, bend = self.setting.beam, self.setting.bend
+        held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
+        return (
+            f"{held} {state.load:.4f} rad per pitch ({math.degrees(state.load) * beam.scales:.0f}° over {beam.scales} "
+            f"scales), inclination {math.degrees(state.theta):.1f}°, "
+            f"{self.kind.torque_words} {moment(state.torque)}, µ = {self.setting.mu:g}"
+        )
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""

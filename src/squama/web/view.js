@@ -80,10 +80,10 @@ export default {
     reset() {
       this.beam?.reset();
     },
-    save(name) {
-      this.beam.draw();
+    save(name, width, height) {
+      if (!this.beam) return;
       const link = document.createElement("a");
-      link.href = this.beam.canvas.toDataURL("image/png");
+      link.href = this.beam.picture(width, height);
       link.download = name;
       link.click();
     },

@@ -329,6 +329,33 @@ export class BeamScene {
     this.onDraw?.(this); // for who measures
   }
 
+  // The view as a picture of this size, as the address of its data: the whole beam, or what is seen of it.
+  picture(width, height) {
+    const { camera, controls, renderer } = this;
+    const [size, ratio] = [renderer.getSize(new THREE.Vector2()), renderer.getPixelRatio()];
+    const [eye, target, { aspect, fov }] = [camera.position.clone(), controls.target.clone(), camera];
+    const [middle, away, whole] = [this.middle, this.away, this.whole];
+    renderer.setPixelRatio(1);
+    renderer.setSize(width, height, false);
+    camera.aspect = width / height;
+    if (whole) this.frame(this.outline());
+    // no less to the sides than there was
+    else camera.fov = (360 / Math.PI) * Math.atan(Math.tan((fov * Math.PI) / 360) * Math.max(1, aspect / camera.aspect));
+    camera.updateProjectionMatrix();
+    this.draw();
+    const made = this.canvas.toDataURL("image/png");
+    renderer.setPixelRatio(ratio);
+    renderer.setSize(size.x, size.y, false);
+    Object.assign(camera, { aspect, fov });
+    camera.position.copy(eye);
+    controls.target.copy(target);
+    camera.updateProjectionMatrix();
+    controls.update();
+    Object.assign(this, { middle, away, whole });
+    this.draw();
+    return made;
+  }
+
   dispose() {
     this.gone = true;
     this.controls.dispose();
