@@ -251,16 +251,31 @@ def test_up_to_three_designs_are_compared(visit) -> None:
         page.until(f"document.querySelectorAll('.compared tbody tr').length === {i + 2}")
     page.enter("mu", "0.25")
     page.until("squamaView.state.mu === 0.25")
+    names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
+    page.until_chart(0, names)
+    rows = page.page.locator(".compared tbody tr")
+    for width, height in ((1280, 720), (1280, 800), (1600, 900), (1920, 1080)):
+        page.page.set_viewport_size({"width": width, "height": height})
+        page.page.wait_for_timeout(400)
+        page.shot(f"three_{height}")
+        top = page.page.locator(".compared").bounding_box()["y"]
+        for i in (0, 1, 2, 4):
+            box = page.page.locator(".chart").nth(i).bounding_box()
+            assert box["y"] + box["height"] <= top, "both rows of plots stay in sight"
+            assert box["height"] > 80
+        if height > 720:
+            assert page.page.evaluate(CUT) == [], "every row is whole and in sight"
+    page.page.set_viewport_size({"width": 1280, "height": 720})
+    for row in rows.all():
+        row.scroll_into_view_if_needed()
+        at = row.bounding_box()
+        assert at["y"] + at["height"] <= 720
+    assert [cell.inner_text() for cell in page.page.locator(".compared td:nth-child(2)").all()] == [
+        f"μ = {mu}" for mu in ("0.1", "0.5", "1", "0.25")
+    ]
     page.page.locator("[data-do=keep]").click()
     page.page.locator(".notice.shown").wait_for()
     assert "3 designs are kept" in page.page.locator(".notice").inner_text()
-    names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
-    page.until_chart(0, names)
-    for width, height in ((1280, 800), (1920, 1080)):
-        page.page.set_viewport_size({"width": width, "height": height})
-        page.page.wait_for_timeout(400)
-        page.shot(f"three_{width}")
-        assert page.page.evaluate(CUT) == [], "every row is whole and in sight"
     # each has its letter on the map, and its line among those that are named
     marks = [mark.bounding_box() for mark in page.page.locator(".marks b", has_text=re.compile("[ABC]")).all()]
     assert len(marks) == 3
