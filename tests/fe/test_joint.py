@@ -1,6 +1,9 @@
 """The joint's stiffness: bars and moves whose answer is known, fe.md's figures, symmetry, mirror, cache, command."""
 
+import errno
 import json
+import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,6 +22,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import Response, response
 
+ANEW = "each run makes the joint's stiffness anew"
 FIG6B = {"beta": 0.6, "lam": 0.32, "zeta": 0.18, "slenderness": 45, "mu": 0.2}
 
 
@@ -199,7 +203,7 @@ def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
     assert anew.levels[0].seconds > 0
 
 
-def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
+def test_without_a_place_for_the_cache(tmp_path, monkeypatch, caplog):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     calls = []
@@ -212,6 +216,19 @@ def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
         array, count, fresh = joint.kept(("a", 1.0), False, compute)
         assert (array.shape, count, fresh) == ((2, 2), 3, True)
     assert len(calls) == 2
+    (line,) = caplog.messages
+    assert line.startswith(f"squama: {tmp_path / 'file' / 'squama' / 'joints'}: the cache cannot be written (")
+    assert line.endswith(f"; {ANEW}")
+
+
+def test_a_full_disk_under_the_cache_costs_one_line(cache, monkeypatch, caplog):
+    def full(self, *_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    for _ in range(2):
+        assert joint.kept(("a", 1.0), False, lambda: (np.eye(2), 3))[1:] == (3, True)
+    assert caplog.messages == [f"squama: {cache}: the cache cannot be written (the disk is full); {ANEW}"]
 
 
 def test_the_bulk_has_three_elements_through_the_thickness_and_not_too_many(cache, monkeypatch):

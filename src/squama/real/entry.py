@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import is_ready, kept
+from squama.batch.keeping import kept
 from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.progress import LOG
 from squama.real import chain, moved, start
 from squama.real import follow as following
 from squama.real.changes import OTHER
@@ -167,13 +166,3 @@ def _move(
 
 move = kept(_move, SOURCES)
 answer, row, beside = kept(_answer, SOURCES), kept(_row, SOURCES), kept(_beside, SOURCES)
-_told: list[Any] = []
-
-
-def tell(f: Any = answer, what: str = "the real beam") -> None:
-    """Say once that there is something to compile, where there is."""
-    if f in _told:
-        return
-    _told.append(f)
-    if not is_ready(f):
-        LOG.warning("squama: compiling the code of %s, once; some seconds", what)

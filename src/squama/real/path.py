@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.batch.keeping import tell
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End
@@ -158,7 +159,7 @@ def follow_all(
         np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 24)),
         np.full((*targets.shape, len(columns)), np.nan), np.zeros((n, len(follow.End._fields))),
     )  # fmt: skip
-    entry.tell()
+    tell(entry.answer, "the real beam")
     most, targets = np.full(n, most, float), np.ascontiguousarray(targets, float)
     corners = np.zeros((n, 0, 2)) if corners is None else np.ascontiguousarray(corners, float)
     notes = np.zeros((n, 0, WIDTH)) if notes is None else notes
@@ -192,7 +193,7 @@ def moved(beams: entry.Beams, targets: Array, copies: int, *, most: float | Arra
     real = entry.Beams(*(np.ascontiguousarray(np.real(v[::copies])) for v in beams))
     at = np.ascontiguousarray(np.real(targets[::copies]))
     # as many as the steps are where none is halved, and some
-    entry.tell(entry.move, "the real beam's derivatives")
+    tell(entry.move, "the real beam's derivatives")
     notes = np.zeros((len(at), 2 * (at.shape[1] + math.ceil(at.max(initial=0.0) / STEP)) + 100, WIDTH))
     found = follow_all(real, at, most=most, notes=notes)
     contacts, tables, rows, ends = (np.repeat(v, copies, axis=0) for v in found)
