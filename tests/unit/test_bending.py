@@ -37,6 +37,7 @@ def across(eta: float, theta0: float = 0.1) -> Bend:
 @pytest.mark.parametrize(("mu", "lock"), [(0.0, 1.00507), (0.3, 0.96228), (0.6, 0.86068), (1.0, 0.70889)])
 def test_figures_of_section_6(mu: float, lock: float) -> None:
     r = plane(squama.Beam.from_ratios(eta=5, theta0="5 deg"), mu=mu)
+    # tolerance: the figures of the paper have so many decimals
     assert float(5 * r.psi_end) == pytest.approx(lock, abs=5e-6)
     assert float(r.psi_e) == pytest.approx(0.0193598, abs=5e-8)
     assert float(r.mu_static) == pytest.approx(10.2826, abs=5e-5)

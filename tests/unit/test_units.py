@@ -55,7 +55,7 @@ DEG = math.pi / 180
     ],
 )
 def test_text_is_read(text, dimension, si):
-    assert quantity(text, dimension, bare=False) == pytest.approx(si, rel=1e-14)
+    assert quantity(text, dimension, bare=False) == pytest.approx(si, rel=1e-13)
 
 
 @pytest.mark.parametrize(
