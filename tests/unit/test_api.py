@@ -144,7 +144,7 @@ def test_rates_of_places_are_derivatives() -> None:
         up, down = (CALLS["contact"](**{**at, "theta": at["theta"] + s * h}) for s in (1, -1))
         for name in ("phi", "s", "p"):
             slope = (getattr(up, name) - getattr(down, name)) / (2 * h)
-            np.testing.assert_allclose(getattr(here, f"d{name}_dtheta"), slope, rtol=1e-6, atol=1e-7)
+            np.testing.assert_allclose(getattr(here, f"d{name}_dtheta"), slope, rtol=1e-5, atol=1e-6)
 
 
 def test_forces_beyond_a_lock_change_sign_there() -> None:
