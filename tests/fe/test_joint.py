@@ -87,7 +87,7 @@ def test_the_coarsest_elements_at_the_edges_are_a_fifth_of_the_smaller_length():
 
 
 def test_the_matrix_is_symmetric_and_positive(K):
-    np.testing.assert_allclose(K, K.T, atol=1e-15)
+    np.testing.assert_allclose(K, K.T, atol=1e-13)
     assert np.linalg.eigvalsh(K).min() > 0
 
 

@@ -145,8 +145,8 @@ def test_exact_identities(law: str) -> None:
     # the end is where it is whatever the rigidity; that adds its part to torque and energy
     for o in ("theta_end", "load_end", "theta_c", "load_c", "f0", "W_fr"):
         assert not g[o, "stiffness_ratio"][met].any()
-    assert g["torque", "stiffness_ratio"] == pytest.approx(s.load_c, rel=1e-14)
-    assert g["U_el", "stiffness_ratio"] == pytest.approx(s.load_c**2 / 2, rel=1e-14)
+    assert g["torque", "stiffness_ratio"] == pytest.approx(s.load_c, rel=1e-13)
+    assert g["U_el", "stiffness_ratio"] == pytest.approx(s.load_c**2 / 2, rel=1e-13)
     # the margin moves the cut-off of locks only
     assert g["theta_c", "margin"] == pytest.approx(np.where(locks, g["theta_c", "margin"], 0), abs=0)
     # a frictional lock does not know where the scales began, once the path is fixed: D has no theta0 in it
