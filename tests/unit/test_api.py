@@ -111,7 +111,7 @@ def test_scalars_arrays_and_broadcasting(function: str) -> None:
                 assert got == pytest.approx(want[i, j], rel=1e-13, abs=1e-15)
     # lists and whole numbers
     lists = CALLS[function](theta=theta[0].tolist(), eta=3)
-    np.testing.assert_array_equal(lists[0], both[0][1])
+    np.testing.assert_allclose(lists[0], both[0][1], rtol=1e-13)
 
 
 def test_no_twist_of_contact_is_nan_and_silent() -> None:
