@@ -46,8 +46,8 @@ def both(load: str = "twisting", law: str = "edge", sense: str = "+", margin: fl
 
 
 def conditioning(theta0: Any, b: Solved, margin: float) -> Any:
-    """Relative size of rounding errors of the end (a few 1e-16) where a figure has its pole, over the margin."""
-    return 1e-14 / (margin * np.maximum(np.abs(b.theta_end - theta0), 1e-12))
+    """Rounding errors of the end (300 times a few 1e-16) where a figure has its pole, over the margin."""
+    return 1e-13 / (margin * np.maximum(np.abs(b.theta_end - theta0), 1e-12))
 
 
 def agree(a: Solved, b: Solved, theta0: Any, margin: float) -> None:
