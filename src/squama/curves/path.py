@@ -104,7 +104,7 @@ class Case(NamedTuple):
     def of(cls, beam: Beam, load: str, sense: str = "+") -> Case:
         """Return the case of a beam."""
         kind = LOADS[load]
-        return cls(beam.pitch, kind.rigidity(beam), kind.stiffness(beam), beam.eta, beam.scale.theta0, sense == "-")
+        return cls(beam.pitch, kind.rigidity(beam), beam.joint_stiffness, beam.eta, beam.scale.theta0, sense == "-")
 
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
