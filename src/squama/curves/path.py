@@ -167,6 +167,10 @@ class Solved(Protocol):
     def case(self) -> Case:
         """What the beam and the model bring."""
 
+    @property
+    def load_e(self) -> float:
+        """Load angle per pitch (a magnitude) at engagement, inf for none."""
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at points of the path's own, or at load angles per pitch: NaN beyond its end."""
 
