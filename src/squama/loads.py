@@ -38,14 +38,12 @@ class Load(NamedTuple):
         Whether there are two senses and two force laws.
     axis : int
         Its place in the points of a load path, (psi, phi).
-    across : int
-        Width in the law of the joint's stiffness, over the scale's half width.
     matrix : bool
-        Whether a joint's matrix stands for the laws of joint and section.
+        Whether the inclusion factor comes from the joint's matrix, where the beam has one.
     missing : tuple of str
         Roles that have no variable.
-    rigidity, stiffness, inclusion : callable
-        Of a beam: rigidity without contact (N m^2), stiffness of a scale's joint (N m), inclusion factor.
+    rigidity, inclusion : callable
+        Of a beam: rigidity without contact (N m^2), inclusion factor.
     """
 
     name: str
@@ -63,11 +61,9 @@ class Load(NamedTuple):
     read: Callable[..., float]
     sided: bool
     axis: int
-    across: int
     matrix: bool
     missing: tuple[str, ...]
     rigidity: Callable[[Any], float]
-    stiffness: Callable[[Any], float]
     inclusion: Callable[[Any], float]
 
     def variable(self, role: str) -> str:
@@ -108,11 +104,9 @@ _TWISTING = Load(
     read=units.twist,
     sided=True,
     axis=1,
-    across=1,
     matrix=True,
     missing=(),
     rigidity=attrgetter("torsional_rigidity"),
-    stiffness=attrgetter("joint_stiffness"),
     inclusion=attrgetter("C_f"),
 )
 _BENDING = Load(
@@ -120,11 +114,9 @@ _BENDING = Load(
     read=units.curvature,
     sided=False,
     axis=0,
-    across=2,
     matrix=False,
     missing=("p",),
     rigidity=attrgetter("bending_rigidity"),
-    stiffness=attrgetter("bending_joint_stiffness"),
     inclusion=attrgetter("bending_C_f"),
 )
 LOADS = {load.name: load for load in (_TWISTING, _BENDING)}

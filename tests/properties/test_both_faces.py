@@ -238,3 +238,29 @@ def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
     # wherever the points stand
     apart = squama.twist(beam.replace(faces="mirrored"), at=[1.0, 12.0])
     assert apart.phi_twofold.item() == pytest.approx(apart.phi_e.item(), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("faces", "both", "asked"), [("turned", 2, {"at": [5.0, 12.0]}), ("mirrored", 1, {"points": 5})]
+)
+def test_a_face_is_followed_by_general_contact_once(
+    faces: str, both: int, asked: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("ipctk", reason="general contact needs ipctk (the extra fe)")
+    from squama.curves import general_contact
+
+    curve, calls = general_contact.curve, []
+
+    def counted(*args, **given):
+        calls.append(given["sign"])
+        return curve(*args, **given)
+
+    monkeypatch.setattr(general_contact, "curve", counted)
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    r = squama.twist(beam.replace(faces=faces), to="0.24 rad/pitch", **asked)
+    # mirrored, the other face opens; turned, both do the same
+    assert calls == [1]
+    assert float(r.phi_general) < float(r.phi[-1]) == pytest.approx(0.24)
+    one = squama.twist(beam, at=r.Phi.values)
+    np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9)
+    assert float(one.N[-1]) > 0

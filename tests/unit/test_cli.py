@@ -266,7 +266,7 @@ def test_json_of_a_family_that_never_engages(beam, capsys):
 def test_json_of_bend(beam, capsys):
     found = _json(capsys, "bend", "beam.toml", "--joint", "hinge")
     assert found["figures"]["psi_end"] == float(squama.bend(beam, joint="hinge").psi_end)
-    assert found["derived"]["K_theta"] == beam.bending_joint_stiffness
+    assert found["derived"]["K_theta"] == beam.joint_stiffness
     assert list(found["laws"]) == ["edge"]
 
 

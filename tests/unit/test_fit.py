@@ -77,7 +77,7 @@ def test_bending_and_a_folded_path_and_the_other_sense():
     data = squama.cycle(BEAM, "0, 0.25, 0.1, 0.28, -0.05, 0 rad/pitch", load="bending", joint="hinge")
     start = BEAM.replace(friction={"mu": 0.1}, joint={"stiffness": 0.01, "inclusion_factor": 1.2})
     fit = hinged(data, start, ("mu", "K_theta", "C_f"), load="bending")
-    assert fit.values == pytest.approx({"mu": 0.3, "K_theta": BEAM.bending_joint_stiffness, "C_f": 1.0}, rel=1e-8)
+    assert fit.values == pytest.approx({"mu": 0.3, "K_theta": BEAM.joint_stiffness, "C_f": 1.0}, rel=1e-8)
     # this path passes a fold on the way
     most = float(squama.cycle(FOLDED, 0.01, joint="hinge").phi_most[0])
     data = squama.cycle(FOLDED, [0, 0.98 * most / FOLDED.pitch, 0], joint="hinge")
@@ -347,7 +347,7 @@ def test_bending_from_force_vectors():
     theta = np.linspace(beam.scale.theta0 + 0.02, 0.8, 9)
     at = [(MP.mpf(t), oracle_bending.psi_of(MP.mpf(t), BEAM.eta)) for t in theta]
     up, down = ([oracle_bending.state(t, q, BEAM.eta, BEAM.scale.theta0, m) for t, q in at] for m in (0.3, -0.3))
-    R, K, d = BEAM.bending_rigidity, BEAM.bending_joint_stiffness, BEAM.pitch
+    R, K, d = BEAM.bending_rigidity, BEAM.joint_stiffness, BEAM.pitch
     psi = np.array([float(b.psi) for b in up])
     moments = [R * psi / d + K * np.array([float(b.moment_direct) for b in branch]) for branch in (up, down)]
     straight = np.linspace(0, 0.02, 4)

@@ -118,7 +118,7 @@ def test_across_and_with_the_face_it_is_bending_alone(mu):
     state = flush.states(psi[:-1])
     there = plane.sel(point=slice(-psi.size, -1))
     np.testing.assert_allclose(state["theta"], there.theta, rtol=1e-12)
-    np.testing.assert_allclose(state["M"], there.M_scales / beam.bending_joint_stiffness, rtol=1e-9)
+    np.testing.assert_allclose(state["M"], there.M_scales / beam.joint_stiffness, rtol=1e-9)
     np.testing.assert_allclose(state["T"], 0, atol=1e-12)
 
 

@@ -107,10 +107,10 @@ def test_bending_gives_the_closed_forms() -> None:
     assert 5 * s.load_end[:4] == pytest.approx([1.00507, 0.96228, 0.86068, 0.70889], abs=5e-6)
     assert list(s.end) == ["kinematic lock", *["frictional lock"] * 3, "static lock"]
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg", inclusion_factor=1)
-    ratio = beam.bending_rigidity / (beam.bending_joint_stiffness * beam.pitch)
+    ratio = beam.bending_rigidity / (beam.joint_stiffness * beam.pitch)
     s = solve(eta=5.0, mu=mu[1], stiffness_ratio=ratio, **flat)
     r = plane(beam, mu=mu[1], points=5)
-    assert float(s.torque) * beam.bending_joint_stiffness == pytest.approx(float(r.M_c), rel=1e-10)
+    assert float(s.torque) * beam.joint_stiffness == pytest.approx(float(r.M_c), rel=1e-10)
     assert float(s.RED) == pytest.approx(float(r.RED_c), rel=1e-10)
 
 

@@ -1,8 +1,10 @@
 """K_theta, C_f and the rigidity of a beam: as given, from the joint's matrix, or by the scaling laws.
 
-One rule for one beam and for columns of beams: a value that is given comes first, then the joint's matrix (it is one
-for twisting), scaled to the beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix stands
-for the shape for which it was made whatever the other sizes are; `squama.beam.validity` says where they differ.
+One rule for one beam and for columns of beams: a value that is given comes first, then the joint's matrix, scaled to
+the beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix stands for the shape for which
+it was made whatever the other sizes are; `squama.beam.validity` says where they differ. K_theta does not depend on the
+load: it is the stiffness of a scale against a turn about its width at a given twist and bend. The inclusion factor in
+bending does not come from the matrix.
 """
 
 from __future__ import annotations
@@ -91,18 +93,17 @@ def whole(law: Each, *arguments: Number) -> Number:
     return np.asarray(law(*arguments))
 
 
-def stiffness(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the stiffness of a scale's joint, N m, of one beam or of many, under "twisting" or "bending"."""
+def stiffness(s: Sizes, given: Given, each: Each = one) -> Number:
+    """Return the stiffness K_theta of a scale's joint, N m per rad, of one beam or of many, under any load."""
     if given.stiffness is not None:
         return given.stiffness
-    if given.matrix is not None and LOADS[load].matrix:
+    if given.matrix is not None:
         return each(_scaled, given.matrix.K_theta, s.modulus, s.pitch, 3)
-    law, across = joint.LAWS[f"stiffness {load}"], LOADS[load].across
-    return each(law.value, s.modulus, s.thickness, across * s.half, s.embedded)
+    return each(joint.LAWS["stiffness"].value, s.modulus, s.thickness, s.half, s.embedded)
 
 
 def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the inclusion factor C_f; arguments as of :func:`stiffness`."""
+    """Return the inclusion factor C_f under "twisting" or "bending"; other arguments as of :func:`stiffness`."""
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
@@ -111,7 +112,7 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
 
 
 def rigidity(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the rigidity of the beam without contact, N m^2; arguments as of :func:`stiffness`."""
+    """Return the rigidity of the beam without contact, N m^2; arguments as of :func:`inclusion`."""
     return inclusion(load, s, given, each) * bare(load, s, each)
 
 

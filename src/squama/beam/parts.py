@@ -426,10 +426,5 @@ class Assembly(Part):
 
     @property
     def joint_stiffness(self) -> float:
-        """K_theta of one scale in twisting, N m: given, from the joint's matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
-        return float(joint_law.stiffness("twisting", self.sizes, self.given))
-
-    @property
-    def bending_joint_stiffness(self) -> float:
-        """Stiffness of a scale's joint in bending (N m), as given or 0.66 E_B w t_s^2 (L/t_s)^1.75 with w = 2b."""
-        return float(joint_law.stiffness("bending", self.sizes, self.given))
+        """K_theta of a scale, N m per rad, under any load: given, of the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        return float(joint_law.stiffness(self.sizes, self.given))

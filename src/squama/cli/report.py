@@ -203,8 +203,8 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
 
 def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
     matrix = beam.joint.matrix
-    given = "given", f"from {matrix.name}" if matrix is not None and kind.matrix else "by its scaling law"
-    K, rigidity = kind.stiffness(beam), kind.rigidity(beam)
+    given = "given", f"from {matrix.name}" if matrix is not None else "by its scaling law"
+    K, rigidity = beam.joint_stiffness, kind.rigidity(beam)
     line = f"joint of a scale: K_theta = {moment(K)} per rad, {given[beam.joint.stiffness is None]}"
     if not kind.sided:
         return [line, f"beam without contact: C_f E_B I = {rigidity:.4g} N m^2"]
@@ -221,7 +221,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
     data, kind = laws[law], LOADS[laws[law].attrs["load"]]
     derived: dict[str, object] = {**beam.ratios}
     derived |= {key: getattr(beam, key) for key in ("zeta", "slenderness", "length")}
-    derived |= {"K_theta": kind.stiffness(beam), "rigidity": kind.rigidity(beam)}
+    derived |= {"K_theta": beam.joint_stiffness, "rigidity": kind.rigidity(beam)}
     if kind.sided:
         derived |= {key: getattr(beam, key) for key in ("C_f", "C_w", "J", "I", "G_B")}
     if data.attrs.get("joint") == "compliant":
@@ -342,7 +342,7 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     rest = list(laws)[1:]
     lines = [
         held(attrs),
-        f"K_theta = {moment(K)} per rad (hinge {moment(words.stiffness(beam))}); "
+        f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
         f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m^2 (hinge {words.rigidity(beam):.4g})",
     ]
     if attrs["scales"] == "thick, rigid scales":

@@ -71,6 +71,12 @@ class Twisted(NamedTuple):
         """Where the path leaves what the model was compared with."""
         return [line for line in str(self.answer.attrs["warnings"]).splitlines() if line]
 
+    @property
+    def load_e(self) -> float:
+        """Twist per pitch at engagement, inf for none."""
+        engaged = self.sign * float(self.answer["phi_e"])
+        return engaged if math.isfinite(engaged) else math.inf
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists (magnitudes), or at twists per pitch; NaN beyond its end."""
         a = self.answer
@@ -89,8 +95,7 @@ class Twisted(NamedTuple):
         # where the last point is; rigid scales have no stress
         ends = {role: np.flatnonzero(np.isfinite(values)) for role, values in along.items()}
         last = {role: float(along[role][i[-1]]) if i.size else math.nan for role, i in ends.items()}
-        engaged = self.sign * float(a["phi_e"])
-        load_e = engaged if math.isfinite(engaged) else math.inf
+        load_e = self.load_e
         found = {
             **figures(self.case, last, load_e, self.sign * float(a["phi_end"]), float(a["theta_end"])),
             "end": End.NONE if load_e == math.inf else str(a["end"]), "other_contact": str(a["other_contact"]),

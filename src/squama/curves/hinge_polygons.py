@@ -1,7 +1,4 @@
-"""Polygons in the plane of bend and twist, of thin, rigid scales on hinges: states along them in SI units, and events.
-
-One hinge has one stiffness: K_theta is that of twisting, in bend and in twist.
-"""
+"""Polygons in the plane of bend and twist, of thin, rigid scales on hinges: states in SI units, and events."""
 
 from __future__ import annotations
 
@@ -63,7 +60,7 @@ def walk(asked: Asked) -> States:
     figures: dict[str, Array] = {
         "end": np.asarray(str(last.end or End.RANGE)),
         "other_contact": np.asarray(last.other),
-        "K_theta": np.asarray(LOADS["twisting"].stiffness(beam)),
+        "K_theta": np.asarray(beam.joint_stiffness),
     }
     ends = dict(zip(_FIGURES, _place(asked, last, last.x1), strict=True))
     first = next((span for span in spans if any(span.contacts)), None)
@@ -134,7 +131,7 @@ def _place(asked: Asked, span: Span, x: float) -> list[float]:
 def _evaluate(asked: Asked, span: Span, done: float) -> dict[str, Array]:
     """Return every variable on a span, ends (the cut-off before a lock) included."""
     beam, mu, x0, x1 = asked.beam, float(asked.mus), span.x0, span.x1
-    d, K = beam.pitch, LOADS["twisting"].stiffness(beam)
+    d, K = beam.pitch, beam.joint_stiffness
     if span.end in (End.FRICTIONAL, End.KINEMATIC):
         locks = [p for p in span.pieces if p.end == span.end]
         start, stop, unbounded = np.array([x0]), np.array([x1]), np.array([True])
@@ -162,7 +159,7 @@ def in_si(
 ) -> dict[str, Array]:
     """Give states of all faces their units, with the bar's part, energies and RED."""
     beam, mu, state = asked.beam, float(asked.mus), states[0]
-    d, K = beam.pitch, LOADS["twisting"].stiffness(beam)
+    d, K = beam.pitch, beam.joint_stiffness
     kappa, Phi = psi / d, phi / d
     bar = {"M": LOADS["bending"].rigidity(beam) * kappa, "T": LOADS["twisting"].rigidity(beam) * Phi}
     seen = list(zip(both_faces.views(beam), states, strict=True))
@@ -188,7 +185,7 @@ def relax(asked: Asked, free: int) -> States:
     """Return the states of one load imposed and the other left free (axis ``free``), up to where it has no value."""
     beam = asked.beam
     load = LOADS["twisting" if free else "bending"]
-    K, d = LOADS["twisting"].stiffness(beam), beam.pitch
+    K, d = beam.joint_stiffness, beam.pitch
     imposed = np.linspace(0.0, asked.path.points[0][1 - free], asked.points)
     found = relaxed(of(asked, float(asked.mus)), imposed, load.rigidity(beam) / (K * d), free=free)
     kept = np.isfinite(found.theta)

@@ -111,7 +111,7 @@ class Case(NamedTuple):
     def of(cls, beam: Beam, load: str, sense: str = "+") -> Case:
         """Return the case of a beam."""
         kind = LOADS[load]
-        return cls(beam.pitch, kind.rigidity(beam), kind.stiffness(beam), beam.eta, beam.scale.theta0, sense == "-")
+        return cls(beam.pitch, kind.rigidity(beam), beam.joint_stiffness, beam.eta, beam.scale.theta0, sense == "-")
 
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
@@ -174,6 +174,10 @@ class Solved(Protocol):
     @property
     def case(self) -> Case:
         """What the beam and the model bring."""
+
+    @property
+    def load_e(self) -> float:
+        """Load angle per pitch (a magnitude) at engagement, inf for none."""
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at points of the path's own, or at load angles per pitch: NaN beyond its end."""

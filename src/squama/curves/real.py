@@ -122,6 +122,11 @@ class Path(NamedTuple):
         return Case(beam.pitch, held.rigidity, held.K_theta, beam.eta, beam.scale.theta0, self.sign < 0)
 
     @property
+    def load_e(self) -> float:
+        """Twist per pitch at engagement, inf for none."""
+        return self.way.contact.phi
+
+    @property
     def mirror(self) -> Array:
         """Signs of the nine motions: the other sense is followed as the mirror image."""
         return MIRROR if self.sign < 0 else np.ones(9)

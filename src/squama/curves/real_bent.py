@@ -35,6 +35,11 @@ class Bent(NamedTuple):
         """Where the path leaves what the model was compared with."""
         return self.gone.notes
 
+    @property
+    def load_e(self) -> float:
+        """Bend per pitch at engagement, inf for none."""
+        return self.gone.engaged
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced bends, or at bends per pitch, NaN beyond its end; linear between states."""
         gone, ways = self.gone, self.ways

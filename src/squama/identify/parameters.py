@@ -215,7 +215,7 @@ def ask(
     problems.settle()
     low, high = np.array(found, float).T
     start = np.clip([row.value(beam, load) for row in rows], low, high)
-    stiffness, rigidity = LOADS[load].stiffness(beam), LOADS[load].rigidity(beam)
+    stiffness, rigidity = beam.joint_stiffness, LOADS[load].rigidity(beam)
     base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
     return Asked(beam, load, rows, start, low, high, base, follows)
 

@@ -256,11 +256,10 @@ def _limits(
             if not isinstance(value, bool):
                 problems.add(where, shown(value), "must be true or false")
             elif value:
-                lawful = not (LOADS[context.load].matrix and beam.joint.matrix is not None)
                 laws = [
-                    f"{law} {context.load}"
-                    for law, key in (("stiffness", "stiffness"), ("inclusion", "inclusion_factor"))
-                    if lawful and getattr(beam.joint, key) is None and f"joint.{key}" not in varied
+                    law
+                    for law, key in (("stiffness", "stiffness"), (f"inclusion {context.load}", "inclusion_factor"))
+                    if beam.joint.matrix is None and getattr(beam.joint, key) is None and f"joint.{key}" not in varied
                 ]
         elif name not in LIMITS:
             problems.append(targetfile.unknown(where, name, [*LIMITS, "joint_law", "printable"], "unknown limit"))
