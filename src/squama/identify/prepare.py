@@ -90,7 +90,7 @@ def _covered(wanted: Wanted, samples: int) -> None:
 def prepared(joint: str, wanted: Wanted) -> Prepared:
     """Return the points of a record by a kind of joint; refuse what no trial covers."""
     beam = wanted.beam if joint == "hinge" else _held(wanted.beam)
-    asked = ask(beam, wanted.load, wanted.names, wanted.bounds)
+    asked = ask(beam, wanted.load, wanted.names, wanted.bounds, joint=joint)
     # a stiffness that the file gives does not go with the bar's modulus
     asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
     record = records.record(wanted.specimens, beam, wanted.load, **wanted.limits)
