@@ -337,7 +337,9 @@ def test_the_other_sense_bears_the_mirror_image():
     here = squama.twist(beam, at=[4.0, 8.0])
     K = law.stiffness(choice.shape(beam)) * np.outer(factor.MIRROR, factor.MIRROR)
     image = real.Held.of(beam)._replace(K=K)
-    way = path.Path.of(real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha), K, 0.2, sense=-1, stretch=image.stretch)
+    way = path.Path.of(
+        real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha), K, 0.2, sense=-1, stretch=image.stretch
+    )
     one = real.Path(beam, image, way, -1, 0.3)
     twists = np.array([4.0, 8.0]) * beam.pitch
     there = real.values(one, twists, way.states(twists)[0])
