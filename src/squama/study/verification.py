@@ -125,7 +125,8 @@ def verify(
     }
     if not hinged:
         say("compliant joint")
-        free: dict[str, Any] = {"joint": "compliant", "ideal": ideal, **asked}
+        # the length of a periodic cell of elements is held
+        free: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "neutral": "middle", **asked}
         if not ideal:
             curves["thin"] = "", doors.twist(beam, **free | {"ideal": True})
         curves["compliant"] = "", doors.twist(beam, **free)
