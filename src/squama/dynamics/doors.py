@@ -13,6 +13,7 @@ from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
 from squama.curves import follow as spine
+from squama.curves import polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
 from squama.dynamics import motion, systems
@@ -67,6 +68,7 @@ class Swinging(NamedTuple):
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
         said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
         said |= {"mode": self.mode, "inertia": self.bar.inertia}
+        said |= {"neutral": self.held.neutral} if self.held.neutral else {}
         return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
 
 
@@ -170,10 +172,16 @@ def answered(
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
     m = arguments.friction(beam.friction.mu, mu)
-    joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
-    spine.covering(joint, kind.name, law)
-    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, FINEST, 3, ideal=thin, note=note)
-    return Held(kind, m, law, joint, thin), asked
+    line = ""
+    if kind.sided:
+        joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
+        spine.covering(joint, kind.name, law)
+    else:
+        joint, thin, note, line = polygons.meant(beam, joint, ideal, None)
+        line = line if joint == "compliant" else ""
+    way = LoadPath.of(kind.name, [1.0])
+    asked = Asked(beam, way, np.asarray(m), law, FINEST, 3, ideal=thin, note=note, neutral=line)
+    return Held(kind, m, law, joint, thin, line), asked
 
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
@@ -224,10 +232,16 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     height = float(np.max(side.height())) * unit
     reason = (
         f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
-        "comes then (an impact, another contact) is not in the model"
+        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, {_further(side)}"
     )
     refuse(name, "", reason, "give less")
+
+
+def _further(side: Side) -> str:
+    """Say why a beam was followed no further on a side."""
+    if not side.ends:
+        return "no further was the beam followed"
+    return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
 
 
 def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:

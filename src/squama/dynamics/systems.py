@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
-from squama.dynamics import hinged, motion
+from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
 from squama.dynamics.hinged import FINEST
@@ -31,6 +31,8 @@ NEAR = 1e-6
 """Twists on the way to a turning point keep off it by this, rad per pitch: a shorter step may find no balance."""
 MOST = 1.0
 """Largest twist per pitch, rad, to which the real beam is followed."""
+FARTHER = 1.001
+"""By how much it is followed beyond the twist from which it is let go."""
 
 
 Limit = tuple[float, str]
@@ -38,13 +40,23 @@ Limit = tuple[float, str]
 
 
 class Held(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
+    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales.
+
+    ``neutral``: on compliant joints that are bent, which line of the bar keeps its length.
+    """
 
     load: Load
     mu: float
     law: str
     joint: str
     ideal: bool
+    neutral: str = ""
+
+    def rigidity(self, beam: Beam) -> float:
+        """Return the rigidity of a beam without contact, N m^2."""
+        if self.joint != "compliant":
+            return self.load.rigidity(beam)
+        return bent.rigidity(beam, self.neutral) if self.neutral else real.Held.of(beam).rigidity
 
 
 class Bar(NamedTuple):
@@ -67,7 +79,7 @@ def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float |
     ``inertia`` is the rotor's with a third of the bar's own, or in a mode the mass per length (kg/m).
     """
     kind = held.load
-    rigidity = real.Held.of(beam).rigidity if held.joint == "compliant" else kind.rigidity(beam)
+    rigidity = held.rigidity(beam)
     stiffness = rigidity / beam.pitch * beam.scales
     L, s = beam.length, beam.substrate
     if mode == "uniform":
@@ -93,6 +105,11 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
     A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
     """
     if held.joint == "compliant":
+        # without friction a swing comes back to where it was let go, but for rounding
+        far = min(far * FARTHER, max(far, MOST))
+    if held.neutral:
+        return _bent(beam, held, mode, sign, far), None
+    if held.joint == "compliant":
         seen = both_faces.sense(beam, held.load.name)
         first = _real(beam, held, 1 if seen < 0 else sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
@@ -112,6 +129,18 @@ def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
         limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
         found["-"] = APART
     return Sides(found["+"], found["-"]), limit
+
+
+def _bent(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Sides:
+    """Return the branches of the real beam that is bent."""
+
+    def side(sense: int, most: float) -> Side:
+        return bent.side(beam, bent.Bend.of(beam, held.mu, held.neutral, sense, ideal=held.ideal), most, mode)
+
+    first = side(sign, far)
+    energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
+    second = side(-sign, min(math.sqrt(2 * energy), MOST))
+    return Sides(*(first, second)[::sign])
 
 
 def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
