@@ -23,9 +23,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.beam.joint_law import bare
 from squama.curves import both_faces, real, real_cycles
-from squama.curves.real_polygons import NEUTRAL
+from squama.curves.real_polygons import NEUTRAL, bending_rigidity
 from squama.dynamics import hinged
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
@@ -86,13 +85,14 @@ class Bend(NamedTuple):
         q, stored, n, ends = np.zeros(x.size), np.zeros(x.size), x.size, ""
         for i, view in enumerate(self.views):
             corners = np.column_stack([view * x, 0.0 * x])
-            found = follow_legs(
-                self.scale, self.K, self.mu, corners, stretch=self.stretch, step=real_cycles.INCREMENT
-            )
+            found = follow_legs(self.scale, self.K, self.mu, corners, stretch=self.stretch, step=real_cycles.INCREMENT)
             end, alone = found.answers.end(), float(path.bare(found.way.beams)[0, 1, 1])
             if end.code != changes.RANGE and end.solved < n:
                 told = real.ending(found.way, end)
-                n, ends = end.solved, both_faces.OTHER * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"]))
+                n, ends = (
+                    end.solved,
+                    both_faces.OTHER * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"])),
+                )
             u = path.energies(found.way, found.answers.rows[0])
             q += view * found.M - alone * x
             stored += u["U_joint"] + u["U_plate"]
@@ -100,14 +100,13 @@ class Bend(NamedTuple):
 
 
 def rigidity(beam: Beam, neutral: str) -> float:
-    """Return the bending rigidity of a beam without contact, N m^2; the bar between tabs of both faces counts once."""
+    """Return the bending rigidity of a beam without contact, N m^2."""
     held, scale = real.Held.of(beam), real.scale(beam, ideal=True)
-    one = path.beams(path.Scale(*np.array([scale]).T), held.K[None], np.zeros(1), stretch=NEUTRAL[neutral])
-    alone = float(path.bare(one)[0, 1, 1]) * beam.unit_moment * beam.pitch
-    return 2 * alone - float(bare("bending", beam.sizes)) if beam.other else alone
+    at_rest = follow_legs(scale, held.K, 0.0, np.empty((0, 2)), stretch=NEUTRAL[neutral])
+    return bending_rigidity(beam, at_rest.way)
 
 
-def side(beam: Beam, bend: Bend, far: float, mode: str) -> Side:
+def side(bend: Bend, far: float, mode: str) -> Side:
     """Return the branches up to the bend ``far`` per pitch; in a mode the largest along the beam."""
     y_e = bend.engages(max(far, path.RANGE))
     if not y_e < far:
@@ -137,9 +136,7 @@ def side(beam: Beam, bend: Bend, far: float, mode: str) -> Side:
     return Side(y_e, float(y[-1]), found.ends, up, lambda top: walked(float(np.max(top))), elastic)
 
 
-def _modal(
-    mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, int], Branch], ends: str
-) -> Side:
+def _modal(mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, int], Branch], ends: str) -> Side:
     """Return the branches of a mode by those of uniform bending."""
     m, (nodes, weights) = SHAPES[mode], gauss(ALONG)
     y_e, last = float(up.places[0, 0]), up.last

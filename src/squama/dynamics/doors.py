@@ -62,7 +62,7 @@ class Swinging(NamedTuple):
 
     def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
-        notes = systems.notes(self.beam, self.held, self.limit, low, high)
+        notes = [*self.bar.notes, *systems.notes(self.beam, self.held, self.limit, low, high)]
         load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
@@ -103,8 +103,10 @@ def vibrate(
         Moment of inertia of the rotor at the end (in bending of one at either end), kg m^2 or text such as
         "1e-4 kg m2"; the beam's own if not given.
     density
-        Mean density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it; in twisting a third
-        of the bar's own inertia is added to the rotor's.
+        Density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it and by the scales' own
+        (``scale.density``); of twisted bar and scales a third of the inertia is added to the rotor's, and in uniform
+        bending what an arc has whose ends turn in bearings. Where one is not known a warning tells what typical
+        densities would change.
     damping
         Damping ratio of the bar's material, 0 to 0.5. With 0 the turning points come from an exact balance of
         energies, else from integration with events.
