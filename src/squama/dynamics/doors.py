@@ -13,6 +13,7 @@ from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
 from squama.curves import follow as spine
+from squama.curves import polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
 from squama.dynamics import motion, systems
@@ -61,12 +62,13 @@ class Swinging(NamedTuple):
 
     def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
-        notes = systems.notes(self.beam, self.held, self.limit, low, high)
+        notes = [*self.bar.notes, *systems.notes(self.beam, self.held, self.limit, low, high)]
         load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
         said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
         said |= {"mode": self.mode, "inertia": self.bar.inertia}
+        said |= {"neutral": self.held.neutral} if self.held.neutral else {}
         return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
 
 
@@ -101,8 +103,10 @@ def vibrate(
         Moment of inertia of the rotor at the end (in bending of one at either end), kg m^2 or text such as
         "1e-4 kg m2"; the beam's own if not given.
     density
-        Mean density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it; in twisting a third
-        of the bar's own inertia is added to the rotor's.
+        Density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it and by the scales' own
+        (``scale.density``); of twisted bar and scales a third of the inertia is added to the rotor's, and in uniform
+        bending what an arc has whose ends turn in bearings. Where one is not known a warning tells what typical
+        densities would change.
     damping
         Damping ratio of the bar's material, 0 to 0.5. With 0 the turning points come from an exact balance of
         energies, else from integration with events.
@@ -170,10 +174,16 @@ def answered(
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
     m = arguments.friction(beam.friction.mu, mu)
-    joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
-    spine.covering(joint, kind.name, law)
-    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, FINEST, 3, ideal=thin, note=note)
-    return Held(kind, m, law, joint, thin), asked
+    line = ""
+    if kind.sided:
+        joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
+        spine.covering(joint, kind.name, law)
+    else:
+        joint, thin, note, line = polygons.meant(beam, joint, ideal, None)
+        line = line if joint == "compliant" else ""
+    way = LoadPath.of(kind.name, [1.0])
+    asked = Asked(beam, way, np.asarray(m), law, FINEST, 3, ideal=thin, note=note, neutral=line)
+    return Held(kind, m, law, joint, thin, line), asked
 
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
@@ -224,10 +234,16 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     height = float(np.max(side.height())) * unit
     reason = (
         f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
-        "comes then (an impact, another contact) is not in the model"
+        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, {_further(side)}"
     )
     refuse(name, "", reason, "give less")
+
+
+def _further(side: Side) -> str:
+    """Say why a beam was followed no further on a side."""
+    if not side.ends:
+        return "no further was the beam followed"
+    return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
 
 
 def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:
