@@ -203,7 +203,7 @@ def _shown(u: xr.Dataset, scales: int) -> Iterable[str | Table]:
 
     load, n = u.attrs["load"], u.attrs["samples"]
     drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
-    at = f", figures at {Twist.from_text(u.attrs['at']).shown}" if "at" in u.attrs else ""
+    at = f", figures at {Twist.from_text(u.attrs['at']).words(scales)}" if "at" in u.attrs else ""
     yield f" in {load}, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"
     yield from (f"  {t.parameter.item()} = {t.item()}" for t in u["distribution"])
     yield ""
