@@ -81,6 +81,7 @@ def row(
     >>> print([f"{t:.3f}" for t in ends], f"{float(r.decay):.2f} per scale")
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
+    arguments.beam(beam)
     only_one(beam.faces, "a finite row")
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
     points = arguments.whole("points", points, 3, 1e5)

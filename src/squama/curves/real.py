@@ -208,12 +208,13 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
     held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
     # engagement is told wherever it is, a short curve may end before
-    most = max(far, path.RANGE, 0.0 if asked.at is None else float(np.max(asked.at)))
+    last = 0.0 if asked.at is None else float(np.max(asked.at, initial=0.0))
+    most = max(far, path.RANGE, last)
     found = []
     for mu in np.atleast_1d(asked.mus):
         way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)
         found.append(Path(beam, held, way, sign, far, asked.onward and general()))
-    far = far if asked.at is None else float(np.max(asked.at))
+    far = far if asked.at is None else last
     return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
 
 

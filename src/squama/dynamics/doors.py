@@ -136,6 +136,7 @@ def vibrate(
     >>> print(f"{float(v.f_0):.3f} Hz bare, damping {float(v.zeta_cycle[0]):.4f}, then {float(v.zeta_cycle[1]):.4f}")
     0.560 Hz bare, damping 0.0283, then 0.0249
     """
+    arguments.beam(beam)
     if (release is None) == (impulse is None):
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
@@ -324,6 +325,7 @@ def shake(
     >>> print(s.phi_high.values.round(4).tolist())
     [[0.0832, 0.099], [0.0832, 0.099]]
     """
+    arguments.beam(beam)
     if (static is None) == (torque is None):
         refuse("static, torque", "", "one of them is to be given", 'write e.g. static="0.05 rad/pitch"')
     hertz = arguments.positive("frequencies", frequencies)

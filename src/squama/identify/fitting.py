@@ -103,6 +103,7 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
+    arguments.beam(beam)
     only_one(beam.faces, "a fit of torques")
     arguments.load(load)
     law = LOADS[load].law(arguments.law(law))

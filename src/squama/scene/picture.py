@@ -128,12 +128,15 @@ def view(
     >>> print(f"{shown.state.name}, theta = {shown.state.theta:.3f}; {shown.end} at {shown.last:.3f} rad per pitch")
     sliding, theta = 0.798; frictional lock at 0.268 rad per pitch
     """
+    arguments.beam(beam)
     names = arguments.load(load)
     problems = Problems()
     for path in paths:
         if (ending := Path(path).suffix.lower()) not in FORMATS:
             problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
     problems.settle()
+    if joint is not None:
+        arguments.joint(joint)
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
