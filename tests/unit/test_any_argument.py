@@ -1,4 +1,4 @@
-"""Every public function refuses what is no beam, number or known word by its name; where nothing is asked it is empty."""
+"""Every public function refuses what is no beam, no number and no known word by its name; no twists: no points."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 
 import squama
 from squama.errors import InputError
+from squama.joints import choice
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     name: f for name in squama.__all__ if inspect.isfunction(f := getattr(squama, name))
@@ -37,10 +39,11 @@ REQUIRED: dict[str, dict[str, Any]] = {
     "pareto": {"target": {}},
     "read_measured": {"path": "a.csv"},
     "response": {"phi": [0.1, 0.2], "zeta": 0.2, "thickness": 0.05, "width": 1.5, "nu": 0.45},
-    "shake": {"frequencies": [1.0]},
+    "shake": {"frequencies": [1.0], "static": "0.05 rad/pitch", "rotor": "1e-4 kg m2"},
     "sweep": {"over": {"mu": (0.0, 1.0, 3)}},
     "uncertainty": {"vary": {"mu": "0.3 +- 0.1"}},
     "verify": {"folder": "out"},
+    "vibrate": {"release": "0.1 rad/pitch", "rotor": "1e-4 kg m2"},
 }
 OF_BEAMS = [name for name, f in FUNCTIONS.items() if "beam" in inspect.signature(f).parameters]
 NO_BEAMS = ["beam.toml", Path("beam.toml"), 3.0, {"pitch": 1.0}, BEAM.scale, squama.Beam]
@@ -55,13 +58,19 @@ NO_NUMBERS = {
 
 def arrays(name: str) -> list[str]:
     """Return the arguments of a function that are arrays of numbers."""
-    return [p.name for p in inspect.signature(FUNCTIONS[name]).parameters.values() if str(p.annotation).startswith(("ArrayLike", "Rates"))]
+    return [
+        p.name
+        for p in inspect.signature(FUNCTIONS[name]).parameters.values()
+        if str(p.annotation).startswith(("ArrayLike", "Rates"))
+    ]
 
 
 def call(name: str, **given: Any) -> Any:
     """Call a function with what it needs and what is given."""
     known = inspect.signature(FUNCTIONS[name]).parameters
     own = {k: v for k, v in ({"beam": BEAM} | SHAPE | REQUIRED.get(name, {})).items() if k in known}
+    if "impulse" in given:
+        own.pop("amplitude", None)
     return FUNCTIONS[name](**own | given)
 
 
@@ -111,7 +120,7 @@ def test_no_designs_give_empty_answers(shape: tuple[int, ...]) -> None:
         found = call(name, eta=none)
         assert {np.shape(v) for v in found[:fields]} == {shape}
     for start in ("amplitude", "impulse"):
-        v = call("free_vibration", eta=none, **{"amplitude": None, start: 0.1}, swings=4)
+        v = call("free_vibration", eta=none, **{start: 0.1}, swings=4)
         assert v.peaks.shape == (*shape, 5)
         assert v.zeta.shape == (*shape, 4)
 
@@ -125,3 +134,49 @@ def test_no_twists_give_an_empty_curve(door: Callable[..., Any], how: dict[str, 
     e = "phi_e" if door is squama.twist else "psi_e"
     assert float(found[e]) == pytest.approx(float(whole[e]), rel=1e-9)
     assert math.isfinite(float(found[e]))
+
+
+LENGTH = "3 mm"
+UNREADABLE: list[tuple[str, str, Any]] = [
+    *((name, "to", LENGTH) for name in ("twist", "bend", "row", "view", "cell", "verify", "fit")),
+    *((name, "at", [LENGTH]) for name in ("twist", "bend")),
+    *((name, "points", 2) for name in ("twist", "bend", "row", "bend_twist", "cycle")),
+    *(("vibrate", name, LENGTH) for name in ("release", "rotor", "density")),
+    *(("shake", name, LENGTH) for name in ("static", "rotor", "density")),
+    *(("fit", name, LENGTH) for name in ("reversal", "stick", "noise")),
+    *((name, "path", f"twist {LENGTH}") for name in ("bend_twist", "bend_twist_map")),
+    ("cycle", "twist", [LENGTH]),
+    ("view", "bend", LENGTH),
+    ("uncertainty", "before", LENGTH),
+]
+
+
+@pytest.mark.parametrize(("name", "argument", "value"), UNREADABLE)
+def test_what_cannot_be_read_is_refused_before_the_joint_is_looked_for(
+    name: str, argument: str, value: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The joint of a beam beyond its law takes elements, many seconds."""
+
+    def slow(*_: object, **__: object) -> None:
+        pytest.fail("elements")
+
+    monkeypatch.setattr(import_module("squama.fe.stiffness"), "joint", slow)
+    beam = BEAM.replace(scale={"embedded": 0.07 * BEAM.pitch})
+    assert choice.unknown(beam)
+    with pytest.raises(InputError, match=f"^{argument}"):
+        call(name, beam=beam, **{argument: value})
+
+
+@pytest.mark.parametrize("points", [3, 4, 5])
+@pytest.mark.parametrize(("door", "angle"), [(squama.twist, "phi"), (squama.bend, "psi")])
+def test_a_curve_of_three_points_has_the_state_without_load_engagement_and_the_end(
+    door: Callable[..., Any], angle: str, points: int
+) -> None:
+    """Wherever engagement is: nearest to the first point, between two, nearest to the last one."""
+    engaged = float(door(BEAM, points=9)[f"{angle}_e"])
+    for stop in (1.01 * engaged, 2.0 * engaged, 0.3):
+        found = door(BEAM, points=points, to=stop / BEAM.pitch)[angle].values
+        assert found.size == points
+        assert found[[0, -1]] == pytest.approx([0.0, stop], rel=1e-9, abs=1e-15)
+        assert np.abs(found - engaged).min() < 1e-9
+        assert (np.diff(found) > 0).all()

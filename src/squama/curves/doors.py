@@ -201,8 +201,8 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     points = arguments.whole("points", points, 3, 1e6)
+    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
     return follow.curves(asked, held)
 

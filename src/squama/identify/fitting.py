@@ -128,6 +128,8 @@ def fit(
         beam, [], asked.names, load, law, bounds,
         {"to": to, "reversal": reversal, "stick": stick}, sigma, starts, candidates,
     )  # fmt: skip
+    # before the joint is looked for, which may take finite elements
+    records.limits(beam, load, **wanted.limits)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load))
     try:
