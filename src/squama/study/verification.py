@@ -89,6 +89,7 @@ def verify(
     KeyboardInterrupt
         Ctrl-C; what is done stays in the folder.
     """
+    arguments.beam(beam)
     only_one(beam.faces, "elements")
     say = announce or (lambda _: None)
     friction = arguments.friction(beam.friction.mu, mu)

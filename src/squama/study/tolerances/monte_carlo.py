@@ -125,6 +125,7 @@ def uncertainty(
     >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
     0.283 +- 0.006 rad/pitch
     """
+    arguments.beam(beam)
     only_one(beam.faces, "tolerances")
     arguments.load(load)
     arguments.law(law)
