@@ -13,6 +13,7 @@ import builtins
 import sys
 import tempfile
 from collections.abc import Callable
+from copy import deepcopy
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -88,11 +89,9 @@ class Bounds(ast.NodeTransformer):
             sides = [compare.left, *compare.comparators]
             for i, op in enumerate(compare.ops):
                 if isinstance(op, ast.Lt | ast.LtE) and self.small(sides[i + 1]):
-                    bound = ast.parse(ast.unparse(sides[i + 1]), mode="eval").body
-                    sides[i] = ast.Call(ast.Name("__below__", ast.Load()), [sides[i], bound], [])
+                    noted = ast.Call(ast.Name("__below__", ast.Load()), [sides[i], deepcopy(sides[i + 1])], [])
+                    sides[i] = ast.copy_location(noted, sides[i])
             compare.left, compare.comparators = sides[0], sides[1:]
-        for part in ast.walk(node.test):
-            part.lineno = part.end_lineno = node.lineno  # type: ignore[attr-defined]
         return ast.fix_missing_locations(node)
 
     def small(self, bound: ast.expr) -> bool:
