@@ -116,6 +116,7 @@ def test_summary(beam, capsys):
     figures = [one.nominal, one["mean"], one.sd, *one["quantile"].sel(level=[0.05, 0.5, 0.95])]
     assert row.split() == ["phi_end", "rad/pitch", *(f"{float(v):.4g}" for v in figures), "1"]
     total = out.splitlines()[out.splitlines().index(row) + 1]
+    # tolerance: the table has four digits
     assert float(total.split()[3]) == pytest.approx(np.degrees(25 * float(one.nominal)), rel=1e-3)
 
 
