@@ -198,6 +198,7 @@ def test_picture(beam):
     for end in u.end.values:
         share = 100 * float(u.probability.sel(end=end))
         (label,) = [t for t in labels if t.startswith(end)]
+        # tolerance: the label has so many digits
         assert float(label.rsplit(",", 1)[1].strip(" %")) == pytest.approx(share, rel=0.01)
     locked = right.lines[0].get_ydata()
     assert locked[0] == 0
