@@ -59,7 +59,8 @@ def note_approx() -> None:
     equal = scalar.__eq__
 
     def noted(self: Any, actual: object) -> bool:
-        if isinstance(actual, int | float | np.number) and isinstance(self.expected, int | float | np.number):
+        numbers = all(isinstance(x, int | float | np.number) for x in (actual, self.expected))
+        if numbers and np.isfinite(self.expected):
             note(actual - self.expected, self.tolerance)
         return bool(equal(self, actual))
 
