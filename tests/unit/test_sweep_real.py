@@ -73,7 +73,7 @@ def test_bent_samples_are_curves(tmp_path: Path) -> None:
     factor = float(one["joint.factor"])
     own = BEAM.replace(friction={"mu": float(one["friction.mu"])}, scale={"theta0": float(one["scale.theta0"])})
     r = squama.bend(own, to=AT, points=181)
-    # the law's own scatter moves little of a moment
+    # tolerance: the law's own scatter moves little of a moment
     assert float(one.torque) == pytest.approx(float(r.M[-1]), rel=1e-2 + abs(factor - 1))
     assert float(one.psi_e) == pytest.approx(float(r.psi_e), rel=1e-2)
 
@@ -351,6 +351,7 @@ def test_the_error_of_the_joints_law_scatters_too() -> None:
     rms = law.errors().K_theta.rms
     assert list(u.parameter.values) == ["friction.mu", "joint.factor"]
     assert u.attrs["notes"].startswith(f"joint.factor = normal(1, {rms:.6g}): how far the law of the joint was off")
+    # tolerance: samples of a fixed seed, 0.1 % and 0.3 % measured
     held = u.sel(figure="K_theta")
     assert float(held["sd"] / held["mean"]) == pytest.approx(rms, rel=0.01)
     np.testing.assert_allclose(u.ST.sel(indexed="K_theta"), [0, 1], atol=0.02)

@@ -28,7 +28,7 @@ def test_the_law_in_its_range() -> None:
     np.testing.assert_array_equal(found.K, law.stiffness(shape(beam())))
     assert found.band == 2 * law.errors().torque.rms
     np.testing.assert_array_equal(found.strain, law.strain(shape(beam())))
-    # elements of no size, with their error bars (docs, theory: elements)
+    # tolerance: elements of no size, with their error bars (docs, theory: elements)
     assert factor.pivots(found.K)[factor.K_THETA] == pytest.approx(0.0119, rel=0.03)
     # size, modulus and the exposed part play no role
     other = joint_of(beam(width="64 mm", thickness="32 mm", youngs_modulus="1 MPa", eta=2))
