@@ -9,6 +9,7 @@ import pytest
 
 import squama
 from squama.beam.faces import FACES
+from squama.curves import real
 from squama.errors import InputError
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", mu=0.2, youngs_modulus="2 MPa")
@@ -264,3 +265,16 @@ def test_a_face_is_followed_by_general_contact_once(
     one = squama.twist(beam, at=r.Phi.values)
     np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9)
     assert float(one.N[-1]) > 0
+
+
+@pytest.mark.parametrize("faces", BOTH)
+def test_without_general_contact_points_are_even_up_to_the_end(faces: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(real, "general", lambda: False)
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    one = squama.twist(beam, points=20)
+    r = squama.twist(beam.replace(faces=faces), points=20)
+    assert (r.end.item(), r.phi_general.isnull().item()) == ("other contact", True)
+    assert r.other_contact.item().split(" at ")[0] == one.other_contact.item().split(" at ")[0]
+    assert np.isfinite(r["T"].values).all()
+    assert float(r.phi[-1]) == pytest.approx(float(one.phi[-1]), abs=5e-3)
+    assert float(r.T_c) == float(r["T"][-1])

@@ -91,7 +91,13 @@ class Both(NamedTuple):
             grid = _fine(loads, float(loads.max(initial=0.0)), self.load_e)
             own, other = self._followed(points, grid)
             cut = min(float(one.figures["rate_c"]) for one in (own, other)) * self.case.pitch
-            along = {role: _within(v, grid <= cut * (1 + _NEAR)) for role, v in self._summed(own, other).items()}
+            along = _until(cut, self._summed(own, other))
+            if at is None and cut < self.far and not any(_generally(one) for one in (own, other)):
+                # the last steps before an end hang on where the others are
+                cut = float(grid[max(0, int(np.searchsorted(grid, cut)) - 2)])
+                loads = even(cut, points, self.load_e)
+                grid = _fine(loads, cut, self.load_e)
+                along = self._summed(*self._followed(points, grid))
             return self._told(own, other, grid, along, loads, cut)
         own, other = self._followed(points, at)
         cuts = [float(one.figures["rate_c"]) * self.case.pitch for one in (own, other)]
@@ -112,8 +118,9 @@ class Both(NamedTuple):
         self, own: Curve, other: Curve, grid: Array, along: dict[str, Array], loads: Array, cut: float
     ) -> Curve:  # fmt: skip
         """Return the curve at loads among those of ``grid``, with its figures; it ends at ``cut``."""
-        told, load_e, d = own.figures, self.load_e, self.case.pitch
-        ends = other.figures if cut < float(told["rate_c"]) * d * (1 - _NEAR) else told
+        told, load_e = own.figures, self.load_e
+        sooner = float(other.figures["rate_c"]) < float(told["rate_c"]) * (1 - _NEAR)
+        ends = other.figures if sooner else told
         last = {role: float(v[np.searchsorted(grid, cut)]) for role, v in along.items() if v.dtype.kind == "f"}
         theta_end = float(told["theta_end"]) if ends is told else last["theta"]
         load_end = float(ends["load_end"])
@@ -159,9 +166,18 @@ def _fine(loads: Array, most: float, load_e: float) -> Array:
     return np.union1d(loads, fine)
 
 
-def _within(values: Array, reached: Array) -> Array:
-    """Return values without those beyond the end."""
-    return values if values.dtype.kind != "f" else np.where(reached, values, np.nan)
+def _until(cut: float, along: dict[str, Array]) -> dict[str, Array]:
+    """Return variables, by role, without their values beyond the end."""
+    beyond = along["load"] > cut * (1 + _NEAR)
+    kept = ("load", "rate")
+    return {
+        role: v if role in kept or v.dtype.kind != "f" else np.where(beyond, np.nan, v) for role, v in along.items()
+    }
+
+
+def _generally(one: Curve) -> bool:
+    """Whether a curve goes on by general contact."""
+    return math.isfinite(float(one.figures["load_general"]))
 
 
 def gather(
