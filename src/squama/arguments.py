@@ -21,6 +21,9 @@ EXAMPLES = {
     "thickness": "0.02", "points": "200", "at": "5", "scales": "25", "neighbour": "1",
 }  # fmt: skip
 """What to write, by the name of an argument."""
+LEAST = 1e-6
+"""Least load angle per pitch, rad, to which a beam is brought and let go, and least difference of two: a smaller one is
+no motion of a beam, and comes near to what is lost in rounding."""
 
 
 def numbers(name: str, value: ArrayLike, *, endless: bool = False) -> Array:
@@ -191,3 +194,11 @@ def frictions(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.
 def friction(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3") -> float:
     """Return one coefficient of friction, as :func:`frictions` does."""
     return scalar("mu", frictions(own, given, how), 0.0, np.inf, "0 or more")
+
+
+def moves(name: str, angle: float) -> float:
+    """Return a load angle per pitch (rad) to which a beam is brought; refuse one that is no motion."""
+    if abs(angle) < LEAST:
+        value, why = (f"{angle:.6g} rad/pitch", f"is below {LEAST:g} rad/pitch: ") if angle else ("0", "")
+        refuse(name, value, f"{why}nothing moves", 'write e.g. "0.1 rad/pitch"')
+    return angle

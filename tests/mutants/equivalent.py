@@ -285,7 +285,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/systems.py", "NEAR = 1e-6"): {"*": _TUNING},
     (
         "dynamics/systems.py",
-        "back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])",
+        "back = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])",
     ): {"True -> False": _TUNING},
     ("dynamics/motion.py", "sign = 1 if state.y > 0 else -1"): {"1 -> 2 #4": "only its sign is looked at"},
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},

@@ -79,7 +79,7 @@ def work(beam: squama.Beam, psi: float, phi: float, **how: object) -> tuple[floa
     return float(r.U_el[-1]), float(r.M[-1]), float(r["T"][-1])
 
 
-@pytest.mark.parametrize(("how", "tolerance"), [(HINGE, 1e-6), ({"ideal": True}, 2e-3)])
+@pytest.mark.parametrize(("how", "tolerance"), [(HINGE, 1e-5), ({"ideal": True}, 2e-3)])
 @pytest.mark.parametrize("faces", BOTH)
 def test_moment_and_torque_are_slopes_of_the_energy(faces: str, how: dict[str, object], tolerance: float) -> None:
     """Both faces and the bar: M = dU/dkappa, T = dU/dPhi per length."""
@@ -154,9 +154,9 @@ def test_a_cycle_goes_up_the_curve(faces: str, joint: str) -> None:
     r = squama.twist(beam, at="0.12 rad/pitch", joint=joint)
     i = int(np.argmax(c.phi.values))
     for name in ("T", "U_el", "T_scales"):
-        assert float(c[name][i]) == pytest.approx(r[name].item(), rel=1e-6)
+        assert float(c[name][i]) == pytest.approx(r[name].item(), rel=1e-5)
     if faces == "mirrored":
-        assert float(c["T"].min()) == pytest.approx(-float(c["T"].max()), rel=1e-6)
+        assert float(c["T"].min()) == pytest.approx(-float(c["T"].max()), rel=1e-5)
         # a loop on each side
         assert c.W_d.values[0] == pytest.approx(c.W_d.values[1], rel=1e-4)
 

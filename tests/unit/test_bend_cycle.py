@@ -36,6 +36,7 @@ def test_it_is_the_real_beam(walked):
 
 
 def test_work_is_stored_or_rubbed_away(walked):
+    # tolerance: the walk's steps, 3e-5, and trapezoids between points, 1 %, on every processor
     assert abs(float(walked.energy_error)) < 1e-4
     given = np.trapezoid(walked.M, walked.kappa)
     # where the friction turns round the moment falls steeply between points
@@ -73,8 +74,10 @@ def test_bent_away_nothing_touches_and_coming_back_it_does():
 
 def test_without_friction_the_way_back_is_the_way_up():
     c = squama.cycle(SKIN, "0.12 rad/pitch", load="bending", mu=0, points=80)
-    up, down = (c.isel(point=(c.leg == i).values) for i in (1, 2))
+    turn = int(np.argmax(c.psi.values))
+    up, down = c.isel(point=slice(turn + 1)), c.isel(point=slice(turn, None))
     back = np.interp(up.psi, down.psi[::-1], down.M[::-1])
+    # tolerance: straight lines between points, 0.3 % measured, on every processor
     np.testing.assert_allclose(back[3:], up.M[3:], rtol=5e-3, atol=1e-4 * float(c.M.max()))
     assert float(abs(c.W_d[0])) < 1e-9
 
@@ -82,7 +85,8 @@ def test_without_friction_the_way_back_is_the_way_up():
 def test_where_the_contact_ends_the_history_is_refused():
     with pytest.raises(InputError, match=r"the contact is followed to .* rad/pitch") as error:
         squama.cycle(PLA, "0.28 rad/pitch", load="bending")
-    assert "turn round before" in str(error.value)
+    assert "twist = 0.28 rad/pitch" in str(error.value)
+    assert 'give at most "0.23' in str(error.value)
     with pytest.raises(InputError, match="joint"):
         squama.cycle(SKIN, "0.1 rad/pitch", load="bending", joint="glue")
 
@@ -101,12 +105,13 @@ def test_hinges_are_asked_for(capsys):
 @pytest.mark.skipif(not real.general(), reason="general contact needs ipctk (the extra fe)")
 def test_general_contact_goes_the_same_way_back():
     c = squama.cycle(SKIN, "0.12 rad/pitch", load="bending", mu=0.25, points=120)
-    down = c.isel(point=(c.leg == 2).values)
+    down = c.isel(point=slice(int(np.argmax(c.psi.values)), None))
     E, d, K = SKIN.substrate.youngs_modulus, SKIN.pitch, joint_of(SKIN).K
     assert K is not None
     led = make_bent(K, geometry(SKIN), 0.25, exposed=general_contact.surface(real.scale(SKIN, ideal=False)))
     for psi, tolerance in ((0.12, 4e-3), (0.115, 4e-3), (0.09, 4e-3), (0.05, 4e-3), (0.0, 1.0)):
         assert led.run(led.aim(psi, 0.0), 1e-3).reached
         own = np.interp(psi, down.psi[::-1], down.M[::-1])
+        # tolerance: the barrier of general contact, 0.15 and 0.3 % measured, on every processor
         assert own == pytest.approx(led.columns["M"][-1] * E * d**3, rel=tolerance, abs=1e-6)
     assert float(c.W_d[0]) == pytest.approx(led.columns["W_fr"][-1] * E * d**2, rel=0.015)

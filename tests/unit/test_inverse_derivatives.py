@@ -89,7 +89,9 @@ def test_derivatives_against_differences(friction):
         for name in off:
             assert np.median(off[name]) < (1e-6 if name in smooth else 5e-6), (key, name)
         for name in smooth:
-            assert (off[name].max() < 2e-6) if not friction else (np.quantile(off[name], 0.9) < 5e-6), (key, name)
+            # beyond the quantile a difference has a step more along the curve at one of its ends
+            quantile, most = (0.9, 1e-4) if friction else (0.97, 2e-5)
+            assert np.quantile(off[name], quantile) < most, (key, name)
 
 
 def test_derivatives_by_the_number_of_scales():

@@ -241,6 +241,11 @@ WRONG = {
     "mode": ([*SWING, "--mode", "cantilever"], ["--mode", "bending"]),
     "density": ([*SWING, "--mode", "cantilever", "--load", "bending"], ["--density", "not given", "1100 kg/m3"]),
     "nothing": ([*SWING[:3], "0 rad/pitch", *SWING[4:]], ["--release = 0", "nothing moves"]),
+    "too little": (
+        [*SWING[:3], "1e-320 rad/m", *SWING[4:]],
+        ["--release = ", "is below 1e-06 rad/pitch: nothing moves"],
+    ),
+    "shaken too little": ([*SHAKE[:3], "1e-9 rad/m", *SHAKE[4:]], ["--static = ", "is below 1e-06 rad/pitch"]),
     "too far": (
         ["vibrate", "beam.toml", "--release", "0.4 rad/pitch", "--rotor", ROTOR, "--joint", "hinge"],
         ["--release = 0.4", "is beyond", "lock"],

@@ -27,12 +27,29 @@ class Given(NamedTuple):
     """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not.
 
     ``faces``: how many of the bar's have scales; stiffness and matrix are of one, a factor that is given is the beam's.
+    ``middle``: whether the line in the bar's middle keeps its length.
     """
 
     stiffness: Number | None
     inclusion_factor: Number | None
     matrix: StoredMatrix | None
     faces: int = 1
+    middle: bool = False
+
+    def stretch(self, motions: int) -> str:
+        """Return "free" where there is no axial force, as by default, "held" where the bar keeps its length.
+
+        Scales on both faces share the stretch, which is held. Empty where a joint's matrix has seven ``motions`` and
+        knows none.
+        """
+        if motions < 9:
+            return ""
+        return "held" if self.middle or self.faces > 1 else "free"
+
+    @property
+    def line(self) -> str:
+        """The line of the bar that keeps its length: "free" for none, without axial force, or "middle"."""
+        return "free" if self.stretch(9 if self.matrix is None else len(self.matrix.rows)) == "free" else "middle"
 
     def gathered(self, factor: Number) -> Number:
         """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""

@@ -199,8 +199,8 @@ class Substrate(Part):
     strain_limit : float, optional
         Largest strain; 2 is three times the length.
     neutral : str, optional
-        Line that keeps its length in bending: "middle" (taken if not given; a homogeneous bar without axial force) or
-        "face" (that of the scales).
+        Line that keeps its length: "middle", of compliant joints in twisting too, which have no axial force if it is
+        not given; or "face" (that of the scales), of hinges in bending, which take the middle if it is not given.
 
     Raises
     ------
@@ -410,7 +410,9 @@ class Assembly(Part):
     def given(self) -> joint_law.Given:
         """What is known of the joint."""
         j = self.joint
-        return joint_law.Given(j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1)
+        return joint_law.Given(
+            j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1, self.substrate.neutral == "middle"
+        )  # fmt: skip
 
     @property
     def torsional_rigidity(self) -> float:

@@ -14,8 +14,9 @@ import numpy as np
 from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
+from squama.curves import bench
 from squama.fe.agreement import SHARE, holds
-from squama.loads import LINES, LOADS, Load
+from squama.loads import LINES, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
 
     Shown = Iterable[str | Table]
@@ -38,8 +40,19 @@ def covered(beam: Beam) -> str:
     return f"{beam.scales} scales on {beam.length * 1e3:.4g} mm{where}"
 
 
-def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
-    """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn."""
+def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
+    """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families."""
+    data = next(iter(laws.values()))
+    if HINGE not in laws or data.family is not None:
+        return None
+    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN)
+
+
+def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> Shown:
+    """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn.
+
+    ``found``: what stands beside the endless beam.
+    """
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
@@ -47,7 +60,15 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
     line = f"; {LINES[data.attrs['neutral']]}" if "neutral" in data.attrs else ""
-    yield f" {words.done}{how}: {covered(beam)}, mu = {mus}{sense}{line}"
+    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}{line}"
+    if found is not None:
+        total = math.degrees(found.at / beam.pitch * beam.length)
+        twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""
+        yield f"at {found.at:.4g} rad/pitch ({total:.4g} deg in total){twice}:"
+        yield from found.lines
+    elif HINGE in laws and data.family is not None:
+        held = "straight by a moment M" if words.sided else "from twisting by a torque T"
+        yield f"each curve is of a beam held {held}, which is in the files"
     yield ""
     if data.family is not None:
         for name, response in laws.items():
@@ -186,13 +207,13 @@ def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
     K, rigidity = beam.joint_stiffness, kind.rigidity(beam)
     line = f"joint of a scale: K_theta = {moment(K)} per rad, {given[beam.joint.stiffness is None]}"
     if not kind.sided:
-        return [line, f"beam without contact: C_f E_B I = {rigidity:.4g} N m2"]
+        return [line, f"beam without contact: C_f E_B I = {rigidity:.4g} N m^2"]
     factor = f"inclusion factor C_f = {beam.C_f:.4g}, {given[beam.joint.inclusion_factor is None]}"
-    return [line, f"beam without contact: C_f J G_B = {rigidity:.4g} N m2, {factor}"]
+    return [line, f"beam without contact: C_f J G_B = {rigidity:.4g} N m^2, {factor}"]
 
 
-def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object]:
-    """Return all there is to say about a twisted or bent beam.
+def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> dict[str, object]:
+    """Return all there is to say about a twisted or bent beam; ``found``: what stands beside the endless beam.
 
     ``figures`` are single figures of the curve, a list of them each for a family over ``mu``; ``laws`` the same for
     each law; ``curve`` the points, a list of lists for a family; ``derived`` what follows from the beam.
@@ -211,7 +232,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
         }
     figures = {name: _figures(response) for name, response in laws.items()}
     keys = "load law joint scales sense margin neutral followed squama_version"
-    parts = {"laws": figures, "curve": data.curves}
+    parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 
@@ -244,7 +265,7 @@ def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any],
     if not ideal:
         found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
     # a hinge has no line but the bar's middle where there is no axial force
-    hinged = same | ({} if LOADS[load].sided else {"neutral": "middle"})
+    hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
@@ -271,8 +292,10 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         return [
             [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
             at(f"  {words.torque_words} {torque}, N m", torque, twist),
-            *([] if words.sided else [at("  torque T that keeps it from twisting, N m", "T", twist)]),
-            at(f"  d{torque}/d{rate}, N m2", words.tangent, twist),
+            at("  moment M that holds it straight, N m", "M", twist)
+            if words.sided
+            else at("  torque T that keeps it from twisting, N m", "T", twist),
+            at(f"  d{torque}/d{rate}, N m^2", words.tangent, twist),
             at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),
             at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
@@ -320,12 +343,8 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     lines = [
         held(attrs),
         f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
-        f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m2 (hinge {words.rigidity(beam):.4g})",
+        f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m^2 (hinge {words.rigidity(beam):.4g})",
     ]
-    if (ours["N"] > 0).any():
-        row = ": squama row" if words.sided else ""
-        torque = words.torque_words
-        lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take {torque} away{row}")
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
     for i, mu in enumerate(ours["mu"].ravel()):

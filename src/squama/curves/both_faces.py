@@ -62,8 +62,9 @@ def total(parts: Sequence[Mapping[str, Array]], bar: float) -> dict[str, Array]:
 class Both(NamedTuple):
     """The path of a beam with scales on both faces, solved; ``lead``: the face whose scales touch first.
 
-    What is told of a scale is of that face; inclination and normal force of the other's go along. The curve ends where
-    one of the two does. ``far``: load angle to which it goes at most, of a path that is walked.
+    ``turns`` are the signs with which the faces see the load that is held. What is told of a scale is of the leading
+    face; inclination and normal force of the other's go along. The curve ends where one of the two does. ``far``: load
+    angle to which it goes at most, of a path that is walked.
     """
 
     lead: Solved
@@ -145,9 +146,10 @@ class Both(NamedTuple):
         """Return every variable of the beam by those of its faces at the same load angles, by role."""
         parts = [own.along, other.along]
         found = total(parts, self.case.rigidity)
-        if "T" in found:
-            # the torque that holds a bent beam of oblique scales
-            found["T"] = self.turns[0] * parts[0]["T"] + self.turns[1] * parts[1]["T"]
+        for role in ("T", "M"):
+            # what holds a beam of oblique scales from twisting, or straight
+            if role in found:
+                found[role] = self.turns[0] * parts[0][role] + self.turns[1] * parts[1][role]
         return found | {f"{role}_other": parts[1][role] for role in ("theta", "N")}
 
 
@@ -193,9 +195,9 @@ def gather(
     assert beam.other is not None
     mirror = asked._replace(path=LoadPath.of(load.name, [-v for v in asked.path.values]))
     others = paths if way > 0 else solve(mirror)
-    twisted = 1, beam.other.seen[1]
+    across = 1, beam.other.seen[1 - load.axis]
     found = []
     for pair in zip(paths, others, strict=True):
         lead = int(pair[1].load_e < pair[0].load_e)
-        found.append(Both(pair[lead], pair[1 - lead], (twisted[lead], twisted[1 - lead]), far))
+        found.append(Both(pair[lead], pair[1 - lead], (across[lead], across[1 - lead]), far))
     return found

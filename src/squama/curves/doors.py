@@ -9,7 +9,9 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from bisect import bisect_left
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 MOST = 1_000_000
 """Most points of a history."""
+_ROUNDING = 1e-12
+"""Relative difference of twists that are the same one in two units."""
 Rates = ArrayLike | Sequence[float | str] | str
 """Rates in rad/m, or texts with their units."""
 
@@ -44,6 +48,7 @@ def twist(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    neutral: str | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -75,6 +80,9 @@ def twist(
         Take the scales as thin and rigid, as in the paper (True), or as thick as the beam says and, on the compliant
         joint where their modulus is known, elastic (False). By default only the hinge's are ideal:
         ``joint="hinge", ideal=True`` is the paper's model.
+    neutral
+        "free" (there is no axial force: the default) or "middle" (the bar keeps its length), in place of the beam's own
+        ``substrate.neutral``; of the compliant joint. Either way the beam is held straight, by the moment ``M``.
 
     Returns
     -------
@@ -109,6 +117,7 @@ def twist(
         sense=sense,
         ideal=ideal,
         joint=joint,
+        neutral=neutral,
     ).dataset()
 
 
@@ -213,11 +222,19 @@ def _meant(
     First the beam, whose hinges know the line that keeps its length; that line last.
     """
     if kind.sided:
-        return beam, *follow.meant(beam, kind.name, law, joint, ideal), ""
+        held, thin, note = follow.meant(beam, kind.name, law, joint, ideal)
+        if neutral is not None and held == "hinge":
+            refuse("neutral", f'"{neutral}"', "is of the compliant joint in twisting", "leave it out")
+        if neutral is not None:
+            from squama.curves import polygons
+
+            beam = polygons.stretched(beam, neutral)
+        return beam, held, thin, note, ""
     from squama.curves import polygons
 
     held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
-    return beam.replace(substrate={"neutral": line}) if held == "hinge" else beam, held, thin, note, line
+    beam = beam.replace(substrate={"neutral": line}) if held == "hinge" else polygons.stretched(beam, line)
+    return beam, held, thin, note, line
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -337,13 +354,17 @@ def cycled(
     law = kind.law(arguments.law(law))
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
-    values = _repeated(read(twist, beam, load), arguments.whole("loops", loops, 1, 1e4))
+    once = read(twist, beam, load)
+    ends = once[1:2] if len(once) == 3 and len(_items(twist)) == 1 else once[::-1]
+    typed = {v: text for v, text in zip(ends, _items(twist)[::-1], strict=False) if isinstance(text, str)}
+    values = _repeated(once, arguments.whole("loops", loops, 1, 1e4))
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
     beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal)
     line = line if held == "compliant" else ""
-    asked = Asked(beam, LoadPath.of(load, values), m, law, margin, points, ideal=thin, note=note, neutral=line)
+    way = LoadPath.of(load, values, typed)
+    asked = Asked(beam, way, m, law, margin, points, ideal=thin, note=note, neutral=line)
     return follow.cycles(asked, held)
 
 
@@ -353,13 +374,7 @@ def read(given: float | str | Sequence[float | str], beam: Beam, load: str) -> l
     Given is a number (rad/m), a text, or a sequence of them; a single one is gone to and back. In a text with commas a
     number without a unit has that of the last one.
     """
-    items: Sequence[float | str]
-    if isinstance(given, str):
-        items = _parts(given)
-    elif isinstance(given, Sequence | np.ndarray):
-        items = list(given)
-    else:
-        items = [given]
+    items = _items(given)
     rates = [_rate(item, i, len(items), beam, load) for i, item in enumerate(items)]
     if not rates:
         refuse("twist", "", "is empty", "give twists one after the other, such as [0, 5, 0]")
@@ -367,13 +382,43 @@ def read(given: float | str | Sequence[float | str], beam: Beam, load: str) -> l
     values = [rate * beam.pitch for rate in rates]
     if values[0] != 0:
         values.insert(0, 0.0)
-    elif len(values) > 1 and values[1] == 0 and len(items) == 1:
-        refuse("twist", "0", "nothing moves", "give a twist other than 0")
+    if len(items) == 1:
+        arguments.moves("twist", values[1])
+    _distinct(values, beam, len(items))
+    return values
+
+
+def _apart(a: float, b: float) -> float:
+    return abs(a - b)
+
+
+def _distinct(values: list[float], beam: Beam, given: int) -> None:
+    """Refuse two twists in a row that are the same, or two of a history that are all but the same.
+
+    Twists that differ by rounding, as of two units, become equal.
+    """
+    known = [0.0]
+    for i, value in enumerate(values):
+        place = bisect_left(known, value)
+        near = min(known[max(0, place - 1) : place + 1], key=partial(_apart, value))
+        if abs(near - value) <= _ROUNDING * abs(value):
+            values[i] = near
+            continue
+        if abs(near - value) < arguments.LEAST:
+            reason = f"is nearer than {arguments.LEAST:g} rad/pitch to another one of the history, {near:.9g} rad/pitch"
+            refuse(f"twist[{i + given - len(values)}]", f"{value:.9g} rad/pitch", reason, "give the same one")
+        known.insert(place, value)
     for i, (a, b) in enumerate(itertools.pairwise(values)):
         if a == b:
-            place = i + 1 + len(items) - len(values)
+            place = i + 1 + given - len(values)
             refuse(f"twist[{place}]", f"{b / beam.pitch:.6g} rad/m", "is the same as the one before", "give it once")
-    return values
+
+
+def _items(given: float | str | Sequence[float | str]) -> list[float | str]:
+    """Return the twists of a history as they were given, one by one."""
+    if isinstance(given, str):
+        return [*_parts(given)]
+    return list(given) if isinstance(given, Sequence | np.ndarray) else [given]
 
 
 def _parts(text: str) -> list[str]:

@@ -22,15 +22,22 @@ FINE = 2e-3
 class LoadPath(NamedTuple):
     """Bend and twist per pitch (psi, phi) to go to one after the other, from rest; rad, signed.
 
-    An infinite one is the end of the curve in that sense.
+    An infinite one is the end of the curve in that sense. ``typed``: the words in which load angles were given.
     """
 
     points: tuple[tuple[float, float], ...]
+    typed: Mapping[float, str] = {}
 
     @classmethod
-    def of(cls, load: str, values: Sequence[float]) -> LoadPath:
+    def of(cls, load: str, values: Sequence[float], typed: Mapping[float, str] = {}) -> LoadPath:
         """Return the path along one load."""
-        return cls(tuple((0.0, v) if LOADS[load].axis else (v, 0.0) for v in map(float, values)))
+        return cls(tuple((0.0, v) if LOADS[load].axis else (v, 0.0) for v in map(float, values)), typed)
+
+    def said(self, value: float) -> str:
+        """Return a load angle as it was typed, and per pitch."""
+        angle = f"{value:.6g} rad/pitch"
+        text = self.typed.get(value, angle)
+        return angle if text == angle else f'"{text}" ({angle})'
 
     @property
     def load(self) -> Load:
@@ -108,9 +115,10 @@ class Case(NamedTuple):
 
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
-        """Return that of scales which a matrix K (7, 7) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit = beam.unit_moment
-        rigidity, K_theta = twisting_stiffness(K) * unit * beam.pitch, inclination_stiffness(K) * unit
+        """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist."""
+        unit, stretched = beam.unit_moment, beam.given.stretch(len(K)) == "free"
+        rigidity = twisting_stiffness(K, stretched=stretched) * unit * beam.pitch
+        K_theta = inclination_stiffness(K[:7, :7]) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
 
 
@@ -151,7 +159,7 @@ def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -
     """
     d, E = case.pitch, modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
-    units |= {"torque": E * d**3, "onset": E * d**3, "stress": E}
+    units |= {"torque": E * d**3, "M": E * d**3, "onset": E * d**3, "stress": E}
     v = {role: x * units.get(role, 1.0) for role, x in own.items()} | {"load": twists, "rate": twists / d}
     v["scales"] = v["torque"] - case.rigidity * v["rate"]
     v["f0"] = v["f"] * case.eta * d / case.stiffness

@@ -24,6 +24,7 @@ from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.real import changes, follow, path
 from squama.real.features import FACE
+from squama.real.moments import moments
 from squama.types import Array
 
 TAB_LIMIT = 0.025
@@ -33,9 +34,9 @@ STRAIN_LIMIT = 0.3
 _NEAR, _SAME = 1e-5, 1e-6
 OWN = (
     *(*MOTIONS, "stiffness_ratio", "slip", "deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
-    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar"),
+    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar", "M", "stretch"),
 )
-"""Roles of variables that simpler models have not."""
+"""Roles of variables that simpler models have not; M and stretch where the joint's matrix knows them."""
 _ALONG = (
     "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED", *OWN,
 )  # fmt: skip
@@ -50,7 +51,8 @@ def general() -> bool:
 class Held(NamedTuple):
     """What holds a beam's scales, and its figures in SI units.
 
-    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's.
+    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's; ``stretch``: "free"
+    where there is no axial force, "held" where the length is held, empty where a matrix (7, 7) knows of none.
     """
 
     joint: Joint
@@ -58,6 +60,7 @@ class Held(NamedTuple):
     K_theta: float
     rigidity: float
     alone: float
+    stretch: str
 
     @property
     def more(self) -> float:
@@ -65,16 +68,16 @@ class Held(NamedTuple):
         return self.rigidity - self.alone
 
     @classmethod
-    def of(cls, beam: Beam) -> Held:
-        """Return that of a beam; refuse one whose joint is not known."""
+    def of(cls, beam: Beam, *, stretched: bool = True) -> Held:
+        """Return that of a beam; refuse one whose joint is not known. Not ``stretched``: the length is held."""
         joint = joint_of(beam)
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
-        K = np.asarray(joint.K, float)
-        case = Case.held(beam, K[:7, :7], 1)
+        K = np.asarray(joint.K, float)[slice(None if stretched else 7), slice(None if stretched else 7)]
+        case = Case.held(beam, K, 1)
         bare = beam.G_B * beam.J
         rigidity = float(beam.given.gathered(case.rigidity / bare)) * bare if beam.other else case.rigidity
-        return cls(joint, K, case.stiffness, rigidity, case.rigidity)
+        return cls(joint, K, case.stiffness, rigidity, case.rigidity, beam.given.stretch(len(K)))
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -171,15 +174,17 @@ class Path(NamedTuple):
             **thresholds(engaged, self.beam, twists, own),
             **more,
         }
-        return Curve({role: own[role][which] for role in _ALONG}, found)
+        return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
     def onward(self, twists: Array, start: float, own: dict[str, Array]) -> dict[str, float | int | str]:
         """Go on beyond a twist by general contact: fill the values there; return how that ends."""
         from squama.curves import general_contact
 
         held, beyond = self.held, np.flatnonzero(twists > start)
-        K, mu, loads = held.K[:7, :7], self.way.mu, twists[beyond]
-        c = general_contact.curve(self.beam, K, mu, loads, self.way.scale, sign=self.sign, increment=path.STEP)
+        mu, scale = self.way.mu, self.way.scale
+        c = general_contact.curve(
+            self.beam, held.K, mu, twists[beyond], scale, sign=self.sign, stretch=held.stretch
+        )  # fmt: skip
         if not float(c.figures["load_end"]) > start:
             return {}
         for role, values_there in c.along.items():
@@ -193,7 +198,8 @@ class Path(NamedTuple):
         own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
         q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
         q[:, :3] /= self.beam.pitch
-        for role, values_there in embedded(self, np.column_stack([q, loads])).items():
+        strains = [twists[beyond]] if not held.stretch else [twists[beyond], 0 * twists[beyond], own["stretch"][beyond]]
+        for role, values_there in embedded(self, np.column_stack([q, *strains])).items():
             own[role][beyond] = values_there
         kept = ("end", "neighbour", "other_contact", "first_contact", "load_end")
         found = {role: c.figures[role] for role in kept}
@@ -204,19 +210,19 @@ class Path(NamedTuple):
         return self.way.states(twists)
 
 
-def solve(asked: Asked) -> tuple[list[Path], States]:
-    """Return the paths of a beam for each coefficient of friction."""
+def solve(asked: Asked, *, stretched: bool = True) -> tuple[list[Path], States]:
+    """Return the paths of a beam for each coefficient of friction; ``stretched`` as of :meth:`Held.of`."""
     beam, to, ideal = asked.beam, abs(asked.path.values[-1]), asked.ideal
     far = path.RANGE if to == math.inf else to
     if far >= math.pi:
         refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
-    held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
+    held, sign = Held.of(beam, stretched=stretched), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
     # engagement is told wherever it is, a short curve may end before
     most = max(far, path.RANGE, 0.0 if asked.at is None else float(np.max(asked.at)))
     found = []
     for mu in np.atleast_1d(asked.mus):
-        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)
+        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most, stretch=held.stretch)
         found.append(Path(beam, held, way, sign, far, asked.onward and general()))
     far = far if asked.at is None else float(np.max(asked.at))
     return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
@@ -226,7 +232,7 @@ def attributes(held: Held) -> dict[str, float | str]:
     """Return what answers say of the joint."""
     return {
         "K_theta": held.K_theta, "rigidity": held.rigidity, "joint_source": held.joint.source,
-        "band": held.joint.band,
+        "band": held.joint.band, "neutral": "free" if held.stretch == "free" else "middle",
     }  # fmt: skip
 
 
@@ -263,12 +269,14 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
 def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     """Return every variable at the states of ``rows``, SI units, by role."""
     way = one.way
-    column = dict(zip(follow.COLUMNS, rows.T, strict=True))
+    column = dict(zip(follow.STRAINED, rows.T, strict=False))
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr")} | {"p": column["x"], "s": column["y"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"], own["onset"], own["work"] = column["T"], column["T_slip"], column["W"]
+    if "stretch" in column:
+        own["stretch"], own["M"] = column["stretch"], moments(way.scale, way.beams.K[0], rows)[0]
     if one.held.more:
         more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
         own |= {role: own[role] + more * twists for role in ("torque", "onset")}

@@ -10,29 +10,34 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from squama.beam.design import Beam
 from squama.curves import both_faces, real
+from squama.curves.hinge_cycles import STRAIGHT
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
-from squama.curves.real_polygons import Gone, Stations, go
-from squama.errors import refuse
+from squama.curves.real_polygons import NEUTRAL, Gone, Stations, go
+from squama.errors import InputError, Problem, refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
 from squama.real import changes, follow, path
+from squama.real.legs import follow_legs
 from squama.types import Array
 
 INCREMENT = 5e-4
 """Largest increment of the twist, rad per pitch: work and dissipation agree to some 1e-4 with it."""
 MOST = 100_000
 """Increments of a history at most."""
-AFTER = 14
-"""Points after a reversal, at twists that go back by ever more, so that the steep part is resolved."""
-_LEAST = 2e-6
-_FULL = 1e-9
+_LEAST, _GROWS = 4e-6, 2.0
+"""First step after a reversal, rad per pitch, and by how much the next ones grow: the contact sticks there while the
+friction turns round, and the torque falls steeply."""
+_APART, _FULL = 1e-6, 1e-9
+"""Least distance of states, rad per pitch: a shorter step may find no balance; and below which two are the same."""
+_BEFORE = 1e-4
+"""By how much a state is put before engagement, rad per pitch: at engagement itself a contact may not be found."""
 _ALONG = (
     *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "T", "contact"),
     *real.OWN,
@@ -41,12 +46,16 @@ _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
 
 
 class _Way(NamedTuple):
-    """A walked history: signed twists of its points, their legs, the modes there; the number of each value's point."""
+    """A history: signed twists of its points, their legs, the number of each value's point; modes once it is walked.
+
+    ``told``: whether a point was asked for, or only resolves a reversal.
+    """
 
     twists: Array
     legs: Array
-    mode: Array
     turns: list[int]
+    told: Array
+    mode: Array = np.empty(0)
 
 
 class _Walked(NamedTuple):
@@ -66,21 +75,26 @@ class _Walked(NamedTuple):
 def walk(asked: Asked) -> States:
     """Return the states along a history, its loops, and what holds for each sense.
 
-    To the points that are asked of each way some come after each reversal. A history on which the contact ends is
-    refused: the twist, and what happens there.
+    Each way has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
+    again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
     """
     values, beam = asked.path.values, asked.beam
     check(values)
-    twists, legs, turns = _points(values, asked.points)
-    walked = (_bent if asked.neutral else _twisted)(asked, twists, legs)
-    way = _Way(twists, legs, walked.mode, turns)
-    along, far = _along(walked, way), max(map(abs, values))
+    follower = _bent if asked.neutral else _twisted
+    way = _points(values, asked.points, _engagements(asked))
+    walked = follower(asked, way.twists, way.legs)
+    way, along = _along(walked, way._replace(mode=walked.mode))
+    far, told = max(map(abs, values)), way.told
     residual = [walked.left(loop) for loop in history.loops(values)]
     total = float(along["U_el"][-1] + along["W_fr"][-1])
     error = (float(along["work"][-1]) - total) / max(float(along["W_fr"][-1]), float(along["U_el"].max()), 1e-300)
     roles = [role for role in _ALONG if role in along]
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): {"branch": along["branch"], "leg": way.legs, **{role: along[role] for role in roles}},
+        ("point",): {
+            "branch": along["branch"][told],
+            "leg": way.legs[told],
+            **{role: along[role][told] for role in roles},
+        },
         ("loop",): _loops(way, along, values, beam.pitch, residual),
         ("sense",): walked.senses,
         (): {"energy_error": np.asarray(error)},
@@ -101,30 +115,56 @@ def check(values: list[float]) -> None:
         refuse("twist", "", reason, f"give at most {MOST * INCREMENT:.4g}, by fewer twists or loops")
 
 
-def _points(values: list[float], points: int) -> tuple[Array, Array, list[int]]:
-    """Return the twists of a history, their legs, and the number of each value's point."""
-    twists, legs, turns = [0.0], [1], [0]
+def _engagements(asked: Asked) -> list[float]:
+    """Return the signed load angles just before scales come into contact, in the senses that a history goes to."""
+    beam, mu, values = asked.beam, float(asked.mus), np.array(asked.path.values)
+    held, plate = real.Held.of(beam), real.scale(beam, ideal=asked.ideal)
+    if not asked.neutral:
+        both = paths(beam, held, plate, mu, values)
+        return [one.sign * (one.way.contact.phi - _BEFORE) for one in both.values() if one.way.contact.first != -1]
+    found = []
+    for far in (float(values.max()), float(values.min())):
+        for view in both_faces.views(beam):
+            ahead = np.array([(far, 0.0)]) * view
+            stretch = NEUTRAL[asked.neutral]
+            met = follow_legs(plate, held.K, mu, ahead, stretch=stretch).answers.contact() if far else None
+            found += [math.copysign(met.phi - _BEFORE, far)] if met and met.first != -1 else []
+    return found
+
+
+def _points(values: list[float], points: int, engaged: list[float]) -> _Way:
+    """Return the points of a history, and where contact begins and ends; after a reversal the first steps are small."""
+    twists, legs, turns, told = [0.0], [1], [0], [True]
     reversals = set(history.reversals(values))
     for i, (start, stop) in enumerate(itertools.pairwise(values)):
-        goals = goals_of(start, stop, values[: i + 1], points, turned=i in reversals)
-        twists += goals
-        legs += [i + 1] * len(goals)
+        even = evenly(start, stop, values[: i + 1], points, engaged)
+        small = resolving(start, even[0]) if i in reversals else []
+        twists += [*small, *even]
+        told += [False] * len(small) + [True] * len(even)
         turns.append(len(twists) - 1)
-    return np.array(twists), np.array(legs), turns
+        legs += [i + 1] * (len(twists) - len(legs))
+    return _Way(np.array(twists), np.array(legs), turns, np.array(told))
 
 
-def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:  # noqa: ARG001 - parts in one sense are their own
-    """Walk a history of twists; parts in one sense one after the other."""
+def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
+    """Walk a history of twists, parts in one sense one after the other; refuse one on which the contact ends."""
     beam, values = asked.beam, asked.path.values
     held = real.Held.of(beam)
     both = paths(beam, held, real.scale(beam, ideal=asked.ideal), float(asked.mus), np.array(values))
-    found = rows(both, twists, INCREMENT)
+    try:
+        found = rows(both, twists, INCREMENT)
+    except LeftError as error:
+        _refuse(asked, error, values[legs[error.point]])
     size, negative = np.abs(twists), twists < 0
     parts = {sense: real.values(one, size, found) for sense, one in both.items()}
     v = dict(parts["+"])
     if "-" in parts:
         v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
     v = both_faces.total([v] * both_faces.alike(beam, "twisting"), held.rigidity)
+    if beam.other and "M" in v:
+        # the other face sees the bend in its own sense
+        other = beam.other.seen[0]
+        v["M"] = v["M"] * (1 + other if both_faces.alike(beam, "twisting") == 2 else np.where(negative, other, 1))
     sign = np.where(negative, -1.0, 1.0)
     v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
     return _Walked(
@@ -143,17 +183,17 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         return go(asked, float(asked.mus), lambda *_: whole, corners, INCREMENT)
 
     gone = through(bends, legs)
-    if gone.along["psi"].size < bends.size:
+    n = gone.along["psi"].size
+    if n < bends.size:
         other = f" ({gone.found.other})" if gone.found.other else ""
-        last = float(gone.along["psi"][-1])
-        reason = f"the contact is followed to {last:.5g} rad/pitch: {SENTENCES[End(gone.found.end)]}{other}"
-        refuse("twist", f"{float(bends[gone.along['psi'].size]):.6g} rad/pitch", reason, "turn round before")
+        why, far = f"{SENTENCES[End(gone.found.end)]}{other}", float(gone.along["psi"][-1])
+        _refuse(asked, LeftError(n, far, why, outward=abs(bends[n]) > abs(bends[n - 1])), values[legs[n]])
     v, bare = gone.bending()
     v["onset"] = v["onset"] * np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
 
     def left(loop: history.Loop) -> float:
         last = values.index(loop.top)
-        down = np.array(goals_of(loop.top, 0.0, [], 60, turned=True))
+        down = np.array(goals_of(loop.top, 0.0, 60))
         end = int(np.flatnonzero(legs == last)[-1]) if last else 0
         there = through(np.append(bends[: end + 1], down), np.append(legs[: end + 1], [last + 1] * down.size)).along
         return _crossing(there["psi"][end + 1 :], there["M"][end + 1 :], there["N"][end + 1 :])
@@ -180,7 +220,7 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
     far, found, seen = float(np.abs(values).max()), {}, both_faces.sense(beam, "twisting")
 
     def way(sign: int) -> path.Path:
-        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE))
+        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), stretch=held.stretch)
 
     if seen < 0 and (first := way(-1).contact).first != -1 and first.phi < far:
         reason = f"is beyond {first.phi:.6g} rad/pitch, where the other face's scales touch too, which is not followed"
@@ -194,9 +234,14 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
 def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
 
-    Rows as :data:`squama.real.follow.COLUMNS`. A history on which the contact ends is refused.
+    Rows as :data:`squama.real.follow.COLUMNS`.
+
+    Raises
+    ------
+    LeftError
+        The contact ends on the history.
     """
-    found = np.zeros((x.size, len(follow.COLUMNS)))
+    found = np.zeros((x.size, next(iter(paths.values())).way.columns))
     found[:, 4:6] = np.nan
     # frictional work, work, slip
     sums, before = [follow.COLUMNS.index(name) for name in ("W_fr", "W", "slip")], np.zeros(3)
@@ -209,38 +254,87 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
         one = paths["-" if x[a + 1] < 0 else "+"]
         own, end = one.way.states(np.abs(x[part]), increment)
         if end.code != changes.RANGE:
-            _refuse(one, end, float(x[part][end.solved]))
+            raise _left(one, end, part.start + end.solved, x)
         own[:, sums] += before
         before = own[-1, sums]
         found[part] = own
     return found
 
 
-def goals_of(start: float, stop: float, earlier: list[float], points: int, *, turned: bool) -> list[float]:
-    """Return the twists of a way: growing steps where the load has turned, then even ones; where loops may close; 0."""
-    way, span = math.copysign(1.0, stop - start), abs(stop - start)
-    near = start + way * np.geomspace(_LEAST, max(2 * _LEAST, min(0.02, span / 4)), AFTER) if turned else np.empty(0)
-    here = float(near[-1]) if turned else start
-    even = np.linspace(here, stop, points + 1)[1:]
-    closing = [v for v in {0.0, *earlier} if (v - start) * way > _FULL and (stop - v) * way > _FULL]
-    kept = [float(x) for x in (*near, *even) if not closing or min(abs(x - v) for v in closing) > _FULL]
-    return sorted({*kept, *closing, stop}, reverse=way < 0)
+def goals_of(start: float, stop: float, points: int) -> list[float]:
+    """Return the twists of a way back from a reversal: even ones, and small steps while the friction turns round."""
+    even = evenly(start, stop, [], points)
+    return [*resolving(start, even[0]), *even]
 
 
-def _refuse(one: real.Path, end: follow.End, asked: float) -> None:
-    """Say where the scales do not follow."""
+def evenly(
+    start: float, stop: float, earlier: Sequence[float], points: int, engaged: Sequence[float] = ()
+) -> list[float]:
+    """Return even twists of a way, and in their places 0 and those where loops may close and where contact begins.
+
+    ``points`` on each part in contact, a quarter of it (:data:`STRAIGHT`) on one without.
+    """
+    way = math.copysign(1.0, stop - start)
+
+    def within(v: float, least: float) -> bool:
+        return (v - start) * way > least and (stop - v) * way > least
+
+    cuts = sorted((v for v in engaged if within(v, _APART)), reverse=way < 0)
+    kept = sorted({v for v in (0.0, *earlier) if within(v, _FULL)} | {stop})
+    kept += [v for v in cuts if min(abs(v - u) for u in kept) > _APART]
+    goals: list[float] = []
+    for a, b in itertools.pairwise([start, *cuts, stop]):
+        touches = not engaged or any((a + b) / 2 / v > 1 for v in engaged)
+        n = points if touches else max(2, points // STRAIGHT)
+        even = np.linspace(a, b, n + 1)[1:-1]
+        goals += even[np.abs(even[:, None] - np.array(kept)).min(axis=1) > abs(b - a) / n * (0.5 + 1e-9)].tolist()
+    return sorted([*goals, *kept], reverse=way < 0)
+
+
+def resolving(start: float, first: float) -> list[float]:
+    """Return the twists between a reversal and the next one that is asked for, by growing steps."""
+    steps = max(0, math.ceil(math.log(max(abs(first - start) / 2 / _LEAST, 1.0), _GROWS)))
+    return [start + math.copysign(_LEAST * _GROWS**i, first - start) for i in range(steps)]
+
+
+class LeftError(InputError):
+    """A history on which the contact ends before its point number ``point``, at the load angle ``far`` per pitch.
+
+    ``outward``: on a way on which the load grows.
+    """
+
+    def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
+        super().__init__(Problem("twist", "", f"the contact is followed to {far:.5g} rad/pitch: {why}"))
+        self.point, self.far, self.outward = point, far, outward
+
+
+def _left(one: real.Path, end: follow.End, point: int, x: Array) -> LeftError:
+    """Return where the scales do not follow."""
     found = real.ending(one.way, end)
     words = SENTENCES[End(str(found["end"]))]
     other = f" ({found['other_contact']})" if found["other_contact"] else ""
-    reason = f"the contact is followed to {end.phi * one.sign:.5g} rad/pitch: {words}{other}"
-    refuse("twist", f"{asked:.6g} rad/pitch", reason, "turn round before")
+    return LeftError(point, end.phi * one.sign, words + other, outward=abs(x[point]) > abs(x[point - 1]))
 
 
-def _along(walked: _Walked, way: _Way) -> dict[str, Array]:
-    """Return every variable along the history, by role, with what follows from its ways."""
-    v, size = dict(walked.along), np.abs(way.twists)
+def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
+    """Refuse a history on which the contact ends on the way to a value, and say how far it may go."""
+    remedy = "turn round before"
+    if left.outward and left.far:
+        digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
+        # after a reversal the contact goes on a little before it comes back
+        most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
+        total = math.degrees(most) * asked.beam.scales
+        remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
+    refuse("twist", asked.path.said(goal), left.problems[0].reason, remedy)
+
+
+def _along(walked: _Walked, way: _Way) -> tuple[_Way, dict[str, Array]]:
+    """Return every variable along the history, by role, with what follows from its ways, and these."""
+    v = dict(walked.along)
+    v["f"] = v["f"] * np.where(np.diff(np.abs(way.twists), prepend=0.0) < 0, -1.0, 1.0)
+    way, v = _sliding(way, v)
+    size = np.abs(way.twists)
     inward = np.diff(size, prepend=0.0) < 0
-    v["f"] = v["f"] * np.where(inward, -1.0, 1.0)
     v["tangent"] = np.empty(size.size)
     for a, b in itertools.pairwise(way.turns):
         slope = np.gradient(v["torque"][a : b + 1], v["rate"][a : b + 1])
@@ -250,7 +344,34 @@ def _along(walked: _Walked, way: _Way) -> dict[str, Array]:
     v["stiffness_ratio"] = v["tangent"] / walked.rigidity
     branch = np.where(way.mode == follow.STICK, 3, np.where(inward, 2, 1)) * (way.mode != follow.FREE)
     v["branch"] = _BRANCHES[branch.astype(int)]
-    return v
+    return way, v
+
+
+def _sliding(way: _Way, v: dict[str, Array]) -> tuple[_Way, dict[str, Array]]:
+    """Add the points at which scales slide again after they stuck, where the torque's slope jumps.
+
+    A contact that sticks is all but linear: its states go on as the last two, up to the torque at which it slides.
+    """
+    x, torque = way.twists, v["torque"]
+    i = 1 + np.flatnonzero((way.mode[1:-1] == follow.STICK) & (way.mode[2:] == follow.SLIP))
+    slope = (torque[i] - torque[i - 1]) / (x[i] - x[i - 1])
+    ahead = np.divide(v["onset"][i + 1] - torque[i], slope, out=np.zeros(i.size), where=slope != 0)
+    inside = (ahead / (x[i + 1] - x[i]) > 0) & (ahead / (x[i + 1] - x[i]) < 1)
+    i, ahead = i[inside], ahead[inside]
+    share = ahead / (x[i] - x[i - 1])
+
+    def grown(values: Array) -> Array:
+        new = values[i] + share * (values[i] - values[i - 1]) if values.dtype.kind == "f" else values[i]
+        return np.insert(values, i + 1, new)
+
+    turns = [n + int(np.searchsorted(i, n)) for n in way.turns]
+    legs, told = np.insert(way.legs, i + 1, way.legs[i + 1]), np.insert(way.told, i + 1, True)
+    own = _Way(grown(x), legs, turns, told, np.insert(way.mode, i + 1, follow.STICK))
+    v = {role: grown(values) for role, values in v.items()}
+    new = i + 1 + np.arange(i.size)
+    # what is left of the friction while it turns round lies across; where the scales slide it is all there
+    v["f"][new] = v["N"][new] * v["f"][new + 1] / v["N"][new + 1]
+    return own, v
 
 
 class _Closed(NamedTuple):
@@ -311,7 +432,7 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     last = values.index(loop.top)
     one = paths["-" if loop.top < 0 else "+"]
     start = [j for j in range(last + 1) if values[j] == 0][-1]
-    down = goals_of(abs(loop.top), 0.0, [], 60, turned=True)
+    down = goals_of(abs(loop.top), 0.0, 60)
     targets = np.array([*np.abs(values[start : last + 1]), *down])
     rows, end = one.way.states(targets, INCREMENT)
     x, torque = targets[-len(down) :], rows[-len(down) :, 1]

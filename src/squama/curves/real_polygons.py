@@ -21,7 +21,6 @@ from squama.curves import both_faces, real
 from squama.curves.path import Asked, Case, States, in_si
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.model.outcome import End
-from squama.progress import steps
 from squama.real import changes, follow, path
 from squama.real.features import CORNERS, FACE
 from squama.real.legs import Bent, follow_legs
@@ -282,36 +281,21 @@ def named(first: int, second: int, k: int) -> str:
 def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
     """Return the states by general contact, from rest."""
     from squama.curves import general_contact
-    from squama.fe.assembly import make_bent
-    from squama.fe.geometry import geometry
 
-    plate, free = one.way.scale, ("stretch",) * (asked.neutral == "free")
-    surface = general_contact.surface(plate)
-    led = make_bent(one.held.K, geometry(one.beam), one.way.mu, free=free, exposed=surface)
-    led.begin()
-    kept, moved, end = [0], [led.moved[:, :, 0]], str(End.RANGE)
+    plate, legs, free = one.way.scale, [], ("stretch",) * (asked.neutral == "free")
     for _, leg in stations.corners():
-        goal = led.aim(*stations.strains[stations.legs == leg][-1])
-        ways = stations.ways[stations.legs == leg]
-        # the way that is aimed at is this one's sum but for rounding
-        places = [*ways[ways > led.phi][:-1].tolist(), goal]
-        for way in steps(places, len(places), "points by general contact"):
-            if not led.run(way, path.STEP).reached:
-                end = led.ending(path.STEP)
-                break
-            kept.append(len(led.columns["way"]) - 1)
-            moved.append(led.moved[:, :, 0])
-        if end != End.RANGE:
-            break
+        of = stations.legs == leg
+        legs.append((stations.strains[of][-1], stations.ways[of]))
+    led = general_contact.lead(one.beam, one.held.K, one.way.mu, plate, free, legs)
     names = (*MOTIONS, "N", "f", "W_fr", "U_el", "theta", "M", "stretch", "p", "s")
-    own = {name: np.array(led.columns[name], float)[kept] for name in names}
-    own |= {"torque": np.array(led.columns["T"])[kept], "work": np.array(led.columns["W"])[kept]}
-    own |= path.plate_figures(plate, general_contact.deflections(plate, surface, np.array(moved)))
-    own["slip"] = np.full(len(kept), np.nan)
-    q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(kept), ::-1], own["stretch"]])
-    contact = np.array([_letters(str(led.columns["contact"][i])) for i in kept])
+    own = {name: led.columns[name] for name in names} | {"torque": led.columns["T"], "work": led.columns["W"]}
+    surface = general_contact.surface(plate)
+    own |= path.plate_figures(plate, general_contact.deflections(plate, surface, led.moved))
+    own["slip"] = np.full(len(led.moved), np.nan)
+    q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(own["N"]), ::-1], own["stretch"]])
+    contact = np.array([_letters(words) for words in led.words])
     changes = [(met.phi, _letters(f"{met.pair} (k = {met.k})" if met.k else "")) for met in led.contacts]
-    return Followed(own, q, contact, None, changes, float(led.phi), end)
+    return Followed(own, q, contact, None, changes, led.way, led.end)
 
 
 def _letters(words: str) -> str:
@@ -325,7 +309,7 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     beam, n = one.beam, len(found.q)
     psi, phi = stations.strains[:n].T
     own = {role: values for role, values in found.own.items() if role != "M"}
-    v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
+    v = in_si(Case.held(beam, one.held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     alone = path.bare(one.way.beams)[0]
     if one.beam.other:

@@ -203,8 +203,7 @@ def _angle(name: str, value: Quantity | None, beam: Beam, held: Held) -> float:
         return 0.0
     with naming(name):
         angle = held.load.read(value, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-    if angle == 0:
-        refuse(name, "0", "nothing moves", 'write e.g. "0.1 rad/pitch"')
+    arguments.moves(name, angle)
     if abs(angle) >= math.pi:
         refuse(name, f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
     return angle

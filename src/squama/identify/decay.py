@@ -156,7 +156,7 @@ def fit_decay(
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
     held, contact, damped = _wanted(beam, parameters, load, law, mode, joint, ideal)
-    asked = ask(beam, load, contact) if contact else None
+    asked = ask(beam, load, contact, joint=held.joint) if contact else None
     names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
     rows = tuple(OWN.get(name) or PARAMETERS[name] for name in names)
     swung = swings.swings(swings.read(data, beam, held.load), beam.pitch)

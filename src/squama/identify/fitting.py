@@ -117,7 +117,7 @@ def fit(
     if sigma is not None and not records.TORQUES.hold(sigma):
         refuse("noise", f"{sigma:.6g} N m", f"is out of range ({records.TORQUES.allowed})", 'write e.g. "5 N mm"')
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
-    asked = ask(beam, load, parameters, bounds)
+    asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant")
     # samples are drawn at twists that stay
     moved = [n for n in asked.names if n in OF_TWIST]
     if samples and moved:

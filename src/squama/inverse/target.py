@@ -121,7 +121,9 @@ def read_target(
     context = Context(start.scales, common["load"], bare)
     names = _of_locks(file, need)
     common["joint"] = _joint(file, common, names, problems)
-    found = _read(file, start, common, context._replace(joint=common["joint"]), folder, problems)
+    hinged = [*(f"{key} = {shown(value)}" for key, value in _hinges(file)), *names]
+    context = context._replace(joint=common["joint"], hinged=tuple(hinged))
+    found = _read(file, start, common, context, folder, problems)
     found = found._replace(source=source)
     problems.settle(source)
     return found
@@ -156,6 +158,11 @@ def _of_locks(file: File, need: str) -> list[str]:
     listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
     locks = [*LOCK_FIGURES, *(("RED", "W_fr") if table.at is None else ())]
     return [f"front: {name}" for names in listed for name in names if name in locks]
+
+
+def _hinges(file: File) -> list[tuple[str, object]]:
+    """Return the keys of a file that mean hinges, with their values."""
+    return [(key, value) for key, value in (("joint", "hinge"), ("law", "plate")) if getattr(file, key) == value]
 
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import is_ready, kept
+from squama.batch.keeping import kept
 from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.progress import LOG
 from squama.real import chain, moved, start
 from squama.real import follow as following
 from squama.real.changes import OTHER
@@ -50,7 +49,7 @@ class Beams(NamedTuple):
 def _design(b: Beams, i: int, table: Array) -> Design:
     """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
     put(b.K[i], table)
-    table[LEG, 4] = b.soft[i]
+    table[LEG, 3], table[LEG, 4] = 1.0, b.soft[i]
     if b.elastic[i]:
         put(b.plates[i], table[SHAPE:])
     s = b.shapes[i]
@@ -80,7 +79,7 @@ def _along(
 @_jit
 def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[int, int, int, float, float, float]:
     """Return what touches first below a twist, or on a path of legs and straight on to there."""
-    if not d.bent:
+    if not len(corners):
         return _first_contact(d, 0.0, most, 0.0)
     here, since, found = 0.0, 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
     for i in range(targets.size):
@@ -99,8 +98,8 @@ def _answer(
 ) -> None:  # fmt: skip
     """Find what touches first below the twists ``most`` (n,) where that is not known yet, and follow the beams.
 
-    Of beams that are bent, ``targets`` are ways along the path, and ``corners`` (n, m, 2) bend and twist there, between
-    which it is straight; of others, ``corners`` is not read.
+    With ``corners`` (n, m, 2), bend and twist between which a path is straight, ``targets`` are ways along it; without
+    (n, 0, 2) they are twists. ``bent`` beams know bend and stretch.
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
     ``tables`` (n, 46, 24) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
@@ -167,13 +166,3 @@ def _move(
 
 move = kept(_move, SOURCES)
 answer, row, beside = kept(_answer, SOURCES), kept(_row, SOURCES), kept(_beside, SOURCES)
-_told: list[Any] = []
-
-
-def tell(f: Any = answer, what: str = "the real beam") -> None:
-    """Say once that there is something to compile, where there is."""
-    if f in _told:
-        return
-    _told.append(f)
-    if not is_ready(f):
-        LOG.warning("squama: compiling the code of %s, once; some seconds", what)

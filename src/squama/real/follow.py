@@ -342,13 +342,14 @@ def follow(
     """Follow the twist to targets (n,), one after the other, from rest; rows of ``out`` (n, 19) not reached stay.
 
     ``start``: twist and places at engagement; ``step``: largest increment; other contacts are looked for at every so
-    many steps. Of a beam that is bent, ``targets`` are ways, ever farther, and ``corners`` (n, 2) bend and twist there;
-    rows (n, 31). The states of a contact that slides from the first on are written into ``notes`` (m, 56).
+    many steps. With ``corners`` (n, 2), bend and twist, ``targets`` are ways there, ever farther. Rows of a beam that
+    knows bend and stretch are (n, 31). The states of the first contact, while it slides from the first on, are written
+    into ``notes`` (m, 56).
     """
     room, J, order, b = np.zeros((STATES, WIDTH)), np.empty((MOST, MOST)), np.zeros(MOST, np.int64), np.zeros(24)
     for j in range(4):
-        # rest, whatever leg was looked at last
-        d.table[LEG, j] = 0.0
+        # twisted alone, whatever leg was looked at last
+        d.table[LEG, j] = 1.0 if j == 3 else 0.0
     last, tally, rates = room[LAST], room[TALLY], free_rates(d)
     at_rest(d, rates, 0.0, last)
     begin(tally, FREE, step)
@@ -356,7 +357,7 @@ def follow(
     why, edge_of, k_of, parted = RANGE, -1, 0, False
     for i in range(targets.size):
         goal, tally[MISSES] = targets[i], 0.0
-        leg = d.bent and goal != last[PHI]
+        leg = len(corners) > 0 and goal != last[PHI]
         corner = leg and onto(d, last[PHI], goal, corners, i)
         if leg:
             put(free_rates(d), rates)
@@ -394,6 +395,8 @@ def follow(
                     why, edge_of, k_of = STOPPED if code == TURNS else code, edge, k
                 if refused(code, size, room):
                     tally[SINCE], tally[MISSES], tally[HANDED] = last[PHI], 0.0, tally[HANDED] + 1.0
+                    # (derivatives are those of the first contact)
+                    tally[NOTED] = len(notes)
                     if why == PARTED and d.bent:
                         at_rest(d, rates, last[PHI], last)
                         begin(tally, FREE, step)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from squama.model.elastic_plate import BASE, SIDE_D, TIP
-from squama.real.design import Design, _in, _jit
+from squama.real.design import LEG, Design, _in, _jit
 from squama.real.faces import others, tilt, tip_over
 from squama.real.features import CORNERS, FACE, high, lengthwise, low, on_face
 from squama.real.steps import engagement, free_rates, unloaded
@@ -60,9 +60,10 @@ def first_contact(d: Design, least: float, most: float, since: float) -> tuple[i
     """
     rates, b, q = free_rates(d), np.zeros(24), np.empty(7)
     found, phi, x, y = engagement(d, rates, hinge_guess(d))
-    found = found and least < phi <= most and within(d, x, y) and not d.bent
+    bends = d.bent and (d.table[LEG, 0].real != 0.0 or d.table[LEG, 2].real != 0.0)
+    found = found and least < phi <= most and within(d, x, y) and not bends
     n = _SAMPLES if found else 8 * _SAMPLES
-    if d.bent:
+    if bends:
         n = min(n, 1 + int((most - least) / _APART))
     limit = phi * (1 - 1e-9) if found else most
     before = least

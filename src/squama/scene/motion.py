@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude
 from squama.types import Array
+from squama.units import moment
 
 MOST_SCALES = 60
 """A longer beam is drawn with this many scales."""
@@ -89,7 +91,8 @@ class Motion:
     roles in :mod:`squama.loads`: why it ends, ``neighbour`` whose contact is followed (0 for none), load angle
     ``load_e`` at engagement (inf for none). ``engaged``: part of it is in contact; ``last`` load angle that is drawn:
     the cut-off before a lock, or the end; ``most`` that may be asked for; ``model`` it was found by in words,
-    ``joint`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or leaves its range.
+    ``joint`` and ``ideal`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or
+    leaves its range.
 
     Of scales on both faces these are those of the scaled face, and ``other`` is the other one's (``own``: it is looked
     for); ``last`` and ``end`` are those of the face that ends first.
@@ -112,7 +115,7 @@ class Motion:
             line = "" if joint == "hinge" else line
         else:
             joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
-        self.joint = joint
+        self.joint, self.ideal = joint, ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         how: dict[str, Any] = {"mu": mu, "margin": margin, "sense": sense, "joint": joint, "ideal": ideal}
@@ -177,10 +180,14 @@ class Motion:
         torque = own.torque + other.torque - self.rigidity * own.load / self.setting.beam.pitch
         return own._replace(torque=torque, other=other)
 
+    def touches(self, load: float) -> bool:
+        """Say whether the scales of this face are in contact at a load angle of a first loading."""
+        return self.engaged and load > self.load_e
+
     def _alone(self, load: float) -> State:
         """Return the state of one face."""
-        held, touching = load >= self.own_last, self.engaged and load > self.load_e
-        name = self._named(load) if held else SLIDING if touching else FREE
+        held, touching = load >= self.own_last, self.touches(load)
+        name = self._named() if held else SLIDING if touching else FREE
         if self.hinge is None:
             return self._between(min(load, self.own_last), name)
         if not touching:
@@ -188,6 +195,16 @@ class Motion:
             return self._straight(min(load, self.own_last), name)
         x = np.array([self.hinge.x_c]) if held else self.hinge.place(np.array([load]))
         return self._states(self.hinge, x, name)[0]
+
+    def words(self, state: State) -> str:
+        """Say in words what a state is: loads, inclination, torque, friction."""
+        beam, bend = self.setting.beam, self.setting.bend
+        held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
+        return (
+            f"{held} {state.load:.4f} rad per pitch ({math.degrees(state.load) * beam.scales:.0f}° over {beam.scales} "
+            f"scales), inclination {math.degrees(state.theta):.1f}°, "
+            f"{self.kind.torque_words} {moment(state.torque)}, µ = {self.setting.mu:g}"
+        )
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""
@@ -198,13 +215,14 @@ class Motion:
         else:
             states = [self.state(float(v)) for v in np.linspace(0.0, self.last, points)]
         if self.last == self.own_last:
-            states[-1] = states[-1]._replace(name=self._named(self.most))
+            states[-1] = states[-1]._replace(name=self._named())
         return states
 
-    def _named(self, load: float) -> str:
+    def _named(self) -> str:
+        """Return what scales are called at the end of their curve."""
         if self.own_end.locks:
             return LOCKED
-        return FREE if self.own_end is End.NONE and load < self.own_last else ENDED
+        return FREE if self.own_end is End.NONE else ENDED
 
     def _straight(self, load: float, name: str) -> State:
         beam = self.setting.beam

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import itertools
-import math
 import os
 from collections.abc import Sequence
 from html import escape
@@ -26,7 +25,6 @@ from squama.scene import geometry, standalone
 from squama.scene.look import Camera, Canvas, fitted, outline
 from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shapes
 from squama.types import Array
-from squama.units import moment
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -75,11 +73,11 @@ class View(NamedTuple):
             made = io.BytesIO()
             draw(self.motion, self.asked).save(made, format="PNG")
             return f'<img width="{SMALL[0]}" src="data:image/png;base64,{base64.b64encode(made.getvalue()).decode()}">'
-        look = f"width: 100%; height: {SMALL[1] + 100}px; border: 0"
+        look = f"width: 100%; height: {SMALL[1] + 150}px; border: 0"
         return f'<iframe sandbox="allow-scripts" style="{look}" srcdoc="{escape(page)}"></iframe>'
 
     def __repr__(self) -> str:
-        return f"View({self.model}: {_words(self.motion, self.state)})"
+        return f"View({self.model}: {self.motion.words(self.state)})"
 
 
 def view(
@@ -177,9 +175,9 @@ def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
 
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
-    """Return the pictures of states, from where the last beam and every arrow is seen whole."""
+    """Return the pictures of states, from where every beam and every arrow is seen whole."""
     faces = shapes(motion)
-    around = [outline(design, of(states[-1]).load, of(states[-1]).attitude) for design, of in faces]
+    around = [outline(design, of(s).load, of(s).attitude) for s, (design, of) in itertools.product(states, faces)]
     around += [
         tips
         for s, (design, of) in itertools.product(states, faces)
@@ -292,7 +290,7 @@ def _framed(
     whole = Image.new("RGB", size, theme["background"])
     whole.paste(Image.fromarray(beam), (0, 0))
     pen = ImageDraw.Draw(whole)
-    said = _words(motion, state)
+    said = motion.words(state)
     model = motion.model + ", drawn flat" * (state.pose is not None)
     names = dict.fromkeys(one.name for _, one in faces)
     ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
@@ -316,15 +314,3 @@ def _framed(
         pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])
         x += 3.5 * box + pen.textlength(words, font=letters)
     return whole
-
-
-def _words(motion: Motion, state: State) -> str:
-    beam, names = motion.setting.beam, LOADS[motion.setting.load]
-    total = math.degrees(state.load) * beam.scales
-    bend = motion.setting.bend
-    held = f"Bend {bend:.4f}, twist" if bend else names.verb.capitalize()
-    return (
-        f"{held} {state.load:.4f} rad per pitch ({total:.0f}° over {beam.scales} scales), "
-        f"inclination {math.degrees(state.theta):.1f}°, "
-        f"{names.torque_words} {moment(state.torque)}, µ = {motion.setting.mu:g}"
-    )

@@ -128,6 +128,7 @@ class Model(NamedTuple):
     def attrs(self, beam: Beam) -> dict[str, str]:
         """Return what datasets say of it."""
         found = {"joint": self.joint, "scales": idealisation(beam, self.joint, ideal=self.ideal)}
+        found |= {"neutral": beam.given.line} if self.real else {}
         return found | ({"at": self.at.text} if self.at else {})
 
     def warnings(self, beam: Beam, load: str, sense: str) -> list[str]:

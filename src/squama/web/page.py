@@ -13,6 +13,7 @@ from nicegui import ui
 from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
+from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
 from squama.web.elements import BeamView, Chart, FileButton, button, put, text, write
@@ -242,7 +243,7 @@ class Explorer:
     def save(self, kind: str) -> None:
         """Hand a file to the browser."""
         if kind == "png":
-            self.view.run_method("save", "beam.png")
+            self.view.run_method("save", "beam.png", *SIZE)
             return
         if kind.startswith("plots-"):
             made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"))
@@ -350,5 +351,5 @@ class Explorer:
         if self.map.is_deleted:
             return
         self.map_key = wanted
-        panels.list_ends(self.map_ends, map.ends(found), wanted.load)
+        panels.list_ends(self.map_ends, map.ends(found), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))
