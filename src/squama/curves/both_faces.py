@@ -17,11 +17,13 @@ from squama.beam.design import Beam
 from squama.curves.path import FINE, Asked, Case, Curve, LoadPath, Solved, figures, stiffened
 from squama.loads import LOADS
 from squama.model.outcome import End
+from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
 _FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "U_joint", "U_plate")
+_LIMITS = ("load_strength", "load_strain")
 _NEAR = 1e-9
-OTHER = "of the other face: "
+WHOSE = "of the other face: "
 """Before what is told of the other face's contacts."""
 
 
@@ -128,10 +130,11 @@ class Both(NamedTuple):
         load_end = load_end if ends is told or math.isfinite(load_end) else cut
         kept = told | figures(self.case, last, load_e, load_end, theta_end)
         kept["load_e_other"] = float(other.figures["load_e"])
+        kept |= {role: _sooner(told[role], other.figures[role], cut) for role in _LIMITS if role in told}
         if ends is not told:
             words = str(ends["other_contact"])
             kept["end"] = str(End.OTHER) if ends["end"] == End.NONE else ends["end"]
-            kept["other_contact"] = OTHER + words if words else ""
+            kept["other_contact"] = WHOSE + words if words else ""
         if "T" in along:
             kept["T_c"] = last["T"]
         if "load_twofold" in told:
@@ -150,7 +153,24 @@ class Both(NamedTuple):
             # what holds a beam of oblique scales from twisting, or straight
             if role in found:
                 found[role] = self.turns[0] * parts[0][role] + self.turns[1] * parts[1][role]
-        return found | {f"{role}_other": parts[1][role] for role in ("theta", "N")}
+        return found | of_other(parts[1])
+
+
+def of_other(along: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the figures of a scale, by role, as those of the other face."""
+    return {role + OTHER: along[role] for role in OF_A_SCALE if role in along}
+
+
+def worst(along: Mapping[str, Array], role: str) -> Array:
+    """Return a figure of a scale on the face where it is larger, such as what is held against a strength."""
+    own = along[role]
+    return np.fmax(own, along[role + OTHER]) if role + OTHER in along else own
+
+
+def _sooner(one: float | str, other: float | str, cut: float) -> float:
+    """Return the first of two load angles at which a face comes to a limit, NaN for none up to the cut-off."""
+    first = float(np.fmin(float(one), float(other)))
+    return first if first <= cut * (1 + _NEAR) else math.nan
 
 
 def even(cut: float, points: int, load_e: float) -> Array:
