@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.curves import both_faces, hinge_cycles, real, real_cycles
+from squama.curves import both_faces, cycle_points, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
@@ -230,7 +230,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
         there = np.append(y[y < top - NEAR], top)
-        back = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])
+        back = np.array([v for v in cycle_points.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
         q = scales(states[:, 1], np.append(top, back))
