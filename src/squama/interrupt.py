@@ -26,10 +26,11 @@ def kept(name: str, rest: str = "") -> Iterator[None]:
 def until_interrupted() -> Iterator[Callable[[], bool]]:
     """Turn the first Ctrl-C into a wish to stop; what is yielded says whether. The second one interrupts at once."""
     wished = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
+    before = signal.getsignal(signal.SIGINT)
+    # a handler that is not Python's could not be put back
+    if threading.current_thread() is not threading.main_thread() or before is None:
         yield wished.is_set
         return
-    before = signal.getsignal(signal.SIGINT)
 
     def wish(number: int, frame: object) -> None:  # noqa: ARG001 - the shape of a handler
         wished.set()
@@ -40,3 +41,24 @@ def until_interrupted() -> Iterator[Callable[[], bool]]:
         yield wished.is_set
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def undivided() -> Iterator[None]:
+    """Hold Ctrl-C back until the work inside has ended, and let it count then, whatever error the work ended in.
+
+    Imports need it: compiled packages turn a KeyboardInterrupt into an ImportError and others.
+    """
+    failed = False
+    with until_interrupted() as stopped:
+        try:
+            yield
+        except BaseException:
+            if not stopped():
+                raise
+            failed = True
+    if stopped():
+        # to the handler from before, which raises KeyboardInterrupt or notes a wish
+        signal.raise_signal(signal.SIGINT)
+        if failed:
+            raise KeyboardInterrupt

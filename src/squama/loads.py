@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from squama import units
+from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
 """How the paper takes scales."""
@@ -38,14 +39,12 @@ class Load(NamedTuple):
         Whether there are two senses and two force laws.
     axis : int
         Its place in the points of a load path, (psi, phi).
-    across : int
-        Width in the law of the joint's stiffness, over the scale's half width.
     matrix : bool
-        Whether a joint's matrix stands for the laws of joint and section.
+        Whether the inclusion factor comes from the joint's matrix, where the beam has one.
     missing : tuple of str
         Roles that have no variable.
-    rigidity, stiffness, inclusion : callable
-        Of a beam: rigidity without contact (N m^2), stiffness of a scale's joint (N m), inclusion factor.
+    rigidity, inclusion : callable
+        Of a beam: rigidity without contact (N m^2), inclusion factor.
     """
 
     name: str
@@ -63,15 +62,15 @@ class Load(NamedTuple):
     read: Callable[..., float]
     sided: bool
     axis: int
-    across: int
     matrix: bool
     missing: tuple[str, ...]
     rigidity: Callable[[Any], float]
-    stiffness: Callable[[Any], float]
     inclusion: Callable[[Any], float]
 
     def variable(self, role: str) -> str:
         """Return the variable of a dataset that a role becomes: "torque_c" is T_c or M_c, "theta" is theta."""
+        if role.endswith(OTHER):
+            return self.variable(role.removesuffix(OTHER)) + OTHER
         whole = {"s": self.place, "drop": f"{self.torque}_drop", "scales": f"{self.torque}_scales"}
         whole |= {end: f"{self.angle}_{end}" for end in ("base", "top", "residual", "jam", "most")}
         stems = {"load": self.angle, "rate": self.rate, "torque": self.torque, "tangent": self.tangent}
@@ -80,7 +79,7 @@ class Load(NamedTuple):
 
     def variables(self, roles: tuple[str, ...]) -> dict[str, str]:
         """Return the variables of roles, by role, without those that this loading has not."""
-        return {role: self.variable(role) for role in roles if role not in self.missing}
+        return {role: self.variable(role) for role in roles if role.removesuffix(OTHER) not in self.missing}
 
     def law(self, name: str) -> str:
         """Return the force law that is followed where ``name`` is asked: in the plane the two coincide."""
@@ -108,11 +107,9 @@ _TWISTING = Load(
     read=units.twist,
     sided=True,
     axis=1,
-    across=1,
     matrix=True,
     missing=(),
     rigidity=attrgetter("torsional_rigidity"),
-    stiffness=attrgetter("joint_stiffness"),
     inclusion=attrgetter("C_f"),
 )
 _BENDING = Load(
@@ -120,11 +117,9 @@ _BENDING = Load(
     read=units.curvature,
     sided=False,
     axis=0,
-    across=2,
     matrix=False,
     missing=("p",),
     rigidity=attrgetter("bending_rigidity"),
-    stiffness=attrgetter("bending_joint_stiffness"),
     inclusion=attrgetter("bending_C_f"),
 )
 LOADS = {load.name: load for load in (_TWISTING, _BENDING)}

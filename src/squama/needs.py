@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from squama.errors import InputError, Problem
+from squama.interrupt import undivided
 
 _PACKAGES = {"netgen": "netgen-mesher"}
 _EXTRAS = {"build123d": "step", **dict.fromkeys(("lxml", "manifold3d", "networkx", "trimesh"), "export")}
@@ -23,7 +24,8 @@ _WORDS = {
 def need(module: str) -> Any:
     """Import a module that comes with an extra of the package, or say how to install it."""
     try:
-        return import_module(module)
+        with undivided():
+            return import_module(module)
     except ImportError:
         top = module.split(".", maxsplit=1)[0]
         extra = _EXTRAS.get(top, "fe")

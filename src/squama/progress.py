@@ -10,14 +10,29 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, TypeVar
 
+from squama.errors import InputError
+
 T = TypeVar("T")
 Listener = Callable[[str, int, int], None]
 """Told what is done, how many steps of it, and of how many."""
 
 LOG = logging.getLogger("squama")
+_lost: set[tuple[str, str]] = set()
+"""Caches that could not be written, and what was to be kept there."""
 _told: ContextVar[Listener | None] = ContextVar("told", default=None)
 PATIENCE = 2.0
 """Seconds after which work is shown as a bar."""
+
+
+def not_kept(what: str, place: object, error: Exception) -> None:
+    """Say in one line, once for each place, that results go on without a cache that cannot be written."""
+    if (what, str(place)) not in _lost:
+        _lost.add((what, str(place)))
+        why = getattr(error, "strerror", None) or str(error)
+        if isinstance(error, InputError):
+            why = error.problems[0].reason
+        why = why.lower()
+        LOG.warning("squama: %s: the cache cannot be written (%s); each run makes the %s anew", place, why, what)
 
 
 @contextmanager

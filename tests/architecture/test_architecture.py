@@ -121,6 +121,12 @@ def test_the_model_is_pure() -> None:
         assert not {"print", "open", "input", "eval", "exec"} & set(calls), module
 
 
+def test_one_place_decides_where_compiled_code_is_kept() -> None:
+    """Numba stops an import where no folder for its cache can be written; :mod:`squama.batch.keeping` does not."""
+    keeps = {m for m, path in MODULES.items() if re.search("cache=True|enable_caching|FunctionCache", path.read_text())}
+    assert keeps == {"batch.keeping"}
+
+
 def test_the_geometry_imports_nothing_at_all() -> None:
     for module in ("model.twisting", "model.laws"):
         names = {m.rpartition(".")[0] or m for m, _, _ in GRAPH[module]}

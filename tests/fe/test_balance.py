@@ -32,7 +32,7 @@ def contact():
 def test_without_contact_the_springs_decide(contact):
     found = Balance(body, contact, None, KAPPA, FREE).find(np.zeros(6), 0.02)
     assert found.solved
-    np.testing.assert_allclose(found.v, [0, 0.0002, 0, 0, 0.001, 0], atol=1e-14)
+    np.testing.assert_allclose(found.v, [0, 0.0002, 0, 0, 0.001, 0], atol=1e-13)
     np.testing.assert_allclose(found.rate, [0, 0.01, 0, 0, 0.05, 0], atol=1e-12)
 
 
@@ -62,6 +62,7 @@ def test_a_long_increment_does_not_go_through_the_neighbour(contact):
     assert not contact._ipc.has_intersections(contact._mesh, np.asfortranarray(corners))
     assert 0 < contact.gap(corners) < DHAT
     # a hinge that follows the contact of rigid plates: squama.contact(3, .6, .32, 45 deg, theta0 = 10 deg)
+    # tolerance: the barrier keeps a gap of up to DHAT, which hinges without one do not
     assert np.radians(10) - found.v[4] == pytest.approx(0.64854, abs=1e-3)
 
 

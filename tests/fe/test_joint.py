@@ -1,6 +1,9 @@
 """The joint's stiffness: bars and moves whose answer is known, fe.md's figures, symmetry, mirror, cache, command."""
 
+import errno
 import json
+import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,6 +22,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import Response, response
 
+ANEW = "each run makes the joint's stiffness anew"
 FIG6B = {"beta": 0.6, "lam": 0.32, "zeta": 0.18, "slenderness": 45, "mu": 0.2}
 
 
@@ -63,6 +67,7 @@ def test_the_bare_bar_converges_with_the_order_of_the_elements(fig6b):
     # the square of side 1 has J = .1405770 (Timoshenko)
     assert saint_venant(1.0, 1.0) == pytest.approx(0.140577, abs=1e-6)
     over = [response(bar_mesh(fig6b, h), fig6b).K[6, 6] / exact - 1 for h in (0.2, 0.1)]
+    # tolerance: the mesh, 0.4 % measured, on every processor
     assert 0 < over[0] < 0.005
     # energy errs in the fourth power of the size; the meshes are not exactly similar
     assert 2**2.5 < over[0] / over[1] < 2**5.5
@@ -74,6 +79,7 @@ def test_the_bare_bar_of_every_mesh_that_has_a_name(fig6b, name):
 
     exact = saint_venant(fig6b.width, 2 * fig6b.lam) / (2 * (1 + fig6b.nu))
     bar = bar_mesh(fig6b, MESHES[name][0])
+    # tolerance: the mesh, 0.4 % measured, on every processor
     assert 0 < response(bar, fig6b).K[6, 6] / exact - 1 < 0.005
 
 
@@ -85,7 +91,7 @@ def test_the_coarsest_elements_at_the_edges_are_a_fifth_of_the_smaller_length():
 
 
 def test_the_matrix_is_symmetric_and_positive(K):
-    np.testing.assert_allclose(K, K.T, atol=1e-15)
+    np.testing.assert_allclose(K, K.T, atol=1e-13)
     assert np.linalg.eigvalsh(K).min() > 0
 
 
@@ -122,6 +128,7 @@ def test_figures_at_one_coarse_mesh(K):
 
 def test_other_meshes_of_about_that_size_agree(fig6b, K):
     other = response(pitch_mesh(fig6b, 0.17, 0.055), fig6b).K[:7, :7]
+    # tolerance: meshes of that size differ by 1 and 0.2 %
     assert joint.inclination_stiffness(other) == pytest.approx(joint.inclination_stiffness(K), rel=0.03)
     assert joint.twisting_stiffness(other) == pytest.approx(joint.twisting_stiffness(K), rel=0.005)
 
@@ -132,6 +139,7 @@ def test_the_mirrored_pitch_has_the_mirrored_matrix(fig6b, K):
     # across the plane x = 0: n_Y turns round, turns are axial, the twist changes its sense
     sign = np.array([1, -1, 1, -1, 1, -1, -1.0])
     scale = np.sqrt(np.outer(np.diag(K), np.diag(K)))
+    # tolerance: the mesh of the mirror image is another one, 0.6 % measured
     np.testing.assert_allclose(other * np.outer(sign, sign) / scale, K / scale, atol=0.02)
     assert K[3, 6] * other[3, 6] > 0 > K[4, 6] * other[4, 6]
 
@@ -195,11 +203,11 @@ def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
     for place in cache.iterdir():
         place.write_text('{"array": [[1', encoding="utf-8")
     anew = joint.joint(beam, edge_size=0.3, levels=1)
-    np.testing.assert_array_equal(first.K, anew.K)
+    np.testing.assert_allclose(first.K, anew.K, rtol=1e-9, atol=1e-12)
     assert anew.levels[0].seconds > 0
 
 
-def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
+def test_without_a_place_for_the_cache(tmp_path, monkeypatch, caplog):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     calls = []
@@ -212,6 +220,19 @@ def test_without_a_place_for_the_cache(tmp_path, monkeypatch):
         array, count, fresh = joint.kept(("a", 1.0), False, compute)
         assert (array.shape, count, fresh) == ((2, 2), 3, True)
     assert len(calls) == 2
+    (line,) = caplog.messages
+    assert line.startswith(f"squama: {tmp_path / 'file' / 'squama' / 'joints'}: the cache cannot be written (")
+    assert line.endswith(f"; {ANEW}")
+
+
+def test_a_full_disk_under_the_cache_costs_one_line(cache, monkeypatch, caplog):
+    def full(self, *_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    for _ in range(2):
+        assert joint.kept(("a", 1.0), False, lambda: (np.eye(2), 3))[1:] == (3, True)
+    assert caplog.messages == [f"squama: {cache}: the cache cannot be written (the disk is full); {ANEW}"]
 
 
 def test_the_bulk_has_three_elements_through_the_thickness_and_not_too_many(cache, monkeypatch):

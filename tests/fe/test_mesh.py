@@ -35,7 +35,7 @@ def test_geometry_is_that_of_the_beam() -> None:
     beam = squama.Beam.from_ratios(beta=0.6, lam=0.32, zeta=0.18, slenderness=45)
     g = geometry(beam)
     assert g == pytest.approx((1.28, 0.32, 0.18, 3, 0.6, 0.004, np.pi / 4, np.pi / 18, 0.25))
-    np.testing.assert_allclose(g.rest.axes @ g.rest.axes.T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(g.rest.axes @ g.rest.axes.T, np.eye(3), atol=1e-13)
     np.testing.assert_allclose(g.rest.axes[0] @ [0, 1, 0], np.sin(g.theta0))
     np.testing.assert_allclose(g.rest.base, [0, 0.32, 0])
 
@@ -52,11 +52,11 @@ def test_the_pitch_is_filled(fig6b, pitch) -> None:
 
 def test_middle_nodes_are_in_the_middle(pitch) -> None:
     ends = pitch.nodes[pitch.tets[:, EDGES]]
-    np.testing.assert_allclose(pitch.nodes[pitch.tets[:, 4:]], ends.mean(axis=2), atol=1e-15)
+    np.testing.assert_allclose(pitch.nodes[pitch.tets[:, 4:]], ends.mean(axis=2), atol=1e-13)
     assert np.array_equal(np.unique(pitch.tets), np.arange(len(pitch.nodes)))
     a, b, c = (pitch.nodes[pitch.surface[:, i]] for i in range(3))
     middles = np.stack([(a + b) / 2, (b + c) / 2, (c + a) / 2], axis=1)
-    np.testing.assert_allclose(pitch.nodes[pitch.surface[:, 3:]], middles, atol=1e-15)
+    np.testing.assert_allclose(pitch.nodes[pitch.surface[:, 3:]], middles, atol=1e-13)
 
 
 def test_the_back_is_the_front_a_pitch_further(fig6b, pitch) -> None:
@@ -152,10 +152,13 @@ def test_other_geometries(fig6b, change) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"zeta": 0.75}, r"scale.embedded = 0.75 pitches: the embedded parts of neighbours meet.*at most 0.69"),
+        (
+            {"zeta": 0.75},
+            r"scale.embedded = 0.75 pitches: longer than the law .* mesher reach \(zeta up to 0.69.*at most 0.69",
+        ),
         ({"zeta": 0.9, "theta0": np.radians(60)}, r"comes out of the substrate's other face.*at most 0.7"),
         ({"zeta": 0.005}, r"does not close over the scale.*more than 0.01134"),
-        ({"alpha": np.radians(89)}, "neighbours meet.*smaller scale.alpha"),
+        ({"alpha": np.radians(89)}, "scale.thickness = .*: the embedded parts of neighbours meet.*less than 0.003031"),
     ],
 )
 def test_what_does_not_fit_is_refused(fig6b, change, said) -> None:

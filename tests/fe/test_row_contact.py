@@ -43,7 +43,7 @@ def test_the_tangent_is_the_derivative_of_the_forces(row, size):
 
     tangent = row.load(q[:-1], q[-1], before, KAPPA).tangent
     found = np.stack([(total(q + h * e) - total(q - h * e)) / (2 * h) for e in np.eye(q.size)], -1)
-    np.testing.assert_allclose(tangent, found, atol=1e-5 * np.abs(found).max())
+    np.testing.assert_allclose(tangent, found, atol=1e-4 * np.abs(found).max())
     assert np.abs(tangent - tangent.T).max() > 1e-3 * np.abs(tangent).max()
     assert not tangent[6 * N : -1].any()
 
@@ -113,6 +113,7 @@ def test_equal_scales_touch_as_along_a_helix(row):
     # two contacts in the row, one a pitch along the helix; a shift of all motions moves both
     # slips are counted in space, so the second pair's is turned by the increment
     for part, ours, slack in ((one.normal, load.normal, 1e-6), (one.friction, load.friction, 2e-3)):
+        # tolerance: that turn, 1.4e-3 of the friction, on every processor
         np.testing.assert_allclose(ours[:-1].reshape(N, 6).sum(0), 2 * part[:6], atol=slack * np.abs(part).max())
         assert ours[-1] == pytest.approx(2 * part[6], rel=slack)
     both, single = (barrier_energy(c, c.corners(motion, PHI), KAPPA) for c, motion in ((row, v), (helix, v[:6])))

@@ -61,6 +61,7 @@ def test_a_cell_says_that_its_scales_snap():
     assert data.attrs["reached"] == 0
     assert "the scales snap there" in data.attrs["sentence"]
     # the contact has come to the end of the tip edge
+    # tolerance: the last increment before the corner, 7e-4 measured, on every processor
     assert np.nanmax(data["p"].values) == pytest.approx(0.4 * NARROW.pitch, rel=5e-3)
     assert 0.12 < float(data["phi"][-1]) < 0.15
     # what was done is there, and balanced

@@ -62,6 +62,7 @@ def test_tabs_of_both_faces_add_twice_what_one_does(monkeypatch):
     bare = {TWIST: beam.G_B * beam.J / unit, BEND: beam.replace(joint={"inclusion_factor": 1}).bending_rigidity / unit}
     for load, rigidity in bare.items():
         added = [pivots(K)[load] / rigidity - 1 for K in (one, both)]
+        # tolerance: a coarse mesh and what two tabs do to each other, 5, 0.5 and 10 % measured, on every processor
         assert added[1] / added[0] == pytest.approx(2, rel=0.1)
     assert pivots(both)[K_THETA] == pytest.approx(pivots(one)[K_THETA], rel=0.02)
 

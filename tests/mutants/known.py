@@ -255,7 +255,12 @@ TESTS: dict[str, tuple[str, ...]] = {
     "study/tolerances/monte_carlo.py": UNCERTAIN,
     "study/tolerances/statistics.py": UNCERTAIN,
     "identify/forward.py": ("unit/test_fit_branches.py", "unit/test_fit.py"),
-    "identify/walked.py": ("unit/test_fit_branches.py", "fe/test_fit_compliant.py", "unit/test_fit_doubts.py"),
+    "identify/walked.py": (
+        "unit/test_fit_recovery.py",
+        "unit/test_fit_branches.py",
+        "fe/test_fit_compliant.py",
+        "unit/test_fit_doubts.py",
+    ),
     "identify/readings.py": ("unit/test_fit_branches.py", "unit/test_fit_doubts.py"),
     "identify/noise.py": ("unit/test_fit_doubts.py",),
     "identify/search.py": ("unit/test_fit_doubts.py", "unit/test_fit.py"),

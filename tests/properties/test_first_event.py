@@ -37,7 +37,7 @@ def engagement(d: Drawn, sense: str) -> tuple[int, float, float]:
         i = int(np.argmin(apart))
         if apart.all():
             continue
-        phi = brentq(lambda q, dk=dk: condition(FP, dk, d.theta0, q), grid[i - 1], grid[i], xtol=1e-16, rtol=1e-14)
+        phi = brentq(lambda q, dk=dk: condition(FP, dk, d.theta0, q), grid[i - 1], grid[i], xtol=1e-16, rtol=1e-13)
         left = float(room(dk, d.theta0, phi))
         nearest = min(nearest, abs(left))
         if left >= 0 and phi < best[1]:
@@ -71,7 +71,7 @@ def scan(f: Followed, d: Drawn, sense: str, law: str, samples: int = SAMPLES) ->
     rigid = d.rigid(sense, f.k)
     # the package's points lie on the contact curve, one after the other, from engagement on
     assert float(np.abs(condition(np, rigid, theta, phi)).max()) < 1e-12 * (1 + d.eta)
-    assert np.all(np.diff(phi) > -1e-14)
+    assert np.all(np.diff(phi) > -1e-12)
     assert phi[0] == pytest.approx(f.load_e, rel=1e-12)
     d_theta, d_phi = tangent(np, rigid, theta, phi)
     size = np.hypot(d_theta, d_phi)

@@ -29,9 +29,8 @@ scales = 25
 """
 
 LIMITS = {
-    "stiffness twisting": {"t_s/d": (0.002, 0.016), "L/d": (0.09, 0.36), "L/(2t)": (0, 0.56), "t_s/(l + L)": (0, 0.05)},
+    "stiffness": {"t_s/d": (0.002, 0.016), "L/d": (0.09, 0.36), "L/(2t)": (0, 0.56), "t_s/(l + L)": (0, 0.05)},
     "inclusion twisting": {"zeta beta/lambda": (0, 1.0), "L/(2t)": (0, 0.56)},
-    "stiffness bending": {"L/(2t)": (0, 0.56), "t_s/(l + L)": (0, 0.05)},
     "inclusion bending": {},
 }
 
@@ -41,13 +40,14 @@ def test_beams_and_designs_are_held_to_them() -> None:
     beam = squama.Beam.from_toml_text(BEAM)
     ratios = {"t_s/d": 3 / 20, "L/d": 10 / 20, "L/(2t)": 10 / 12, "t_s/(l + L)": 3 / 50}
     ratios["zeta beta/lambda"] = 10 / 20 * (50 / 40) / (12 / 40)
-    said = {"twisting": tuple(ratios), "bending": ("L/(2t)", "t_s/(l + L)")}
+    # the joint of a scale is one whatever the load; the bar's stiffening has a law in twisting alone
+    said = {"twisting": tuple(ratios), "bending": tuple(ratios)[:4]}
     for load, names in said.items():
         lines = "\n".join(beam.warnings(load))
         for name, value in ratios.items():
             assert (f": {name} = {value:.3g} is outside its range" in lines) == (name in names), name
         s = limits.Sizes.of(cells_of(beam, load, {}, 1), load, 1.0)
-        laws = [f"{law} {load}" for law in ("stiffness", "inclusion")]
+        laws = ["stiffness", f"inclusion {load}"]
         for name, room in limits.rooms(s, {}, laws).items():
             ratio, _, end = name.rpartition(" <= " if " <= " in name else " >= ")
             sign = -1 if " <= " in name else 1

@@ -106,8 +106,8 @@ def test_work_is_linear_in_a_small_friction() -> None:
     mu = np.array([0.0, 1e-12, 1e-9, 1e-6])
     s = squama.solve(**at, mu=mu, margin=0.2)
     assert s.W_fr[0] == 0
-    np.testing.assert_allclose(s.W_fr[1:] / mu[1:], s.W_fr[1] / mu[1], rtol=1e-5)
-    assert s.W_fr[2] / s.W_fr[1] == pytest.approx(1000, rel=1e-8)
+    np.testing.assert_allclose(s.W_fr[1:] / mu[1:], s.W_fr[1] / mu[1], rtol=3e-5)
+    assert s.W_fr[2] / s.W_fr[1] == pytest.approx(1000, rel=3e-8)
 
 
 @pytest.mark.parametrize("sense", [1, -1])

@@ -53,7 +53,7 @@ def test_virtual_work_without_friction(i: int) -> None:
     rows, _ = one.states(x, step=1e-3, every=10**9)
     U = sum(path.energies(one, rows).values())
     slope = (U[6] - 9 * U[5] + 45 * U[4] - 45 * U[2] + 9 * U[1] - U[0]) / (60 * h)
-    assert slope == pytest.approx(rows[3, 1], rel=1e-8)
+    assert slope == pytest.approx(rows[3, 1], rel=3e-7)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
@@ -79,12 +79,28 @@ def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None
     assert "range end" in capsys.readouterr().out
 
 
-def test_the_edges_of_two_sides_push_each_other_apart() -> None:
+def test_what_touches_near_an_edges_end_is_seen_where_it_touches() -> None:
+    """Between the places that were looked at it was seen 5 % later, and taken for another pair; by plain vectors."""
     alpha, theta0 = np.radians([20.2, 10.7])
-    h = 0.05 * math.cos(alpha) * math.sin(theta0)
-    K = law.stiffness(law.Shape(1.79, 0.78, 0.19, 0.71, h, alpha, theta0, 0.45))
-    one = Way.of(Scale(4.17, 0.71, 0.78, alpha, theta0, h), K, 0.2, sense=-1)
-    assert one.contact[:3] == (plate.SIDE_D, plate.SIDE_D, 1)
+    h, beta, lam = 0.05 * math.cos(alpha) * math.sin(theta0), 0.71, 0.78
+    K = law.stiffness(law.Shape(1.79, lam, 0.19, beta, h, alpha, theta0, 0.45))
+    one = Way.of(Scale(4.17, beta, lam, alpha, theta0, h), K, 0.2, sense=-1)
+    assert one.contact[:3] == (plate.SIDE_D, plate.BASE, 1)
+    x = one.contact.x + np.linspace(-2e-2, 2e-2, 4001)
+
+    def least(phi: float) -> float:
+        """Height of the side edge over the next scale's face, by motions without contact, in the other sense."""
+        held = K[:7, :7] * np.outer(MIRROR[:7], MIRROR[:7])
+        q = -np.linalg.solve(held[:6, :6], held[:6, 6]) * phi
+        n = axes(-alpha, theta0)
+        E, R = Rotation.from_rotvec(q[3:]).as_matrix(), Rotation.from_rotvec([0.0, 0.0, -phi]).as_matrix()
+        at = np.column_stack([x, np.full(x.size, -beta), np.full(x.size, -h / 2)])
+        there = ((at @ E.T + q[:3]) @ n + [0.0, lam, -1.0]) @ R
+        there = ((there - [0.0, lam, 0.0]) @ n.T - q[:3]) @ E
+        over = (there[:, 0] > 0) & (np.abs(there[:, 1]) < beta)
+        return float(there[over, 2].min()) - h / 2
+
+    assert least(one.contact.phi * (1 - 1e-3)) > 0 > least(one.contact.phi * (1 + 1e-3))
     rows, end = one.states(twists(one, 20, 1.04))
     assert end.code == changes.RANGE
     assert (np.diff(rows[:, 2]) > 0).all()
@@ -98,7 +114,7 @@ def test_stiffer_plates_become_rigid_and_thinner_ones_thin(i: int) -> None:
     np.testing.assert_allclose(stiff.states(x)[0][:, 1], rigid.states(x)[0][:, 1], rtol=1e-5)
     thin, thinner = made(i, h=0.0, mu=0.2, D=math.inf), made(i, h=1e-9, mu=0.2, D=math.inf)
     x = twists(thin, 20)
-    np.testing.assert_allclose(thinner.states(x)[0][:, 1], thin.states(x)[0][:, 1], rtol=1e-6)
+    np.testing.assert_allclose(thinner.states(x)[0][:, 1], thin.states(x)[0][:, 1], rtol=3e-6)
 
 
 @pytest.mark.parametrize("h", [0.0, 0.05])
@@ -154,6 +170,7 @@ def test_compliances_of_a_plate() -> None:
     (S,) = plate.compliances(np.array([3.0]), np.array([0.6]), np.array([0.35]))
     tip, side = plate.monomials(np.array([1.0, 2.2 / 3]), np.array([-0.15 / 0.6, -1.0]))
     found = tip @ S @ tip, tip @ S @ side, side @ S @ side
+    # tolerance: the modes are up to 1.1 % stiffer than converged elements; their own figures have five digits
     np.testing.assert_allclose(found, (8.2090, 4.9987, 3.5724), rtol=0.012)
     np.testing.assert_allclose(found, (8.1407, 4.9569, 3.5321), rtol=2e-5)
     np.testing.assert_allclose(S, S.T, rtol=1e-6, atol=1e-6 * np.abs(S).max())
@@ -185,6 +202,7 @@ def test_friction_works_along_the_slip(D: float | None) -> None:
     assert end.code == changes.RANGE
     force = one.mu * column["N"]
     work = np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(column["slip"]))
+    # tolerance: trapezoids between the rows, 2.1e-4 measured on every processor
     np.testing.assert_allclose(work, column["W_fr"][1:], rtol=0, atol=1e-3 * column["W_fr"][-1])
     # while it sticks nothing slides, though the force changes
     held = np.flatnonzero(column["mode"] == follow.STICK)

@@ -32,11 +32,11 @@ def test_contact_lies_on_both_edges_of_the_turned_plates(d: Drawn, sense: str, k
             continue
         rigid = d.rigid(sense, k)
         size = (1 + d.eta + d.beta + d.lam) * k
-        assert abs(condition(FP, rigid, theta, float(c.phi))) < 1e-14 * size
+        assert abs(condition(FP, rigid, theta, float(c.phi))) < 1e-12 * size
         p, s = places(FP, rigid, theta, float(c.phi))
         J2 = 1 - dot(scale(FP, rigid, theta, float(c.phi), 0).y, scale(FP, rigid, theta, float(c.phi), k).x) ** 2
-        assert abs(p - c.p) < 1e-13 * size / J2
-        assert abs(s - c.s) < 1e-13 * size / J2
+        assert abs(p - c.p) < 1e-12 * size / J2
+        assert abs(s - c.s) < 1e-12 * size / J2
         assert c.on_edges == (abs(c.p) <= d.beta and 0 <= c.s <= d.eta)
         assert 0 < c.phi <= math.pi / k
 
@@ -87,7 +87,7 @@ def test_similar_beams(d: Drawn, c: float, sense: str) -> None:
         np.testing.assert_allclose(s[name], c**power * r[name], rtol=1e-7, atol=1e-10 * c**power)
     for name, power in (("T", 3), ("K_t", 4), ("N", 2), ("f", 2), ("U_el", 2), ("W_fr", 2), ("p", 1), ("s", 1)):
         size = float(np.nanmax(abs(r[name]))) if np.any(np.isfinite(r[name])) else 0.0
-        np.testing.assert_allclose(s[name], c**power * r[name], rtol=1e-6, atol=1e-11 * size * c**power)
+        np.testing.assert_allclose(s[name], c**power * r[name], rtol=1e-6, atol=1e-11 * size * c**power + 1e-300)
 
 
 @given(designs(), st.floats(0.01, 1.0), st.integers(1, 4), st.integers(-3, 5), senses)
@@ -123,6 +123,6 @@ def test_the_scale_and_its_neighbours_share_one_curve(d: Drawn, sense: str) -> N
     assert c.on_edges
     f = follow(d, "edge", sense)
     assert f is not None
-    assert f.load_e == float(e.phi_e)
+    assert f.load_e == pytest.approx(float(e.phi_e), rel=1e-12)
     r = squama.twist(beam_of(d), sense=sense, points=3, joint="hinge")
     assert r.phi_e.item() == pytest.approx(float(e.phi_e), rel=1e-9)

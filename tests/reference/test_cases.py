@@ -223,6 +223,7 @@ def test_first_contact_of_the_plates(case: dict[str, Any]) -> None:
         assert e.phi_end == np.inf
         return
     assert str(e.end) == "other contact"
+    # tolerance: first contacts of plates are recorded to 1e-6
     assert near(e.theta_end, want["theta"], 3e-6)
     assert near(e.phi_end, want["phi"], 3e-6)
     rigid = Design(d.eta, MP.mpf(d.alpha), d.beta, d.lam, d.theta0, case["sense"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import squama
+from squama.beam import matrixfile
 from squama.inverse.figures import Options, Want, evaluate, flat
 from squama.study.columns import columns
 from squama.web import live
@@ -38,6 +39,43 @@ def same(found, bent, engagement, end, moment):
     assert values == pytest.approx([float(bent[name]) for name in ("psi_e", "psi_end", "M_c")], rel=REL)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_bend_and_bend_twist_answer_alike_on_hinges(seed):
+    """One hinge has one stiffness, by its law, given, or of the joint's matrix."""
+    r = np.random.default_rng(seed)
+    beam = squama.Beam.from_ratios(
+        eta=r.uniform(1.5, 5), beta=r.uniform(0.5, 2), lam=r.uniform(0.3, 0.6), zeta=r.uniform(0.1, 0.5),
+        slenderness=r.uniform(3, 40), alpha=np.radians(r.uniform(5, 60)), theta0=np.radians(r.uniform(5, 15)),
+        mu=r.uniform(0, 0.4),
+    )  # fmt: skip
+    if seed % 3 == 1:
+        beam = beam.replace(joint={"stiffness": r.uniform(0.3, 3) * beam.joint_stiffness})
+    if seed % 3 == 2:
+        K = np.diag([1.0, 1.0, 1.0, 0.2, r.uniform(0.01, 0.1), 0.2, 0.05])
+        beam = beam.replace(joint={"matrix": matrixfile.stored(beam, K)})
+    whole = bend(beam, points=3)
+    psi = float(whole.psi_e + r.uniform(0.2, 0.8) * (whole.psi_end - whole.psi_e))
+    one = bend(beam, at=[psi / beam.pitch]).isel(point=0)
+    both = squama.bend_twist(beam, f"bend {psi!r} rad/pitch", joint="hinge").isel(point=-1)
+    assert float(both.K_theta) == beam.joint_stiffness
+    for name in ("M", "M_scales", "N", "f", "U_el", "W_fr", "RED", "theta"):
+        assert float(one[name]) == pytest.approx(float(both[name]), rel=1e-9), name
+    assert float(one["T"]) == pytest.approx(float(both["T"]), rel=1e-9)
+    assert float(one.N) > 0
+
+
+def test_a_joint_that_only_lifts_is_the_hinge_that_is_bent():
+    """The compliant joint's limit: stiff in all else, it bends the beam as the hinge with the matrix's K_theta does."""
+    beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg", mu=0.2)
+    K = np.diag([1e4, 1e4, 1e4, 1e4, 0.013, 1e4, 0.05, 0.05, 1e4])
+    beam = beam.replace(joint={"matrix": matrixfile.stored(beam, K)})
+    at = np.array([0.06, 0.1, 0.15]) / beam.pitch
+    hinge, joint = bend(beam, at=at), squama.bend(beam, at=at, joint="compliant", ideal=True, neutral="middle")
+    # 3.3e-6 are measured: the other motions are 1e4 times as stiff, not rigid
+    for name in ("M_scales", "T"):
+        np.testing.assert_allclose(joint[name], hinge[name], rtol=1e-4)
+
+
 def test_the_beam_file_says_which_line_keeps_its_length(beam, bent):
     line = beam.substrate.neutral
     assert bent.attrs["neutral"] == line
@@ -51,7 +89,7 @@ def test_the_beam_file_says_which_line_keeps_its_length(beam, bent):
 
 
 def test_arrays(beam, bent):
-    K = beam.bending_joint_stiffness
+    K = beam.joint_stiffness
     height = beam.lam if beam.neutral == "middle" else 0
     ratios = beam.ratios | {"lam": height, "mu": 0.3, "stiffness_ratio": beam.bending_rigidity / (K * beam.pitch)}
     for n in (1, 200):

@@ -70,6 +70,7 @@ def test_paths_end_where_those_of_both_loads_end():
 
 
 def test_engagement_and_lock_of_the_derivation():
+    # tolerance: the figures have five decimals
     assert float(bend(MAIN, mu=0).psi_e) == pytest.approx(0.04780, abs=5e-6)
     across = MAIN.replace(scale={"alpha": 0})
     for neutral, lock in (("middle", 0.29257), ("face", 0.33816)):
@@ -102,12 +103,11 @@ def test_work_of_the_moment_is_stored_or_rubbed_away(degrees, mu):
 def test_it_is_the_way_of_bend_twist_along_psi():
     r = bend(MAIN, mu=0.3, at=[10.0])
     both = squama.bend_twist(MAIN, "bend 10 rad/m", mu=0.3, joint="hinge").isel(point=-1)
-    ratio = MAIN.bending_joint_stiffness / float(both.K_theta)
     for name in ("theta", "mu_lock"):
         assert float(r[name][0]) == pytest.approx(float(both[name]), rel=1e-12)
     for name in ("M_scales", "N", "W_fr"):
-        assert float(r[name][0]) == pytest.approx(ratio * float(both[name]), rel=1e-9)
-    assert float(r["T"][0]) == pytest.approx(ratio * float(both.T_scales), rel=1e-12)
+        assert float(r[name][0]) == pytest.approx(float(both[name]), rel=1e-9)
+    assert float(r["T"][0]) == pytest.approx(float(both.T_scales), rel=1e-12)
     assert r.contact.values.tolist() == ["BF"]
 
 
@@ -115,7 +115,7 @@ def test_a_range_ends_where_it_is_asked_to():
     whole = bend(MAIN, mu=0.3, points=3)
     part = bend(MAIN, mu=0.3, to="0.2 rad/pitch", points=9)
     assert part.end.item() == "range end"
-    assert float(part.psi[-1]) == pytest.approx(0.2, rel=1e-15)
+    assert float(part.psi[-1]) == pytest.approx(0.2, rel=1e-13)
     assert float(part.psi_e) == float(whole.psi_e)
     before = bend(MAIN, mu=0.3, to="0.03 rad/pitch", points=9)
     assert (before.end.item(), float(before.psi_e)) == ("range end", float(whole.psi_e))

@@ -37,6 +37,7 @@ def across(eta: float, theta0: float = 0.1) -> Bend:
 @pytest.mark.parametrize(("mu", "lock"), [(0.0, 1.00507), (0.3, 0.96228), (0.6, 0.86068), (1.0, 0.70889)])
 def test_figures_of_section_6(mu: float, lock: float) -> None:
     r = plane(squama.Beam.from_ratios(eta=5, theta0="5 deg"), mu=mu)
+    # tolerance: the figures of the paper have so many decimals
     assert float(5 * r.psi_end) == pytest.approx(lock, abs=5e-6)
     assert float(r.psi_e) == pytest.approx(0.0193598, abs=5e-8)
     assert float(r.mu_static) == pytest.approx(10.2826, abs=5e-5)
@@ -133,7 +134,7 @@ def test_arrays_and_complex_step() -> None:
     for i, t in enumerate(theta):
         one = row.point(float(t), "plate", FLOAT)
         for got, want in zip(pt, one, strict=True):
-            assert np.broadcast_to(got, 3)[i] == pytest.approx(want, rel=1e-14)
+            assert np.broadcast_to(got, 3)[i] == pytest.approx(want, rel=1e-13)
     step = row.point(theta + 1e-30j, "edge", ARRAY)
     np.testing.assert_allclose(step.load.imag / 1e-30, pt.load_rate, rtol=1e-12)
     np.testing.assert_allclose(abs(step.s.imag / 1e-30), pt.slip_rate, rtol=1e-11)
@@ -145,7 +146,7 @@ def test_the_first_root_is_found(eta: float, theta: float) -> None:
     psi = across(eta).bend(math.sin(theta), math.cos(theta), FLOAT)
     grid = np.linspace(1e-6, float(psi) * (1 - 1e-9), 400)
     assert np.all(eta * grid * np.cos(grid / 2) < np.sin(theta + grid / 2))
-    assert eta * psi * math.cos(psi / 2) == pytest.approx(math.sin(theta + psi / 2), rel=1e-14)
+    assert eta * psi * math.cos(psi / 2) == pytest.approx(math.sin(theta + psi / 2), rel=1e-13)
 
 
 def test_the_contact_stays_on_the_face() -> None:

@@ -25,7 +25,7 @@ def test_the_ratios_come_back():
     given_ratios = {"eta": 4.2, "beta": 0.7, "lam": 0.3, "zeta": 0.2, "slenderness": 40}
     beam = Beam.from_ratios(**given_ratios, alpha="30 deg", theta0=0.1, thickness="12 mm", scales=9)
     for name, value in given_ratios.items():
-        assert getattr(beam, name) == pytest.approx(value, rel=1e-14)
+        assert getattr(beam, name) == pytest.approx(value, rel=1e-13)
     assert beam.pitch == pytest.approx(0.02)  # 2t = 12 mm, lambda = .3
     assert beam.length == pytest.approx(0.18)
     assert beam.scale.alpha == math.radians(30)
@@ -46,12 +46,11 @@ def test_derived_values_of_fig_6b():
     assert FIG_6B.joint_stiffness == pytest.approx(0.01269 * 25e9 * 0.025**3, rel=5e-4)
     assert FIG_6B.torsional_rigidity == pytest.approx(1.448875 * FIG_6B.J * 10e9)
     assert FIG_6B.bending_rigidity == pytest.approx(25e9 * 0.032 * 0.016**3 / 12)
-    assert FIG_6B.bending_joint_stiffness == pytest.approx(0.66 * 25e9 * 0.03 * 1e-8 * 45**1.75)
 
 
 def test_given_joint_values_replace_the_laws_in_both_loads():
     beam = FIG_6B.replace(joint={"stiffness": "2 N mm/deg", "inclusion_factor": 1.3})
-    assert beam.joint_stiffness == beam.bending_joint_stiffness == pytest.approx(2e-3 * 180 / math.pi)
+    assert beam.joint_stiffness == pytest.approx(2e-3 * 180 / math.pi)
     assert beam.C_f == 1.3
     same = Beam.from_ratios(
         beta=0.6, lam=0.32, zeta=0.18, slenderness=45, stiffness="2 N mm/deg", inclusion_factor=1.3, mu=0.3
@@ -188,7 +187,8 @@ def test_the_other_warnings():
     assert "zeta beta/lambda = 1.2" in _only(
         PRINTED.replace(scale={"embedded": 0.0128, "width": 0.03}), part="inclusion factor C_f: zeta"
     )
-    thick = _only(PRINTED.replace(scale={"thickness": "4 mm"}), "bending", "joint stiffness K:")
+    # the joint of a scale is one whatever the load
+    thick = _only(PRINTED.replace(scale={"thickness": "4 mm"}), "bending", "joint stiffness K_theta: t_s/(l + L)")
     assert "t_s/(l + L) = 0.0597" in thick
     assert "no stiffness" in _only(PRINTED.replace(scale={"embedded": 0}), part="embedded")
     known = PRINTED.replace(scale={"embedded": 0}, joint={"stiffness": 0.01, "inclusion_factor": 1})

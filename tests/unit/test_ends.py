@@ -64,6 +64,7 @@ def test_the_paper_law_at_low_alpha() -> None:
     """Where the edge law runs off the tip edge beyond the fold, the plate law locks."""
     e = [squama.ends(**FOLDED, mu=0.3, law=law) for law in ("edge", "plate")]
     assert [str(x.end) for x in e] == ["off tip edge", "frictional lock"]
+    # tolerance: three digits are given
     assert math.degrees(float(e[0].theta_end)) == pytest.approx(23.4, abs=0.1)
     assert float(e[0].phi_end) == pytest.approx(1.38, abs=0.005)
 
@@ -103,7 +104,7 @@ def test_one_design_or_many(sense: str, law: str) -> None:
         assert followed.phi_e == one.phi_e
         assert followed.neighbour == one.neighbour
         if np.isfinite(one.phi_e):
-            assert followed.phi_end <= one.phi_end * (1 + 1e-12)
+            assert followed.phi_end <= one.phi_end * (1 + 1e-9)
 
 
 def test_margins_are_distances_to_the_ends_of_the_edges() -> None:
@@ -158,6 +159,7 @@ def test_the_first_event_wins_among_the_plates() -> None:
     assert tip.end.tolist() == ["kinematic lock", "frictional lock", "frictional lock"]
     assert every.end.tolist() == ["other contact", "other contact", "frictional lock"]
     assert every.other.tolist() == 2 * ["tip edge C1B1 on tip edge C2B2 (k = 1)"] + [""]
+    # tolerance: recorded with nine digits
     assert every.theta_end[:2] == pytest.approx(1.46820783, abs=1e-8)
     assert every.phi_end[2] == tip.phi_end[2]
     assert tip.other.tolist() == ["", "", ""]
@@ -196,7 +198,7 @@ def test_the_bound_of_the_neighbours_is_what_a_tip_can_reach() -> None:
     farthest = np.maximum(*along) + np.maximum(*across)
     spare = neighbours.reach_at(row, np.cos(theta)) - farthest
     assert (spare > 0).all()
-    assert (spare < 1e-8).all()
+    assert (spare < 1e-7).all()
 
 
 def test_neighbours_that_a_tip_reaches_only_early_in_an_interval(monkeypatch) -> None:
@@ -231,6 +233,6 @@ def test_the_quick_look_for_neighbours_overlooks_none(law: str, sense: str, monk
     close = answers(tuple(v[some] for v in d), law=law, sense=sense, load="twisting", few=n)
     assert (quick.code[some] == close.code).all()
     assert (quick.crossing[some] == close.crossing).all()
-    np.testing.assert_allclose(quick.load_end[some], close.load_end, rtol=1e-12)
+    np.testing.assert_allclose(quick.load_end[some], close.load_end, rtol=1e-11)
     assert (close.crossing > 1).sum() > 100 or sense == "-"
     assert ((close.neighbour > 1) & (close.crossing == 1)).sum() > 30 or sense == "+"

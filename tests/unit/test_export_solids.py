@@ -312,6 +312,7 @@ def test_a_picture_covers_what_is_seen():
     pixel = (view.right - view.left) / 400
     seen = (image[..., 3] / 255).sum() * pixel**2
     shadow = ConvexHull(flat.vertices @ view.axes[:2].T).volume
+    # tolerance: pixels at the rim, 0.7 % measured
     assert seen == pytest.approx(shadow, rel=0.02)
     assert np.linalg.det(view.axes) == pytest.approx(1)
     # the nearer one hides the other, whatever their order
@@ -332,4 +333,4 @@ def test_sizes_of_a_beam_in_millimetres():
     beam = squama.Beam.from_toml_text(squama.Beam.from_ratios(beta=0.6, scales=7).replace(pitch="17.3 mm").to_toml())
     plan = make_plan(beam, None, {"ends": 0.0125, "draft": 0.1})
     assert (plan.pitch, plan.scales, plan.ends, plan.draft) == (17.3, 7, 12.5, 0.1)
-    assert plan.breadth == pytest.approx(beam.scale.width * 1e3, rel=1e-13)
+    assert plan.breadth == pytest.approx(beam.scale.width * 1e3, rel=1e-12)

@@ -69,6 +69,7 @@ def test_a_nuisance_is_found_and_said(kind, name, value, near):
     start, data, _ = loop(kind, seed=101)
     fit = squama.fit(data, start)
     assert name in fit.added
+    # tolerance: noise of fixed seeds; the table says how near
     assert abs(fit.values[name]) == pytest.approx(value, abs=near)
     assert any(note.startswith(f"{name} is found too: the residual ") for note in fit.notes)
     alone = squama.fit(data, start, nuisances="none")
@@ -132,6 +133,7 @@ def test_correlated_residuals_are_worth_fewer_points():
     for i in range(1, way.size):
         slow[i] = 0.8 * slow[i - 1] + white[i]
     # of an autoregressive process (1 + r) / (1 - r)
+    # tolerance: a series of a fixed seed, 10 % measured
     assert noise.dependence(slow, way) == pytest.approx(9, rel=0.15)
     assert noise.dependence(white, way) < 1.1
     # from one way to the next nothing is correlated
@@ -151,6 +153,7 @@ def test_sandwich_is_the_covariance_of_uneven_noise():
         p = inner @ J.T @ y
         found.append(p)
         said.append(noise.sandwich(J, y - J @ p, inner))
+    # tolerance: a covariance of few series of fixed seeds, 6 % measured
     np.testing.assert_allclose(np.cov(np.array(found).T), np.mean(said, axis=0), rtol=0.12)
 
 

@@ -53,7 +53,7 @@ def test_the_examples_are_what_their_script_makes(name):
     fit = squama.fit(ROOT / "examples" / name, beam, joint=joint, nuisances="none" if joint == "hinge" else "auto")
     for parameter in ("mu", "K_theta"):
         assert abs(fit.values[parameter] - getattr(truth, parameter)) < 2 * fit.errors[parameter]
-    assert fit.noise == pytest.approx(1e-3 * truth.noise, rel=0.1)
+    assert fit.noise == pytest.approx(1e-3 * truth.noise, rel=0.2)
     if joint == "hinge":
         assert fit.notes == ()
         assert np.count_nonzero(fit.branch == "stick") == 3

@@ -50,6 +50,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
     for d in found.designs:
         assert isinstance(d.beam.scales, int)
         assert d.values["beam.scales"] == d.beam.scales
+        # tolerance: the beam is met to the target's "accept", 0.01 where it names none
         assert d.beam.length == pytest.approx(0.5, rel=0.01) or not d.met
         r = squama.twist(d.beam, at="90 deg total")
         torque = next(goal for goal in d.goals if "torque" in goal.name)
@@ -82,7 +83,7 @@ def test_a_limb_that_stiffens():
         engagement, torque, ratio, share = d.goals
         assert engagement.reached == pytest.approx(math.degrees(float(r.phi_e)) * 15)
         assert torque.reached == pytest.approx(float(r["T"][0]), rel=1e-9)
-        assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=1e-9)
+        assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=1e-8)
         assert share.reached == pytest.approx(100 * float(r.stress[0]) / beam.scale.strength, rel=1e-9)
         refuse.check(plan(beam, None, {}), PARTS)
         assert not law.outside(shape(beam))
@@ -110,6 +111,7 @@ def test_an_exact_target_is_met_on_the_grid():
         assert d.values["scale.length"] * 1e3 == pytest.approx(round(d.values["scale.length"] * 1e3), abs=1e-9)
         assert math.degrees(d.beam.scale.alpha) == pytest.approx(round(math.degrees(d.beam.scale.alpha)), abs=1e-9)
         r = squama.twist(d.beam, at="90 deg total")
+        # tolerance: the target's "accept"
         assert float(r["T"][0]) == pytest.approx(0.06, rel=6e-3)
         assert math.degrees(float(r.phi_e)) * 25 == pytest.approx(50, rel=6e-3)
 
@@ -320,7 +322,8 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
     flags = ["--starts", "1024", "--designs", "1"]
     assert main(["design", str(own), "-o", str(tmp_path / "out"), "--plot", str(tmp_path / "d.png"), *flags]) == 0
     said = capsys.readouterr().out
-    assert "target reached, 1 design; thick, elastic scales on compliant joints" in said
+    assert "target reached (endless, held straight)" in said
+    assert "; 1 design, thick, elastic scales on compliant joints" in said
     assert "stiffness ratio at 90 deg total" in said
     lines = (tmp_path / "out" / "design_1.toml").read_text().splitlines()
     for key, unit in (("length", "mm"), ("alpha", "deg"), ("theta0", "deg"), ("thickness", "mm")):
@@ -346,6 +349,7 @@ def test_another_contact_before_the_twist_is_told_with_what_to_change(monkeypatc
     assert np.isnan(best.goals[0].reached)
     (line,) = (line for line in best.warnings if line.startswith("another contact comes in at "))
     far = float(line.split(" at ")[1].split(" deg total")[0])
+    # tolerance: the line tells so many digits
     assert np.radians(far) == pytest.approx(best.rate_end * best.beam.length, rel=1e-3)
     assert "a larger beam.pitch or scale.theta0" in line
     # what the line names does put it off

@@ -36,7 +36,6 @@ def test_figures_are_those_of_the_beam():
     twisting, bending = LOADS["twisting"], LOADS["bending"]
     assert twisting.rigidity(beam) == beam.C_f * beam.J * beam.G_B
     assert bending.rigidity(beam) == beam.bending_rigidity
-    assert (twisting.stiffness(beam), bending.stiffness(beam)) == (beam.joint_stiffness, beam.bending_joint_stiffness)
     assert twisting.inclusion(beam) == bending.inclusion(beam) == 1.1
     assert twisting.read("0.2 rad/pitch", pitch=0.02, scales=5) == bending.read("10 rad/m", pitch=0.02, scales=5)
     assert (twisting.law("plate"), bending.law("plate")) == ("plate", "edge")

@@ -57,7 +57,7 @@ def test_ratios_of_the_plate():
     # stress through the thickness, sum of E/(1 - nu^2) z^2 c dz
     n, t = 20_000, BEAM.scale.thickness
     z = (np.arange(n) + 0.5) / n * t - t / 2
-    assert BEAM.plate_rigidity == pytest.approx(3e9 / (1 - 0.35**2) * np.sum(z**2) * t / n, rel=1e-8)
+    assert BEAM.plate_rigidity == pytest.approx(3e9 / (1 - 0.35**2) * np.sum(z**2) * t / n, rel=1e-7)
     assert RIGID.plate_rigidity == RIGID.modulus_ratio == math.inf
     without = BEAM.replace(scale={"poisson_ratio": None})
     assert without.plate_rigidity == BEAM.plate_rigidity
@@ -114,6 +114,7 @@ def test_a_scale_far_softer_than_its_joint_is_refused_with_what_would_do():
     (line,) = str(caught.value).splitlines()
     D = 3e9 * 5e-5**3 / 12 / (1 - 0.35**2)
     plate = 3 * D * BEAM.scale.width / BEAM.scale.length
+    # tolerance: the message has three digits
     assert plate < 1e-4
     assert f"3 D 2b/l = {plate:.3g} N m against K_theta = 100 N m" in line
     assert line.startswith("scale.youngs_modulus = 3 GPa: is that of a scale more than 1,000,000 times softer than")

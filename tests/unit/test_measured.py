@@ -38,8 +38,8 @@ def _read(tmp_path, text, load="twisting"):
 )
 def test_twisting(header, rate, load, tmp_path):
     found = _read(tmp_path, f"{header}\n2,3\n-4e-1, 0\n")
-    assert found.rate == pytest.approx([2 * rate, -0.4 * rate], rel=1e-14)
-    assert found.load == pytest.approx([3 * load, 0], rel=1e-14)
+    assert found.rate == pytest.approx([2 * rate, -0.4 * rate], rel=1e-13)
+    assert found.load == pytest.approx([3 * load, 0], rel=1e-13)
     assert found.label == "test 1"
 
 
@@ -54,8 +54,8 @@ def test_twisting(header, rate, load, tmp_path):
 )
 def test_bending(header, rate, load, tmp_path):
     found = _read(tmp_path, f"{header}\n2,3\n", "bending")
-    assert found.rate == pytest.approx([2 * rate], rel=1e-14)
-    assert found.load == pytest.approx([3 * load], rel=1e-14)
+    assert found.rate == pytest.approx([2 * rate], rel=1e-13)
+    assert found.load == pytest.approx([3 * load], rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -176,8 +176,8 @@ TOTAL = '"Winkel (\u00b0)" as the twist of the whole beam'
 def test_tables_of_laboratories(text, said, tmp_path):
     with pytest.warns(TableWarning) as caught:
         found = _read(tmp_path, text)
-    assert found.rate == pytest.approx(RATES, rel=1e-14)
-    assert found.load == pytest.approx(LOADS, rel=1e-14)
+    assert found.rate == pytest.approx(RATES, rel=1e-13)
+    assert found.load == pytest.approx(LOADS, rel=1e-13)
     (line,) = [str(w.message) for w in caught]
     assert "\n" not in line
     assert line.startswith(f"{tmp_path / 'test 1.csv'} is read ")
@@ -198,8 +198,8 @@ def test_what_is_said_is_not_guessed(text, given, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(text)
     found = measured.read(path, **BEAM, **given)
-    assert found.rate == pytest.approx(RATES, rel=1e-14)
-    assert found.load == pytest.approx(LOADS, rel=1e-14)
+    assert found.rate == pytest.approx(RATES, rel=1e-13)
+    assert found.load == pytest.approx(LOADS, rel=1e-13)
     assert found.lines.tolist() == [i + text[0].isalpha() for i in (1, 2, 3)]
 
 
@@ -263,8 +263,8 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     target = {"target": {"curve": "lab.csv"}, "vary": {"scale": {"theta0": ("5 deg", "20 deg")}}}
     with pytest.warns(TableWarning):
         goals = read_target(target, beam=beam).goals
-    assert goals[-1].asked == pytest.approx(float(r["T"].max()), rel=1e-8)
-    assert goals[-1].want.at.per_pitch(beam.pitch, beam.scales) == pytest.approx(float(r.phi.max()), rel=1e-8)
+    assert goals[-1].asked == pytest.approx(float(r["T"].max()), rel=1e-7)
+    assert goals[-1].want.at.per_pitch(beam.pitch, beam.scales) == pytest.approx(float(r.phi.max()), rel=1e-7)
     with pytest.warns(TableWarning):
         fit = squama.fit(squama.read_measured("lab.csv", beam), beam)
     assert fit.values["mu"] == pytest.approx(said["plain", 0][0], rel=1e-6)

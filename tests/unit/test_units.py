@@ -55,7 +55,7 @@ DEG = math.pi / 180
     ],
 )
 def test_text_is_read(text, dimension, si):
-    assert quantity(text, dimension, bare=False) == pytest.approx(si, rel=1e-14)
+    assert quantity(text, dimension, bare=False) == pytest.approx(si, rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_bare_angle_out_of_range_gets_the_hint():
 )
 def test_twist_and_curvature(value, rate):
     for read in (twist, curvature):
-        assert read(value, pitch=0.02, scales=25, bare=False) == pytest.approx(rate, rel=1e-14)
+        assert read(value, pitch=0.02, scales=25, bare=False) == pytest.approx(rate, rel=1e-13)
 
 
 def test_bare_twist():

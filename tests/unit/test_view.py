@@ -209,7 +209,7 @@ def test_states_are_named_and_do_not_go_beyond_the_end() -> None:
     assert static.state(1.0).name == LOCKED
     never = Motion(hinged(squama.Beam.from_ratios(eta=0.5, beta=0.2), 0.2))
     assert never.end == "no engagement"
-    assert never.state(0.5 * never.last).name == FREE
+    assert [never.state(x * never.last).name for x in (0.5, 1, 2)] == [FREE] * 3, "contact alone has a colour"
     assert shape(hinged(MAIN.replace(scales=1000), 0.1))["scales"] == MOST_SCALES
 
 
@@ -234,17 +234,20 @@ def test_nearer_triangles_hide_farther_ones_however_they_come() -> None:
 
 
 @pytest.mark.parametrize("joint", ["hinge", None])
-def test_every_arrow_of_an_animation_is_whole_and_long_enough_to_be_seen(joint, monkeypatch) -> None:
+def test_beam_and_arrows_of_an_animation_are_whole_and_long_enough_to_be_seen(joint, monkeypatch) -> None:
     beam = squama.Beam.from_toml(Path(__file__).parents[2] / "examples/pla_on_vps.toml")
     motion = Motion(CASES[0]._replace(beam=beam, mu=0.25, joint=joint))
     d, cameras = shape(motion.setting, motion.neighbour), []
     monkeypatch.setattr(picture, "fitted", lambda *given: cameras.append(look.fitted(*given)) or cameras[-1])
     states = [motion.state(motion.last * i / 4) for i in range(5)]
-    picture._drawn(motion, states, (200, 100))
+    picture._drawn(motion, states, (500, 100))
+    picture._drawn(motion, states, (500, 100), forces=False)
     points, arrows = picture._arrows(d, states[-1], 0.25)
     assert [name for name, _ in arrows] == ["normal", "friction"]
     assert 0.5 < np.linalg.norm(arrows[0][1] - points, axis=1).min() < 1.6
     for state in states:
+        for camera in cameras:
+            assert np.abs(camera.seen(look.outline(d, state.load, state.attitude))[:, :2]).max() < 1
         for _, tips in picture._arrows(d, state, 0.25)[1]:
             assert np.abs(cameras[0].seen(tips)[:, :2]).max() < 1
     assert picture._arrows(d, motion.state(0.0), 0.25)[1] == []
@@ -384,6 +387,7 @@ def test_the_page_of_its_own_has_everything_inside() -> None:
     imports = json.loads(re.search(r'<script type="importmap">(.*?)</script>', text)[1])["imports"]
     assert all(value.startswith("data:text/javascript;base64,") for value in imports.values())
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text)[1])
+    # tolerance: the nearest of the states
     assert data["states"][data["first"]]["load"] == pytest.approx(0.2, abs=0.003)
     assert (data["end"], len(data["states"])) == ("frictional lock", standalone.SAMPLES)
     assert data["states"][-1]["name"] == "locked"

@@ -110,7 +110,7 @@ def test_claim_1_friction_force_has_a_pole_that_comes_earlier_with_mu(table):
         ends = [float(v) for v in values]
         assert flag == "yes"
         assert ends == sorted(ends, reverse=True)
-    assert ends[0] == pytest.approx(0.2886516 / 0.0481941, rel=1e-4)
+    assert ends[0] == pytest.approx(0.2886516 / 0.0481941, rel=3e-4)
 
 
 @pytest.mark.parametrize("law", par.LAWS)
@@ -146,6 +146,7 @@ def test_claim_3_mu_static(table):
     alphas = A([0.01, 30.0, 45.0, 70.0])
     plate = maps.mu_static(maps.sweep(par.main(), "alpha", alphas), "plate")
     edge = maps.mu_static(maps.sweep(par.main(), "alpha", alphas), "edge")
+    # tolerance: the figures have two decimals
     assert plate == pytest.approx([2.28, 4.23, 4.97, 5.64], abs=0.01)
     assert edge == pytest.approx([3.63, 5.66, 5.84, 5.75], abs=0.01)
     assert holds(table, "fig5b", "plate", "static lock needs")[0] == "yes"
@@ -163,6 +164,7 @@ def test_fig6b_the_hinge_agrees_with_elements_early_and_the_compliant_joint_thro
     assert len(rows) == 36
     assert {(r["law"], r["holds"]) for r in rows} == {("plate", "in part"), ("edge", "in part"), ("compliant", "yes")}
     stored = elements.stored()
+    # tolerance: four digits here; 2 % of another program; 6 % is the band of the joint's law (5.5 % measured)
     assert stored.joint == pytest.approx((0.01265, 1.431), rel=1e-3)
     for eta in par.FIG6B_ETAS:
         beam = par.fig6b(eta)
@@ -180,7 +182,7 @@ def test_fig6b_the_hinge_agrees_with_elements_early_and_the_compliant_joint_thro
 def test_fig6b_without_the_packages_points(monkeypatch):
     monkeypatch.setattr(elements, "STORED", elements.STORED.with_name("none.csv"))
     made = twisting2020.fig6b()
-    assert [c.holds for c in made.claims] == ["open"]
+    assert [c.holds for c in made.claims] == ["open", "no", "no"]
     assert len(made.figure.axes) == 2
 
 
@@ -277,6 +279,7 @@ def test_curves_that_coincide_are_both_seen():
 
 def test_the_fold_of_the_main_case():
     alpha = claims.fold_alpha()
+    # tolerance: the figure has one decimal
     assert np.degrees(alpha) == pytest.approx(14.1, abs=0.05)
     for a, folded in ((alpha - A(0.05), True), (alpha + A(0.05), False)):
         (_, track) = maps.ends(maps.sweep(par.main(), "alpha", [a]), 0.0, "edge").tracks[0]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import squama
 from squama.scene.motion import Setting
-from squama.web import live, state
+from squama.web import live, map, state  # noqa: A004 - the module is named after what it draws
 
 HINGED = "?" + state.query(state.preset("pla").hinged.started())
 CUT = """() => [...document.querySelectorAll('.compared tr')].filter((row) => {
@@ -126,6 +129,43 @@ def test_an_entry_that_cannot_be_is_explained_and_changes_nothing(visit) -> None
     assert page.number("eta").input_value() == "2.5"
 
 
+def test_a_field_holds_its_value_ready_to_be_typed_over(visit) -> None:
+    page = visit()
+    field, keys = page.number("twist"), page.page.keyboard
+    per_pitch = f"{math.radians(90) / 25:.6g}"
+    chosen = "(e) => e.value.slice(e.selectionStart, e.selectionEnd)"
+    page.enter("twist", "90 deg total")
+    page.eventually(field.input_value, per_pitch)
+    page.eventually(lambda: field.evaluate(chosen), per_pitch)
+    # away and back
+    for _ in range(2):
+        keys.press("Tab")
+        keys.press("Shift+Tab")
+        assert field.input_value() == per_pitch
+        assert field.evaluate(chosen) == per_pitch
+    keys.type("0.2")
+    assert field.input_value() == "0.2"
+    keys.press("Enter")
+    page.until("Math.abs(squamaView.state.load - 0.2) < 1e-9")
+    # the same in other words is a value, too
+    page.enter("twist", "0.20 rad/pitch")
+    page.eventually(field.input_value, "0.2")
+    # what is typed behind it stays until it is entered
+    keys.press("End")
+    keys.type("1")
+    page.page.wait_for_timeout(200)
+    assert field.input_value() == "0.21"
+    # a wrong entry that another change makes pointless does not come back
+    page.enter("mu", "rough")
+    page.page.locator(".field.wrong").wait_for()
+    page.until("Math.abs(squamaView.state.load - 0.21) < 1e-9")
+    page.enter("twist", "0.1")
+    page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
+    page.page.locator(".field.wrong").wait_for(state="detached")
+    page.number("mu").focus()
+    assert page.number("mu").input_value() == "0.25"
+
+
 def test_a_click_on_the_map_takes_its_design(visit) -> None:
     page = visit()
     page.until_chart(4, "options.series.length > 0")
@@ -151,6 +191,32 @@ def test_a_click_on_the_map_takes_its_design(visit) -> None:
     page.page.locator(".axes select").first.select_option("eta")
     page.until_chart(4, "options.xAxis[1].max > 7")
     page.eventually(lambda: page.page.locator(".ends li").count() > 1, True)
+
+
+def test_the_map_says_what_is_under_the_pointer(visit) -> None:
+    page = visit()
+    page.until_chart(4, "options.series.length > 0")
+    chart = page.page.locator(".chart").nth(4)
+    chart.scroll_into_view_if_needed()
+    at = page.page.evaluate("squamaTest.chart(4).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [9, 22])")
+    box = chart.bounding_box()
+    page.page.mouse.move(box["x"] + at[0], box["y"] + at[1])
+    tip = chart.locator("> div", has_text="engagement")
+    tip.wait_for()
+    said = tip.inner_text().split("\n")
+    page.shot("tooltip")
+    now = state.preset("pla")
+    key = map.key(now, "mu", "alpha")
+    found = map.grid(key)
+    e, end, red = (f"{float(v[22, 9]):.4g}" for v in (found.load_e, found.load_end, found.RED))
+    name = str(map.CODES[found.code[22, 9]])
+    assert said == ["μ = 0.5, α = 63.3 deg", name, f"engagement at φ = {e}", f"end at φ = {end}, RED = {red}"]
+    # whole, over what stands below it
+    inside = """(e) => { const r = e.getBoundingClientRect();
+      return [[r.left, r.top], [r.right, r.bottom]].map(([x, y], i) =>
+        e.contains(document.elementsFromPoint(x + 3 - 6 * i, y + 3 - 6 * i)[0])); }"""
+    tip.evaluate("(e) => { e.style.pointerEvents = 'auto'; }")
+    assert tip.evaluate(inside) == [True, True]
 
 
 def test_a_link_restores_everything(visit) -> None:
@@ -185,16 +251,31 @@ def test_up_to_three_designs_are_compared(visit) -> None:
         page.until(f"document.querySelectorAll('.compared tbody tr').length === {i + 2}")
     page.enter("mu", "0.25")
     page.until("squamaView.state.mu === 0.25")
+    names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
+    page.until_chart(0, names)
+    rows = page.page.locator(".compared tbody tr")
+    for width, height in ((1280, 720), (1280, 800), (1600, 900), (1920, 1080)):
+        page.page.set_viewport_size({"width": width, "height": height})
+        page.page.wait_for_timeout(400)
+        page.shot(f"three_{height}")
+        top = page.page.locator(".compared").bounding_box()["y"]
+        for i in (0, 1, 2, 4):
+            box = page.page.locator(".chart").nth(i).bounding_box()
+            assert box["y"] + box["height"] <= top, "both rows of plots stay in sight"
+            assert box["height"] > 80
+        if height > 720:
+            assert page.page.evaluate(CUT) == [], "every row is whole and in sight"
+    page.page.set_viewport_size({"width": 1280, "height": 720})
+    for row in rows.all():
+        row.scroll_into_view_if_needed()
+        at = row.bounding_box()
+        assert at["y"] + at["height"] <= 720
+    assert [cell.inner_text() for cell in page.page.locator(".compared td:nth-child(2)").all()] == [
+        f"μ = {mu}" for mu in ("0.1", "0.5", "1", "0.25")
+    ]
     page.page.locator("[data-do=keep]").click()
     page.page.locator(".notice.shown").wait_for()
     assert "3 designs are kept" in page.page.locator(".notice").inner_text()
-    names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
-    page.until_chart(0, names)
-    for width, height in ((1280, 800), (1920, 1080)):
-        page.page.set_viewport_size({"width": width, "height": height})
-        page.page.wait_for_timeout(400)
-        page.shot(f"three_{width}")
-        assert page.page.evaluate(CUT) == [], "every row is whole and in sight"
     # each has its letter on the map, and its line among those that are named
     marks = [mark.bounding_box() for mark in page.page.locator(".marks b", has_text=re.compile("[ABC]")).all()]
     assert len(marks) == 3
@@ -220,7 +301,9 @@ def test_bending_is_shown_too(visit) -> None:
 
 def test_files_are_handed_out(visit, tmp_path) -> None:
     page = visit()
-    got = {}
+    look = """(({canvas: {width, height}, camera: c}) => [width, height, c.fov, c.aspect, c.position.toArray()])
+      (squamaView)"""
+    got, looked = {}, page.page.evaluate(look)
     for kind in ("toml", "csv", "png", "html", "plots-svg", "plots-png"):
         page.page.locator(".menu summary").click()
         with page.page.expect_download() as waiting:
@@ -232,7 +315,16 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     assert tomllib.loads(got["toml"].read_text())["scale"]["length"] == "60 mm"
     assert "T (N m)" in got["csv"].read_text()
     assert got["png"].read_bytes().startswith(b"\x89PNG")
-    assert len(got["png"].read_bytes()) > 10_000
+    drawn = Image.open(got["png"]).convert("L")
+    assert drawn.width >= 1600
+    assert drawn.height >= 700
+    # the whole beam, and it fills the picture
+    beam = np.abs(np.asarray(drawn, int) - drawn.getpixel((0, 0))) > 8
+    across, down = np.flatnonzero(beam.any(axis=0)), np.flatnonzero(beam.any(axis=1))
+    assert 0 < across[0] < across[-1] < drawn.width - 1
+    assert 0 < down[0] < down[-1] < drawn.height - 1
+    assert max(np.ptp(across) / drawn.width, np.ptp(down) / drawn.height) > 0.8
+    assert page.page.evaluate(look) == looked, "the view itself stays as it is"
     assert got["plots-png"].read_bytes().startswith(b"\x89PNG")
     assert "thick, elastic scales on compliant joints" in got["plots-svg"].read_text()
     # the view opens from the file alone, with nothing to reach
@@ -248,6 +340,26 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     before = own.evaluate("squamaView.state.load")
     own.locator("#load").press("ArrowRight")
     assert own.evaluate("squamaView.state.load") > before
+    # a drag moves the thumb, and nothing else
+    sizes = """() => ['#load', '#stage'].flatMap((id) => { const r = document.querySelector(id).getBoundingClientRect();
+      return [r.left, r.top, r.width, r.height]; })"""
+    said = set()
+    for width in (900, 600, 390):
+        own.set_viewport_size({"width": width, "height": 600})
+        first = own.evaluate(sizes)
+        for i in range(0, 240, 20):
+            own.locator("#load").fill(str(i))
+            assert own.evaluate(sizes) == first
+            said.add(own.locator("#now").inner_text())
+    assert len(said) == 12
+    motion = live.motion(state.preset("pla").setting)
+    assert said >= {motion.words(s) for s in motion.samples(240)[::20]}
+    keys = own.locator("#legend").inner_text()
+    assert all(words in keys for words in ("not in contact", "sliding", "normal force", "friction on the tip"))
+    assert "locked" not in keys
+    own.set_viewport_size({"width": 900, "height": 600})
+    own.locator("#load").fill("160")
+    own.screenshot(path=page.place("alone"))
     eye = own.evaluate("squamaView.camera.position.toArray()")
     own.locator("canvas").press("ArrowLeft")
     assert own.evaluate("squamaView.camera.position.toArray()") != eye
@@ -255,7 +367,6 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     own.locator("#play").click()
     own.wait_for_function("(before) => squamaView.state.load !== before", arg=before)
     own.locator("#play").click()
-    own.screenshot(path=page.place("alone"))
     assert complaints == []
     assert set(asked) <= {"file", "data"}
     alone.close()

@@ -12,7 +12,7 @@ from oracle.twisting import places, side
 from oracle.vectors import FP, Design, add, mul
 from oracle.vectors import scale as oracle_scale
 from squama.fe import plate
-from squama.scene import geometry, look
+from squama.scene import geometry, look, picture
 from squama.scene.motion import Motion, Setting, shape, shapes
 from squama.web import state
 
@@ -84,7 +84,7 @@ def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:
         assert np.allclose([js["directions"]["normal"], js["directions"]["friction"]], [n, t], rtol=0, atol=1e-9)
         assert np.allclose(js["bar"], geometry.bar(d, load)[0], rtol=0, atol=1e-12)
         if isinstance(theta, float):
-            assert js["arrow"] == pytest.approx(geometry.arrow(theta), rel=1e-14)
+            assert js["arrow"] == pytest.approx(geometry.arrow(theta), rel=1e-13)
 
 
 def test_contact_points_of_the_scripts_are_the_oracles(visit, states: list) -> None:
@@ -121,7 +121,65 @@ def test_the_still_picture_is_taken_from_where_the_page_looks(visit) -> None:
     js = page.page.evaluate(CAMERA)
     motion = Motion(Setting(squama.Beam.from_toml("examples/pla_on_vps.toml"), 0.25))
     s, d = motion.state(page.state()["load"]), shape(motion.setting)
-    camera = look.fitted(look.outline(d, s.load, s.attitude), js["aspect"])
+    tips = [tips for _, tips in picture._arrows(d, s, motion.setting.mu)[1]]
+    camera = look.fitted(np.concatenate([look.outline(d, s.load, s.attitude), *tips]), js["aspect"])
     assert np.allclose(camera.eye, js["eye"], rtol=0, atol=1e-9)
     points = np.array([geometry.contact(d, s.load, s.attitude, geometry.first(d) + i).point for i in range(24)])
     assert np.allclose(camera.seen(points)[:, :2], np.array(js["seen"])[:, :2], rtol=0, atol=1e-6)
+
+
+OUTSIDE = """() => { const {camera: c, design: d, state: s} = squamaView, V = c.position.constructor;
+  c.updateMatrixWorld();
+  const all = squamaGeometry.bar(d, s.load).flat();
+  for (let i = 0; i < d.scales; i++)
+    all.push(...squamaGeometry.scale(d, s.load, s.pose ?? s.theta, squamaGeometry.first(d) + i).corners);
+  const seen = all.map((p) => new V(...p).project(c));
+  return Math.max(...seen.flatMap((q) => [Math.abs(q.x), Math.abs(q.y)])); }"""
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (2560, 1440)])
+def test_what_leaves_the_view_is_framed_anew(visit, size) -> None:
+    page = visit(
+        "?" + state.query(state.preset("pla").change("twist", "0.21")),
+        viewport={"width": size[0], "height": size[1]},
+    )
+    page.until("Math.abs(squamaView.state.load - 0.21) < 1e-9")
+    assert page.page.evaluate(OUTSIDE) < 1
+    way = "squamaView.camera.position.clone().sub(squamaView.controls.target).normalize().toArray()"
+    before = page.page.evaluate(way)
+    page.enter("twist", "0.05")
+    page.until("Math.abs(squamaView.state.load - 0.05) < 1e-9")
+    page.page.wait_for_timeout(200)
+    page.shot(f"framed_{size[0]}")
+    assert page.page.evaluate(OUTSIDE) < 1
+    assert page.page.evaluate(way) == pytest.approx(before)
+    # turned by hand it is turned still, and whole
+    canvas = page.page.locator("canvas[tabindex='0']")
+    for _ in range(4):
+        canvas.press("ArrowLeft")
+    turned = page.page.evaluate(way)
+    assert turned != pytest.approx(before, abs=1e-2)
+    for load in ("0.21", "0.05"):
+        page.enter("twist", load)
+        page.until(f"Math.abs(squamaView.state.load - {load}) < 1e-9")
+        assert page.page.evaluate(OUTSIDE) < 1
+    assert page.page.evaluate(way) == pytest.approx(turned, abs=1e-6)
+    # who has come near stays there
+    for _ in range(8):
+        canvas.press("+")
+    near = page.page.evaluate("squamaView.camera.position.toArray()")
+    page.enter("twist", "0.1")
+    page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
+    assert page.page.evaluate("squamaView.camera.position.toArray()") == near
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
+def test_a_decay_stays_in_the_view(visit, size) -> None:
+    now = state.preset("pla").change("path", "decay").change("twist", "0.22")
+    page = visit("?" + state.query(now), viewport={"width": size[0], "height": size[1]})
+    page.until("Math.abs(squamaView.state.load - 0.22) < 1e-9")
+    page.page.evaluate(f"() => {{ window.far = []; squamaView.onDraw = () => far.push(({OUTSIDE})()); }}")
+    page.page.locator("[data-do=release]").click()
+    page.until("far.length > 40 && squamaView.design.sense === -1")
+    page.shot(f"decay_{size[0]}")
+    assert max(page.page.evaluate("far")) < 1

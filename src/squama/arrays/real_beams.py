@@ -13,7 +13,7 @@ from squama.batch.threads import in_parts
 from squama.beam.parts import PLASTIC
 from squama.errors import refuse
 from squama.joints import law
-from squama.joints.factor import K_THETA, TWIST, pivots
+from squama.joints.factor import K_THETA, pivots
 from squama.model import section
 from squama.real import path
 from squama.types import Array
@@ -160,6 +160,7 @@ def follow(
     copies: int = 0,
     held: Array | None = None,
     load: str = "twisting",
+    stretch: str = "free",
     stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:
@@ -167,10 +168,11 @@ def follow(
 
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
     is complex: derivatives of what is followed, to all digits (:mod:`squama.real.moved`). Stresses are taken at some of
-    the twists, ``stressed``. ``held`` (n,): bends per pitch in which the beams are held, free to stretch; twists are
-    above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come while a
-    beam is bent. With ``load`` "bending" beams are bent alone, free to stretch, joints as well: twists are bends then,
-    torques moments, the rigidity that of bending.
+    the twists, ``stressed``. ``stretch``: "free" without axial force, "held" where the length is held, joints
+    (i, 9, 9); empty where joints (i, 7, 7) know none. ``held`` (n,): bends per pitch in which the beams are held;
+    twists are above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come
+    while a beam is bent. With ``load`` "bending" beams are bent alone, joints as well: twists are bends then, torques
+    moments, the rigidity that of bending.
 
     ``K`` returns the joints (i, 9, 9) or (i, 7, 7) of the designs with the numbers (i,), ``known`` (n,) tells which of
     them have one; by default it is the law's, of designs in its range. First contacts are looked for below the twists
@@ -181,7 +183,7 @@ def follow(
     at_all, scales = np.broadcast_to(twists, (n, twists.shape[-1])), designs.scales(ideal=ideal)
     m, columns, kind = at_all.shape[1], list(COLUMNS.values()), designs.eta.dtype
     alone, along = np.full((4, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
-    ends, bent = np.full(n, "", dtype=path.WORDS.dtype), held is not None or load == "bending"
+    ends, bends = np.full(n, "", dtype=path.WORDS.dtype), load == "bending"
     which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
 
     def begin() -> Callable[[int, int], None]:
@@ -190,8 +192,8 @@ def follow(
             joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
             joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
             scale = path.Scale(*(v[at] for v in scales))
-            beams = path.beams(scale, joints, designs.mu[at], sense=sense, stretch="free" * bent)
-            if load == "bending":
+            beams = path.beams(scale, joints, designs.mu[at], sense=sense, stretch=stretch)
+            if bends:
                 found = path.bent_alone(beams, at_all[at], upto[at])
             elif held is not None:
                 found = path.held_bent(beams, held[at], at_all[at], upto[at])
@@ -201,9 +203,7 @@ def follow(
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
-            alone[2:, at] = pivots(joints)[:, [K_THETA, TWIST]].T
-            if load == "bending":
-                alone[3, at] = path.bare(beams)[:, 1, 1]
+            alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], path.bare(beams)[:, int(bends), int(bends)]
             ends[at] = path.endings(found.contacts, found.ends)
             along[:-1, at] = np.moveaxis(found.rows[..., columns], -1, 0)
             along[-1, at, stressed] = path.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))

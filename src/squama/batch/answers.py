@@ -10,7 +10,6 @@ import numpy as np
 from squama.loads import LOADS
 from squama.model.evaluation import BENT, NAMES, OPEN, Room
 from squama.model.figures import Common, Rules, fill, legendre_rules, pole_rules
-from squama.progress import LOG
 from squama.types import Array
 
 FEW = 128
@@ -84,11 +83,10 @@ def answers(
 
 
 def _compiled(designs: Array, common: Common, out: Array, whole: Array, threads: int | None) -> None:
-    from squama.batch import entry
+    from squama.batch import entry, keeping
     from squama.batch.threads import in_parts
 
-    if not entry.ready():
-        LOG.warning("squama: compiling the code for many designs, once; some seconds")
+    keeping.tell(entry.fill, "many designs")
 
     def begin() -> Callable[[int, int], None]:
         room = entry.room()

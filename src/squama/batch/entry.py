@@ -8,7 +8,7 @@ import numpy as np
 
 from squama import model
 from squama.batch import kernel
-from squama.batch.keeping import is_ready, kept
+from squama.batch.keeping import kept
 from squama.model.figures import Common
 from squama.types import Array
 
@@ -28,8 +28,3 @@ fill = kept(_fill, SOURCES)
 def room() -> Array:
     """Return room for the samples of one path."""
     return np.zeros(1, kernel.ROOM).view(np.recarray)
-
-
-def ready() -> bool:
-    """Whether the compiled code is loaded, or likely to be found on the disk."""
-    return is_ready(fill)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+
+from squama.progress import LOG, not_kept
 
 
 class _Part(JITCodeLibrary):
@@ -54,35 +58,67 @@ INNER: dict[str, Any] = {
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def part(f: _F) -> _F:
+def part(f: _F, **options: Any) -> _F:
     """Return a function compiled, to be called by compiled code only."""
-    found: _F = numba.njit(**INNER)(f)
+    found: _F = numba.njit(**INNER, **options)(f)
     return found
 
 
 def inlined(f: _F) -> _F:
     """Return such a function, whose code stands where it is called."""
-    found: _F = numba.njit(forceinline=True, **INNER)(f)
-    return found
+    return part(f, forceinline=True)
 
 
-def kept(f: Callable[..., Any], sources: Sequence[Path]) -> Any:
+class _Copy(FunctionCache):
+    """The copy of compiled code on the disk. Where it cannot be read or written, the code is compiled in memory."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the copy; None where there is none, or a damaged one, which is discarded."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # damaged bytes raise errors of many kinds
+            with suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Write the copy; say in one line where and why it cannot be written."""
+        try:
+            super().save_overload(sig, data)
+        except (OSError, EOFError) as error:
+            not_kept("compiled code", self.cache_path, error)
+
+
+def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
     """Return a function compiled; its copy on the disk is used as long as none of the sources changes.
 
-    Numba itself looks at the file of this function only.
+    Numba itself looks at the file of this function only. Where no folder takes a copy, each process compiles anew.
     """
     assert isinstance(f, FunctionType)
     stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
     # the files of the copy bear the digest: Numba fails on those of sources from which a module went
     f.__qualname__ = f"{f.__name__}_{stamp[:16]}"
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-    try:
-        return numba.njit(cache=True, **options)(f)
-    except RuntimeError:  # no place on the disk to keep compiled code
-        return numba.njit(**options)(f)
+    made = numba.njit(error_model="numpy", nogil=True, **options)(f)
+    with suppress(RuntimeError):  # no place on the disk to keep compiled code
+        made._cache = _Copy(f)
+    return made
 
 
 def is_ready(f: Any) -> bool:
     """Whether a compiled function is loaded, or likely to be found on the disk."""
     place = f.stats.cache_path
     return bool(f.signatures) or (place is not None and any(Path(place).glob(f"*{f.py_func.__qualname__}-*.nbc")))
+
+
+_told: set[str] = set()
+
+
+def tell(f: Any, what: str) -> None:
+    """Say once that the code of something is to be compiled, where it is, and whether that recurs in each process."""
+    if what in _told or is_ready(f):
+        return
+    _told.add(what)
+    often = "once; some seconds"
+    if f.stats.cache_path is None:
+        often = "some seconds in each run: no folder for its cache can be written, NUMBA_CACHE_DIR sets one"
+    LOG.warning("squama: compiling the code for %s, %s", what, often)

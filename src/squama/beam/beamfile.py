@@ -66,7 +66,9 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu", "0.49"),
         "strength": _number(Dimension.PRESSURE, MODULUS, "largest stress (von Mises) of the bar", '"4 MPa"'),
         "strain_limit": _number(Dimension.RATIO, STRAIN, "largest strain of the bar", "2"),
-        "neutral": Key(None, "line that keeps its length in bending: middle or face", '"face"'),
+        "neutral": Key(
+            None, "line that keeps its length: middle (also in twisting) or face (hinges in bending)", '"face"'
+        ),
     },
     "beam": {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),

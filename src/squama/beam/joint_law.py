@@ -1,8 +1,10 @@
 """K_theta, C_f and the rigidity of a beam: as given, from the joint's matrix, or by the scaling laws.
 
-One rule for one beam and for columns of beams: a value that is given comes first, then the joint's matrix (it is one
-for twisting), scaled to the beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix stands
-for the shape for which it was made whatever the other sizes are; `squama.beam.validity` says where they differ.
+One rule for one beam and for columns of beams: a value that is given comes first, then the joint's matrix, scaled to
+the beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix stands for the shape for which
+it was made whatever the other sizes are; `squama.beam.validity` says where they differ. K_theta does not depend on the
+load: it is the stiffness of a scale against a turn about its width at a given twist and bend. The inclusion factor in
+bending does not come from the matrix.
 """
 
 from __future__ import annotations
@@ -25,12 +27,29 @@ class Given(NamedTuple):
     """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not.
 
     ``faces``: how many of the bar's have scales; stiffness and matrix are of one, a factor that is given is the beam's.
+    ``middle``: whether the line in the bar's middle keeps its length.
     """
 
     stiffness: Number | None
     inclusion_factor: Number | None
     matrix: StoredMatrix | None
     faces: int = 1
+    middle: bool = False
+
+    def stretch(self, motions: int) -> str:
+        """Return "free" where there is no axial force, as by default, "held" where the bar keeps its length.
+
+        Scales on both faces share the stretch, which is held. Empty where a joint's matrix has seven ``motions`` and
+        knows none.
+        """
+        if motions < 9:
+            return ""
+        return "held" if self.middle or self.faces > 1 else "free"
+
+    @property
+    def line(self) -> str:
+        """The line of the bar that keeps its length: "free" for none, without axial force, or "middle"."""
+        return "free" if self.stretch(9 if self.matrix is None else len(self.matrix.rows)) == "free" else "middle"
 
     def gathered(self, factor: Number) -> Number:
         """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""
@@ -74,18 +93,17 @@ def whole(law: Each, *arguments: Number) -> Number:
     return np.asarray(law(*arguments))
 
 
-def stiffness(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the stiffness of a scale's joint, N m, of one beam or of many, under "twisting" or "bending"."""
+def stiffness(s: Sizes, given: Given, each: Each = one) -> Number:
+    """Return the stiffness K_theta of a scale's joint, N m per rad, of one beam or of many, under any load."""
     if given.stiffness is not None:
         return given.stiffness
-    if given.matrix is not None and LOADS[load].matrix:
+    if given.matrix is not None:
         return each(_scaled, given.matrix.K_theta, s.modulus, s.pitch, 3)
-    law, across = joint.LAWS[f"stiffness {load}"], LOADS[load].across
-    return each(law.value, s.modulus, s.thickness, across * s.half, s.embedded)
+    return each(joint.LAWS["stiffness"].value, s.modulus, s.thickness, s.half, s.embedded)
 
 
 def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the inclusion factor C_f; arguments as of :func:`stiffness`."""
+    """Return the inclusion factor C_f under "twisting" or "bending"; other arguments as of :func:`stiffness`."""
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
@@ -94,7 +112,7 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
 
 
 def rigidity(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the rigidity of the beam without contact, N m^2; arguments as of :func:`stiffness`."""
+    """Return the rigidity of the beam without contact, N m^2; arguments as of :func:`inclusion`."""
     return inclusion(load, s, given, each) * bare(load, s, each)
 
 

@@ -169,11 +169,18 @@ def inclination_stiffness(K: Array, motion: int = 4) -> float:
     return float(1 / np.linalg.inv(K[:-1, :-1])[motion, motion])
 
 
-def twisting_stiffness(K: Array) -> float:
-    """Return the torque per twist per pitch, the scale's motions free; the twist is the last row of K."""
+def twisting_stiffness(K: Array, *, stretched: bool = False) -> float:
+    """Return the torque per twist per pitch, the scale's motions free, of a beam that does not bend.
+
+    The twist is the last row of K, or the seventh of nine. The length is held; ``stretched``: there is no axial force,
+    K (9, 9).
+    """
     import numpy as np
 
-    return float(K[-1, -1] - K[-1, :-1] @ np.linalg.solve(K[:-1, :-1], K[:-1, -1]))
+    twist = 6 if len(K) == 9 else len(K) - 1
+    loose = [*range(twist), *[8] * stretched]
+    across = K[loose, twist]
+    return float(K[twist, twist] - across @ np.linalg.solve(K[np.ix_(loose, loose)], across))
 
 
 def read(path: str | os.PathLike[str]) -> StoredMatrix:

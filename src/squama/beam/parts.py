@@ -203,8 +203,8 @@ class Substrate(Part):
     strain_limit : float, optional
         Largest strain; 2 is three times the length.
     neutral : str, optional
-        Line that keeps its length in bending: "middle" (taken if not given; a homogeneous bar without axial force) or
-        "face" (that of the scales).
+        Line that keeps its length: "middle", of compliant joints in twisting too, which have no axial force if it is
+        not given; or "face" (that of the scales), of hinges in bending, which take the middle if it is not given.
 
     Raises
     ------
@@ -414,7 +414,9 @@ class Assembly(Part):
     def given(self) -> joint_law.Given:
         """What is known of the joint."""
         j = self.joint
-        return joint_law.Given(j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1)
+        return joint_law.Given(
+            j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1, self.substrate.neutral == "middle"
+        )  # fmt: skip
 
     @property
     def torsional_rigidity(self) -> float:
@@ -428,10 +430,5 @@ class Assembly(Part):
 
     @property
     def joint_stiffness(self) -> float:
-        """K_theta of one scale in twisting, N m: given, from the joint's matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
-        return float(joint_law.stiffness("twisting", self.sizes, self.given))
-
-    @property
-    def bending_joint_stiffness(self) -> float:
-        """Stiffness of a scale's joint in bending (N m), as given or 0.66 E_B w t_s^2 (L/t_s)^1.75 with w = 2b."""
-        return float(joint_law.stiffness("bending", self.sizes, self.given))
+        """K_theta of a scale, N m per rad, under any load: given, of the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        return float(joint_law.stiffness(self.sizes, self.given))

@@ -134,14 +134,14 @@ def _laws(beam: Assembly, load: Load) -> list[str]:
         "t_s/(l + L)": beam.scale.thickness / (beam.scale.length + beam.scale.embedded),
         "zeta beta/lambda": beam.zeta * beam.beta / beam.lam,
     }
-    if load.matrix and beam.joint.matrix is not None:
+    if beam.joint.matrix is not None:
         return []
     lines: list[str] = []
     if beam.joint.stiffness is None and beam.scale.embedded == 0:
         adds = "the scales add no torque or moment; give joint.stiffness"
         lines.append(f"scale.embedded = 0: by its law the joint has no stiffness, so {adds}")
     elif beam.joint.stiffness is None:
-        lines += joint.outside(joint.LAWS[f"stiffness {load.name}"], ratios)
+        lines += joint.outside(joint.LAWS["stiffness"], ratios)
     if beam.joint.inclusion_factor is None:
         lines += joint.outside(joint.LAWS[f"inclusion {load.name}"], ratios)
     return lines

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
-    from squama.inverse.designing import InverseDesign
+    from squama.inverse.designing import Design, InverseDesign
+    from squama.inverse.reached import Reached
     from squama.inverse.target import Target
 
 SHOWN = 6
@@ -72,6 +73,8 @@ def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, ne
     """Look at the folder for beam files, and read the target; mistakes are kept."""
     from squama.inverse import target
 
+    if force and out is None:
+        flags.problems().add("--force", "", "replaces designs in the folder that -o names", "give -o too")
     with flags.problems().caught():
         if out is not None:
             output.check_folder(out, force=force)
@@ -81,28 +84,42 @@ def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, ne
 
 
 def _record(found: InverseDesign) -> dict[str, object]:
-    names = ("met", "values", "chosen", "active", "end", "rate_end", "other_contact", "refused", "warnings")
+    names = ("met", "confirmed", "found_by", "verdict", "values", "chosen", "active", "end", "rate_end")
+    names += ("other_contact", "refused", "warnings")
+    told = ("name", "unit", "sense", "asked", "reached", "difference", "met")
     designs = [
         {name: getattr(d, name) for name in names}
         | {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump()}
+        | {
+            "beside": {
+                other.key: {
+                    "words": other.words,
+                    "agrees": other.agrees,
+                    "note": other.note,
+                    "goals": [{name: getattr(goal, name) for name in told} for goal in other.goals],
+                }
+                for other in d.beside
+            }
+        }
         for d in found.designs
     ]
-    about = {name: getattr(found, name) for name in ("met", "bounds", "tolerance", "settings", "notes")}
+    names = ("met", "confirmed", "verdict", "bounds", "tolerance", "settings", "notes")
+    about = {name: getattr(found, name) for name in names}
     return {**about, **{name: found.settings[name] for name in ("joint", "scales")}, "designs": designs}
 
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
     """Return designs side by side, then what holds for the first."""
-    verdict = "target reached" if found.met else "target not reached, nearest attainable"
+    from squama.inverse.reached import SENSES
+
     shown = found.designs[:MOST]
-    yield f": {verdict}, {len(found)} design{'s' * (len(found) > 1)}; {model(found.settings)}"
+    yield f": {found.verdict}; {len(found)} design{'s' * (len(found) > 1)}, {model(found.settings)}"
     rows: list[tuple[str, ...]] = []
     for goals in zip(*(d.goals for d in shown), strict=True):
         goal = goals[0]
-        sense = {"=": "", ">=": "at least ", "<=": "at most "}[goal.sense]
         name = f"{goal.name} ({goal.unit})" if goal.unit else goal.name
-        reached = ("none" if math.isnan(g.reached) else f"{g.reached:.5g}{'' if g.met else ' (missed)'}" for g in goals)
-        rows.append((name, f"{sense}{goal.asked:.5g}", *reached))
+        rows.append((name, f"{SENSES[goal.sense]}{goal.asked:.5g}", *map(_value, goals)))
+        rows += _beside(goal.name, shown)
         rows.append(("  by tolerances", "", *(f"+- {g.spread:.2g}" for g in goals)))
     for name, (low, high) in found.bounds.items():
         factor, unit = shown_in(name)
@@ -112,6 +129,25 @@ def _shown(found: InverseDesign) -> Iterable[str | Table]:
     rows.append(("end", "", *(d.end for d in shown)))
     yield output.table(("", "asked", *(str(k + 1) for k in range(len(shown)))), rows, left=2)
     yield from _notes(found)
+
+
+def _value(goal: Reached, digits: int = 5) -> str:
+    """Return what is reached of a goal, for a table."""
+    return "none" if math.isnan(goal.reached) else f"{goal.reached:.{digits}g}{'' if goal.met else ' (missed)'}"
+
+
+def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
+    """Yield rows of what other models say of a goal."""
+    for key in dict.fromkeys(other.key for d in designs for other in d.beside):
+        cells, words = [], set()
+        for d in designs:
+            here = [(other, g) for other in d.beside if other.key == key for g in other.goals if g.name == name]
+            cells += [_value(g, 3) for _, g in here] or ["-"]
+            words |= {other.words for other, _ in here}
+        if words:
+            # numbers of scales may differ
+            label = "with its own scales" if len(words) > 1 else words.pop()
+            yield f"  {label}", "", *cells
 
 
 def shown_in(name: str) -> tuple[float, str]:
@@ -133,6 +169,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
             how = f"there is none; the curve ends with {best.end}{other}" if math.isnan(goal.reached) else how
             yield f"not reached: {goal.name}: asked {goal.asked:.5g}{unit}, {how}"
     for i, d in enumerate(found.designs[:MOST], 1):
+        yield from (f"design {i}, {other.words}: {other.note}" for other in d.beside if other.note)
         if d.active:
             yield f"design {i} lies on: {'; '.join(d.active)}"
     for goal in best.goals:

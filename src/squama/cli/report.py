@@ -14,16 +14,20 @@ import numpy as np
 from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
+from squama.curves import bench
+from squama.curves.both_faces import worst
 from squama.fe.agreement import SHARE, holds
-from squama.loads import LINES, LOADS, Load
+from squama.loads import LINES, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
+from squama.symbols import OTHER
 from squama.units import moment, number
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
 
     Shown = Iterable[str | Table]
@@ -38,8 +42,19 @@ def covered(beam: Beam) -> str:
     return f"{beam.scales} scales on {beam.length * 1e3:.4g} mm{where}"
 
 
-def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
-    """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn."""
+def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
+    """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families."""
+    data = next(iter(laws.values()))
+    if HINGE not in laws or data.family is not None:
+        return None
+    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN)
+
+
+def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> Shown:
+    """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn.
+
+    ``found``: what stands beside the endless beam.
+    """
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
@@ -47,7 +62,15 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer]) -> Shown:
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
     line = f"; {LINES[data.attrs['neutral']]}" if "neutral" in data.attrs else ""
-    yield f" {words.done}{how}: {covered(beam)}, mu = {mus}{sense}{line}"
+    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}{line}"
+    if found is not None:
+        total = math.degrees(found.at / beam.pitch * beam.length)
+        twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""
+        yield f"at {found.at:.4g} rad/pitch ({total:.4g} deg in total){twice}:"
+        yield from found.lines
+    elif HINGE in laws and data.family is not None:
+        held = "straight by a moment M" if words.sided else "from twisting by a torque T"
+        yield f"each curve is of a beam held {held}, which is in the files"
     yield ""
     if data.family is not None:
         for name, response in laws.items():
@@ -182,17 +205,17 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
 
 def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
     matrix = beam.joint.matrix
-    given = "given", f"from {matrix.name}" if matrix is not None and kind.matrix else "by its scaling law"
-    K, rigidity = kind.stiffness(beam), kind.rigidity(beam)
+    given = "given", f"from {matrix.name}" if matrix is not None else "by its scaling law"
+    K, rigidity = beam.joint_stiffness, kind.rigidity(beam)
     line = f"joint of a scale: K_theta = {moment(K)} per rad, {given[beam.joint.stiffness is None]}"
     if not kind.sided:
-        return [line, f"beam without contact: C_f E_B I = {rigidity:.4g} N m2"]
+        return [line, f"beam without contact: C_f E_B I = {rigidity:.4g} N m^2"]
     factor = f"inclusion factor C_f = {beam.C_f:.4g}, {given[beam.joint.inclusion_factor is None]}"
-    return [line, f"beam without contact: C_f J G_B = {rigidity:.4g} N m2, {factor}"]
+    return [line, f"beam without contact: C_f J G_B = {rigidity:.4g} N m^2, {factor}"]
 
 
-def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object]:
-    """Return all there is to say about a twisted or bent beam.
+def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> dict[str, object]:
+    """Return all there is to say about a twisted or bent beam; ``found``: what stands beside the endless beam.
 
     ``figures`` are single figures of the curve, a list of them each for a family over ``mu``; ``laws`` the same for
     each law; ``curve`` the points, a list of lists for a family; ``derived`` what follows from the beam.
@@ -200,7 +223,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
     data, kind = laws[law], LOADS[laws[law].attrs["load"]]
     derived: dict[str, object] = {**beam.ratios}
     derived |= {key: getattr(beam, key) for key in ("zeta", "slenderness", "length")}
-    derived |= {"K_theta": kind.stiffness(beam), "rigidity": kind.rigidity(beam)}
+    derived |= {"K_theta": beam.joint_stiffness, "rigidity": kind.rigidity(beam)}
     if kind.sided:
         derived |= {key: getattr(beam, key) for key in ("C_f", "C_w", "J", "I", "G_B")}
     if data.attrs.get("joint") == "compliant":
@@ -211,7 +234,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer]) -> dict[str, object
         }
     figures = {name: _figures(response) for name, response in laws.items()}
     keys = "load law joint scales sense margin neutral followed squama_version"
-    parts = {"laws": figures, "curve": data.curves}
+    parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 
@@ -244,7 +267,7 @@ def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any],
     if not ideal:
         found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
     # a hinge has no line but the bar's middle where there is no axial force
-    hinged = same | ({} if LOADS[load].sided else {"neutral": "middle"})
+    hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
@@ -262,7 +285,8 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         for data in laws.values():
             value, reach = math.nan, float(data[angle][np.isfinite(data[torque])].max(initial=0.0))
             if name in data.variables and twist <= reach * (1 + 1e-9):
-                value = float(np.interp(twist, data[angle], data[name])) * factor
+                along = worst(data.curves, name) if name in ("stress", "strain") else data[name]
+                value = float(np.interp(twist, data[angle], along)) * factor
             cells.append("-" if math.isnan(value) else number(value))
         return cells
 
@@ -271,8 +295,10 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         return [
             [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
             at(f"  {words.torque_words} {torque}, N m", torque, twist),
-            *([] if words.sided else [at("  torque T that keeps it from twisting, N m", "T", twist)]),
-            at(f"  d{torque}/d{rate}, N m2", words.tangent, twist),
+            at("  moment M that holds it straight, N m", "M", twist)
+            if words.sided
+            else at("  torque T that keeps it from twisting, N m", "T", twist),
+            at(f"  d{torque}/d{rate}, N m^2", words.tangent, twist),
             at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),
             at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
@@ -319,13 +345,9 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     rest = list(laws)[1:]
     lines = [
         held(attrs),
-        f"K_theta = {moment(K)} per rad (hinge {moment(words.stiffness(beam))}); "
-        f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m2 (hinge {words.rigidity(beam):.4g})",
+        f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
+        f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m^2 (hinge {words.rigidity(beam):.4g})",
     ]
-    if (ours["N"] > 0).any():
-        row = ": squama row" if words.sided else ""
-        torque = words.torque_words
-        lines.append(f"all scales alike, as in an endless beam; the ends of {beam.scales} take {torque} away{row}")
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
     for i, mu in enumerate(ours["mu"].ravel()):
@@ -346,15 +368,22 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 def _borne(words: Load, data: Answer) -> list[str]:
     """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
     lines, loads = [], data[words.angle]
+
+    def of_face(name: str, i: int) -> tuple[str, str]:
+        """Return the ending of names, and words, of the face where a figure is larger."""
+        return (OTHER, " on the other face") if float(worst(data.curves, name)[i]) > data[name][i] else ("", "")
+
     for i in np.flatnonzero(np.isfinite(data["stress_x"]))[-1:]:
-        x, stress = float(data["stress_x"][i]), float(data["stress"][i])
+        tail, where = of_face("stress", i)
+        x, stress = float(data[f"stress_x{tail}"][i]), float(data[f"stress{tail}"][i])
         place = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
-        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}, at {loads[i]:.4g} rad/pitch")
+        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}{where}, at {loads[i]:.4g} rad/pitch")
     for i in np.flatnonzero(np.isfinite(data["tab_force"]) & (loads > data[f"{words.angle}_e"]))[-1:]:
-        pull, bend, twist = (float(data[name][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
+        tail, where = of_face("tab_force", i)
+        pull, bend, twist = (float(data[f"{name}{tail}"][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
         way = "outwards" if pull > 0 else "inwards"
         lines.append(
-            f"its embedded part bears {data['tab_force'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
+            f"its embedded part{where} bears {data[f'tab_force{tail}'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
             f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {loads[i]:.4g} rad/pitch"
         )
     return lines

@@ -46,11 +46,12 @@ def twist(
     sense: flags.Sense = "+",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
+    neutral: flags.Neutral = None,
     tables: flags.Tables = flags.TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
-    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal)
+    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal, neutral=neutral)
 
 
 def bend(
@@ -101,6 +102,7 @@ def respond(
     with flags.laid(flags.arguments("neutral")):
         if LOADS[load].sided:
             held, _, note = follow.meant(beam, load, law, joint)
+            numbers["neutral"] = neutral
         else:
             held, _, note, numbers["neutral"] = polygons.meant(beam, joint, None, neutral)
         if note:
@@ -112,8 +114,11 @@ def respond(
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
+    found = report.beside(beam, laws)
     record, shown = report.record, report.summary
-    return output.report(common.json, path, written, lambda: record(beam, law, laws), lambda: shown(beam, law, laws))
+    return output.report(
+        common.json, path, written, lambda: record(beam, law, laws, found), lambda: shown(beam, law, laws, found)
+    )
 
 
 def row(

@@ -16,6 +16,7 @@ from squama.curves.polygons import bent_and_twisted
 from squama.errors import refuse
 from squama.model.outcome import End
 from squama.real.path import RANGE
+from squama.symbols import OTHER
 from squama.types import Array
 
 FAR = 1.0
@@ -71,6 +72,12 @@ class Twisted(NamedTuple):
         """Where the path leaves what the model was compared with."""
         return [line for line in str(self.answer.attrs["warnings"]).splitlines() if line]
 
+    @property
+    def load_e(self) -> float:
+        """Twist per pitch at engagement, inf for none."""
+        engaged = self.sign * float(self.answer["phi_e"])
+        return engaged if math.isfinite(engaged) else math.inf
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists (magnitudes), or at twists per pitch; NaN beyond its end."""
         a = self.answer
@@ -81,7 +88,7 @@ class Twisted(NamedTuple):
         at = np.linspace(0.0, float(loads[-1]), points) if at is None else at
         sided = ("T", "T_scales", *MOTIONS)
         along: dict[str, Array] = {}
-        for name, role in _ROLES.items():
+        for name, role in (_ROLES | {name + OTHER: _ROLES[name] + OTHER for name in _ROLES}).items():
             if name in a.variables:
                 values = a[name][twisting] * (self.sign if name in sided[:2] else 1)
                 along[role] = np.interp(at, loads, values, right=np.nan)
@@ -89,8 +96,7 @@ class Twisted(NamedTuple):
         # where the last point is; rigid scales have no stress
         ends = {role: np.flatnonzero(np.isfinite(values)) for role, values in along.items()}
         last = {role: float(along[role][i[-1]]) if i.size else math.nan for role, i in ends.items()}
-        engaged = self.sign * float(a["phi_e"])
-        load_e = engaged if math.isfinite(engaged) else math.inf
+        load_e = self.load_e
         found = {
             **figures(self.case, last, load_e, self.sign * float(a["phi_end"]), float(a["theta_end"])),
             "end": End.NONE if load_e == math.inf else str(a["end"]), "other_contact": str(a["other_contact"]),

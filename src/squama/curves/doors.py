@@ -48,6 +48,7 @@ def twist(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    neutral: str | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -79,6 +80,9 @@ def twist(
         Take the scales as thin and rigid, as in the paper (True), or as thick as the beam says and, on the compliant
         joint where their modulus is known, elastic (False). By default only the hinge's are ideal:
         ``joint="hinge", ideal=True`` is the paper's model.
+    neutral
+        "free" (there is no axial force: the default) or "middle" (the bar keeps its length), in place of the beam's own
+        ``substrate.neutral``; of the compliant joint. Either way the beam is held straight, by the moment ``M``.
 
     Returns
     -------
@@ -86,7 +90,9 @@ def twist(
         Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians;
         single figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version
         in the attributes. With scales on both faces loads and energies are the beam's, what is told of a scale is of
-        the face that touches first, and ``theta_other``, ``N_other``, ``phi_e_other`` are of the other one.
+        the face that touches first; ``theta_other``, ``N_other``, ``stress_other`` and the like, and
+        ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain`` are of the face that comes there
+        first.
 
     Raises
     ------
@@ -101,6 +107,7 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
+    arguments.beam(beam)
     return respond(
         beam,
         "twisting",
@@ -113,6 +120,7 @@ def twist(
         sense=sense,
         ideal=ideal,
         joint=joint,
+        neutral=neutral,
     ).dataset()
 
 
@@ -171,6 +179,7 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
+    arguments.beam(beam)
     return respond(
         beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral
     ).dataset()
@@ -203,8 +212,8 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     points = arguments.whole("points", points, 3, 1e6)
+    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
     return follow.curves(asked, held)
 
@@ -217,11 +226,19 @@ def _meant(
     First the beam, whose hinges know the line that keeps its length; that line last.
     """
     if kind.sided:
-        return beam, *follow.meant(beam, kind.name, law, joint, ideal), ""
+        held, thin, note = follow.meant(beam, kind.name, law, joint, ideal)
+        if neutral is not None and held == "hinge":
+            refuse("neutral", f'"{neutral}"', "is of the compliant joint in twisting", "leave it out")
+        if neutral is not None:
+            from squama.curves import polygons
+
+            beam = polygons.stretched(beam, neutral)
+        return beam, held, thin, note, ""
     from squama.curves import polygons
 
     held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
-    return beam.replace(substrate={"neutral": line}) if held == "hinge" else beam, held, thin, note, line
+    beam = beam.replace(substrate={"neutral": line}) if held == "hinge" else polygons.stretched(beam, line)
+    return beam, held, thin, note, line
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -309,6 +326,7 @@ def cycle(
     >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
     9.32 J/m a loop, damping ratio 0.043
     """
+    arguments.beam(beam)
     return cycled(
         beam,
         twist,

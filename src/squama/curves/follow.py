@@ -19,7 +19,7 @@ from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, Solved, States
 from squama.errors import refuse
 from squama.joints import choice
-from squama.loads import LOADS
+from squama.loads import LOADS, Load
 from squama.types import Array
 
 
@@ -126,7 +126,8 @@ def curves(asked: Asked, joint: str) -> Answer:
     one_face, more = solve(asked)
     # the real beam that is bent is followed on all its faces at once
     whole = joint == "compliant" and bool(asked.neutral)
-    solved_paths = one_face if whole else both_faces.gather(asked, one_face, lambda other: solve(other)[0])
+    far = _farthest(asked) if joint == "compliant" else 0.0
+    solved_paths = one_face if whole else both_faces.gather(asked, one_face, lambda other: solve(other)[0], far)
     found = [path.curve(points=asked.points, at=asked.at) for path in solved_paths]
     family = ("mu",) * asked.mus.ndim
 
@@ -141,7 +142,15 @@ def curves(asked: Asked, joint: str) -> Answer:
     if way.load.sided:
         by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(asked.beam, way.sense))
         attrs["sense"] = way.sense
-    return Answer(labelled(way.load, States(by_dim), asked.mus), attrs)
+    return Answer(labelled(way.load, States(by_dim), asked.mus, theory(way.load, joint)), attrs)
+
+
+def _farthest(asked: Asked) -> float:
+    """Return the load angle at which a path that is walked stops, where it has no earlier end."""
+    from squama.real.path import RANGE
+
+    to = abs(asked.path.values[-1])
+    return RANGE if to == math.inf else to
 
 
 def cycles(asked: Asked, joint: str) -> Answer:
@@ -150,7 +159,14 @@ def cycles(asked: Asked, joint: str) -> Answer:
     states = model(joint, asked).walk(asked)
     attrs = attributes(asked, f"cycles of a scale-covered beam in {load.name}", "+", joint, states.notes)
     attrs |= {"history": [v / asked.beam.pitch for v in asked.path.values], **states.attrs}
-    return Answer(labelled(load, states, asked.mus), attrs)
+    return Answer(labelled(load, states, asked.mus, theory(load, joint)), attrs)
+
+
+def theory(load: Load, joint: str) -> str:
+    """Return the page of the theory that a model's equations are from; empty for the paper's, which twists hinges."""
+    if joint == "compliant":
+        return "real beam"
+    return "" if load.sided else "bending"
 
 
 def _small(beam: Beam, sense: str) -> float:

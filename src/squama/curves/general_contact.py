@@ -6,63 +6,112 @@ It needs the extra fe.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves.path import Case, Curve, figures, in_si
-from squama.fe import bending, condense
+from squama.fe import bending
+from squama.fe.assembly import make_bent
 from squama.fe.exposed import Exposed, box, sheet
 from squama.fe.geometry import geometry
 from squama.fe.walk import Contacts
 from squama.model.elastic_plate import monomials
 from squama.model.outcome import End
-from squama.real.path import Scale, plate_figures
+from squama.progress import steps
+from squama.real.path import STEP, Scale, plate_figures
 from squama.types import Array
 
-_ALONG = (
-    *("rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED"),
-    *(*MOTIONS, "gap", "deflection", "scale_twist", "stress", "stress_x", "stress_y"),
-)
+_STATE = ("theta", "N", "f", "U_el", "W_fr", "gap", "p", "s")
+"""Roles that columns of elements have by the same name."""
 _GRID = (6, 3)
 """Parts of a bent plate along and across, where it may touch anywhere."""
 
 
-def curve(
-    beam: Beam,
-    K: Array,
-    mu: float,
-    loads: Array,
-    scale: Scale,
-    *,
-    sign: int,
-    increment: float = condense.INCREMENT,
-) -> Curve:
+class Led(NamedTuple):
+    """States at the points that were reached, rest the first: columns by name; the way and the word of the end.
+
+    ``moved`` (n, points, 3): how far the points of a scale's surface have moved in its frame.
+    """
+
+    columns: dict[str, Array]
+    words: list[str]
+    moved: Array
+    contacts: Sequence[Contacts]
+    way: float
+    end: str
+
+
+def lead(
+    beam: Beam, K: Array, mu: float, scale: Scale, free: Sequence[str], legs: Sequence[tuple[Array, Array]]
+) -> Led:
+    """Follow a beam along straight legs, each the strains (psi, phi) at its end and the ways (n,) of its points.
+
+    ``K`` (9, 9) holds a ``scale``, or (7, 7) where the beam is twisted alone; ``free``: which of "stretch", "bend" and
+    "twist" are not imposed. E = 1 and d = 1.
+    """
+    whole = np.eye(9)
+    # bend and stretch are imposed where a matrix knows none
+    whole[: len(K), : len(K)] = K
+    walk = make_bent(whole, geometry(beam), mu, free=free, exposed=surface(scale))
+    walk.begin()
+    kept, moved, end = [0], [walk.moved[:, :, 0]], str(End.RANGE)
+    for strains, ways in legs:
+        goal = walk.aim(*strains)
+        # the way that is aimed at is the last one but for rounding
+        places = [*ways[ways > walk.phi][:-1].tolist(), goal]
+        for way in steps(places, len(places), "points by general contact"):
+            if not walk.run(way, STEP).reached:
+                end = walk.ending(STEP)
+                break
+            kept.append(len(walk.columns["way"]) - 1)
+            moved.append(walk.moved[:, :, 0])
+        if end != End.RANGE:
+            break
+    names = [name for name in walk.columns if name != "contact"]
+    columns = {name: np.array(walk.columns[name], float)[kept] for name in names}
+    words = [str(walk.columns["contact"][i]) for i in kept]
+    return Led(columns, words, np.array(moved), walk.contacts, float(walk.phi), end)
+
+
+def curve(beam: Beam, K: Array, mu: float, loads: Array, scale: Scale, *, sign: int, stretch: str) -> Curve:
     """Return a curve at twists per pitch (magnitudes, rad, any order), by the roles of :mod:`squama.loads`.
 
-    ``K`` (7, 7) holds a ``scale``, E = 1 and d = 1; ``sign`` is that of the twist, ``increment`` the largest one, rad
-    per pitch.
+    ``K`` (7, 7) or (9, 9) holds a ``scale``, E = 1 and d = 1; ``sign`` is that of the twist.
     """
     case = Case.held(beam, K, sign)
     order, back = np.unique(loads, return_inverse=True)
-    exposed = surface(scale)
-    c = condense.curve(geometry(beam).rest, K, mu, sign * order, increment=increment, exposed=exposed)
-    own = {role: values for role, values in c.along.items() if role not in ("phi", "T", "W")}
-    own |= plate_figures(scale, deflections(scale, exposed, c.moved))
-    v = in_si(case, beam.substrate.youngs_modulus, order, own | {"torque": sign * c.along["T"]})
+    free = ("stretch",) * (stretch == "free")
+    led = lead(beam, K, mu, scale, free, [(np.array([0.0, sign * order[-1]]), order)])
+    # the state at rest may not be asked for; behind the end nothing is known
+    first = int(order[0] > 0)
+    own = {name: np.full(order.size, np.nan) for name in led.columns}
+    n = len(led.moved) - first
+    for name, values in led.columns.items():
+        own[name][:n] = values[first:]
+    bent = np.full((order.size, *led.moved.shape[1:]), np.nan)
+    bent[:n] = led.moved[first:]
+    torque, work = sign * own["T"], own["W"]
+    own = {role: own[role] for role in (*MOTIONS, *_STATE, *(("M", "stretch") if len(K) == 9 else ()))}
+    own |= plate_figures(scale, deflections(scale, surface(scale), bent))
+    v = in_si(case, beam.substrate.youngs_modulus, order, own | {"torque": torque})
     reached, v["tangent"] = np.isfinite(v["torque"]), np.full(order.size, np.nan)
     if reached.sum() > 1:
         v["tangent"][reached] = np.gradient(v["torque"][reached], v["rate"][reached])
     last = {role: float(values[reached][-1]) if reached.any() else np.nan for role, values in v.items()}
+    engaged = led.contacts[0].phi if led.contacts else math.inf
+    lost = work[reached][-1] - own["U_el"][reached][-1] - own["W_fr"][reached][-1] if reached.any() else 0.0
     found = {
-        **figures(case, last, abs(c.phi_e), abs(c.phi_end), last["theta"]),
-        "end": str(End(c.end)),
-        **contacts(c.contacts),
-        "energy_error": c.unbalanced,
+        **figures(case, last, engaged, led.way, last["theta"]),
+        "end": led.end,
+        **contacts(led.contacts),
+        "energy_error": float(lost / work[reached][-1]) if reached.any() and work[reached][-1] else 0.0,
     }
-    return Curve({role: v[role][back] for role in _ALONG}, found)
+    return Curve({role: values[back] for role, values in v.items()}, found)
 
 
 def surface(scale: Scale) -> Exposed | None:

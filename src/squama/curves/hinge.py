@@ -30,15 +30,16 @@ SAME = 1e-12
 """Relative difference of load angles that is rounding."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 """Ends towards which a curve steepens."""
-BENT_BY = "BF"
-"""Contact of a bent beam, of those of :mod:`squama.model.screw`."""
+BENT_BY, TWISTED_BY = "BF", "TS"
+"""Contacts of a bent and of a twisted beam, of those of :mod:`squama.model.screw`."""
 _NOT_MET = (np.nan, np.nan)
 
 
 class Path(NamedTuple):
     """The solved path of one design, cut to the asked range.
 
-    ``touch`` load angle and inclination of the other contact; ``bent`` the same way in the plane of bend and twist.
+    ``touch`` load angle and inclination of the other contact; ``leg`` the same way in the plane of bend and twist,
+    where the load that is held is known.
     """
 
     case: Case
@@ -56,7 +57,7 @@ class Path(NamedTuple):
     mu: float
     law: str
     touch: tuple[float, float] = _NOT_MET
-    bent: Leg | None = None
+    leg: Leg | None = None
 
     @property
     def engaged(self) -> bool:
@@ -128,11 +129,13 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
         sol = solution.solve({**shapes, "mu": mus}, load=kind.name, law=law, sense=way.sense)
         sol, touches = solution.with_touches(sol, [*shapes.values()], load=kind.name, sense=way.sense, alike=True)
         paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
-    if kind.sided:
+    if kind.sided and (law != "edge" or asked.thickness):
         return paths, more
-    y_n = neutral_height(beam.neutral, beam.lam)
-    legs = [Leg(Design(**beam.ratios, mu=float(m), y_n=y_n), (0.0, 0.0), (1.0, 0.0)) for m in mus]
-    return [path._replace(bent=leg) for path, leg in zip(paths, legs, strict=True)], more
+    # twisting has the axis in the bar's middle; the other sense is the mirror image
+    y_n, sides = (0.0, (0.0, 1.0)) if kind.sided else (neutral_height(beam.neutral, beam.lam), (1.0, 0.0))
+    shape = beam.ratios | {"alpha": -beam.scale.alpha if case.mirrored else beam.scale.alpha}
+    legs = [Leg(Design(**shape, mu=float(m), y_n=y_n), (0.0, 0.0), sides) for m in mus]
+    return [path._replace(leg=leg) for path, leg in zip(paths, legs, strict=True)], more
 
 
 def path(
@@ -267,20 +270,28 @@ def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
         values = {role: np.concatenate([v, contact[role]]) for role, v in values.items()}
         work[load.size :] = energy.work(p.row, p.x0, float(x.max()), p.pole, p.mu, p.law)(x)
     along = in_si(p.case, values, work)
-    return along if p.bent is None else along | _untwisted(p, p.bent, values, load.size)
+    return along if p.leg is None else along | _held(p, p.leg, values, load.size)
 
 
-def _untwisted(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
-    """Return the torque that keeps a bent beam from twisting, and what touches from a place on."""
-    T, contact = np.zeros(v["load"].size), np.full(v["load"].size, BENT_BY)
+def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
+    """Return what holds a twisted beam straight (M), or a bent one from twisting (T), of contacts from a place on.
+
+    And what touches a bent one. Neighbour k is the next one of a beam with a pitch k times as long.
+    """
+    bends, k = leg.step[1] == 0, max(1, p.neighbour)
+    kind = BENT_BY if bends else TWISTED_BY
+    held, contact = np.zeros(v["load"].size), np.full(v["load"].size, kind)
     contact[:engaged] = ""
     if not leg.flush:
-        s, same = leg.design, np.ones(T.size - engaged)
-        posed = leg.posed(v["load"][engaged:])
-        here = screw.place(screw.CONTACTS[BENT_BY], posed.d, v["theta"][engaged:])
+        s, same = leg.design, np.ones(held.size - engaged)
+        s = s._replace(eta=s.eta / k, beta=s.beta / k, lam=s.lam / k, y_n=s.y_n / k)
+        posed = leg._replace(design=s).posed(k * v["load"][engaged:])
+        here = screw.place(screw.CONTACTS[kind], posed.d, v["theta"][engaged:])
         velocities = screw.Velocities.of(posed.g, s.y_n * same, here)
-        T[engaged:] = velocities.sliding(v["theta"][engaged:] - s.theta0, s.mu * same, (same, 0 * same)).T
-    return {"T": p.case.stiffness * T, "contact": contact}
+        toward = leg.step[0] * same, leg.step[1] * same
+        sliding = velocities.sliding(v["theta"][engaged:] - s.theta0, s.mu * same, toward)
+        held[engaged:] = k * (sliding.T if bends else sliding.M)
+    return {"T": p.case.stiffness * held, "contact": contact} if bends else {"M": p.case.stiffness * held}
 
 
 def _figures(p: Path, last: dict[str, Any]) -> dict[str, float | int | str]:
@@ -289,7 +300,7 @@ def _figures(p: Path, last: dict[str, Any]) -> dict[str, float | int | str]:
         pt = p.row.point(p.x0, p.law, FLOAT)
         mu_static = mechanics.mu_lock(pt) if pt.M_f > 0 else np.inf
     return {
-        **({} if p.bent is None else {"T_c": last["T"]}),
+        **({"T_c": last["T"]} if "T" in last else {}),
         **figures(p.case, last, p.load_e, np.inf if p.end is End.NONE else p.load_end, p.theta_end),
         "mu_static": mu_static,
         "end": str(p.end),

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_FIRST = ("psi", "phi", "kappa", "Phi", "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
+_SYMBOLS = {name: i for i, name in enumerate(SYMBOLS)}
+
+
 class Labelled(NamedTuple):
     """Values with the names of their dimensions and their attributes."""
 
@@ -72,14 +76,26 @@ class Answer:
         return xr.Dataset(data, coords={"mu": data.pop("mu")}, attrs=self.attrs)
 
 
-def labelled(load: Load, states: States, mus: Array) -> dict[str, Labelled]:
-    """Return the variables of states: names by the load's table, units and words by that of symbols."""
+def labelled(load: Load, states: States, mus: Array, theory: str = "") -> dict[str, Labelled]:
+    """Return the variables of states: names by the load's table, units and words by that of symbols.
+
+    Equations are the paper's where that twists hinges, else those of a page of the theory. Along a curve the load comes
+    first, then its torque or moment and stiffness, then the others in the order of the symbols.
+    """
     by_dim = [*states.by_dim.items(), (("mu",) * mus.ndim, {"mu": mus})]
-    return {
-        name: Labelled(dims, np.asarray(values[role]), SYMBOLS[name].attrs)
-        for dims, values in by_dim
-        for role, name in load.variables(tuple(values)).items()
-    }
+    found = {}
+    for dims, values in by_dim:
+        for role, name in sorted(load.variables(tuple(values)).items(), key=lambda one: _place(*one)):
+            attrs = SYMBOLS[name].attrs
+            if theory and attrs.get("equation", "").startswith("paper"):
+                attrs = attrs | {"equation": f"theory: {theory}"}
+            found[name] = Labelled(dims, np.asarray(values[role]), attrs)
+    return found
+
+
+def _place(role: str, name: str) -> tuple[int, int]:
+    """Return the place of a variable: first the load and what answers to it, by role, then by its symbol."""
+    return _FIRST.index(role) if role in _FIRST else len(_FIRST), _SYMBOLS[name]
 
 
 def attributes(

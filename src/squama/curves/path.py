@@ -11,6 +11,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stiffness
 from squama.loads import LOADS, THIN, Load
+from squama.symbols import OTHER
 from squama.types import Array
 
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
@@ -54,6 +55,14 @@ class LoadPath(NamedTuple):
     def sense(self) -> str:
         """Sense in which the path sets out."""
         return "-" if next((v for v in self.values if v), 0.0) < 0 else "+"
+
+
+def spaced(stop: float, points: int, engaged: float) -> Array:
+    """Return evenly spaced loads from 0 to an end, with engagement in the place of the nearest one between the two."""
+    at = np.linspace(0.0, stop, points)
+    if 0 < engaged < stop:
+        at[1 + np.abs(at[1:-1] - engaged).argmin()] = engaged
+    return at
 
 
 class Asked(NamedTuple):
@@ -111,13 +120,14 @@ class Case(NamedTuple):
     def of(cls, beam: Beam, load: str, sense: str = "+") -> Case:
         """Return the case of a beam."""
         kind = LOADS[load]
-        return cls(beam.pitch, kind.rigidity(beam), kind.stiffness(beam), beam.eta, beam.scale.theta0, sense == "-")
+        return cls(beam.pitch, kind.rigidity(beam), beam.joint_stiffness, beam.eta, beam.scale.theta0, sense == "-")
 
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
-        """Return that of scales which a matrix K (7, 7) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit = beam.unit_moment
-        rigidity, K_theta = twisting_stiffness(K) * unit * beam.pitch, inclination_stiffness(K) * unit
+        """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist."""
+        unit, stretched = beam.unit_moment, beam.given.stretch(len(K)) == "free"
+        rigidity = twisting_stiffness(K, stretched=stretched) * unit * beam.pitch
+        K_theta = inclination_stiffness(K[:7, :7]) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
 
 
@@ -158,10 +168,11 @@ def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -
     """
     d, E = case.pitch, modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
-    units |= {"torque": E * d**3, "onset": E * d**3, "stress": E}
-    v = {role: x * units.get(role, 1.0) for role, x in own.items()} | {"load": twists, "rate": twists / d}
+    units |= {"torque": E * d**3, "M": E * d**3, "onset": E * d**3, "stress": E}
+    v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
+    v |= {"load": twists, "rate": twists / d}
     v["scales"] = v["torque"] - case.rigidity * v["rate"]
-    v["f0"] = v["f"] * case.eta * d / case.stiffness
+    v |= {f"f0{face}": v[f"f{face}"] * case.eta * d / case.stiffness for face in ("", OTHER) if f"f{face}" in v}
     total = v["U_el"] + v["W_fr"]
     v["RED"] = np.divide(v["W_fr"], total, out=np.where(np.isfinite(v["torque"]), 0.0, np.nan), where=total > 0)
     return v
@@ -173,6 +184,10 @@ class Solved(Protocol):
     @property
     def case(self) -> Case:
         """What the beam and the model bring."""
+
+    @property
+    def load_e(self) -> float:
+        """Load angle per pitch (a magnitude) at engagement, inf for none."""
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at points of the path's own, or at load angles per pitch: NaN beyond its end."""

@@ -13,7 +13,7 @@ from squama.beam.faces import only_one
 from squama.curves import hinge_polygons, real, real_polygons
 from squama.curves.labelled import Labelled, attributes, labelled
 from squama.curves.path import Asked, Case, States, in_si
-from squama.curves.polygons import Stations, meant, read
+from squama.curves.polygons import Stations, meant, read, stretched
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
 from squama.model.screw import LOCKED
@@ -80,11 +80,14 @@ def bend_twist_map(
     >>> print(m["T"].dims, *m.state.sel(psi=0.1, phi=[0.1, 0.3], method="nearest").values, sep=", ")
     ('psi', 'phi'), sliding, frictional lock
     """
+    arguments.beam(beam)
     only_one(beam.faces, "the map of bend and twist")
     way = read(path, beam)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     n = arguments.whole("points", points, 3, 1000)
     held, thin, note, line = meant(beam, joint, ideal, neutral)
+    if held == "compliant":
+        beam = stretched(beam, line)
     asked = Asked(beam, way, m, "edge", 0.01, n, ideal=thin, note=note, neutral=line)
     corners = np.array([(0.0, 0.0), *way.points])
     room = ROOM * float(np.ptp(corners, axis=0).max())
@@ -100,7 +103,7 @@ def bend_twist_map(
         ("phi",): {"load": phi, "rate": phi / beam.pitch},
     }
     return _dataset(
-        labelled(twisting, States(by_dim), m),
+        labelled(twisting, States(by_dim), m, "combined"),
         attrs | {"load": "bending and twisting", "neutral": line, **found.attrs},
     )
 
@@ -153,7 +156,7 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     contact = np.array([real_polygons.named(*pair) for pair in _pairs(contacts, rows)])
     own = {"theta": real_path.inclinations(gone.way, rows), "torque": gone.T, "N": rows[:, 2], "f": rows[:, 3]}
     own |= {"W_fr": rows[:, 8], "U_el": rows[:, 9] - rows[:, 8]}
-    v = in_si(Case.held(beam, held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
+    v = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     bar = unit * real_path.bare(gone.way.beams)[0] @ [phi, psi]
     v |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": v["torque"] - bar[0]}

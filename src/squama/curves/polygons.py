@@ -84,7 +84,8 @@ def bend_twist(
         contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
         how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
         ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``. With
-        scales on both faces ``contact_other``, ``theta_other`` and ``N_other`` are of the other face.
+        scales on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the
+        other face: a stress that is held against a strength is the larger of the two.
 
     Raises
     ------
@@ -103,6 +104,7 @@ def bend_twist(
     BF to TS at phi = 0.1000
     frictional lock at phi = 0.1868
     """
+    arguments.beam(beam)
     return bent_and_twisted(
         beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, free=free
     ).dataset()
@@ -127,6 +129,8 @@ def bent_and_twisted(
     points = arguments.whole("points", points, 3, 1e5)
     twisting = LOADS["twisting"]
     held, thin, note, line = meant(beam, joint, ideal, neutral, free)
+    if held == "compliant":
+        beam = stretched(beam, line)
     asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, onward=onward, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
@@ -135,7 +139,7 @@ def bent_and_twisted(
     title = "bending and twisting of a scale-covered beam"
     attrs = attributes(asked, title, "+", held, states.notes, twisting)
     attrs |= {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in way.points], **states.attrs}
-    return Answer(labelled(twisting, states, m), attrs)
+    return Answer(labelled(twisting, states, m, "combined"), attrs)
 
 
 def meant(
@@ -161,6 +165,18 @@ def meant(
     if beam.other and line != first:
         refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", f'write "{first}"')
     return held, thin, note, line
+
+
+def stretched(beam: Beam, neutral: str) -> Beam:
+    """Return a beam on its compliant joint that is free to stretch ("free") or keeps its length ("middle")."""
+    line = arguments.one_of("neutral", neutral, tuple(real_polygons.NEUTRAL))
+    if line == "free" and beam.other:
+        refuse("neutral", '"free"', "is of scales on one face: between two it is the middle", 'write "middle"')
+    if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
+        refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
+    if beam.given.line == line:
+        return beam
+    return beam.replace(substrate={"neutral": None if line == "free" else line})
 
 
 def _freed(free: str, asked: Asked) -> int:

@@ -16,7 +16,8 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, stiffened
+from squama.curves.both_faces import worst
+from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
@@ -24,6 +25,7 @@ from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.real import changes, follow, path
 from squama.real.features import FACE
+from squama.real.moments import moments
 from squama.types import Array
 
 TAB_LIMIT = 0.025
@@ -33,9 +35,9 @@ STRAIN_LIMIT = 0.3
 _NEAR, _SAME = 1e-5, 1e-6
 OWN = (
     *(*MOTIONS, "stiffness_ratio", "slip", "deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
-    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar"),
+    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar", "M", "stretch"),
 )
-"""Roles of variables that simpler models have not."""
+"""Roles of variables that simpler models have not; M and stretch where the joint's matrix knows them."""
 _ALONG = (
     "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED", *OWN,
 )  # fmt: skip
@@ -50,7 +52,8 @@ def general() -> bool:
 class Held(NamedTuple):
     """What holds a beam's scales, and its figures in SI units.
 
-    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's.
+    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's; ``stretch``: "free"
+    where there is no axial force, "held" where the length is held, empty where a matrix (7, 7) knows of none.
     """
 
     joint: Joint
@@ -58,6 +61,7 @@ class Held(NamedTuple):
     K_theta: float
     rigidity: float
     alone: float
+    stretch: str
 
     @property
     def more(self) -> float:
@@ -65,16 +69,16 @@ class Held(NamedTuple):
         return self.rigidity - self.alone
 
     @classmethod
-    def of(cls, beam: Beam) -> Held:
-        """Return that of a beam; refuse one whose joint is not known."""
+    def of(cls, beam: Beam, *, stretched: bool = True) -> Held:
+        """Return that of a beam; refuse one whose joint is not known. Not ``stretched``: the length is held."""
         joint = joint_of(beam)
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
-        K = np.asarray(joint.K, float)
-        case = Case.held(beam, K[:7, :7], 1)
+        K = np.asarray(joint.K, float)[slice(None if stretched else 7), slice(None if stretched else 7)]
+        case = Case.held(beam, K, 1)
         bare = beam.G_B * beam.J
         rigidity = float(beam.given.gathered(case.rigidity / bare)) * bare if beam.other else case.rigidity
-        return cls(joint, K, case.stiffness, rigidity, case.rigidity)
+        return cls(joint, K, case.stiffness, rigidity, case.rigidity, beam.given.stretch(len(K)))
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -119,6 +123,11 @@ class Path(NamedTuple):
         return Case(beam.pitch, held.rigidity, held.K_theta, beam.eta, beam.scale.theta0, self.sign < 0)
 
     @property
+    def load_e(self) -> float:
+        """Twist per pitch at engagement, inf for none."""
+        return self.way.contact.phi
+
+    @property
     def mirror(self) -> Array:
         """Signs of the nine motions: the other sense is followed as the mirror image."""
         return MIRROR if self.sign < 0 else np.ones(9)
@@ -132,9 +141,7 @@ class Path(NamedTuple):
                 whole = np.linspace(0.0, self.far, math.ceil(self.far / FINE) + 1)
                 before = self.states(whole)[1]
                 stop = float(whole[max(0, before.solved - 2)] if before.solved < whole.size else self.far)
-            at = np.linspace(0.0, stop, points)
-            if 0 < engaged < stop:
-                at[np.abs(at - engaged).argmin()] = engaged
+            at = spaced(stop, points, engaged)
         at = np.asarray(at, float)
         most = float(at.max(initial=0.0))
         fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
@@ -166,15 +173,17 @@ class Path(NamedTuple):
             **thresholds(engaged, self.beam, twists, own),
             **more,
         }
-        return Curve({role: own[role][which] for role in _ALONG}, found)
+        return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
     def onward(self, twists: Array, start: float, own: dict[str, Array]) -> dict[str, float | int | str]:
         """Go on beyond a twist by general contact: fill the values there; return how that ends."""
         from squama.curves import general_contact
 
         held, beyond = self.held, np.flatnonzero(twists > start)
-        K, mu, loads = held.K[:7, :7], self.way.mu, twists[beyond]
-        c = general_contact.curve(self.beam, K, mu, loads, self.way.scale, sign=self.sign, increment=path.STEP)
+        mu, scale = self.way.mu, self.way.scale
+        c = general_contact.curve(
+            self.beam, held.K, mu, twists[beyond], scale, sign=self.sign, stretch=held.stretch
+        )  # fmt: skip
         if not float(c.figures["load_end"]) > start:
             return {}
         for role, values_there in c.along.items():
@@ -188,7 +197,8 @@ class Path(NamedTuple):
         own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
         q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
         q[:, :3] /= self.beam.pitch
-        for role, values_there in embedded(self, np.column_stack([q, loads])).items():
+        strains = [twists[beyond]] if not held.stretch else [twists[beyond], 0 * twists[beyond], own["stretch"][beyond]]
+        for role, values_there in embedded(self, np.column_stack([q, *strains])).items():
             own[role][beyond] = values_there
         kept = ("end", "neighbour", "other_contact", "first_contact", "load_end")
         found = {role: c.figures[role] for role in kept}
@@ -199,21 +209,22 @@ class Path(NamedTuple):
         return self.way.states(twists)
 
 
-def solve(asked: Asked) -> tuple[list[Path], States]:
-    """Return the paths of a beam for each coefficient of friction."""
+def solve(asked: Asked, *, stretched: bool = True) -> tuple[list[Path], States]:
+    """Return the paths of a beam for each coefficient of friction; ``stretched`` as of :meth:`Held.of`."""
     beam, to, ideal = asked.beam, abs(asked.path.values[-1]), asked.ideal
     far = path.RANGE if to == math.inf else to
     if far >= math.pi:
         refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
-    held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
+    held, sign = Held.of(beam, stretched=stretched), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
     # engagement is told wherever it is, a short curve may end before
-    most = max(far, path.RANGE, 0.0 if asked.at is None else float(np.max(asked.at)))
+    last = 0.0 if asked.at is None else float(np.max(asked.at, initial=0.0))
+    most = max(far, path.RANGE, last)
     found = []
     for mu in np.atleast_1d(asked.mus):
-        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most)
+        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most, stretch=held.stretch)
         found.append(Path(beam, held, way, sign, far, asked.onward and general()))
-    far = far if asked.at is None else float(np.max(asked.at))
+    far = far if asked.at is None else last
     return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
 
 
@@ -221,7 +232,7 @@ def attributes(held: Held) -> dict[str, float | str]:
     """Return what answers say of the joint."""
     return {
         "K_theta": held.K_theta, "rigidity": held.rigidity, "joint_source": held.joint.source,
-        "band": held.joint.band,
+        "band": held.joint.band, "neutral": "free" if held.stretch == "free" else "middle",
     }  # fmt: skip
 
 
@@ -258,12 +269,14 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
 def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     """Return every variable at the states of ``rows``, SI units, by role."""
     way = one.way
-    column = dict(zip(follow.COLUMNS, rows.T, strict=True))
+    column = dict(zip(follow.STRAINED, rows.T, strict=False))
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr")} | {"p": column["x"], "s": column["y"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"], own["onset"], own["work"] = column["T"], column["T_slip"], column["W"]
+    if "stretch" in column:
+        own["stretch"], own["M"] = column["stretch"], moments(way.scale, way.beams.K[0], rows)[0]
     if one.held.more:
         more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
         own |= {role: own[role] + more * twists for role in ("torque", "onset")}
@@ -343,9 +356,9 @@ def thresholds(engaged: float, beam: Beam, twists: Array, v: dict[str, Array]) -
     x, torque = twists[reached], v["torque"][reached]
     found = stiffened(twists[touching], v["stiffness_ratio"][touching], x, torque)
     strength = beam.scale.strength
-    found["load_strength"] = math.nan if strength is None else first_at(x, v["stress"][reached], strength)
+    found["load_strength"] = math.nan if strength is None else first_at(x, worst(v, "stress")[reached], strength)
     limit = beam.substrate.strain_limit
-    found["load_strain"] = math.nan if limit is None else first_at(x, v["strain"][reached], limit)
+    found["load_strain"] = math.nan if limit is None else first_at(x, worst(v, "strain")[reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
     work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.curves import real
-from squama.curves.path import Asked, Case, Curve, States, figures
+from squama.curves.path import Asked, Case, Curve, States, figures, spaced
 from squama.curves.real_polygons import SPACING, WALKED, Gone, Stations, go
 from squama.errors import refuse
 from squama.model.outcome import End
@@ -35,14 +35,17 @@ class Bent(NamedTuple):
         """Where the path leaves what the model was compared with."""
         return self.gone.notes
 
+    @property
+    def load_e(self) -> float:
+        """Bend per pitch at engagement, inf for none."""
+        return self.gone.engaged
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced bends, or at bends per pitch, NaN beyond its end; linear between states."""
         gone, ways = self.gone, self.ways
         engaged, last = gone.engaged, float(ways[-1])
         if at is None:
-            at = np.linspace(0.0, last, points)
-            if 0 < engaged < last:
-                at[np.abs(at - engaged).argmin()] = engaged
+            at = spaced(last, points, engaged)
         within = at <= last * (1 + 1e-12)
 
         def read(values: Array) -> Array:

@@ -156,6 +156,10 @@ def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
     if "-" in parts:
         v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
     v = both_faces.total([v] * both_faces.alike(beam, "twisting"), held.rigidity)
+    if beam.other and "M" in v:
+        # the other face sees the bend in its own sense
+        other = beam.other.seen[0]
+        v["M"] = v["M"] * (1 + other if both_faces.alike(beam, "twisting") == 2 else np.where(negative, other, 1))
     sign = np.where(negative, -1.0, 1.0)
     v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
     return _Walked(
@@ -211,7 +215,7 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
     far, found, seen = float(np.abs(values).max()), {}, both_faces.sense(beam, "twisting")
 
     def way(sign: int) -> path.Path:
-        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE))
+        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), stretch=held.stretch)
 
     if seen < 0 and (first := way(-1).contact).first != -1 and first.phi < far:
         reason = f"is beyond {first.phi:.6g} rad/pitch, where the other face's scales touch too, which is not followed"
@@ -232,7 +236,7 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     LeftError
         The contact ends on the history.
     """
-    found = np.zeros((x.size, len(follow.COLUMNS)))
+    found = np.zeros((x.size, next(iter(paths.values())).way.columns))
     found[:, 4:6] = np.nan
     # frictional work, work, slip
     sums, before = [follow.COLUMNS.index(name) for name in ("W_fr", "W", "slip")], np.zeros(3)

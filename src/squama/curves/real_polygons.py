@@ -21,7 +21,6 @@ from squama.curves import both_faces, real
 from squama.curves.path import Asked, Case, States, in_si
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.model.outcome import End
-from squama.progress import steps
 from squama.real import changes, follow, path
 from squama.real.features import CORNERS, FACE
 from squama.real.legs import Bent, follow_legs
@@ -94,7 +93,6 @@ class Followed(NamedTuple):
     own: dict[str, Array]
     q: Array
     contact: Array
-    contact_other: Array | None
     changes: list[tuple[float, str]]
     stop: float
     end: str
@@ -185,11 +183,11 @@ def go(
             found = found._replace(end=str(End.RANGE))
         if found.end == End.OTHER:
             words = str(real.ending(firsts[i].way, ends[i])["other_contact"]) or met[i].words
-            found = found._replace(other=both_faces.OTHER * i + words)
+            found = found._replace(other=both_faces.WHOSE * i + words)
         faces.append(found)
     whole = _gathered(one, faces, where)
     notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * (asked.onward and bool(whole.other))
-    return Gone(one, where, faces, whole, _in_si(one, whole, where), touched, any(generally), notes)
+    return Gone(one, where, faces, whole, _in_si(one, whole, where, faces), touched, any(generally), notes)
 
 
 def walk(asked: Asked) -> States:
@@ -243,7 +241,7 @@ def _one_by_one(one: real.Path, found: Bent, stations: Stations) -> Followed:
         if since >= met.phi and name != seen[-1][1]:
             seen.append((since, name))
     stop = end.phi if end.code != changes.RANGE else float(stations.ways[-1])
-    return Followed(own, path.motions(rows), contact, None, seen, stop, str(word))
+    return Followed(own, path.motions(rows), contact, seen, stop, str(word))
 
 
 def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:
@@ -261,9 +259,8 @@ def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> 
     own = a | {"torque": a["torque"] + twist * b["torque"] - bare_phi * phi}
     own |= {"M": a["M"] + bend * b["M"] - bare_psi * psi}
     own |= {"W_fr": a["W_fr"] + b["W_fr"], **{role: a[role] + b[role] - bar for role in ("U_el", "work")}}
-    own |= {"theta_other": b["theta"], "N_other": b["N"]}
-    one_contact, other_contact = (face.contact[:n] for face in faces)
-    return Followed(own, first.q[:n], one_contact, other_contact, first.changes, last.stop, last.end, last.other)
+    own |= both_faces.of_other(b)
+    return Followed(own, first.q[:n], first.contact[:n], first.changes, last.stop, last.end, last.other)
 
 
 def bending_rigidity(beam: Beam, way: path.Path) -> float:
@@ -288,36 +285,21 @@ def named(first: int, second: int, k: int) -> str:
 def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
     """Return the states by general contact, from rest."""
     from squama.curves import general_contact
-    from squama.fe.assembly import make_bent
-    from squama.fe.geometry import geometry
 
-    plate, free = one.way.scale, ("stretch",) * (asked.neutral == "free")
-    surface = general_contact.surface(plate)
-    led = make_bent(one.held.K, geometry(one.beam), one.way.mu, free=free, exposed=surface)
-    led.begin()
-    kept, moved, end = [0], [led.moved[:, :, 0]], str(End.RANGE)
+    plate, legs, free = one.way.scale, [], ("stretch",) * (asked.neutral == "free")
     for _, leg in stations.corners():
-        goal = led.aim(*stations.strains[stations.legs == leg][-1])
-        ways = stations.ways[stations.legs == leg]
-        # the way that is aimed at is this one's sum but for rounding
-        places = [*ways[ways > led.phi][:-1].tolist(), goal]
-        for way in steps(places, len(places), "points by general contact"):
-            if not led.run(way, path.STEP).reached:
-                end = led.ending(path.STEP)
-                break
-            kept.append(len(led.columns["way"]) - 1)
-            moved.append(led.moved[:, :, 0])
-        if end != End.RANGE:
-            break
+        of = stations.legs == leg
+        legs.append((stations.strains[of][-1], stations.ways[of]))
+    led = general_contact.lead(one.beam, one.held.K, one.way.mu, plate, free, legs)
     names = (*MOTIONS, "N", "f", "W_fr", "U_el", "theta", "M", "stretch", "p", "s")
-    own = {name: np.array(led.columns[name], float)[kept] for name in names}
-    own |= {"torque": np.array(led.columns["T"])[kept], "work": np.array(led.columns["W"])[kept]}
-    own |= path.plate_figures(plate, general_contact.deflections(plate, surface, np.array(moved)))
-    own["slip"] = np.full(len(kept), np.nan)
-    q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(kept), ::-1], own["stretch"]])
-    contact = np.array([_letters(str(led.columns["contact"][i])) for i in kept])
+    own = {name: led.columns[name] for name in names} | {"torque": led.columns["T"], "work": led.columns["W"]}
+    surface = general_contact.surface(plate)
+    own |= path.plate_figures(plate, general_contact.deflections(plate, surface, led.moved))
+    own["slip"] = np.full(len(led.moved), np.nan)
+    q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(own["N"]), ::-1], own["stretch"]])
+    contact = np.array([_letters(words) for words in led.words])
     changes = [(met.phi, _letters(f"{met.pair} (k = {met.k})" if met.k else "")) for met in led.contacts]
-    return Followed(own, q, contact, None, changes, float(led.phi), end)
+    return Followed(own, q, contact, changes, led.way, led.end)
 
 
 def _letters(words: str) -> str:
@@ -326,12 +308,12 @@ def _letters(words: str) -> str:
     return _PAIRS.get(pair, pair) + f" (k = {k})" * (k not in ("", "1"))
 
 
-def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Array]:
+def _in_si(one: real.Path, found: Followed, stations: Stations, faces: Sequence[Followed]) -> dict[str, Array]:
     """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
     beam, n = one.beam, len(found.q)
     psi, phi = stations.strains[:n].T
     own = {role: values for role, values in found.own.items() if role != "M"}
-    v = in_si(Case.held(beam, one.held.K[:7, :7], 1), beam.substrate.youngs_modulus, phi, own)
+    v = in_si(Case.held(beam, one.held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     alone = path.bare(one.way.beams)[0]
     if one.beam.other:
@@ -340,8 +322,8 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     bar = unit * alone @ [phi, psi]
     v |= {"psi": psi, "kappa": psi / beam.pitch, "M": unit * found.own["M"], "leg": stations.legs[:n]}
     v |= {"M_scales": v["M"] - bar[1], "scales": v["torque"] - bar[0], "contact": found.contact}
-    if found.contact_other is not None:
-        v["contact_other"], v["N_other"] = found.contact_other, v["N_other"] * unit / one.beam.pitch
+    for face in faces[1:]:
+        v |= both_faces.of_other({"contact": face.contact[:n], **real.embedded(one, face.q[:n])})
     return v | real.embedded(one, found.q)
 
 
@@ -366,7 +348,7 @@ def _events(
 ) -> dict[str, Array]:
     """Return what happens on the way, and where: contacts that come and go, corners, the end."""
     rows: list[tuple[float, str]] = []
-    for of, face, engaged in zip(("", both_faces.OTHER), faces, touched, strict=False):
+    for of, face, engaged in zip(("", both_faces.WHOSE), faces, touched, strict=False):
         before = ""
         for i, (way, name) in enumerate(face.changes):
             # the increment in which it touches ends a little behind

@@ -1,6 +1,7 @@
 """A row of N scales of the real beam, in SI units: thick, elastic scales on a joint that gives.
 
-Other contacts than those of the two edges that touch first are looked for between all scales, and end the row.
+The row is straight and keeps its length. Other contacts than those of the two edges that touch first are looked for
+between all scales, and end the row.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _MANY = 20_000
 
 def solve(asked: Asked) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end."""
-    (one,), more = real.solve(asked)
+    (one,), more = real.solve(asked, stretched=False)
     n, way, c, d = asked.beam.scales, one.way, one.way.contact, asked.beam.pitch
     # plates that meet elsewhere first end the row there
     last = min(one.far, c.phi) if c.first == -2 else one.far

@@ -37,6 +37,9 @@ FAR = 0.6
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
+_UNITS = {"impulse": (Dimension.IMPULSE, IMPULSE), "torque": beamfile.NUMBERS["joint.stiffness"]}
+_UNITS |= {name: beamfile.NUMBERS[f"beam.{name}"] for name in ("rotor", "density")}
+"""Dimensions and bounds of what is no load, by the name of its argument."""
 
 
 class Swinging(NamedTuple):
@@ -140,10 +143,12 @@ def vibrate(
     >>> print(f"{float(v.f_0):.3f} Hz bare, damping {float(v.zeta_cycle[0]):.4f}, then {float(v.zeta_cycle[1]):.4f}")
     0.560 Hz bare, damping 0.0283, then 0.0249
     """
+    arguments.beam(beam)
     if (release is None) == (impulse is None):
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
+    _legible(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
     held, asked = answered(beam, mu, law, load, joint, ideal)
     start = _angle("release", release, beam, held)
     swinging = _bar(beam, held, asked, mode, rotor, density)
@@ -165,6 +170,18 @@ def vibrate(
     if found.end == BEYOND:
         _beyond(one, found, "release" if push == 0 else "impulse")
     return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed)).dataset()
+
+
+def _legible(beam: Beam, load: str, mode: str, **given: Quantity | None) -> None:
+    """Refuse what cannot be read before the joint is looked for, which may take finite elements."""
+    kind = arguments.load(load)
+    arguments.one_of("mode", mode, MODES)
+    for name, value in given.items():
+        if value is not None and name in _UNITS:
+            _bounded(name, value, *_UNITS[name])
+        elif value is not None:
+            with naming(name):
+                kind.read(value, pitch=beam.pitch, scales=beam.scales)
 
 
 def answered(
@@ -339,12 +356,14 @@ def shake(
     >>> print(s.phi_high.values.round(4).tolist())
     [[0.0832, 0.099], [0.0832, 0.099]]
     """
+    arguments.beam(beam)
     if (static is None) == (torque is None):
         refuse("static, torque", "", "one of them is to be given", 'write e.g. static="0.05 rad/pitch"')
     hertz = arguments.positive("frequencies", frequencies)
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
+    _legible(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
     held, asked = answered(beam, mu, law, load, joint, ideal)
     force = abs(_angle("static", static, beam, held))
     swinging = _bar(beam, held, asked, mode, rotor, density)

@@ -196,15 +196,15 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     Of scales on both faces they end where the other face's come into contact too, unless these do the same.
     """
     holds, plate, ends = real.Held.of(beam), real.scale(beam, ideal=held.ideal), ""
-    way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far)
+    way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far, stretch=holds.stretch)
     y_e = way.contact.phi
     if both_faces.sense(beam, held.load.name) < 0:
-        other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far).contact
+        other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far, stretch=holds.stretch).contact
         if other.first != -1 and other.phi < far:
             far, ends = other.phi, both_faces.OTHER + other.words
     if not y_e < far:
         # where it would engage is told all the same
-        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign).contact.phi
+        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, stretch=holds.stretch).contact.phi
         return Side(math.inf, far, ends) if ends else APART._replace(y_e=max(beyond, far))
     faces, ratio = both_faces.alike(beam, held.load.name), holds.rigidity / holds.alone
     y = np.linspace(y_e, far, STEPS)

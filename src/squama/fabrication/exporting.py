@@ -149,6 +149,7 @@ def export(
     >>> [path.name for path in made.files]
     ['scale.stl', 'scales.stl', 'bill.csv', 'export.json']
     """
+    arguments.beam(beam)
     sizes = {"clearance": clearance, "feature": feature, "wall": wall, "ends": ends, "draft": draft}
     if bed is not None:
         sizes["bed"] = bed

@@ -14,14 +14,16 @@ t_a = F^-T g_a, and with p = L ln J - G
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from squama.batch.keeping import kept, part, tell
 from squama.fe.mesh import EDGES, Index
 from squama.fe.periodic import Course, Moves, Twist
-from squama.needs import need
 from squama.types import Array
 
 
@@ -99,6 +101,7 @@ class Elements(Blocked):
 
     def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:  # noqa: ARG002 - as Helical's
         """Evaluate at the places ``y`` (n, 3) of the nodes; loads make no difference."""
+        tell(evaluate, "finite elements")
         energy, forces, values, least = evaluate(
             np.ascontiguousarray(y), self.tets, self.gradients, self.volumes, *self.lame, _RATES, _WEIGHTS,
             self._places, self.blocks if tangent else 0,
@@ -225,7 +228,7 @@ _RATES = shape_rates(_POINTS)
 
 # ---- the compiled loop over the elements -------------------------------------------------------------------
 
-_njit = need("numba").njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
+_FAST = {"contract", "nsz", "arcp"}
 
 
 def _slopes(shape: Array, corners: Array, g: Array) -> None:
@@ -282,7 +285,7 @@ def _add(K: Array, places: Array, values: Array) -> None:
                     values[at, i, k] += K[a, b, i, k] if b <= a else K[b, a, k, i]
 
 
-slopes, deform, push, stiffen, add = map(_njit, (_slopes, _deform, _push, _stiffen, _add))
+slopes, deform, push, stiffen, add = map(partial(part, fastmath=_FAST), (_slopes, _deform, _push, _stiffen, _add))
 
 
 def _evaluate(
@@ -318,7 +321,7 @@ def _evaluate(
     return energy, forces, values, least
 
 
-evaluate = _njit(_evaluate)
+evaluate = kept(_evaluate, [Path(__file__)], fastmath=_FAST)
 """Energy, forces (n, 3), values of the tangent's blocks (none are asked for by ``blocks`` = 0), and least det F.
 
 ``y`` (n, 3) places; ``gradients`` (m, 4, 3) of the corner coordinates; ``shape`` (points, 10, 4), ``shares`` (points,);

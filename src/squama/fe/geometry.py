@@ -54,6 +54,16 @@ class Geometry(NamedTuple):
         return low / cos(self.alpha), high / cos(self.alpha)
 
     @property
+    def gap(self) -> float:
+        """Distance between the mid-planes of neighbours: their parallel plates meet where they are as thick as that."""
+        return cos(self.alpha) * sin(self.theta0)
+
+    def longest(self, share: float) -> float:
+        """Return the embedded length with which the slot takes a share of the pitch along the bar; below 0: none."""
+        half, th = self.thickness / 2, self.theta0
+        return (share * cos(self.alpha) - half / sin(th) - half * sin(th)) / cos(th)
+
+    @property
     def cut(self) -> float:
         """Place c of the pitch's front plane z = x tan(alpha) + c; the back plane is one pitch further."""
         return (sum(self.footprint) - 1) / 2
@@ -81,22 +91,29 @@ class Geometry(NamedTuple):
         InputError
             One line per mistake, each with the dimension that is to be changed.
         """
-        half, th, a = self.thickness / 2, self.theta0, self.alpha
+        half, th = self.thickness / 2, self.theta0
         problems, embedded = Problems(), f"{self.zeta:.4g} pitches"
+        low, high = self.footprint
+        if self.thickness >= self.gap:
+            thickness = f"{self.thickness:.4g} pitches"
+            reason = "the embedded parts of neighbours meet, which are cos(alpha) sin(theta0) pitches apart"
+            problems.add("scale.thickness", thickness, reason, f"write less than {self.gap:.4g}")
+            problems.settle()
         if self.zeta * sin(th) <= half * cos(th):
             reason = f"the substrate does not close over the scale, whose thickness is {self.thickness:.4g}"
             problems.add("scale.embedded", embedded, reason, f"write more than {half / tan(th):.4g}")
-        low, high = self.footprint
-        if high - low > 1 - ROOM:
-            most = ((1 - ROOM - high) * cos(a) - half * sin(th)) / cos(th)
-            remedy = "write " + f"at most {most:.4g}, or " * (most > 0) + "a smaller scale.alpha"
-            taken = f"each takes {high - low:.3g} pitches along the bar at alpha = {np.degrees(a):.4g} deg"
-            problems.add("scale.embedded", embedded, f"the embedded parts of neighbours meet, {taken}", remedy)
-        if self.depth > 2 * self.lam * (1 - ROOM):
-            most = (2 * self.lam * (1 - ROOM) - half * cos(th)) / sin(th)
+        along = self.longest(1 - ROOM)
+        down = (2 * self.lam * (1 - ROOM) - half * cos(th)) / sin(th)
+        if high - low > 1 - ROOM and along <= down:
+            remedy = "write " + f"at most {along:.4g}, or " * (along > 0) + "a smaller scale.alpha"
+            at = f"zeta up to {max(along, 0.0):.3g} at alpha = {np.degrees(self.alpha):.4g} deg"
+            problems.add(
+                "scale.embedded", embedded, f"longer than the law of the joint and the mesher reach ({at})", remedy
+            )
+        elif self.depth > 2 * self.lam * (1 - ROOM):
             deep = f"its depth is {self.depth:.4g} of {2 * self.lam:.4g}"
             reason = f"the scale comes out of the substrate's other face, {deep}"
-            problems.add("scale.embedded", embedded, reason, f"write at most {most:.4g}")
+            problems.add("scale.embedded", embedded, reason, f"write at most {down:.4g}")
         problems.settle()
 
 

@@ -37,6 +37,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from squama import arguments
 from squama._version import __version__
 from squama.beam.faces import only_one
 from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
@@ -45,6 +46,7 @@ from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import files
+from squama.progress import not_kept
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -53,6 +55,8 @@ if TYPE_CHECKING:
 LEVELS = 3
 """Number of sizes, each half the one before."""
 _MOST = 20_000
+_WHAT = "joint's stiffness"
+"""What the cache keeps."""
 _SCHEME = 2
 """Changes whenever the numbers that are kept would mean something else."""
 
@@ -178,6 +182,7 @@ def joint(
         A package is missing, the scale does not fit into the substrate, or the mesher or solver fails. Levels
         that are done are kept in the cache.
     """
+    arguments.beam(beam)
     only_one(beam.faces, "elements")
     # rounded, so that beams that are equal but for rounding have one result; the exposed part plays no role
     shape = Geometry(*(float(f"{x:.12g}") for x in geometry(beam)._replace(eta=1.0)))
@@ -234,7 +239,8 @@ def kept(key: tuple[object, ...], fresh: bool, compute: Callable[[], tuple[Array
     """Return an array and a count from the user's cache, computed if they are not there, and whether they were.
 
     There is a file for each key, which is all that the numbers depend on. The folder can be deleted at any time; where
-    it cannot be written or a file is damaged, numbers are computed anew; ``fresh`` neither reads nor writes it.
+    it cannot be written, which a line says once, or a file is damaged, numbers are computed anew; ``fresh`` neither
+    reads nor writes it.
     """
     if fresh:
         return *compute(), True
@@ -242,18 +248,21 @@ def kept(key: tuple[object, ...], fresh: bool, compute: Callable[[], tuple[Array
     given = os.environ.get("XDG_CACHE_HOME", "")
     try:
         base = Path(given) if Path(given).is_absolute() else Path("~/.cache").expanduser()
-    except RuntimeError:
+    except RuntimeError as error:
         # there is no home
+        not_kept(_WHAT, "~/.cache", error)
         return *compute(), True
     place = base / "squama" / "joints" / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-    with suppress(OSError, ValueError, KeyError, TypeError):
-        record = json.loads(place.read_text(encoding="utf-8"))
+    with suppress(ValueError, KeyError, TypeError):
+        record = json.loads(files.read_text(place))
         array, count = np.array(record["array"], float), int(record["count"])
         if record["key"] == text and np.isfinite(array).all():
             return array, count, False
     array, count = compute()
     record = json.dumps({"key": text, "array": array.tolist(), "count": count})
-    with suppress(OSError, InputError):
+    try:
         place.parent.mkdir(parents=True, exist_ok=True)
         files.atomic_write(place, lambda beside: beside.write_text(record, encoding="utf-8"))
+    except (OSError, InputError) as error:
+        not_kept(_WHAT, place.parent, error)
     return array, count, True

@@ -155,8 +155,9 @@ def fit_decay(
     >>> print(f"mu = {f.values['mu']:.4f}, damping = {f.values['damping']:.4f}, rotor {f.beam.rotor:.4f} kg m2")
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
+    arguments.beam(beam)
     held, contact, damped = _wanted(beam, parameters, load, law, mode, joint, ideal)
-    asked = ask(beam, load, contact) if contact else None
+    asked = ask(beam, load, contact, joint=held.joint) if contact else None
     names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
     rows = tuple(OWN.get(name) or PARAMETERS[name] for name in names)
     swung = swings.swings(swings.read(data, beam, held.load), beam.pitch)

@@ -39,7 +39,8 @@ class Physical(NamedTuple):
     """What the torque depends on.
 
     Friction, joint stiffness (N m), rigidity (N m2), theta0 (rad); zero of the torque (N m), zero and play of the twist
-    (rad over the whole beam), drift of the torque in a record (N m).
+    (rad over the whole beam), drift of the torque in a record (N m); the bar's modulus over that of the beam as given,
+    with which all other stiffnesses of a joint's matrix go (hinges have none).
     """
 
     mu: float
@@ -50,6 +51,7 @@ class Physical(NamedTuple):
     twist_zero: float = 0.0
     backlash: float = 0.0
     drift: float = 0.0
+    modulus: float = 1.0
 
 
 class Forward(NamedTuple):
@@ -165,7 +167,7 @@ class Hinged:
         return np.asarray(self.at(v).torque(v) + v.torque_zero + v.drift * self.readings.order[self.index])
 
     def jacobian(self, v: Physical, wanted: Array) -> Array:
-        """Return the derivatives of the torque, shape (n, 8), in the order of :class:`Physical`, where ``wanted``."""
+        """Return the derivatives of the torque, shape (n, 9), in the order of :class:`Physical`, where ``wanted``."""
         out = np.zeros((self.index.size, len(Physical._fields)))
         out[:, :4] = self.at(v).jacobian(v)
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]

@@ -111,7 +111,8 @@ _OTHER_NAMES = {
     "play": "backlash",
 }
 _PLACES = {"mu": 0, "K_theta": 1, "theta0": 3, "torque_zero": 4, "twist_zero": 5, "backlash": 6, "drift": 7}
-"""Places of parameters in :class:`Physical`; the others are factors of the rigidity."""
+"""Places of parameters in :class:`Physical`; the others are factors of the rigidity, E_B of every stiffness."""
+_RIGIDITY, _MODULUS = (Physical._fields.index(name) for name in ("rigidity", "modulus"))
 
 
 class Asked(NamedTuple):
@@ -154,16 +155,18 @@ class Asked(NamedTuple):
             self.base.rigidity * scale * modulus,
             v.get("theta0", self.base.theta0),
             *(v.get(name, 0.0) for name in NUISANCES),
+            modulus=modulus,
         )
 
     def chain(self, p: Array) -> Array:
-        """Return the derivatives of the physical quantities to the parameters, shape (8, parameters)."""
+        """Return the derivatives of the physical quantities to the parameters, shape (9, parameters)."""
         at = self.physical(p)
-        out = np.zeros((8, len(self.rows)))
+        out = np.zeros((len(Physical._fields), len(self.rows)))
         for i, name in enumerate(self.names):
-            out[_PLACES.get(name, 2), i] = 1.0 if name in _PLACES else at.rigidity / p[i]
-            if name == "E_B" and self.follows and "K_theta" not in self.names:
-                out[1, i] = at.stiffness / p[i]
+            out[_PLACES.get(name, _RIGIDITY), i] = 1.0 if name in _PLACES else at.rigidity / p[i]
+            if name == "E_B":
+                out[_MODULUS, i] = at.modulus / p[i]
+                out[_PLACES["K_theta"], i] = at.stiffness / p[i] if self.follows else 0.0
         return out
 
     def _of(self, name: str) -> float:
@@ -181,12 +184,18 @@ class Asked(NamedTuple):
 
 
 def ask(
-    beam: Beam, load: str, names: Sequence[str] | str, bounds: Mapping[str, tuple[Any, Any]] | None = None
+    beam: Beam,
+    load: str,
+    names: Sequence[str] | str,
+    bounds: Mapping[str, tuple[Any, Any]] | None = None,
+    *,
+    joint: str = "compliant",
 ) -> Asked:
     """Check which parameters are to be found, and between which bounds, from the values of the beam.
 
     One text of names may hold several, set apart by commas; bounds are SI numbers or texts with units. Names that are
-    unknown or given twice, and bounds that are reversed or out of range, are refused together.
+    unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
+    "hinge", what no test tells apart there.
     """
     given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
     problems, once = Problems(), dict.fromkeys(given)
@@ -197,8 +206,8 @@ def ask(
     problems.settle()
     rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
-    if {"C_f", "E_B"} <= set(given) and not follows:
-        reason = "C_f and E_B: only their product enters the torque, no test tells them apart"
+    if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:
+        reason = "C_f and E_B: only their product enters the torque on hinges, no test tells them apart"
         refuse("parameters", "", reason, "find one")
     if "mu" not in given:
         arguments.friction(beam.friction.mu, None, "find it too")
@@ -215,7 +224,7 @@ def ask(
     problems.settle()
     low, high = np.array(found, float).T
     start = np.clip([row.value(beam, load) for row in rows], low, high)
-    stiffness, rigidity = LOADS[load].stiffness(beam), LOADS[load].rigidity(beam)
+    stiffness, rigidity = beam.joint_stiffness, LOADS[load].rigidity(beam)
     base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
     return Asked(beam, load, rows, start, low, high, base, follows)
 

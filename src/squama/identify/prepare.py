@@ -90,7 +90,7 @@ def _covered(wanted: Wanted, samples: int) -> None:
 def prepared(joint: str, wanted: Wanted) -> Prepared:
     """Return the points of a record by a kind of joint; refuse what no trial covers."""
     beam = wanted.beam if joint == "hinge" else _held(wanted.beam)
-    asked = ask(beam, wanted.load, wanted.names, wanted.bounds)
+    asked = ask(beam, wanted.load, wanted.names, wanted.bounds, joint=joint)
     # a stiffness that the file gives does not go with the bar's modulus
     asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
     record = records.record(wanted.specimens, beam, wanted.load, **wanted.limits)
@@ -120,7 +120,7 @@ def _held(beam: Beam) -> Beam:
     """Return the beam with the matrix of its joint, alone."""
     from squama.curves.real import Held
 
-    matrix = matrixfile.stored(beam, Held.of(beam).K[:7, :7])
+    matrix = matrixfile.stored(beam, Held.of(beam).K)
     return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
 
 

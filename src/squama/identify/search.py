@@ -31,7 +31,7 @@ from squama.identify.prepare import Prepared
 from squama.identify.walked import Walked
 from squama.types import Array
 
-_EXACT = (1e-9, 1e-6)
+_EXACT = (1e-9, 1e-5)
 """Residuals over the largest torque that are rounding: on hinges, and where the path is walked."""
 _ALIKE = 1e-4
 """Part of a nuisance's derivatives that the others do not make up for, below which it is not looked for."""
@@ -148,7 +148,7 @@ def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked,
     }
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
     limits |= dict(zip(asked.names, zip(asked.low.tolist(), asked.high.tolist(), strict=True), strict=True))
-    wanted = ask(asked.beam, asked.load, (*asked.names, *names), limits)
+    wanted = ask(asked.beam, asked.load, (*asked.names, *names), limits)._replace(follows=asked.follows)
     start = np.concatenate([values, np.zeros(len(names))])
     J = estimate.derivatives(points, wanted, start)
     while len(wanted.rows) > len(asked.rows):

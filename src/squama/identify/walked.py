@@ -1,12 +1,14 @@
 r"""The torque of the real beam at the readings of a test: the path is walked with each trial.
 
 Scales have six motions on the matrix of their joint, and are thick and, where their modulus is known, elastic. The way
-decides, so that no twist tells the torque alone. The matrix takes ``K_theta`` on as a beam's file does
-(:func:`squama.joints.factor.scaled`), the rigidity R without contact being kept:
+decides, so that no twist tells the torque alone. Each trial is a beam with the values put in, walked as
+:func:`squama.cycle` walks it: the matrix of its joint goes with the bar's modulus and takes a stiffness and a rigidity
+on as those of a beam's file (:func:`squama.joints.factor.scaled`), so that the fitted beam has the fitted curve.
 
-.. math:: T = R\,\Phi + T_0 + T_s(\mu, K_\theta).
+.. math:: T = T_b(\mu, K_\theta, R, E_B) + T_0 + D\,o
 
-A walk of a loop takes about a millisecond, so that derivatives are differences of walks.
+with the drift D and the share o of the record that is gone. A walk of a loop takes some milliseconds, so that
+derivatives are differences of walks.
 """
 
 from __future__ import annotations
@@ -17,23 +19,20 @@ import math
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.matrixfile import twisting_stiffness
 from squama.curves import real, real_cycles
 from squama.errors import InputError
 from squama.identify.forward import Physical
 from squama.identify.readings import Readings
-from squama.joints.factor import scaled
 from squama.types import Array
 
-INCREMENT = 1e-3
-"""Largest increment of the twist, rad per pitch: half of it changes a torque by some 1e-7."""
 NODES = 500
 """Most twists of a way that are walked to; between them the torque is interpolated."""
 _APART = 1e-5
 """Least distance of two of them, over the largest twist."""
 _KEPT = 16
-_STEPS = {"mu": 2e-3, "stiffness": 1e-3, "twist_zero": 2e-3, "backlash": 2e-3}
-"""Steps of the differences; that of the stiffness over its value."""
+_STEPS = {"mu": 2e-3, "stiffness": 1e-3, "rigidity": 1e-3, "twist_zero": 2e-3, "backlash": 2e-3, "modulus": 1e-3}
+_RELATIVE = ("stiffness", "rigidity", "modulus")
+"""Steps of the differences, and which of them are over the value."""
 _FAR = 1e3
 
 
@@ -47,8 +46,7 @@ class Walked:
     def __init__(self, beam: Beam, readings: Readings, v: Physical) -> None:
         self.beam, self.readings, self.start = beam, readings, v
         self.index = np.arange(readings.load.size)
-        self.held, self.plate = real.Held.of(beam), real.scale(beam, ideal=False)
-        self._kept: dict[tuple[float, ...], tuple[Array, Array, Array]] = {}
+        self._kept: dict[tuple[float, ...], tuple[Array, Array]] = {}
         self._at(v)
 
     def take(self, index: Array) -> Walked:
@@ -59,22 +57,20 @@ class Walked:
 
     def touching(self, v: Physical) -> Array:
         """Whether plates touch."""
-        return self._at(v)[2][self.index]
+        return self._at(v)[1][self.index]
 
     def torque(self, v: Physical) -> Array:
         """Torque that is read (N m)."""
         try:
-            x, scales, _ = self._at(v)
+            torque, _ = self._at(v)
         except InputError:
-            x, scales, _ = self._at(self.start)
-            scales = _FAR * scales
-        torque = v.rigidity / self.beam.pitch * x + scales + v.drift * self.readings.order
-        return np.asarray(torque[self.index] + v.torque_zero)
+            torque, touching = self._at(self.start)
+            torque = np.where(touching, _FAR, 1.0) * torque
+        return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)
 
     def jacobian(self, v: Physical, wanted: Array) -> Array:
-        """Return the derivatives of the torque, shape (n, 8), in the order of :class:`Physical`, where ``wanted``."""
+        """Return the derivatives of the torque, shape (n, 9), in the order of :class:`Physical`, where ``wanted``."""
         out = np.zeros((self.index.size, len(Physical._fields)))
-        out[:, 2] = self._at(v)[0][self.index] / self.beam.pitch
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
         for i, name in enumerate(Physical._fields):
             if wanted[i] and name in _STEPS:
@@ -84,7 +80,7 @@ class Walked:
     def _slope(self, v: Physical, name: str) -> Array:
         """Return a derivative by central differences; one-sided at 0, and where the contact ends on one side."""
         value = getattr(v, name)
-        h = _STEPS[name] * (value if name == "stiffness" else 1.0)
+        h = _STEPS[name] * (value if name in _RELATIVE else 1.0)
         ends = [value - h if name == "twist_zero" else max(value - h, 0.0), value + h]
         for i, end in enumerate(ends):
             try:
@@ -103,7 +99,7 @@ class Walked:
 
     def engaged(self) -> dict[str, float]:
         """Twist per pitch at which plates first touch, by sense."""
-        found = real_cycles.paths(self.beam, self.held, self.plate, self.start.mu, np.array([-1.0, 1.0]))
+        found = self._paths(self.beam, self.start.mu, np.array([-1.0, 1.0]))
         return {s: one.way.contact.phi if one.way.contact.words else math.inf for s, one in found.items()}
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
@@ -113,34 +109,41 @@ class Walked:
         found.readings, found.index, found._kept = readings, np.flatnonzero(leg), {}
         return found, leg[leg > 0]
 
-    def _at(self, v: Physical) -> tuple[Array, Array, Array]:
-        """Return twists (rad per pitch), torques of the scales (N m) and whether they touch, at all readings."""
-        key = tuple(map(float, (v.mu, v.stiffness, v.twist_zero, v.backlash)))
+    def _at(self, v: Physical) -> tuple[Array, Array]:
+        """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""
+        key = tuple(map(float, (v.mu, v.stiffness, v.rigidity, v.modulus, v.twist_zero, v.backlash)))
         if key not in self._kept:
             if len(self._kept) >= _KEPT:
                 del self._kept[next(iter(self._kept))]
-            self._kept[key] = self._walk(*key)
+            self._kept[key] = self._walk(self._trial(v), v.mu, self.readings.placed(v.twist_zero, v.backlash)[0])
         return self._kept[key]
 
-    def _walk(self, mu: float, stiffness: float, zero: float, backlash: float) -> tuple[Array, Array, Array]:
-        x = self.readings.placed(zero, backlash)[0]
-        unit = self.beam.unit_moment
-        held = self.held._replace(K=scaled(self.held.K[:7, :7], K_theta=stiffness / unit))
-        bare = twisting_stiffness(held.K)
-        paths = real_cycles.paths(self.beam, held, self.plate, mu, x)
-        scales, touching = np.zeros(x.size), np.zeros(x.size, bool)
+    def _trial(self, v: Physical) -> Beam:
+        """Return the beam with the values of a trial put in."""
+        bare = self.beam.G_B * self.beam.J * v.modulus
+        E_B = self.beam.substrate.youngs_modulus * v.modulus
+        values = {"joint.stiffness": v.stiffness, "joint.inclusion_factor": v.rigidity / bare}
+        return self.beam._with({name: float(x) for name, x in (*values.items(), ("substrate.youngs_modulus", E_B))})
+
+    def _paths(self, beam: Beam, mu: float, x: Array) -> dict[str, real.Path]:
+        return real_cycles.paths(beam, real.Held.of(beam), real.scale(beam, ideal=False), float(mu), x)
+
+    def _walk(self, beam: Beam, mu: float, x: Array) -> tuple[Array, Array]:
+        """Walk a beam through twists (rad per pitch) of the specimen."""
+        paths = self._paths(beam, mu, x)
+        torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            rows = real_cycles.rows(paths, twists, INCREMENT)
-            own = (rows[:, 1] - bare * np.abs(twists)) * unit * np.where(twists < 0, -1.0, 1.0)
+            rows = real_cycles.rows(paths, twists, real_cycles.INCREMENT)
+            signed = rows[:, 1] * beam.unit_moment * np.where(twists < 0, -1.0, 1.0)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
-                known, values, force = at[order], own[place][order], rows[place, 2][order]
-                scales[way] = np.interp(x[way], known, values)
+                known, values, force = at[order], signed[place][order], rows[place, 2][order]
+                torque[way] = np.interp(x[way], known, values)
                 touching[way] = np.interp(x[way], known, force) > 0
-        return x, scales, touching
+        return torque, touching
 
 
 def _nodes(x: Array, sense: float) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,12 +19,14 @@ from squama.curves import doors
 from squama.curves.labelled import Answer
 from squama.curves.path import idealisation
 from squama.errors import refuse
-from squama.inverse import making, real, search
+from squama.inverse import beside, making, real, search
 from squama.inverse.goals import Pitches
 from squama.inverse.limits import LIMITS, law_ranges
+from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
 from squama.loads import LOADS
+from squama.progress import steps
 from squama.study.parameters import FULL, of_beam, text_of
 from squama.types import Array
 from squama.units import Dimension, as_text
@@ -41,28 +43,10 @@ ACTIVE = 1e-6
 DISTINCT = (0.25, 0.1)
 """Least distance of two designs that are both returned: the largest difference of a variable, of its range. The second
 holds where there are too few designs as far apart as the first."""
+ASKED = 5
+"""Designs whose joint is found by elements, if need be, to ask what `squama.twist` or `squama.bend` says of them."""
 WORSE = 2.0
 """Designs that miss the target are returned up to this times the least merit."""
-
-
-@dataclass(frozen=True)
-class Reached:
-    """One goal of a design, in the unit in which it was asked.
-
-    ``difference`` is reached minus asked; ``spread`` the root of the sum of squares of ``effects``, which are
-    derivative times tolerance by dimension. A measured curve is one goal: ``reached`` is then the rms difference of its
-    points. A figure that the design does not have is NaN.
-    """
-
-    name: str
-    unit: str
-    sense: str
-    asked: float
-    reached: float
-    difference: float
-    met: bool
-    spread: float
-    effects: dict[str, float] = field(repr=False)
 
 
 _SHORT = {name: key for key, name in FULL.items()}
@@ -75,7 +59,9 @@ class Design:
     ``values`` of what was varied (SI), ``chosen`` from lists in words, ``active`` bounds and limits that it lies on,
     ``end`` and ``rate_end`` (rad/m) of its curve as :func:`squama.twist` (:func:`squama.bend`) has them,
     ``other_contact`` in words, ``refused``: why it cannot be built as it is, or its joint is not known; real beams of
-    which something is refused have not met the target.
+    which something is refused have not met the target. ``met`` and ``goals`` are those of the model that was searched,
+    ``found_by`` in words ("(endless, held straight)"); ``beside`` what other models say of this design, of whom
+    ``confirmed`` tells whether all agree.
     """
 
     beam: Beam = field(repr=False)
@@ -89,11 +75,37 @@ class Design:
     other_contact: str
     refused: tuple[str, ...]
     warnings: tuple[str, ...] = field(repr=False)
+    found_by: str = ""
+    beside: tuple[Beside, ...] = field(default=(), repr=False)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it meets the target by the model of the search and by all others that were asked."""
+        return self.met and all(other.agrees for other in self.beside)
+
+    def said(self, goal: Reached, *, missed: bool = False) -> list[str]:
+        """Return what other models say of a goal, in words; ``missed``: only those by which it is not met."""
+        pairs = ((other, one) for other in self.beside for one in other.goals if one.name == goal.name)
+        return [other.says(one) for other, one in pairs if not (missed and one.met)]
+
+    @property
+    def verdict(self) -> str:
+        """Whether the target is reached, by which model, and what others say against it or for it."""
+        if not self.met:
+            return f"target not reached, nearest attainable {self.found_by}".strip()
+        against = [(goal, self.said(goal, missed=True)) for goal in self.goals]
+        lines = [f"{', '.join(said)} ({goal.name}, asked {goal.wanted})" for goal, said in against if said]
+        lines += [f"{other.words} is {other.note}" for other in self.beside if not other.goals and other.note]
+        also = " and ".join(other.words.replace("squama", "by squama") for other in self.beside)
+        agree = f", {also}, too" if also and not lines else ""
+        return "; ".join([f"target reached {self.found_by}{agree}", *lines])
 
     @property
     def words(self) -> str:
         """What it reaches of each goal, and with which values."""
-        goals = (f"{goal.name} {goal.reached:.4g} {goal.unit}".strip() for goal in self.goals)
+        goals = (
+            ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
+        )
         values = (f"{name} {text_of(_SHORT.get(name, name), value)}" for name, value in self.values.items())
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
@@ -102,7 +114,8 @@ class Design:
         lines = [f"# {title}"] if title else []
         for goal in self.goals:
             unit = f" {goal.unit}" if goal.unit else ""
-            lines.append(f"# {goal.name}: asked {goal.sense} {goal.asked:.6g}{unit}, reached {goal.reached:.6g}{unit}")
+            line = f"# {goal.name}: asked {goal.sense} {goal.asked:.6g}{unit}, reached {goal.reached:.6g}{unit}"
+            lines.append("; ".join([f"{line} {self.found_by}".rstrip(), *self.said(goal)]))
         return "\n".join([*lines, self.beam.to_toml()])
 
 
@@ -110,8 +123,9 @@ class Design:
 class InverseDesign:
     """Designs for a target, the best first.
 
-    ``met`` tells whether the first one meets the target; if not it is the nearest attainable one and its ``active``
-    names the bounds and limits that hold it. ``bounds`` (SI) of what was varied, ``tolerance`` (SI, of the first
+    ``met`` tells whether the first one meets the target by the model of the search; if not it is the nearest attainable
+    one and its ``active`` names the bounds and limits that hold it. ``verdict`` says by which model, and what others
+    say; ``confirmed`` whether all agree. ``bounds`` (SI) of what was varied, ``tolerance`` (SI, of the first
     design) by dimension, ``settings`` of the search. ``notes`` are lines for the reader.
     """
 
@@ -123,6 +137,16 @@ class InverseDesign:
     settings: dict[str, Any]
     notes: tuple[str, ...]
 
+    @property
+    def verdict(self) -> str:
+        """What is said of the first design: :attr:`Design.verdict`."""
+        return self.designs[0].verdict
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether other models agree that the first design meets the target: :attr:`Design.confirmed`."""
+        return self.designs[0].confirmed
+
     def __len__(self) -> int:
         return len(self.designs)
 
@@ -132,8 +156,7 @@ class InverseDesign:
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the designs, each with what it reaches."""
         rows = [(f"design {i + 1}{'' if d.met else ', not on target'}", d.words) for i, d in enumerate(self.designs)]
-        met = "target met" if self.met else "target not reached, nearest attainable"
-        return card(f"{met}; {self.settings['scales']}", rows, self.notes)
+        return card(f"{self.verdict}; {self.settings['scales']}", rows, self.notes)
 
 
 def inverse_design(
@@ -184,6 +207,8 @@ def inverse_design(
     >>> print(found.met, f"{1e3 * found[0].beam.scale.length:.2f} mm")
     True 57.77 mm
     """
+    if beam is not None:
+        arguments.beam(beam)
     return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed, elements=elements)
 
 
@@ -221,6 +246,8 @@ def find(
     made = {i: refined.design(i) for i in kept.tolist()} if target.real else {}
     chosen = refined.chosen(kept, count, made)
     found = tuple(made.get(i) or refined.design(i) for i in chosen)
+    asked = steps(enumerate(found), len(found), "designs asked by other models")
+    found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
     checked = _elements(target, found[0].beam) if elements else []
     sizes = residuals.tolerances(look.y[chosen[:1]])
     return InverseDesign(
@@ -363,6 +390,7 @@ class _Refined(NamedTuple):
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
             warnings=tuple(filter(None, [*answer.attrs["warnings"].split("\n"), met])),
+            found_by=beside.found_by(target),
         )
 
     def _pitches(self, i: int) -> Pitches:
@@ -373,24 +401,7 @@ class _Refined(NamedTuple):
         """Return what a design reaches of each goal with its figures and its own pitches; those of a curve together."""
         target = self.residuals.target
         names = [FULL.get(key, key) for key in target.tolerance]
-        rows, groups = [], dict.fromkeys(goal.group for goal in target.goals if goal.group)
-        for k, goal in enumerate(target.goals):
-            if goal.group:
-                continue
-            reached, met = goal.shown(values[k], *own), goal.met(float(values[k]), *own, target.accept)
-            effects = goal.number * self.effects[k, :, i]
-            rows.append((goal.name, goal.unit, goal.sense, goal.number, reached, met, effects))
-        for group in groups:
-            those = [k for k, goal in enumerate(target.goals) if goal.group == group]
-            scale = target.goals[those[0]].scale
-            off = float(_rms(values[those] - [target.goals[k].asked for k in those]))
-            effects = scale * _rms(self.effects[those, :, i])
-            rows.append((f"{group}, rms", "N m", "=", 0.0, off, off / scale <= target.accept, effects))
-        found = []
-        for name, unit, sense, asked, reached, met, effects in rows:
-            spread, by_name = float(np.linalg.norm(effects)), dict(zip(names, effects.tolist(), strict=True))
-            found.append(Reached(name, unit, sense, asked, reached, reached - asked, met, spread, by_name))
-        return found
+        return reached(target.goals, values, own, target.accept, self.effects[:, :, i], names)
 
     def active(self, i: int) -> list[str]:
         """Name bounds and limits on which a design lies, and what a real beam just does."""
@@ -425,7 +436,3 @@ def _met(answer: Answer, beam: Beam) -> str:
         f"another contact comes in at {math.degrees(at) * beam.scales:.4g} deg total; the search takes no figures "
         f"beyond ({goes_on}): a larger beam.pitch or scale.theta0, shorter or narrower scales put it off"
     )
-
-
-def _rms(values: Array) -> Array:
-    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))

@@ -26,7 +26,6 @@ MISSING = 100.0
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
-ON_HINGES = 'leave out joint = "hinge" and what is asked of locks'
 _KINDS = {
     "torque": (Dimension.TORQUE, "N m"),
     "stress": (Dimension.PRESSURE, "Pa"),
@@ -181,7 +180,7 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
         if key not in allowed:
             fail(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
-            fail(f"{where}.{key}", "", "is not a figure of hinges", ON_HINGES)
+            fail(f"{where}.{key}", "", *_not_on_hinges(key, context))
     if not given:
         fail(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
@@ -192,6 +191,14 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
         name, want = f"{LABELS.get(figure, key)} at {twist}", Want(figure, at)
         found.append(Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight))
     return found
+
+
+def _not_on_hinges(key: str, context: Context) -> tuple[str, str]:
+    """Say why a figure of the real beam cannot be asked for, and what can be done in this file."""
+    if LOADS[context.load].sided:
+        return "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}"
+    instead = "a stiffness under [[target.tangent]]" if key == "stiffness_ratio" else "a moment"
+    return "cannot be asked for in bending yet, where designs are on hinges", f"ask for {instead} instead"
 
 
 def _figure(key: str, value: object) -> str:

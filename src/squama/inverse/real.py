@@ -16,6 +16,8 @@ from squama.curves import doors
 from squama.curves.labelled import Answer
 from squama.inverse import figures
 from squama.inverse.figures import At, Found, Options, Want
+from squama.loads import LOADS
+from squama.model.outcome import End
 from squama.model.sensitivity import STEP
 from squama.real import path
 from squama.study import real_columns
@@ -41,8 +43,12 @@ FIGURES = {
 """Figures by name: unit, words."""
 LEAST = 1e-9
 """Friction at which its derivative is taken where there is none."""
-_VARIABLES = {"torque": "T", "tangent": "K_t"}
-"""Variables of a response that have other names than the figures."""
+OF_LOCKS = {"lock": "load_end", "RED": "RED_c", "critical_mu": "mu_static"}
+"""Figures of a lock, without a twist, and the roles of their variables."""
+_ROLES = {"strength_share": "stress"}
+"""Roles of a response that have other names than the figures at a twist."""
+NEAR_REST = 1e-3
+"""Load angle per pitch at which a response is asked for of which only the figures of no twist are read."""
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
@@ -92,27 +98,38 @@ def _figure(c: Cells, name: str, f: Figures) -> Array:
     return np.asarray(getattr(f, name))
 
 
-def followed(beam: Beam, wants: Sequence[Want], options: Options) -> tuple[list[float], Answer]:
-    """Return the wanted figures of one beam as :func:`squama.twist` has them, with all contacts, and its response."""
-    at = [None if w.at is None else float(w.at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for w in wants]
+def followed(
+    beam: Beam, wants: Sequence[Want], options: Options, joint: str | None = "compliant"
+) -> tuple[list[float], Answer]:
+    """Return the wanted figures of one beam as :func:`squama.twist` or :func:`squama.bend` has them, and its response.
+
+    All contacts are looked for. With ``joint`` None the door takes what it takes by default. Figures of a lock are NaN
+    where the curve has none.
+    """
+    load, n = LOADS[options.load], beam.scales
+    at = [None if w.at is None else float(w.at.per_pitch(beam.pitch, n)) / beam.pitch for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
-    common: dict[str, Any] = {"sense": options.sense, "joint": "compliant"}
-    if not rates:
+    common: dict[str, Any] = {"sense": options.sense, "joint": joint}
+    if not rates and joint is None:
+        rates = [NEAR_REST / beam.pitch]
+    elif not rates:
         # as far as the engagement's own figures are read
         engaged = float(doors.respond(beam, options.load, at=[0.0], **common)["Phi_e"])
         rates = [2 * engaged if np.isfinite(engaged) else 0.0]
     answer = doors.respond(beam, options.load, at=rates, **common)
-    alone = {"engagement": float(answer["phi_e"]), "stiffness": float(answer.attrs["rigidity"])}
-    alone["length"] = beam.length
-    strength = np.nan if beam.scale.strength is None else beam.scale.strength
+    alone = {"engagement": float(answer[f"{load.angle}_e"]), "length": beam.length}
+    alone["stiffness"] = float(answer.attrs.get("rigidity", load.rigidity(beam)))
+    if End(answer["end"].item()).locks:
+        alone |= {want: float(answer[load.variable(role)]) for want, role in OF_LOCKS.items()}
     found = []
     for want, rate in zip(wants, at, strict=True):
         if rate is None:
-            found.append(alone[want.figure])
+            found.append(alone.get(want.figure, np.nan))
             continue
-        i = rates.index(rate)
-        name = "stress" if want.figure == "strength_share" else _VARIABLES.get(want.figure, want.figure)
-        found.append(float(answer[name][i]) / (strength if want.figure == "strength_share" else 1.0))
+        name = load.variable(_ROLES.get(want.figure, want.figure))
+        value = float(answer[name][rates.index(rate)]) if name in answer.variables else np.nan
+        strength = np.nan if beam.scale.strength is None else beam.scale.strength
+        found.append(value / (strength if want.figure == "strength_share" else 1.0))
     return found, answer
 
 

@@ -121,7 +121,9 @@ def read_target(
     context = Context(start.scales, common["load"], bare)
     names = _of_locks(file, need)
     common["joint"] = _joint(file, common, names, problems)
-    found = _read(file, start, common, context._replace(joint=common["joint"]), folder, problems)
+    hinged = [*(f"{key} = {shown(value)}" for key, value in _hinges(file)), *names]
+    context = context._replace(joint=common["joint"], hinged=tuple(hinged))
+    found = _read(file, start, common, context, folder, problems)
     found = found._replace(source=source)
     problems.settle(source)
     return found
@@ -156,6 +158,11 @@ def _of_locks(file: File, need: str) -> list[str]:
     listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
     locks = [*LOCK_FIGURES, *(("RED", "W_fr") if table.at is None else ())]
     return [f"front: {name}" for names in listed for name in names if name in locks]
+
+
+def _hinges(file: File) -> list[tuple[str, object]]:
+    """Return the keys of a file that mean hinges, with their values."""
+    return [(key, value) for key, value in (("joint", "hinge"), ("law", "plate")) if getattr(file, key) == value]
 
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
@@ -249,11 +256,10 @@ def _limits(
             if not isinstance(value, bool):
                 problems.add(where, shown(value), "must be true or false")
             elif value:
-                lawful = not (LOADS[context.load].matrix and beam.joint.matrix is not None)
                 laws = [
-                    f"{law} {context.load}"
-                    for law, key in (("stiffness", "stiffness"), ("inclusion", "inclusion_factor"))
-                    if lawful and getattr(beam.joint, key) is None and f"joint.{key}" not in varied
+                    law
+                    for law, key in (("stiffness", "stiffness"), (f"inclusion {context.load}", "inclusion_factor"))
+                    if beam.joint.matrix is None and getattr(beam.joint, key) is None and f"joint.{key}" not in varied
                 ]
         elif name not in LIMITS:
             problems.append(targetfile.unknown(where, name, [*LIMITS, "joint_law", "printable"], "unknown limit"))

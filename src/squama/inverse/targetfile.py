@@ -161,12 +161,16 @@ class Given(NamedTuple):
 
 
 class Context(NamedTuple):
-    """What reading depends on: number of scales, kind of loading, whether bare numbers are SI, kind of joint."""
+    """What reading depends on: number of scales, kind of loading, whether bare numbers are SI, kind of joint.
+
+    ``hinged``: the keys of the file for which hinges answer, if one may leave them out.
+    """
 
     scales: int
     load: str
     bare: bool
     joint: str = "hinge"
+    hinged: tuple[str, ...] = ()
 
     @property
     def ways(self) -> tuple[tuple[float, int], ...]:

@@ -70,7 +70,8 @@ def joint_of(beam: Beam) -> Joint:
     unit = beam.unit_moment
     K_theta = None if beam.joint.stiffness is None else beam.joint.stiffness / unit
     rigid = None if beam.joint.inclusion_factor is None else beam.torsional_rigidity / (unit * beam.pitch)
-    return found._replace(K=scaled(found.K, K_theta=K_theta, rigidity=rigid))
+    K = scaled(found.K, K_theta=K_theta, rigidity=rigid, stretched=beam.given.stretch(len(found.K)) == "free")
+    return found._replace(K=K)
 
 
 def _found(beam: Beam) -> Joint:

@@ -55,14 +55,21 @@ def pivots(K: Array) -> Array:
     return np.asarray(np.diagonal(factor(K), axis1=-2, axis2=-1) ** 2)
 
 
-def scaled(K: Array, *, K_theta: ArrayLike | None = None, rigidity: ArrayLike | None = None) -> Array:
+def scaled(
+    K: Array, *, K_theta: ArrayLike | None = None, rigidity: ArrayLike | None = None, stretched: bool = False
+) -> Array:
     """Return K (..., m, m) with K_theta or torque per twist (both E d^3, (...)) as given, whatever is None as it is.
 
     The factor's column of the pivot is stretched, so that the other pivots stay and so does how far each motion goes
-    by itself with the load.
+    by itself with the load. The torque per twist is that of a held length or, ``stretched``, without axial force.
     """
     L = factor(K)
     for place, value in ((K_THETA, K_theta), (TWIST, rigidity)):
         if value is not None:
-            L[..., place] *= (np.sqrt(value) / L[..., place, place])[..., None]
+            square = value / L[..., place, place] ** 2
+            if place == TWIST and stretched:
+                # T/phi = t a r/(t e + r) where the squares of column phi are multiplied by t: a, e of phi and epsilon
+                e, r = L[..., STRETCH, TWIST] ** 2, (L[..., STRETCH, BEND:] ** 2).sum(axis=-1)
+                square = value * r / (L[..., place, place] ** 2 * r - value * e)
+            L[..., place] *= np.sqrt(square)[..., None]
     return product(L)

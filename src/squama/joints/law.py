@@ -209,18 +209,22 @@ def rooms(shape: Shape) -> dict[str, Array]:
 def outside(shape: Shape) -> list[Problem]:
     """Return where a shape (of floats) leaves the law's range, in the keys of the beam file; none: it does not."""
     problems = Problems()
+    width, lam, zeta, *rest = _positive(shape)
+    # the exposed part plays no role
+    pitch = Geometry(width, lam, zeta, 1.0, *rest)
     with problems.caught():
-        width, lam, zeta, *rest = _positive(shape)
-        # the exposed part plays no role
-        Geometry(width, lam, zeta, 1.0, *rest).check()
-    along = crowding(_positive(shape))[1]
-    if along > CROWDED + _SLACK:
-        reason = f"it takes {along:.3g} of the pitch along the bar, the law of the joint goes to {CROWDED:g}"
-        problems.add("scale.embedded", f"{shape.zeta:.4g} pitches", reason)
+        pitch.check()
+    if problems:
+        # what elements refuse, too, decides
+        return problems
     for (key, low, high, unit, part), x in _measured(shape):
-        if not low - _SLACK <= x <= high + _SLACK:
-            reason = f"the law of the joint goes from {low:g} to {high:g}{unit}"
-            problems.add(key, f"{x:.4g}{unit}", f"{reason}{f' ({part})' * bool(part)}")
+        most = min(high, pitch.longest(CROWDED)) if key == "scale.embedded" else high
+        if low - _SLACK <= x <= most + _SLACK:
+            continue
+        reason = f"the law of the joint goes from {low:g} to {high:g}{unit}{f' ({part})' * bool(part)}"
+        if key == "scale.embedded" and x > most:
+            reason = f"longer than the law of the joint reaches (zeta up to {max(most, 0.0):.3g} beside its neighbour)"
+        problems.add(key, f"{x:.4g}{unit}", reason)
     return problems
 
 

@@ -35,24 +35,14 @@ class Law(NamedTuple):
     value: Callable[..., float]
 
 
-def stiffness_twisting(youngs_modulus: float, scale_thickness: float, half_width: float, embedded: float) -> float:
-    """Stiffness of a scale's joint in a twisted beam, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m (per rad).
+def stiffness(youngs_modulus: float, scale_thickness: float, half_width: float, embedded: float) -> float:
+    """Stiffness of a scale's joint, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m (per rad), twisted or bent.
 
     From E_B of the substrate (Pa), t_s, b (half the scale's width) and L (m). Source: paper, text after Eq. 7. Range:
-    0 < L << 2t and t_s << l + L; see `LAWS`.
+    0 < L << 2t and t_s << l + L; see `LAWS`. The papers on bending have another law for it (docs, theory: bending).
     """
     power: float = (embedded / scale_thickness) ** 1.55
     return 3.62 * youngs_modulus * scale_thickness**2 * half_width * power
-
-
-def stiffness_bending(youngs_modulus: float, scale_thickness: float, width: float, embedded: float) -> float:
-    """Stiffness of a scale's joint in a bent beam, K = 0.66 E_B w t_s^2 (L/t_s)^1.75, N m (per rad).
-
-    From E_B of the substrate (Pa), t_s, w = 2b (the scale's full width) and L (m). Source: the bending papers (docs,
-    theory: bending). Range: as for twisting.
-    """
-    power: float = (embedded / scale_thickness) ** 1.75
-    return 0.66 * youngs_modulus * width * scale_thickness**2 * power
 
 
 def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
@@ -72,7 +62,7 @@ _SHALLOW = Limit("L/(2t)", 0.0, 0.56, "made for L << 2t; the deepest tab checked
 _SLENDER = Limit("t_s/(l + L)", 0.0, 0.05, "made for t_s << l + L")
 
 LAWS: Mapping[str, Law] = {
-    "stiffness twisting": Law(
+    "stiffness": Law(
         "joint stiffness K_theta",
         "3.62 E_B t_s^2 b (L/t_s)^1.55",
         "paper, text after Eq. 7",
@@ -83,7 +73,7 @@ LAWS: Mapping[str, Law] = {
             _SLENDER,
         ),
         "give joint.stiffness if you know it",
-        stiffness_twisting,
+        stiffness,
     ),
     "inclusion twisting": Law(
         "inclusion factor C_f",
@@ -92,14 +82,6 @@ LAWS: Mapping[str, Law] = {
         (Limit("zeta beta/lambda", 0.0, 1.0, "the paper used 0.34 and 0.97; checked at 0.34 only"), _SHALLOW),
         "give joint.inclusion_factor if you know it",
         inclusion_twisting,
-    ),
-    "stiffness bending": Law(
-        "joint stiffness K",
-        "0.66 E_B w t_s^2 (L/t_s)^1.75",
-        "the bending papers (docs, theory: bending)",
-        (_SHALLOW, _SLENDER),
-        "give joint.stiffness if you know it",
-        stiffness_bending,
     ),
     "inclusion bending": Law(
         "inclusion factor", "1", "docs, theory: bending", (), "give joint.inclusion_factor", inclusion_bending

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.curves import doors
+from squama.curves.released import released
 from squama.errors import Problems, refuse
 from squama.io import tabular
 from squama.paper import parameters as par
@@ -28,6 +29,8 @@ K_THETA, C_F = "K_theta/(E_B d^3)", "C_f"
 LEAST = {COLUMNS[0]: 1.0, COLUMNS[1]: 0.0, COLUMNS[2]: 0.0}
 CLOSE = 0.1
 """Relative difference of torques that counts as agreement."""
+HELD_MU, HELD_AT = 0.2, (0.1, 0.15, 0.2)
+"""Friction, and twists per pitch (rad), at which the moment that holds a beam straight is told."""
 MOST = 4
 """Panels (overlap ratios) that the figure has room for."""
 
@@ -127,6 +130,26 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
                     (f"twist rate up to which it is below {100 * CLOSE:g} %", f"{reach:.3g}", "rad/m"),
                 ):
                     yield Claim("fig6b", text, law, what, (value,), unit, holds, over, at)
+
+
+def straight(etas: Sequence[float]) -> Iterator[Claim]:
+    """Tell what holds the beams straight, and what their torque is without that, at friction :data:`HELD_MU`."""
+    phi = np.array(HELD_AT)
+    places = tuple(f"eta = {eta:g}, phi = {angle:g} rad" for eta in etas for angle in HELD_AT)
+    rows = []
+    for eta in etas:
+        beam = par.fig6b(float(eta))
+        r = doors.twist(beam, mu=HELD_MU, at=phi / beam.pitch, joint="compliant", ideal=True)
+        free = released(beam, "twisting", HELD_MU, phi, ideal=True)
+        rows.append([r["M"] / r["T"], free.torque / r["T"]])
+    moment, torque = np.concatenate(rows, axis=1)
+    text, law = f"the beam is in pure twist (mu = {HELD_MU:g})", "compliant"
+    note = "one end of a beam that is fixed, and one that is turned, hold the ends coaxial, not each pitch straight"
+    for what, values in (
+        ("bending moment that holds it straight, over the torque", moment),
+        ("torque without that moment, over the torque", torque),
+    ):
+        yield Claim("fig6b", text, law, what, tuple(f"{v:.3g}" for v in values.tolist()), "", "no", note, places)
 
 
 def stored() -> FePoints | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -133,7 +134,12 @@ def fig6b(points: FePoints | None = None) -> Made:
                 rows = zip(columns, ("", points.mu, points.rate, load), strict=True)
                 pieces.append({"source": source, "eta (1)": points.eta, **dict(rows)})
     fixed = par.fixed(par.fig6b(1.0), "eta")
-    return Made(curves.fig6b(parts, points, own), _stacked(pieces), elements.compare(points), fixed)
+    return Made(
+        curves.fig6b(parts, points, own),
+        _stacked(pieces),
+        chain(elements.compare(points), elements.straight(etas)),
+        fixed,
+    )
 
 
 def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:

@@ -277,7 +277,7 @@ def _hinges(hinge: xr.Dataset | None, dataset: xr.Dataset, names: Load) -> list[
     """Return the hinge's curves, their friction force over the stiffness of the other answer's joint."""
     if hinge is None:
         return []
-    own = names.stiffness(Beam.from_toml_text(dataset.attrs["beam"]))
+    own = Beam.from_toml_text(dataset.attrs["beam"]).joint_stiffness
     return _curves(hinge.assign(f0=hinge["f0"] * (own / dataset.attrs.get("K_theta", own))), names)
 
 

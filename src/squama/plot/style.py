@@ -56,8 +56,8 @@ AXIS = {
     "N": "Normal force $N$ (N)",
     "alpha": r"Angle of the scale width $\alpha$ (rad)",
     "theta": r"Inclination $\theta$ (rad)",
-    "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m2)",
-    "K_b": r"Tangent stiffness $\mathrm{d}M/\mathrm{d}\kappa$ (N m2)",
+    "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m^2)",
+    "K_b": r"Tangent stiffness $\mathrm{d}M/\mathrm{d}\kappa$ (N m^2)",
 }
 """Labels where that of the table of symbols is too long for an axis or has its formula in words."""
 
@@ -147,7 +147,7 @@ def label(name: str, unit: str | None = None) -> str:
     """Return the label of an axis, with another unit than the SI one if it is given."""
     symbol = SYMBOLS[name]
     text = AXIS.get(name, symbol.axis)
-    return text.replace(f"({symbol.unit})", f"({unit or symbol.unit})").replace("N m2", "N m$^2$")
+    return text.replace(f"({symbol.unit})", f"({unit or symbol.unit})").replace("N m^2", "N m$^2$")
 
 
 def key(text: str, **line: Any) -> Line2D:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
 
+from squama.batch.keeping import tell
 from squama.model import elastic_plate as plate
 from squama.progress import steps
 from squama.real import chain, changes, entry, follow, path
@@ -97,7 +98,7 @@ class Track(NamedTuple):
 
 def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP) -> Track:
     """Follow a row through ascending twists beyond engagement to the last or to its end."""
-    entry.tell(entry.row, "rows of the real beam")
+    tell(entry.row, "rows of the real beam")
     row = Row.of(way, scales)
     where = np.argsort(row.order)
     last, before, h = _start(row), None, step * _FIRST

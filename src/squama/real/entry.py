@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import is_ready, kept
+from squama.batch.keeping import kept
 from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.progress import LOG
 from squama.real import chain, moved, start
 from squama.real import follow as following
 from squama.real.changes import OTHER
 from squama.real.contact import MOST, Step
-from squama.real.design import LEG, ROWS, SHAPE, Design, _jit, onto
+from squama.real.design import LEG, ROWS, SHAPE, Design, _jit
 from squama.real.features import compliances
 from squama.real.follow import End
 from squama.real.vectors import put
@@ -24,8 +23,8 @@ from squama.types import Array
 
 SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
 """All that may be compiled."""
-_follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
-_assemble, _look, _onto, _bend = chain.assemble, chain.look, onto, compliances
+_follow, _first_contact, _met_along, _meeting = following.follow, start.first_contact, start.met_along, start.meeting
+_assemble, _look, _bend = chain.assemble, chain.look, compliances
 _inverses, _again = moved.inverses, moved.again
 
 
@@ -50,7 +49,7 @@ class Beams(NamedTuple):
 def _design(b: Beams, i: int, table: Array) -> Design:
     """Return a beam's design, its tip edge on the next one's side edge, the joint written into its table."""
     put(b.K[i], table)
-    table[LEG, 4] = b.soft[i]
+    table[LEG, 3], table[LEG, 4] = 1.0, b.soft[i]
     if b.elastic[i]:
         put(b.plates[i], table[SHAPE:])
     s = b.shapes[i]
@@ -77,30 +76,14 @@ def _along(
     return end if reached == targets.size else End(OTHER, c[3], int(c[1]), int(c[2]), reached)
 
 
-@_jit
-def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[int, int, int, float, float, float]:
-    """Return what touches first below a twist, or on a path of legs and straight on to there."""
-    if not d.bent:
-        return _first_contact(d, 0.0, most, 0.0)
-    here, since, found = 0.0, 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
-    for i in range(targets.size):
-        if found[0] == -1 and targets[i] > here:
-            if _onto(d, here, targets[i], corners, i):
-                since = here
-            found, here = _first_contact(d, here, targets[i], since), targets[i]
-    if found[0] == -1 and here < most:
-        found = _first_contact(d, here, most, since)
-    return found
-
-
 def _answer(
     b: Beams, most: Array, step: float, every: int, targets: Array, corners: Array, contacts: Array, tables: Array,
     out: Array, ends: Array, notes: Array,
 ) -> None:  # fmt: skip
     """Find what touches first below the twists ``most`` (n,) where that is not known yet, and follow the beams.
 
-    Of beams that are bent, ``targets`` are ways along the path, and ``corners`` (n, m, 2) bend and twist there, between
-    which it is straight; of others, ``corners`` is not read.
+    With ``corners`` (n, m, 2), bend and twist between which a path is straight, ``targets`` are ways along it; without
+    (n, 0, 2) they are twists. ``bent`` beams know bend and stretch.
 
     Written are ``contacts`` (n, 6), see :func:`squama.real.start.first_contact`, NaN where they are not known,
     ``tables`` (n, 46, 24) of the designs, ``out`` (n, m, 19) at targets (n, m) as far as they are reached, and ``ends``
@@ -109,7 +92,10 @@ def _answer(
     for i in range(targets.shape[0]):
         d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
         if math.isnan(c[0]):
-            c[0], c[1], c[2], c[3], c[4], c[5] = _met_along(d, most[i], targets[i], corners[i])
+            if len(corners[i]):
+                c[0], c[1], c[2], c[3], c[4], c[5] = _met_along(d, 0.0, 0.0, 0, targets[i], corners[i], most[i])
+            else:
+                c[0], c[1], c[2], c[3], c[4], c[5] = _first_contact(d, 0.0, most[i], 0.0)
         if c[0] >= 0.0:
             d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
         if d.elastic:
@@ -167,13 +153,3 @@ def _move(
 
 move = kept(_move, SOURCES)
 answer, row, beside = kept(_answer, SOURCES), kept(_row, SOURCES), kept(_beside, SOURCES)
-_told: list[Any] = []
-
-
-def tell(f: Any = answer, what: str = "the real beam") -> None:
-    """Say once that there is something to compile, where there is."""
-    if f in _told:
-        return
-    _told.append(f)
-    if not is_ready(f):
-        LOG.warning("squama: compiling the code of %s, once; some seconds", what)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.batch.keeping import tell
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End
@@ -23,8 +24,8 @@ RANGE = 0.3
 """Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
 STEP = 4e-3
 """Largest increment of the twist, rad per pitch; a quarter of it changes a torque by some 1e-5."""
-EVERY = 4
-"""Other contacts are looked for at every so many steps."""
+EVERY = 1
+"""Other contacts are looked for at every so many steps: at each, so that none of them is behind one that came in."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
@@ -88,7 +89,8 @@ def place(edge: int, k: int, scale: int = 1) -> str:
 class Answers(NamedTuple):
     """Of n beams: first contacts (n, 6), tables of the designs (n, 46, 24), rows (n, m, 19) and ends (n, 5).
 
-    See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, NaN beyond the end.
+    See :mod:`squama.real.entry`; rows hold :data:`squama.real.follow.COLUMNS`, or ``STRAINED`` where bend and stretch
+    are known, NaN beyond the end.
     """
 
     contacts: Array
@@ -120,7 +122,8 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
     sense
         -1 for the mirror image.
     stretch
-        Of beams that are bent, too: "free" where there is no axial force, "held" where the length is held; K (n, 9, 9).
+        "free" where there is no axial force, "held" where the length is held; K (n, 9, 9), and states know bend,
+        stretch and the contact's force. Without it the length is held and K may be (n, 7, 7).
     """
     motions = 9 if stretch else 7
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -133,7 +136,7 @@ def beams(scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "
     if elastic.any():
         made = plate.compliances(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
         plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
-    soft = 1 / K[:, 8, 8] if stretch == "free" else np.zeros(n)
+    soft = 1 / K[:, 8, 8] if stretch == "free" else np.zeros(n, K.dtype)
     K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
     return entry.Beams(shapes, K, elastic, plates, np.full(n, bool(stretch)), soft)
 
@@ -144,19 +147,19 @@ def follow_all(
 ) -> Answers:  # fmt: skip
     """Follow beams to targets (n, m); first contacts are looked for below the twists ``most`` unless they are given.
 
-    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then; of beams that are bent, which go straight
-    on to ``most``. It is 1 if not given, and the last target of beams that are bent. ``notes`` (n, i, 56): room for the
-    states, see :func:`squama.real.follow.follow`.
+    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then, straight on to ``most``; it is 1 if not
+    given, and the last target where there are corners. ``notes`` (n, i, 56): room for the states, see
+    :func:`squama.real.follow.follow`.
     """
     if most is None:
         most = 1.0 if corners is None else 0.0
     n = len(targets)
-    columns = follow.COLUMNS if corners is None else follow.STRAINED
+    columns = follow.STRAINED if beams.bent.any() else follow.COLUMNS
     found = Answers(
         np.full((n, 6), np.nan) if contacts is None else contacts, np.zeros((n, ROWS, 24)),
         np.full((*targets.shape, len(columns)), np.nan), np.zeros((n, len(follow.End._fields))),
     )  # fmt: skip
-    entry.tell()
+    tell(entry.answer, "the real beam")
     most, targets = np.full(n, most, float), np.ascontiguousarray(targets, float)
     corners = np.zeros((n, 0, 2)) if corners is None else np.ascontiguousarray(corners, float)
     notes = np.zeros((n, 0, WIDTH)) if notes is None else notes
@@ -190,7 +193,7 @@ def moved(beams: entry.Beams, targets: Array, copies: int, *, most: float | Arra
     real = entry.Beams(*(np.ascontiguousarray(np.real(v[::copies])) for v in beams))
     at = np.ascontiguousarray(np.real(targets[::copies]))
     # as many as the steps are where none is halved, and some
-    entry.tell(entry.move, "the real beam's derivatives")
+    tell(entry.move, "the real beam's derivatives")
     notes = np.zeros((len(at), 2 * (at.shape[1] + math.ceil(at.max(initial=0.0) / STEP)) + 100, WIDTH))
     found = follow_all(real, at, most=most, notes=notes)
     contacts, tables, rows, ends = (np.repeat(v, copies, axis=0) for v in found)
@@ -220,11 +223,16 @@ class Path(NamedTuple):
     contact: Contact
 
     @classmethod
-    def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0) -> Path:
-        """Return the path of a beam whose length stays; K (7, 7) or (9, 9); ``most``: largest twist."""
-        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense)
+    def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, stretch: str = "") -> Path:
+        """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
+        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, stretch=stretch)
         found = follow_all(one, np.empty((1, 0)), most=most)
         return cls(scale._replace(alpha=sense * scale.alpha), one, found.tables[0], found.contact())
+
+    @property
+    def columns(self) -> int:
+        """Number of columns of its states."""
+        return len(follow.STRAINED if self.beams.bent[0] else follow.COLUMNS)
 
     @property
     def mu(self) -> float:
@@ -237,7 +245,7 @@ class Path(NamedTuple):
         return pressed(self.scale, (c.first, c.second) if c.first >= 0 else (plate.TIP, plate.SIDE_D), rows)
 
     def states(self, targets: Array, step: float = STEP, every: int = EVERY) -> tuple[Array, follow.End]:
-        """Follow the twist to targets (n,); return rows of :data:`squama.real.follow.COLUMNS`, NaN beyond the end."""
+        """Follow the twist to targets (n,); return rows, see :class:`Answers`, NaN beyond the end."""
         contacts = np.array([self.contact], float)
         found = follow_all(self.beams, targets[None], contacts=contacts, step=step, every=every)
         return found.rows[0], found.end()

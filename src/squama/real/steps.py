@@ -99,6 +99,8 @@ def solve(d: Design, phi: float, step: Step, room: Array, J: Array, order: Array
                 z[AT], z[AT + 1] = z[MOTIONS], z[MOTIONS + 1]
             if rolls(d):
                 z[AT + 2] = z[held(d)]
+            # of the angles of one direction that next to the last state's, from which steps are extrapolated
+            z[angle(d)] -= 2 * math.pi * np.floor((z[angle(d)] - room[LAST, angle(d)]) / (2 * math.pi) + 0.5)
             return True, count < _FEW
         known = fresh or size < _QUICK * old
         fresh, old = False, size
@@ -146,7 +148,7 @@ def loosened(d: Design) -> Array:
             A[i, j] = d.table[i, j]
         if d.bent and d.table[LEG, 4].real > 0.0:
             A[i, 6] = A[6, i] = d.table[8, i]
-    A[6, 6] = 1 / d.table[LEG, 4].real
+    A[6, 6] = 1 / d.table[LEG, 4] if d.table[LEG, 4].real > 0.0 else math.inf
     return A
 
 

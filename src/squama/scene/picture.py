@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import itertools
-import math
 import os
 from collections.abc import Sequence
 from html import escape
@@ -26,7 +25,6 @@ from squama.scene import geometry, standalone
 from squama.scene.look import Camera, Canvas, fitted, outline
 from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shapes
 from squama.types import Array
-from squama.units import moment
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -75,11 +73,11 @@ class View(NamedTuple):
             made = io.BytesIO()
             draw(self.motion, self.asked).save(made, format="PNG")
             return f'<img width="{SMALL[0]}" src="data:image/png;base64,{base64.b64encode(made.getvalue()).decode()}">'
-        look = f"width: 100%; height: {SMALL[1] + 100}px; border: 0"
+        look = f"width: 100%; height: {SMALL[1] + 150}px; border: 0"
         return f'<iframe sandbox="allow-scripts" style="{look}" srcdoc="{escape(page)}"></iframe>'
 
     def __repr__(self) -> str:
-        return f"View({self.model}: {_words(self.motion, self.state)})"
+        return f"View({self.model}: {self.motion.words(self.state)})"
 
 
 def view(
@@ -105,8 +103,8 @@ def view(
     *paths
         Where to write: .png, .gif or .html (needs the extra ``web``); with none only the view is returned.
     to
-        How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
-        if not given. Beyond the end of the curve the last state is shown.
+        How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; if not given, 0 where a
+        bend is held, else 0.7 of the way to the end. Beyond the end of the curve the last state is shown.
     bend
         Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
         not drawn then; the real beam is followed as far as one contact at a time goes.
@@ -128,24 +126,32 @@ def view(
     >>> print(f"{shown.state.name}, theta = {shown.state.theta:.3f}; {shown.end} at {shown.last:.3f} rad per pitch")
     sliding, theta = 0.798; frictional lock at 0.268 rad per pitch
     """
+    arguments.beam(beam)
     names = arguments.load(load)
     problems = Problems()
     for path in paths:
         if (ending := Path(path).suffix.lower()) not in FORMATS:
             problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
     problems.settle()
+    if joint is not None:
+        arguments.joint(joint)
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
         curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.scales)
-    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
-    asked = FIRST * motion.last
+    wanted = None
     if to is not None:
         with naming("to"):
-            asked = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-        if asked < 0:
+            wanted = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+        if wanted < 0:
             reason = "must be 0 or more" + names.other_way("sense -")
-            refuse("to", f"{asked / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
+            refuse("to", f"{wanted / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
+    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
+    asked = (0.0 if curvature else FIRST * motion.last) if wanted is None else wanted
+    still = [path for path in paths if Path(path).suffix.lower() == ".gif"] if not asked else []
+    if still:
+        reason = "is an animation in which nothing moves: a bend is held and no twist is given"
+        refuse(files.label(still[0]), "", reason, "give a twist, or write a .png")
     written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
     state, notes = motion.state(asked), tuple(motion.notes)
     return View(tuple(written), state, asked, motion.last, motion.end, motion.model, notes, motion)
@@ -177,9 +183,9 @@ def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
 
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
-    """Return the pictures of states, from where the last beam and every arrow is seen whole."""
+    """Return the pictures of states, from where every beam and every arrow is seen whole."""
     faces = shapes(motion)
-    around = [outline(design, of(states[-1]).load, of(states[-1]).attitude) for design, of in faces]
+    around = [outline(design, of(s).load, of(s).attitude) for s, (design, of) in itertools.product(states, faces)]
     around += [
         tips
         for s, (design, of) in itertools.product(states, faces)
@@ -292,7 +298,7 @@ def _framed(
     whole = Image.new("RGB", size, theme["background"])
     whole.paste(Image.fromarray(beam), (0, 0))
     pen = ImageDraw.Draw(whole)
-    said = _words(motion, state)
+    said = motion.words(state)
     model = motion.model + ", drawn flat" * (state.pose is not None)
     names = dict.fromkeys(one.name for _, one in faces)
     ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
@@ -316,15 +322,3 @@ def _framed(
         pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])
         x += 3.5 * box + pen.textlength(words, font=letters)
     return whole
-
-
-def _words(motion: Motion, state: State) -> str:
-    beam, names = motion.setting.beam, LOADS[motion.setting.load]
-    total = math.degrees(state.load) * beam.scales
-    bend = motion.setting.bend
-    held = f"Bend {bend:.4f}, twist" if bend else names.verb.capitalize()
-    return (
-        f"{held} {state.load:.4f} rad per pitch ({total:.0f}° over {beam.scales} scales), "
-        f"inclination {math.degrees(state.theta):.1f}°, "
-        f"{names.torque_words} {moment(state.torque)}, µ = {motion.setting.mu:g}"
-    )

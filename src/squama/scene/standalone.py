@@ -48,7 +48,7 @@ def page(motion: Motion, load: float) -> str:
     imports = {"nicegui-scene": _data(library)}
     imports |= {f"squama/{name}": _data(text.encode()) for name, text in scripts.items()}
     setting = motion.setting
-    states = [_told(s, setting.mu) for s in motion.samples(SAMPLES)]
+    states = [{**_told(s, setting.mu), "words": motion.words(s)} for s in motion.samples(SAMPLES)]
     design, *others = (design for design, _ in shapes(motion))
     data = {
         "design": {**design, "other": next(iter(others), None)},

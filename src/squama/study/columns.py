@@ -117,8 +117,8 @@ def columns(
     own = beam.given
     stated = (values.get("joint.stiffness", own.stiffness), values.get("joint.inclusion_factor", own.inclusion_factor))
     known = [None if value is None else _numbers(value) for value in stated]
-    given = joint_law.Given(known[0], known[1], own.matrix)
-    K = _numbers(joint_law.stiffness(load, bar_sizes, given, each))
+    given = joint_law.Given(known[0], known[1], own.matrix, middle=own.middle)
+    K = _numbers(joint_law.stiffness(bar_sizes, given, each))
     rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
     alpha, theta0 = v("alpha", scale.alpha), v("theta0", scale.theta0)
     sizes = {
@@ -165,7 +165,7 @@ def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, fl
 
 def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, float]]) -> list[str]:
     """Say what :class:`squama.Beam` says of a joint's matrix where its shape varies: it stays that of its own shape."""
-    if beam.joint.matrix is None or not LOADS[load].matrix:
+    if beam.joint.matrix is None:
         return []
     for here in _corners(limits):
         if lines := [line for line in beam_at(beam, load, here).warnings(load) if line.startswith("joint.matrix")]:

@@ -142,7 +142,7 @@ def own(beam: Beam, name: str) -> float | None:
 def of_beam(beam: Beam, load: str, name: str) -> float:
     """Return a dimension of a beam, SI; of a joint also where it follows from a law or a matrix, 0 for none."""
     if name == "joint.stiffness":
-        return LOADS[load].stiffness(beam)
+        return beam.joint_stiffness
     if name == "joint.inclusion_factor":
         return LOADS[load].inclusion(beam)
     return (name and own(beam, name)) or 0.0

@@ -124,7 +124,9 @@ def _joints(c: Cells, b: _Beams, i: Array) -> Array:
     if c.joint_factor is not None:
         K_theta = b.factor[i] * (pivots(K)[..., K_THETA] if K_theta is None else K_theta)
     rigidity = None if inclusion is None else b.rigidity[i]
-    return K if K_theta is None and rigidity is None else scaled(K, K_theta=K_theta, rigidity=rigidity)
+    if K_theta is None and rigidity is None:
+        return K
+    return scaled(K, K_theta=K_theta, rigidity=rigidity, stretched=c.given.stretch(K.shape[-1]) == "free")
 
 
 def _part(
@@ -137,10 +139,11 @@ def _part(
     twists = to[:, None] * (_GRID if held is None else np.maximum(_GRID, _BEHIND))
     # a curve of stresses is for the twist at which a scale reaches its strength
     along = along and bool(np.isfinite(strength).any())
+    stretch = c.given.stretch(9 if c.given.matrix is None else len(c.given.matrix.K))
     r = follow(
         b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-        sense=sense, copies=copies, held=held, load=load, stressed=slice(None if along else STEPS, STEPS + 1),
-        threads=threads,
+        sense=sense, copies=copies, held=held, load=load, stretch=stretch, threads=threads,
+        stressed=slice(None if along else STEPS, STEPS + 1),
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest

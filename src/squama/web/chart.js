@@ -2,6 +2,16 @@
 import { echarts } from "nicegui-echart";
 import { toRaw } from "vue";
 
+// What is said of the cell under the pointer: its place along the axes, its end, and the figures that it has.
+function told({ axes, ends, lines }, { value }) {
+  const sides = axes.map(([symbol, unit, low, step], i) => {
+    return `${symbol} = ${Number((low + value[i] * step).toPrecision(3))} ${unit}`.trim();
+  });
+  const known = lines.filter((line) => !line.match(/\d+(?=})/g).some((place) => value[place] == null));
+  const figures = known.map((line) => line.replace(/{(\d+)}/g, (_, place) => value[place]));
+  return [sides.join(", "), `<b>${ends[value[2]]}</b>`, ...figures].join("<br>");
+}
+
 export default {
   props: { options: Object, renderer: String },
   emits: ["picked"],
@@ -20,7 +30,9 @@ export default {
   watch: { options: "draw" },
   methods: {
     draw() {
-      const options = toRaw(this.options);
+      const { words, ...options } = toRaw(this.options);
+      // functions do not come from the server: this one is made here from words that do
+      if (words) options.tooltip = { ...options.tooltip, formatter: (cell) => told(words, cell) };
       // lines that are there no more go only with all the others
       const lines = options.series.length;
       this.chart.setOption(options, { notMerge: lines !== this.lines });

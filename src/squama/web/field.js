@@ -17,16 +17,19 @@ export default {
       <input type="range" min="0" max="1" step="any" :value="slider" :aria-label="label"
         :aria-valuetext="text + ' ' + (unit || '')" :data-field="name" @input="slide" @keydown="step"
         @pointerdown="held = true" @pointerup="held = false" @pointercancel="held = false" @blur="held = false" />
-      <input type="text" inputmode="decimal" autocomplete="off" spellcheck="false" :id="id" :value="text" :placeholder="hint"
-        :aria-label="label + (unit ? ' in ' + unit : '')" :aria-invalid="!!error" :aria-describedby="id + 'r'"
-        :data-number="name" @focus="typing = true" @input="entry = $event.target.value" @change="enter"
+      <input ref="number" type="text" inputmode="decimal" autocomplete="off" spellcheck="false" :id="id" :value="text"
+        :placeholder="hint" :aria-label="label + (unit ? ' in ' + unit : '')" :aria-invalid="!!error" :aria-describedby="id + 'r'"
+        :data-number="name" @focus="begin" @input="entry = $event.target.value" @change="enter"
         @keydown.enter="enter" @blur="leave" />
       <span class="unit">{{ unit }}</span>
       <small class="range" :id="id + 'r'">{{ allowed }}</small>
       <p class="error" role="alert" v-if="error">{{ error }}</p>
     </div>`,
   data() {
-    return { id: "field-" + this.name, held: false, typing: false, entry: null, here: null, sent: 0, waiting: null };
+    return {
+      id: "field-" + this.name, held: false, typing: false, entry: null, here: null, sent: 0, waiting: null,
+      asked: null, // text that was entered and is not answered yet
+    };
   },
   computed: {
     slider() {
@@ -38,10 +41,17 @@ export default {
   },
   watch: {
     answered(now) {
-      if (now >= this.sent && this.waiting != null) this.send(this.waiting);
+      if (now < this.sent) return;
+      if (this.waiting != null) return this.send(this.waiting);
+      // what was taken stands there as a value, unless more has been typed since
+      if (!this.error && this.entry === this.asked) this.settle();
+      this.asked = null;
     },
     shown() {
       if (!this.typing) this.entry = null;
+    },
+    error(now) {
+      if (!now && !this.typing) this.entry = null;
     },
   },
   methods: {
@@ -65,15 +75,27 @@ export default {
       event.target.value = Math.min(1, Math.max(0, at));
       this.slide(event);
     },
+    begin(event) {
+      this.typing = true;
+      event.target.select();
+    },
+    // Enter comes twice, as a key and as a change
     enter(event) {
       const text = event.target.value;
-      if (text === this.shown && !this.error) return;
-      this.entry = text;
+      if (text === this.asked || (text === this.shown && !this.error)) return;
+      this.entry = this.asked = text;
       this.offer(text);
     },
     leave() {
       this.typing = false;
       if (!this.error && this.entry === this.shown) this.entry = null;
+    },
+    // show the value in place of what was typed, ready to be typed over
+    settle() {
+      this.entry = null;
+      this.$nextTick(() => {
+        if (this.typing) this.$refs.number.select();
+      });
     },
     offer(text) {
       if (this.sent > (this.answered || 0)) this.waiting = text;

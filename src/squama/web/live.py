@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,9 +21,10 @@ from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
-from squama.scene.motion import Motion, Setting, shape
+from squama.scene.motion import FREE, SLIDING, Motion, Setting, shape
 from squama.types import Array
 from squama.units import number, prefix
+from squama.web.fields import FIELDS
 from squama.web.state import State, read
 
 POINTS = 140
@@ -36,6 +38,10 @@ _BENT = "the map is of beams that are not bent"
 _HELD = "with a bend that is held only loading is followed here: squama bend-twist goes back, too"
 NAMES = "ABC"
 """Kept designs."""
+USUAL = ("mu", "eta", "alpha")
+"""Fields by which designs are told that differ in none."""
+RATIOS, SIZES = ("eta", "beta", "lam", "zeta"), ("length", "width", "bar_thickness", "embedded")
+"""Fields that are each other's ratio and size."""
 THRESHOLDS = {
     "load_twofold": "twice as stiff as the bar from",
     "load_fivefold": "five times from",
@@ -149,7 +155,10 @@ def reached(state: State) -> float:
 
 
 class Swing(NamedTuple):
-    """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart, and its words."""
+    """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart.
+
+    ``words`` tell its damping, and what the page does not warn of already.
+    """
 
     frames: list[dict[str, dict[str, Any]]]
     step: float
@@ -179,14 +188,17 @@ def swing(state: State) -> Swing:
     frames = []
     for angle in (sign * angles).tolist():
         one, load = (m, angle) if angle >= 0 or not other else (other, -angle)
-        # scales stand as on the way up; forces change with the way and are left out
-        now = one.state(max(load, 0.0))._replace(load=load, x=0.0)
+        # scales stand as on the way up, coloured by contact alone; forces change with the way and are left out
+        name = SLIDING if one.touches(load) else FREE
+        now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
         frames.append({"design": shape(one.setting, one.neighbour), "state": {**now._asdict(), "mu": s.mu}})
     zeta = found["zeta_cycle"].values.tolist()
     told = "friction holds it on the way back"
     if zeta:
         told = f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
-    return Swing(frames, STEP, f"Let go at {number(top)} rad per pitch: {told}.")
+    own = warnings(state)
+    more = [f"Warning: {line}" for line in found.attrs["warnings"].splitlines() if line not in own]
+    return Swing(frames, STEP, "\n".join([f"Let go at {number(top)} rad per pitch: {told}.", *more]))
 
 
 def prepare(state: State) -> None:
@@ -263,16 +275,44 @@ def outcome(state: State) -> tuple[str, str, str]:
     return str(m.end), "; ".join(where), sentence
 
 
+def _differing(states: Sequence[State]) -> list[str]:
+    """Return the fields in which designs differ, without those that follow from others; the usual ones if in none."""
+    # a ratio is changed at a fixed pitch, and sizes stay as the pitch is changed
+    left_out = {*(SIZES if len({one.beam.pitch for one in states}) == 1 else RATIOS), "slenderness", "twist"}
+    own = (name for name in FIELDS if name not in left_out)
+    return [n for n in own if len({one.value(n) for one in states}) > 1] or list(USUAL)
+
+
+def _described(state: State, names: Sequence[str], states: Sequence[State]) -> str:
+    """Return fields of one of some designs as "η = 3, θ₀ = 15°", and its sense where that differs."""
+    words = []
+    for name in names:
+        field = FIELDS[name]
+        values = [one.value(name) for one in (state, *states)]
+        # as short as tells them apart
+        for digits in (3, 4, 6):
+            own, *every = ("not given" if v is None else f"{v / field.factor:.{digits}g}" for v in values)
+            if len({*every}) == len({*values}):
+                break
+        unit = "" if values[0] is None else {"": "", "deg": "°"}.get(field.unit, f" {field.unit}")
+        words.append(f"{field.symbol} = {own}{unit}")
+    if len({one.sense for one in states}) > 1:
+        words.append(f"sense {state.sense}")
+    return ", ".join(words)
+
+
 def compared(state: State) -> list[dict[str, str]]:
     """Return a row of figures for each kept design and for the one that is shown."""
     rows, alike = [], all(one.load == state.load for one in state.kept)
-    for name, one in zip([*NAMES[: len(state.kept)], "now"], [*state.kept, state], strict=True):
+    every = [*state.kept, state]
+    fields = _differing(every)
+    for name, one in zip([*NAMES[: len(state.kept)], "now"], every, strict=True):
         m = motion(one.setting)
         figures, ended = m.figures, m.end is not End.NONE
         rows.append(
             {
                 "name": name,
-                "what": f"μ = {one.mu:.4g}, η = {one.beam.eta:.3g}, α = {math.degrees(one.beam.scale.alpha):.3g}°",
+                "what": _described(one, fields, every),
                 "model": m.model if alike else f"{one.load}, {m.model}",
                 "end": str(m.end),
                 "engagement": number(figures["load_e"]),

@@ -13,6 +13,7 @@ import numpy as np
 
 from squama.batch import solved
 from squama.beam.design import Beam
+from squama.curves.path import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
@@ -78,7 +79,10 @@ def drawn(x: str, y: str) -> tuple[Axis, Axis]:
 
 @dataclass(frozen=True)
 class Key:
-    """What a map depends on: its axes, what else is fixed of the ``beam``, loading, law, sense, margin."""
+    """What a map depends on: its axes, what else is fixed of the ``beam``, loading, law, sense, margin.
+
+    ``ideal``: the scales on the map's hinges are thin, as those of the outcome beside it are.
+    """
 
     x: str
     y: str
@@ -87,7 +91,13 @@ class Key:
     law: str
     sense: str
     margin: float
+    ideal: bool
     beam: Beam = field(compare=False)
+
+    @property
+    def scales(self) -> str:
+        """How the scales of the map are taken, in words."""
+        return idealisation(self.beam, "hinge", ideal=self.ideal)
 
 
 class Grid(NamedTuple):
@@ -104,7 +114,9 @@ class Grid(NamedTuple):
 def key(state: State, x: str, y: str) -> Key:
     """Return what the map of a state depends on; values of its own axes are left out."""
     fixed = [state.value(name) for name in (*AXES, *_STIFF) if name not in (x, y)]
-    return Key(x, y, (*fixed, state.beam.joint.matrix, state.beam.neutral), *state[2:6], state.beam)
+    ideal = thin(LOADS[state.load], state.law, "hinge", ideal=live.motion(state.setting).ideal)
+    fixed += [state.beam.joint.matrix, state.beam.neutral]
+    return Key(x, y, (*fixed,), *state[2:6], ideal, state.beam)
 
 
 @functools.lru_cache(maxsize=8)
@@ -114,7 +126,8 @@ def grid(wanted: Key) -> Grid:
     over = {wanted.x: x[None, :], wanted.y: y[:, None]}
     values = dict(placed(wanted.beam, name, FIELDS[name].factor * v) for name, v in over.items())
     cells = columns.columns(wanted.beam, values, load=wanted.load)
-    done = columns.solved(cells, law=wanted.law, sense=wanted.sense, margin=wanted.margin, load=wanted.load)
+    how = {"law": wanted.law, "sense": wanted.sense, "margin": wanted.margin, "load": wanted.load}
+    done = columns.solved(cells, **how, ideal=wanted.ideal)
     return Grid(x, y, *(np.broadcast_to(v, SIZE[::-1]) for v in (done.code, done.load_e, done.load_end, done.RED)))
 
 
@@ -154,8 +167,10 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     pieces = [{"value": CODES.index(end), "color": ENDS[end]} for end in ends(found)]
     return {
-        **charts.ground(f"Map of ends on hinges over {sides[0].label} and {sides[1].label}", ROOM),
-        "tooltip": {"trigger": "item", "confine": True, ":formatter": _tooltip(wanted)},
+        **charts.ground(f"Map of ends, {wanted.scales} on hinges, over {sides[0].label} and {sides[1].label}", ROOM),
+        "tooltip": {"trigger": "item", "confine": True, "padding": [4, 8],
+                    "textStyle": {"fontSize": 12, "lineHeight": 15}},
+        "words": _words(wanted),
         "xAxis": [names[0], {**values[0], "position": "bottom"}],
         "yAxis": [names[1], {**values[1], "position": "left"}],
         "visualMap": {"type": "piecewise", "pieces": pieces, "dimension": 2, "seriesIndex": 0, "show": False},
@@ -214,18 +229,16 @@ def _cells(found: Grid) -> list[list[float | None]]:
     return cells
 
 
-def _tooltip(wanted: Key) -> str:
-    """Return the function that says what a cell is, for the browser."""
+def _words(wanted: Key) -> charts.Options:
+    """Return what the browser says of a cell under the pointer (chart.js).
+
+    ``axes``: symbol, unit, value of the first cell and step; ``ends`` in words; ``lines``, in which a number in braces
+    is a place in the cell; a line whose number is missing is left out.
+    """
     angle = LOADS[wanted.load].letter
-    parts = []
-    for place, axis in enumerate(drawn(wanted.x, wanted.y)):
-        shown = FIELDS[axis.name]
-        value = f"({axis.low} + p.value[{place}] * {axis.step}).toPrecision(3)"
-        parts.append(f"'{shown.symbol} = ' + {value} + '{' ' + shown.unit if shown.unit else ''}<br>'")
-    more = f"(p.value[3] == null ? '' : '<br>{angle} at engagement ' + p.value[3] + ', at the end ' + p.value[4])"
-    red = "(p.value[5] == null ? '' : '<br>RED ' + p.value[5])"
-    last = f"'<b>' + {[str(end) for end in CODES]}[p.value[2]] + '</b>' + {more} + {red} + '<br><i>click takes it</i>'"
-    return f"(p) => {' + '.join(parts)} + {last}"
+    sides = [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in drawn(wanted.x, wanted.y)]
+    lines = [f"engagement at {angle} = {{3}}", f"end at {angle} = {{4}}, RED = {{5}}"]
+    return {"axes": sides, "ends": [str(end) for end in CODES], "lines": lines}
 
 
 def check_axes(x: str, y: str) -> None:

@@ -13,9 +13,10 @@ from nicegui import ui
 from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
+from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
-from squama.web.elements import BeamView, Chart, FileButton, button, put, text, write
+from squama.web.elements import BeamView, Chart, FileButton, button, put, received, text, write
 from squama.web.state import State, query
 from squama.web.tables import Table
 
@@ -187,9 +188,10 @@ class Explorer:
 
     def clicked(self, event: Any) -> None:
         """Take the design of a cell of the map."""
-        value = event.args.get("value")
-        if event.args.get("seriesId") == "cells" and isinstance(value, list):
-            self.attempt(lambda now: map.take(now, *self.map_axes, (int(value[0]), int(value[1]))))
+        sent = received(event.args, value=list, seriesId=str)
+        cell = sent["value"][:2] if sent else []
+        if all(type(i) is int and 0 <= i < n for i, n in zip(cell, map.SIZE, strict=False)) and len(cell) == 2:
+            self.attempt(lambda now: map.take(now, *self.map_axes, (cell[0], cell[1])))
 
     def choose_axis(self, i: int, name: str) -> None:
         """Draw the map over another parameter; the one that is there already changes places."""
@@ -242,7 +244,7 @@ class Explorer:
     def save(self, kind: str) -> None:
         """Hand a file to the browser."""
         if kind == "png":
-            self.view.run_method("save", "beam.png")
+            self.view.run_method("save", "beam.png", *SIZE)
             return
         if kind.startswith("plots-"):
             made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"))
@@ -350,5 +352,5 @@ class Explorer:
         if self.map.is_deleted:
             return
         self.map_key = wanted
-        panels.list_ends(self.map_ends, map.ends(found), wanted.load)
+        panels.list_ends(self.map_ends, map.ends(found), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))

@@ -108,7 +108,7 @@ class Controls:
         words = {name: words for name, (words, _) in MATERIALS.items()}
         self.material.set(words | (OTHER if found in OTHER else {}), found)
         names = LOADS[now.load]
-        laws = {"stiffness": names.stiffness(now.beam), "inclusion": names.inclusion(now.beam)}
+        laws = {"stiffness": now.beam.joint_stiffness, "inclusion": names.inclusion(now.beam)}
         for name, field in self.fields.items():
             value = now.value(name)
             if name == "twist":
@@ -168,7 +168,17 @@ class Outcome:
                 text("li", line)
 
 
-HEADS = ("", "design", "model", "end", "engages (rad)", "ends (rad)", "load there", "RED")
+HEADS = {
+    "name": "",
+    "what": "design",
+    "model": "model",
+    "end": "end",
+    "engagement": "engages (rad)",
+    "at": "ends (rad)",
+    "torque": "load there",
+    "RED": "RED",
+}
+"""Columns of the table of kept designs, by what a row calls them."""
 
 
 class Compared:
@@ -180,7 +190,10 @@ class Compared:
             with ui.element("p"):
                 text("strong", "Compare")
                 button("Keep this design", partial(attempt, State.keep), "Keep it to compare, up to three", "keep")
-            self.table = ui.element("table")
+            # within reach of the keyboard, for it scrolls where there is little room
+            with ui.element("div").classes("rows").props('tabindex="0" aria-label="Kept designs"') as self.place:
+                self.table = ui.element("table")
+            self.place.set_visibility(False)
         self.rows: list[dict[str, str]] = []
 
     def show(self, now: State) -> None:
@@ -189,21 +202,24 @@ class Compared:
         if rows == self.rows:
             return
         self.rows = rows
+        # the model that is the same for all stands above, with the outcome
+        columns = [name for name in HEADS if name != "model" or len({row["model"] for row in rows}) > 1]
+        self.place.set_visibility(bool(rows))
         self.table.clear()
         with self.table:
             if not rows:
                 return
             with ui.element("thead"), ui.element("tr"):
-                for head in (*HEADS, ""):
+                for head in (*(HEADS[name] for name in columns), ""):
                     text("th", head)
             with ui.element("tbody"):
                 for i, row in enumerate(rows):
-                    self._row(i, row, kept=i < len(now.kept))
+                    self._row(i, row, columns, kept=i < len(now.kept))
 
-    def _row(self, i: int, row: dict[str, str], *, kept: bool) -> None:
+    def _row(self, i: int, row: dict[str, str], columns: Sequence[str], *, kept: bool) -> None:
         with ui.element("tr"):
-            for name, value in row.items():
-                cell = text("td", value)
+            for name in columns:
+                cell = text("td", row[name])
                 if name == "name" and kept:
                     cell.style(f"color: {KEPT[i]}; font-weight: bold")
             with ui.element("td"):
@@ -277,14 +293,14 @@ def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str]
     return show
 
 
-def list_ends(place: ui.element, ends: Sequence[End], load: str) -> None:
+def list_ends(place: ui.element, ends: Sequence[End], wanted: map.Key) -> None:
     """Say what the colours of the map mean."""
     place.clear()
     with place:
         for end in ends:
             _key(str(end), ENDS[end])
-        if LOADS[load].sided:
-            text("li", "(of the tip-side contact alone, on hinges)")
+        if LOADS[wanted.load].sided:
+            text("li", f"(of the tip-side contact alone, {wanted.scales})")
 
 
 def marks(room: Mapping[str, int]) -> ui.element:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -17,6 +18,8 @@ from squama.web.tables import Table
 
 NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
 """The current point."""
+LETTERS = 105
+"""Characters of a line of the legend at most."""
 POINT = 0.75
 """Points of a printed line for a pixel of the page's."""
 
@@ -40,6 +43,7 @@ def figure(state: State, table: Table | None = None) -> Figure:
     rows = live.compared(state)
     told = [f"{row['what']}; {row['model']}" for row in rows]
     words = {"this design": told[-1]} | {row["name"]: f"{row['name']}: {t}" for row, t in zip(rows, told, strict=True)}
+    words = {name: "\n".join(wrap(text, LETTERS)) for name, text in words.items()}
     handles: dict[str, Any] = {}
     for ax, plot in zip(axes, plots, strict=True):
         ends = charts.frame(state, plot, table)

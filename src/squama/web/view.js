@@ -52,6 +52,7 @@ export default {
     // pictures {design, state}, step ms apart; then the state of the page again
     play(frames, step) {
       if (!this.beam) return;
+      this.beam.film(frames);
       const began = performance.now();
       const next = (now) => {
         const frame = frames[Math.max(0, Math.floor((now - began) / step))];
@@ -79,10 +80,10 @@ export default {
     reset() {
       this.beam?.reset();
     },
-    save(name) {
-      this.beam.draw();
+    save(name, width, height) {
+      if (!this.beam) return;
       const link = document.createElement("a");
-      link.href = this.beam.canvas.toDataURL("image/png");
+      link.href = this.beam.picture(width, height);
       link.download = name;
       link.click();
     },

@@ -40,10 +40,10 @@ def test_one_shape_and_many_are_the_same() -> None:
     for i in (0, 150, 299):
         one = law.Shape(*(float(x[i]) for x in shape))
         assert law.stiffness(one).shape == (9, 9)
-        np.testing.assert_allclose(law.stiffness(one), K[i], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(law.stiffness(one), K[i], rtol=1e-7, atol=1e-10)
     # numbers beside arrays
     nu = law.stiffness(one._replace(nu=np.array([one.nu, 0.3])))
-    np.testing.assert_allclose(nu[0], K[299], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(nu[0], K[299], rtol=1e-7, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", law.Shape._fields)
@@ -52,7 +52,7 @@ def test_complex_steps_are_the_derivatives(name: str) -> None:
     x, h = getattr(shape, name), 1e-5
     slope = law.stiffness(shape._replace(**{name: x + 1e-30j})).imag / 1e-30
     ahead, behind = (law.stiffness(shape._replace(**{name: x + step})) for step in (h, -h))
-    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=5e-5, atol=5e-5 * np.abs(slope).max())
 
 
 def test_steps_in_many_ways_at_once() -> None:
@@ -143,26 +143,40 @@ def _fits(*shape: float) -> bool:
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
-        ("alpha", np.radians(80), "scale.alpha = 80 deg: the law of the joint goes from 0 to 75 deg"),
+        ("alpha", np.radians(76), "scale.alpha = 76 deg: the law of the joint goes from 0 to 75 deg"),
         ("theta0", np.radians(3), "scale.theta0 = 3 deg: the law of the joint goes from 5 to 25.5 deg"),
         ("beta", 0.2, "scale.width = 0.4 pitches: the law of the joint goes from 0.69 to 2.5 pitches"),
         ("zeta", 0.05, "scale.embedded = 0.05 pitches: the law of the joint goes from 0.095 to 0.52 pitches"),
-        ("thickness", 0.08, "scale.thickness = 0.6515 of the gap: the law"),
+        ("thickness", 0.06, "scale.thickness = 0.4886 of the gap: the law"),
         ("lam", 1.2, "substrate.thickness = 2.4 pitches: the law of the joint goes from 0.58 to 1.64 pitches"),
         ("width", 5.0, "substrate.width = 5.893 of the scale's: the law of the joint goes from 1.01 to 3.15"),
         ("nu", 0.1, "substrate.poisson_ratio = 0.1: the law of the joint goes from 0.245 to 0.495"),
-        ("zeta", 0.6, "scale.embedded = 0.6 pitches: the law"),
-        (
-            "zeta",
-            0.63,
-            "scale.embedded = 0.63 pitches: it takes 0.894 of the pitch along the bar, the law of the joint",
-        ),
+        ("zeta", 0.6, "scale.embedded = 0.6 pitches: longer than the law"),
+        ("zeta", 0.63, "longer than the law of the joint reaches (zeta up to 0.52 beside its neighbour)"),
+        ("zeta", 0.75, "longer than the law of the joint and the mesher reach (zeta up to 0.69"),
     ],
 )
 def test_ranges_are_named_as_in_the_beam_file(name: str, value: float, words: str) -> None:
     shape = law.Shape(1.28, 0.32, 0.18, 0.6, 0.004, np.pi / 4, np.radians(10), 0.25)
     assert law.outside(shape) == []
     assert words in "\n".join(map(str, law.outside(shape._replace(**{name: value}))))
+
+
+def test_embedded_parts_meet_where_parallel_plates_do() -> None:
+    """A reason is one, and true: neighbours meet only where they are thicker than the gap between their planes."""
+    rng, seen = np.random.default_rng(11), {"meet": 0, "mesher": 0}
+    for _ in range(400):
+        angles = np.radians(rng.uniform((0, 5), (75, 40)))
+        shape = law.Shape(2.0, 0.5, rng.uniform(0.05, 1.4), 0.6, rng.uniform(0.02, 0.6), *angles, 0.4)
+        said = "\n".join(map(str, law.outside(shape)))
+        apart = Geometry(*shape[:3], 1.0, *shape[3:]).rest.axes[2, 2]
+        meet = "the embedded parts of neighbours meet" in said
+        assert meet == (shape.thickness >= abs(apart)), said
+        seen["meet"] += meet
+        seen["mesher"] += "the mesher reach" in said
+        assert said.count("scale.embedded") <= 1
+        assert not meet or "\n" not in said
+    assert min(seen.values()) > 20
 
 
 @pytest.mark.parametrize("damage", ["gone", "cut", "flipped", "other"])

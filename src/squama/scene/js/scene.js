@@ -7,6 +7,25 @@ const MOST = 128; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
 const [HEAD, SHAFT, DOT] = [0.13, 0.042, 0.07];
 
+// Design and state of each face that has scales.
+const faces = (design, state) => [[design, state], ...(design.other ? [[design.other, state.other]] : [])];
+
+// Design, state and place of every scale of both faces; at another load if one is given.
+const placed = (every, load) =>
+  every.flatMap(([d, state]) =>
+    Array.from({ length: d.scales }, (_, i) => [
+      d,
+      state,
+      scale(d, load ?? state.load, state.pose ?? state.theta, first(d) + i),
+    ]),
+  );
+
+// Points around bar and scales.
+const around = (every, load) => [
+  ...bar(every[0][0], load ?? every[0][1].load).flat(),
+  ...placed(every, load).flatMap(([, , one]) => one.corners),
+];
+
 // turns around and over (rad) and zooms by key
 const KEYS = {
   ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
@@ -25,6 +44,7 @@ export class BeamScene {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.request());
     this.controls.addEventListener("start", () => (this.chosen = true));
+    this.controls.addEventListener("end", () => this.look());
     this.scene.add(new THREE.AmbientLight(0xffffff, 1.5));
     const sun = new THREE.DirectionalLight(0xffffff, 2.1);
     this.camera.add(sun);
@@ -94,13 +114,13 @@ export class BeamScene {
     const sizes = JSON.stringify([design.eta, design.beta, design.lam, design.held, design.bend]);
     this.design = design;
     this.state = state;
-    this.faces = [[design, state]];
-    if (design.other) this.faces.push([design.other, state.other]);
+    this.faces = faces(design, state);
     this.moveBar();
     this.moveScales();
     this.moveContacts();
-    // another beam is seen whole; changes of this one leave the place that was chosen
+    // another beam is seen whole; changes of this one leave the place that was chosen as long as it stays in sight
     if (shape !== this.shape || (sizes !== this.sizes && !this.chosen)) this.reset();
+    else if (this.whole && !this.sees(this.now())) this.frame(this.outline());
     [this.shape, this.sizes] = [shape, sizes];
     this.request();
   }
@@ -133,19 +153,8 @@ export class BeamScene {
     }
   }
 
-  // Design, state and place of every scale; at another load if one is given.
-  placed(load) {
-    return this.faces.flatMap(([d, state]) =>
-      Array.from({ length: d.scales }, (_, i) => [
-        d,
-        state,
-        scale(d, load ?? state.load, state.pose ?? state.theta, first(d) + i),
-      ]),
-    );
-  }
-
   moveScales() {
-    const all = this.placed();
+    const all = placed(this.faces);
     const rims = new Float32Array(24 * all.length);
     const matrix = new THREE.Matrix4();
     all.forEach(([d, state, one], i) => {
@@ -170,6 +179,7 @@ export class BeamScene {
   moveContacts() {
     const matrix = new THREE.Matrix4();
     this.contacts = [];
+    this.tips = [];
     for (const [d, state] of this.faces) {
       const count = state.x > 0 ? Math.max(0, d.scales - d.neighbour) : 0;
       for (let j = 0; j < count; j++) {
@@ -181,8 +191,10 @@ export class BeamScene {
         this.points.setMatrixAt(i, matrix.makeTranslation(...point));
         const ways = directions(d, state.load, at, state.slip, k);
         const long = arrow(state.x);
-        this.place(this.forces.normal, i, point, ways.normal, long);
-        this.place(this.forces.friction, i, point, ways.friction, long * state.mu);
+        for (const [name, size] of [["normal", long], ["friction", long * state.mu]]) {
+          this.place(this.forces[name], i, point, ways[name], size);
+          this.tips.push(point.map((x, axis) => x + size * ways[name][axis]));
+        }
       }
     }
     const count = this.contacts.length;
@@ -209,23 +221,55 @@ export class BeamScene {
     head.setMatrixAt(i, at(long - tip, HEAD * Math.min(1, tip / HEAD), tip));
   }
 
+  // Points around all that is drawn, and around the beam before it was loaded.
+  now() {
+    return [...around(this.faces), ...this.tips];
+  }
+
+  outline() {
+    return [...around(this.faces, 0), ...this.now()];
+  }
+
+  // Whether points are in the picture.
+  sees(points) {
+    this.camera.updateMatrixWorld();
+    return points.every((p) => {
+      const { x, y } = new THREE.Vector3(...p).project(this.camera);
+      return Math.abs(x) <= 1 && Math.abs(y) <= 1;
+    });
+  }
+
+  // Who comes near to a part, or moves aside, goes on seeing that; who only turns sees the whole again at a change.
+  look() {
+    const near = this.camera.position.distanceTo(this.controls.target) < 0.999 * this.away;
+    const aside = this.controls.target.distanceTo(this.middle) > 0.001 * this.away;
+    this.whole = !(near || aside) || this.sees(this.now());
+  }
+
   // From where the whole beam is seen, straight and as it is.
   reset() {
-    const d = this.design;
-    if (!d) return;
+    if (!this.design) return;
     this.chosen = false;
-    const seen = [0, this.state.load].flatMap((load) => [
-      ...bar(d, load).flat(),
-      ...this.placed(load).flatMap(([, , one]) => one.corners),
-    ]);
-    const box = new THREE.Box3().setFromPoints(seen.map((p) => new THREE.Vector3(...p)));
+    this.frame(this.outline());
+  }
+
+  // See the whole of pictures {design, state} that are about to come.
+  film(pictures) {
+    const every = pictures.flatMap(({ design, state }) => around(faces(design, state)));
+    if (this.whole && !this.sees(every)) this.frame(this.outline().concat(every));
+  }
+
+  // See all points as near as can be, from the side that was chosen.
+  frame(points) {
+    const box = new THREE.Box3().setFromPoints(points.map((p) => new THREE.Vector3(...p)));
     const middle = box.getCenter(new THREE.Vector3());
-    const back = new THREE.Vector3(...LOOK).normalize();
+    const here = this.camera.position.clone().sub(this.controls.target);
+    const back = (this.chosen ? here : new THREE.Vector3(...LOOK)).normalize();
     const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
     const up = back.clone().cross(right);
     const slope = Math.tan((this.camera.fov * Math.PI) / 360);
     let away = 0;
-    for (const point of seen) {
+    for (const point of points) {
       const q = new THREE.Vector3(...point).sub(middle);
       const needed = Math.max(Math.abs(q.dot(right)) / this.camera.aspect, Math.abs(q.dot(up)));
       away = Math.max(away, q.dot(back) + needed / slope);
@@ -236,6 +280,7 @@ export class BeamScene {
     this.camera.far = 20 * away;
     this.camera.updateProjectionMatrix();
     this.controls.update();
+    Object.assign(this, { middle, away, whole: true });
     this.request();
   }
 
@@ -249,6 +294,7 @@ export class BeamScene {
     ball.radius /= nearer;
     this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(ball));
     this.controls.update();
+    this.look();
     this.request();
   }
 
@@ -268,6 +314,7 @@ export class BeamScene {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (Math.abs(before - this.camera.aspect) > 0.01 && !this.chosen) this.reset();
+    else if (this.design && this.whole && !this.sees(this.now())) this.frame(this.outline());
     this.request();
   }
 
@@ -280,6 +327,33 @@ export class BeamScene {
     this.waiting = null;
     this.renderer.render(this.scene, this.camera);
     this.onDraw?.(this); // for who measures
+  }
+
+  // The view as a picture of this size, as the address of its data: the whole beam, or what is seen of it.
+  picture(width, height) {
+    const { camera, controls, renderer } = this;
+    const [size, ratio] = [renderer.getSize(new THREE.Vector2()), renderer.getPixelRatio()];
+    const [eye, target, { aspect, fov }] = [camera.position.clone(), controls.target.clone(), camera];
+    const [middle, away, whole] = [this.middle, this.away, this.whole];
+    renderer.setPixelRatio(1);
+    renderer.setSize(width, height, false);
+    camera.aspect = width / height;
+    if (whole) this.frame(this.outline());
+    // no less to the sides than there was
+    else camera.fov = (360 / Math.PI) * Math.atan(Math.tan((fov * Math.PI) / 360) * Math.max(1, aspect / camera.aspect));
+    camera.updateProjectionMatrix();
+    this.draw();
+    const made = this.canvas.toDataURL("image/png");
+    renderer.setPixelRatio(ratio);
+    renderer.setSize(size.x, size.y, false);
+    Object.assign(camera, { aspect, fov });
+    camera.position.copy(eye);
+    controls.target.copy(target);
+    camera.updateProjectionMatrix();
+    controls.update();
+    Object.assign(this, { middle, away, whole });
+    this.draw();
+    return made;
   }
 
   dispose() {

@@ -15,8 +15,27 @@ function show(i) {
   const state = states[i];
   slider.value = i;
   beam.set(design, state);
-  const degrees = (state.theta * 180) / Math.PI;
-  find("now").value = `${state.load.toFixed(4)} rad per pitch, inclination ${degrees.toFixed(1)}°: ${palette.words[state.name]}`;
+  find("now").value = state.words;
+  slider.setAttribute("aria-valuetext", state.words);
+}
+
+// What the colours mean, of those that the slider comes to.
+function legend() {
+  const every = states.flatMap((state) => [state, ...(state.other ? [state.other] : [])]);
+  const names = Object.keys(palette.words).filter((name) => every.some((state) => state.name === name));
+  const keys = names.map((name) => ["", palette.states[name], `scales: ${palette.words[name]}`]);
+  if (every.some((state) => state.x > 0)) {
+    keys.push(["force", "var(--normal)", "normal force on the tip"]);
+    if (states[0].mu) keys.push(["force", "var(--friction)", "friction on the tip"]);
+  }
+  for (const [kind, colour, words] of keys) {
+    const item = document.createElement("li");
+    const key = document.createElement("b");
+    key.className = kind;
+    key.style.background = colour;
+    item.append(key, words);
+    find("legend").append(item);
+  }
 }
 
 // the load goes up and down evenly; the states lie closer together towards a lock
@@ -32,8 +51,12 @@ function play() {
 }
 
 function toggle() {
-  if (playing) playing = clearInterval(playing);
-  else play();
+  if (playing) {
+    playing = clearInterval(playing);
+  } else {
+    beam.film(states.map((state) => ({ design, state })));
+    play();
+  }
   find("play").textContent = playing ? "Stop" : "Play";
 }
 
@@ -44,6 +67,7 @@ slider.addEventListener("input", () => show(Number(slider.value)));
 find("play").addEventListener("click", toggle);
 canvas.addEventListener("keydown", (event) => beam.key(event.key) && event.preventDefault());
 find("reset").addEventListener("click", () => beam.reset());
+legend();
 find("name").textContent = data.angle;
 find("end").textContent = `${data.model}; ${data.end}: ${data.sentence}`;
 dark.addEventListener("change", theme);

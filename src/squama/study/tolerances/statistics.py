@@ -206,8 +206,8 @@ _FIGURES = (
     ("RED", "RED_c", "1", "relative energy dissipation at the cut-off"),
     ("U_el", "U_el_c", "J/m", "elastic energy per length at the cut-off"),
     ("W_fr", "W_fr_c", "J/m", "frictional work per length at the cut-off"),
-    ("stiffness", "K_0", "N m2", "stiffness before contact"),
-    ("stiffness_e", "K_e", "N m2", "tangent stiffness right after engagement"),
+    ("stiffness", "K_0", "N m^2", "stiffness before contact"),
+    ("stiffness_e", "K_e", "N m^2", "tangent stiffness right after engagement"),
 )
 LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
 BINS = 120

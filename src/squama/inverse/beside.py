@@ -1,0 +1,119 @@
+"""A design asked once more by the models that a search leaves out.
+
+The search holds an endless beam straight; where hinges answer, its scales are thin and rigid, too. What is handed out
+is therefore asked as everybody asks it (``squama.twist`` or ``squama.bend`` of the file), as a row of its own number of
+scales, and free to bow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves.own_scales import own_scales
+from squama.curves.real import impossible
+from squama.curves.released import released
+from squama.errors import InputError
+from squama.inverse import real
+from squama.inverse.goals import Goal, Pitches
+from squama.inverse.reached import Beside, Reached, reached
+from squama.inverse.target import Target
+from squama.joints import law
+from squama.joints.choice import known, said, shape
+from squama.loads import LOADS
+from squama.types import Array
+
+OF_ROW = {
+    "torque": "T",
+    "tangent": "K_t",
+    "stiffness_ratio": "stiffness_ratio",
+    "stress": "stress",
+    "strength_share": "stress",
+    "W_fr": "W_fr",
+    "RED": "RED",
+}
+"""Figures at a twist that a row has, by their names there."""
+OF_BOW = ("torque", "tangent", "stiffness_ratio")
+"""Figures at a twist that are known of a beam that is free to bow."""
+
+
+def found_by(target: Target) -> str:
+    """Say of what a target's figures are: "(endless, held straight)", "on hinges (endless)"."""
+    place = "(endless, held straight)" if LOADS[target.space.load].sided else "(endless)"
+    return place if target.real else f"on hinges {place}"
+
+
+def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
+    """Return what other models say of a design.
+
+    With ``elements`` of one, too, whose joint is not known without them: they take a minute, and are kept.
+    """
+    load = LOADS[target.space.load]
+    # no beam of thick scales on joints that give has a lock: that needs no elements
+    locks = any(goal.want.at is None and goal.want.figure in real.OF_LOCKS for goal in target.goals)
+    ask = target.real or known(beam) or (elements and not locks)
+    found = [] if target.real else [_door(target, beam, ask=ask)]
+    goals = [goal for goal in target.goals if goal.want.at is not None and goal.want.figure in OF_ROW]
+    if load.sided and goals and ask and not impossible(beam):
+        found.append(_row(target, beam, goals))
+        bowing = [goal for goal in goals if goal.want.figure in OF_BOW]
+        found += [_bow(target, beam, bowing)] * bool(bowing)
+    return tuple(found)
+
+
+def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
+    """Return what ``squama.twist`` or ``squama.bend`` of the file says, if it is to be asked."""
+    words = f"squama {LOADS[target.space.load].verb} of this file"
+    if not ask:
+        return Beside("door", words, (), f"not asked: its joint needs elements, {_outside(beam)}")
+    wants = [goal.want for goal in target.goals]
+    try:
+        values, answer = real.followed(beam, wants, target.options, joint=None)
+    except InputError as error:
+        return Beside("door", words, (), str(error))
+    goals = tuple(reached(target.goals, np.array(values), Pitches(beam.pitch, beam.scales), target.accept))
+    if answer.attrs["joint"] == "hinge" and all(goal.met for goal in goals):
+        # the same model once more confirms nothing
+        return Beside("door", words, (), "by hinges, too")
+    return Beside("door", words, goals)
+
+
+def _outside(beam: Beam) -> str:
+    """Return why a beam's joint is not known by the law."""
+    return said(law.outside(shape(beam)))
+
+
+def _row(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
+    """Return what a row of the beam's own scales does."""
+    words = f"with {beam.scales} scales"
+    try:
+        own = own_scales(beam, _rates(beam, goals), sense=target.options.sense)
+    except InputError as error:
+        return Beside("row", words, (), str(error))
+    values = np.array([getattr(own, OF_ROW[goal.want.figure])[i] for i, goal in enumerate(goals)])
+    return Beside("row", words, _reached(target, beam, goals, values), own.note)
+
+
+def _bow(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
+    """Return what the endless beam does without the bending moment that holds it straight."""
+    words, mu = "free to bow", float(arguments.friction(beam.friction.mu, None))
+    phis = np.array(_rates(beam, goals)) * beam.pitch
+    try:
+        bowed = released(beam, "twisting", mu, phis, sense=target.options.sense)
+    except InputError as error:
+        return Beside("free_to_bow", words, (), str(error))
+    values = np.array([getattr(bowed, goal.want.figure)[i] for i, goal in enumerate(goals)])
+    return Beside("free_to_bow", words, _reached(target, beam, goals, values), bowed.note)
+
+
+def _reached(target: Target, beam: Beam, goals: Sequence[Goal], values: Array) -> tuple[Reached, ...]:
+    shares = [1.0 if goal.want.figure != "strength_share" else beam.scale.strength or np.nan for goal in goals]
+    return tuple(reached(goals, values / shares, Pitches(beam.pitch, beam.scales), target.accept))
+
+
+def _rates(beam: Beam, goals: Sequence[Goal]) -> list[float]:
+    """Return the twist rates (rad/m) of goals at a twist."""
+    return [float(g.want.at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for g in goals if g.want.at is not None]

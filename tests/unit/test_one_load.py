@@ -1,0 +1,174 @@
+"""One load and what it is held by: the same numbers through every door, free to bow, free to twist, the row beside."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pint
+import pytest
+
+import squama
+from squama.cli import main
+from squama.curves.bench import bench
+from squama.curves.doors import respond
+from squama.curves.released import released
+from squama.paper import parameters as par
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+
+
+@pytest.mark.parametrize(("beam", "neutral"), [(SKIN, "free"), (SKIN, "middle"), (PLA, "free")])
+def test_twist_is_the_path_that_twists_alone(beam, neutral):
+    """Length and moment held or free alike; linear between points, 250 of them."""
+    q = squama.bend_twist(beam, "twist 0.1 rad/pitch", points=251, neutral=neutral)
+    phi = q.phi.values[1:]
+    r = squama.twist(beam, at=phi / beam.pitch, neutral=neutral)
+    assert r.attrs["neutral"] == q.attrs["neutral"] == neutral
+    assert r.attrs["rigidity"] == pytest.approx(q.attrs["rigidity"], rel=1e-12)
+    for name in ("T", "M", "stretch", "theta", "N", "U_el", "W_fr", "RED"):
+        most = float(np.abs(r[name]).max())
+        np.testing.assert_allclose(q[name][1:], r[name], rtol=0, atol=2e-4 * most, err_msg=name)
+
+
+def test_doors_obey_the_line_that_keeps_its_length(tmp_path):
+    for neutral in (None, "middle"):
+        beam = SKIN.replace(substrate={"neutral": neutral})
+        for load, run, name in (("twisting", squama.twist, "T"), ("bending", squama.bend, "M")):
+            one = run(beam, at=["0.1 rad/pitch"])
+            swept = squama.sweep(
+                beam, {"mu": [0.25, 0.3]}, load=load, at="0.1 rad/pitch", out=tmp_path / f"{neutral}{load}.zarr"
+            )
+            assert float(swept["torque"][0]) == pytest.approx(float(one[name][0]), rel=3e-4)
+            assert swept.attrs["neutral"] == one.attrs["neutral"] == ("free" if neutral is None else "middle")
+        history = squama.cycle(beam, "0.1 rad/pitch")
+        top = int(history.phi.argmax("point"))
+        for name in ("T", "M"):
+            there = float(squama.twist(beam, at=["0.1 rad/pitch"])[name][0])
+            assert float(history[name][top]) == pytest.approx(there, rel=3e-4)
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_hinges_tell_the_moment_that_holds_them_straight(sense):
+    beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="5 deg", theta0="10 deg")
+    r = squama.twist(beam, mu=0.3, joint="hinge", sense=sense, points=200)
+    far = 0.9 * float(r.phi_end)
+    signed = -far if sense == "-" else far
+    q = squama.bend_twist(beam, f"twist {signed} rad/pitch", mu=0.3, joint="hinge", points=400)
+    there = np.interp(r.phi, np.abs(q.phi), q.M)[r.phi < far]
+    np.testing.assert_allclose(r.M[r.phi < far], there, rtol=0, atol=2e-3 * np.abs(there).max())
+    assert "M" not in squama.twist(beam, mu=0.3, law="plate")
+
+
+def test_free_to_bow():
+    """Against general contact on the joint's matrix, 0.05 % off, with friction; figures of the nonlinear elements."""
+    found = released(SKIN, "twisting", 0.25, [0.1, 0.06, 0.08])
+    np.testing.assert_allclose(found.torque, [13.2e-3, 5.61e-3, 9.51e-3], rtol=0.015)
+    np.testing.assert_allclose(found.strain, [-0.0513, -0.00715, -0.0296], atol=1.5e-3)
+    assert found.stiffness_ratio[0] == pytest.approx(2.74, rel=0.02)
+    assert not found.note
+
+
+@pytest.mark.parametrize(
+    ("beam", "load", "at"), [(SKIN, "twisting", 0.1), (SKIN, "bending", 0.1), (PLA, "bending", 0.15)]
+)
+def test_free_of_moment_is_so_by_another_path(beam, load, at):
+    """Without friction the way does not count: a straight ray to the same strains has no moment (no torque)."""
+    found = released(beam, load, 0.0, at)
+    other, held = float(found.strain[0]), "M" if load == "twisting" else "T"
+    strains = (other, at) if load == "twisting" else (at, other)
+    q = squama.bend_twist(beam, [tuple(v / beam.pitch for v in strains)], mu=0)
+    whole = float(np.abs(q["T" if load == "twisting" else "M"]).max())
+    assert abs(float(q[held][-1])) < 2e-4 * whole
+    assert float(found.torque[0]) == pytest.approx(float(q["T" if load == "twisting" else "M"][-1]), rel=2e-4)
+
+
+def test_what_is_not_known_is_said():
+    both = SKIN.replace(faces="mirrored")
+    assert "both faces" in released(both, "twisting", 0.25, 0.08).note
+    seven = squama.Beam.from_toml("examples/stiff_skin.toml")
+    from squama.beam.matrixfile import stored
+    from squama.curves.real import Held
+
+    held = Held.of(seven)
+    seven = seven.replace(joint={"matrix": stored(seven, held.K[:7, :7])})
+    assert "nine motions" in released(seven, "twisting", 0.25, 0.08).note
+    r = squama.twist(seven, points=5)
+    assert r.attrs["neutral"] == "middle"
+    assert "M" not in r
+    with pytest.raises(squama.InputError, match="neutral"):
+        squama.twist(seven, neutral="free")
+    with pytest.raises(squama.InputError, match="neutral"):
+        squama.twist(SKIN, neutral="middle", joint="hinge")
+
+
+def test_the_papers_figure_6b_takes_a_moment():
+    """Thin, rigid scales on the compliant joint, eta 3: by general contact, over E d^3."""
+    beam, phi = par.fig6b(3.0), np.array([0.1, 0.15, 0.2])
+    r = squama.twist(beam, at=phi / beam.pitch, joint="compliant", ideal=True, mu=0.2)
+    free = released(beam, "twisting", 0.2, phi, ideal=True)
+    held = {"T": [0.00934, 0.01839, 0.02813], "M": [0.00337, 0.00883, 0.01581]}
+    for name, values in held.items():
+        np.testing.assert_allclose(r[name] / beam.unit_moment, values, rtol=0.02)
+    np.testing.assert_allclose(free.torque / beam.unit_moment, [0.00635, 0.01051, 0.01443], rtol=0.02)
+
+
+def test_the_bench_is_what_the_summary_says(capsys):
+    assert main(["twist", "examples/stiff_skin.toml"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "endless beam" in lines[0]
+    assert [
+        part in line
+        for part, line in zip(
+            ("held straight by a bending moment of", "free to bow", "25 scales"), lines[2:5], strict=True
+        )
+    ] == [True] * 3
+    assert main(["twist", "examples/stiff_skin.toml", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)["bench"]
+    answer = respond(SKIN, "twisting", points=200)
+    found = bench(SKIN, answer, ideal=False)
+    assert record["endless"]["torque"] == pytest.approx(found.endless.torque)
+    assert found.released.stiffness_ratio < 0.3 * found.endless.stiffness_ratio
+    assert found.row.torque < 0.8 * found.endless.torque
+    at = [found.at / SKIN.pitch]
+    assert found.holding == pytest.approx(float(squama.twist(SKIN, at=at).M[0]), rel=1e-3)
+    row = squama.row(SKIN, to=found.at / SKIN.pitch, points=60)
+    assert found.row.torque == pytest.approx(float(row["T"][-1]), rel=1e-3)
+
+
+def test_the_bench_of_a_bent_beam():
+    found = bench(SKIN, respond(SKIN, "bending", points=200), ideal=False)
+    assert found.released.torque < 0.3 * found.endless.torque
+    assert "held from twisting by a torque of" in next(found.lines)
+
+
+def test_no_contact_no_bench():
+    assert bench(SKIN, respond(SKIN, "twisting", to=1.0), ideal=False) is None
+
+
+@pytest.mark.parametrize("load", ["twist", "bend"])
+def test_units_are_read_and_equations_are_the_models(load):
+    registry = pint.UnitRegistry()
+    r = getattr(squama, load)(SKIN, points=5)
+    for name, v in r.variables.items():
+        if v.attrs.get("units"):
+            registry.parse_units(v.attrs["units"])
+        assert not v.attrs.get("equation", "").startswith("paper"), name
+    hinge = squama.twist(SKIN, points=5, joint="hinge")
+    assert hinge["T"].attrs["equation"] == "paper Eq. 14"
+
+
+@pytest.mark.parametrize(
+    ("load", "first"),
+    [("twist", ["Phi", "phi", "T", "T_scales", "K_t"]), ("bend", ["kappa", "psi", "M", "M_scales", "K_b"])],
+)
+def test_the_load_comes_first(load, first, tmp_path):
+    """And then one order, whatever contact followed it."""
+    columns = []
+    for beam in (SKIN, PLA):
+        file = tmp_path / "curve.csv"
+        squama.save(getattr(squama, load)(beam, points=5), file)
+        columns.append(next(line for line in file.read_text().splitlines() if line[0] != "#").split(","))
+    assert columns[0] == columns[1]
+    assert [name for name in (c.split(" ")[0] for c in columns[0]) if name != "mu"][:5] == first
