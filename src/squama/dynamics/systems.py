@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.curves import both_faces, hinge_cycles, real, real_cycles
+from squama.curves import both_faces, cycle_points, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
