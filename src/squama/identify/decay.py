@@ -155,6 +155,7 @@ def fit_decay(
     >>> print(f"mu = {f.values['mu']:.4f}, damping = {f.values['damping']:.4f}, rotor {f.beam.rotor:.4f} kg m2")
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
+    arguments.beam(beam)
     held, contact, damped = _wanted(beam, parameters, load, law, mode, joint, ideal)
     asked = ask(beam, load, contact, joint=held.joint) if contact else None
     names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
@@ -268,6 +269,11 @@ def _swinging(trials: Trials, p: Array) -> Beam:
     """Return the fitted beam with the rotor, or in a mode the density, of its frequency."""
     beam, omega = trials.fitted(p), 2 * math.pi * float(p[trials.names.index("f_0")])
     uniform = trials.mode == "uniform"
-    unit = systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else 1.0)
-    share = (unit.omega / omega) ** 2
-    return beam.replace(rotor=unit.inertia * (share - 1) + 1.0) if uniform else beam.replace(density=share)
+    unit, twice = (
+        systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else density) for density in (1.0, 2.0)
+    )
+    found = unit.inertia * (unit.omega / omega) ** 2
+    if uniform:
+        return beam.replace(rotor=found - unit.inertia + 1.0)
+    # the mass per length goes linearly with the density of the bar
+    return beam.replace(density=1.0 + (found - unit.inertia) / (twice.inertia - unit.inertia))

@@ -103,6 +103,7 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
+    arguments.beam(beam)
     only_one(beam.faces, "a fit of torques")
     arguments.load(load)
     law = LOADS[load].law(arguments.law(law))
@@ -127,6 +128,8 @@ def fit(
         beam, [], asked.names, load, law, bounds,
         {"to": to, "reversal": reversal, "stick": stick}, sigma, starts, candidates,
     )  # fmt: skip
+    # before the joint is looked for, which may take finite elements
+    records.limits(beam, load, **wanted.limits)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load))
     try:

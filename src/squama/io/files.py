@@ -29,6 +29,7 @@ _PLACE = (OSError, ValueError, RuntimeError)
 """What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
 PATIENCE = 30.0
 """Seconds without a byte after which a pipe is given up."""
+_ODD = "is not an ordinary file"
 _NAMES = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
@@ -117,6 +118,20 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
         return bytes(found)
 
 
+def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
+    """Return the bytes of an ordinary file of at most so many.
+
+    Raises OSError, at once: there is no such file, or it is a pipe, a device, a folder or larger.
+    """
+    with open(path, "rb", buffering=0, opener=_at_once) as file:
+        found = os.fstat(file.fileno())
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(errno.EINVAL, _ODD)
+        if found.st_size > most:
+            raise OSError(errno.EFBIG, f"is larger than {most:,} bytes")
+        return file.read(found.st_size) or b""
+
+
 def sealed(data: bytes) -> bytes:
     """Return the data with their seal.
 
@@ -141,14 +156,19 @@ def regular(path: str | os.PathLike[str], *, missing: str = "check the name") ->
     with _reading(path, missing):
         found = Path(path).stat()
     if not stat.S_ISREG(found.st_mode):
-        raise _error(path, "is not an ordinary file", "give the name of a file")
+        raise _error(path, _ODD, "give the name of a file")
     return found.st_size
 
 
 def exists(path: str | os.PathLike[str]) -> bool:
     """Say whether a file or folder is there; a name that cannot be one is refused."""
     with _reading(path, "check the name"):
-        return Path(path).exists()
+        try:
+            # a loop of links is there and is refused; Path.exists says that it is not
+            Path(path).stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        return True
 
 
 def _at_once(path: str, flags: int) -> int:
@@ -232,7 +252,7 @@ def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
     if target.is_dir():
         raise _error(path, "is a folder", "give the name of a file in it")
     if target.exists() and not target.is_file():
-        raise _error(path, "is not an ordinary file", "give the name of a file")
+        raise _error(path, _ODD, "give the name of a file")
     if target.exists() and not target.stat().st_mode & _WRITE_BITS:
         raise _error(path, "is read-only", "give another name or make it writable")
     if not folder.exists():

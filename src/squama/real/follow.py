@@ -15,7 +15,7 @@ from squama.real.contact import (  # isort: skip
 )  # fmt: skip
 from squama.real.design import LEG, MOTIONS, Design, _in, _jit, frame, load, onto, strains
 from squama.real.features import compliances, deflection, on_face, raised, spots
-from squama.real.start import first_contact, meeting
+from squama.real.start import first_contact, meeting, met_along
 from squama.real.steps import free_rates, rates_engaging, solve
 from squama.real.vectors import copy, magnitude, put
 from squama.types import Array
@@ -324,9 +324,18 @@ def redirect(d: Design, room: Array) -> None:
 
 
 @_jit
-def next_contact(d: Design, here: float, goal: float) -> tuple[Design, int, int, int, tuple[float, float, float]]:
-    """Return the design with what touches next once a contact has parted, and where, as it is for the first one."""
-    first, second, k, phi, x, y = first_contact(d, here, goal, here + _AGAIN)
+def next_contact(
+    d: Design, here: float, targets: Array, corners: Array, i: int
+) -> tuple[Design, int, int, int, tuple[float, float, float]]:
+    """Return the design with what touches next once a contact has parted before target i, and where, as for the first.
+
+    It is looked for on all of the way that is left: what has just touched, or is about to, is known at each target.
+    """
+    if len(corners) > 0:
+        first, second, k, phi, x, y = met_along(d, here, here + _AGAIN, i, targets, corners, 0.0)
+        onto(d, targets[i - 1] if i > 0 else 0.0, targets[i], corners, i)
+    else:
+        first, second, k, phi, x, y = first_contact(d, here, targets[i:].max(), here + _AGAIN)
     if first >= 0:
         d = meeting(d, first, second, k)
         if d.elastic and not on_face(d):
@@ -354,7 +363,7 @@ def follow(
     at_rest(d, rates, 0.0, last)
     begin(tally, FREE, step)
     tally[SIZE], tally[WAY] = step, 1.0
-    why, edge_of, k_of, parted = RANGE, -1, 0, False
+    why, edge_of, k_of, parted, barred = RANGE, -1, 0, False, False
     for i in range(targets.size):
         goal, tally[MISSES] = targets[i], 0.0
         leg = len(corners) > 0 and goal != last[PHI]
@@ -377,10 +386,11 @@ def follow(
             tally[WAY] = way
         while last[PHI] != goal:
             if tally[MODE] == FREE:
-                if parted:
-                    d, first, edge_of, k_of, start = next_contact(d, last[PHI], goal)
-                    if first == -2:
-                        return End(OTHER, start[0], edge_of, k_of, i)
+                if parted and (len(corners) > 0 or goal > last[PHI]):
+                    d, first, edge_of, k_of, start = next_contact(d, last[PHI], targets, corners, i)
+                    parted, barred = False, first == -2
+                if barred and start[0] <= goal:
+                    return End(OTHER, start[0], edge_of, k_of, i)
                 advance(d, rates, start, goal, step, room)
                 continue
             left = abs(goal - last[PHI])

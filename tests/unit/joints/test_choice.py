@@ -29,7 +29,7 @@ def test_the_law_in_its_range() -> None:
     assert found.band == law.band(shape(beam()))
     assert 0.006 < found.band < 0.02
     np.testing.assert_array_equal(found.strain, law.strain(shape(beam())))
-    # elements of no size, with their error bars (docs, theory: elements)
+    # tolerance: elements of no size, with their error bars (docs, theory: elements)
     assert factor.pivots(found.K)[factor.K_THETA] == pytest.approx(0.0119, rel=0.03)
     # size, modulus and the exposed part play no role
     other = joint_of(beam(width="64 mm", thickness="32 mm", youngs_modulus="1 MPa", eta=2))
