@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from squama import units
+from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
 """How the paper takes scales."""
@@ -68,6 +69,8 @@ class Load(NamedTuple):
 
     def variable(self, role: str) -> str:
         """Return the variable of a dataset that a role becomes: "torque_c" is T_c or M_c, "theta" is theta."""
+        if role.endswith(OTHER):
+            return self.variable(role.removesuffix(OTHER)) + OTHER
         whole = {"s": self.place, "drop": f"{self.torque}_drop", "scales": f"{self.torque}_scales"}
         whole |= {end: f"{self.angle}_{end}" for end in ("base", "top", "residual", "jam", "most")}
         stems = {"load": self.angle, "rate": self.rate, "torque": self.torque, "tangent": self.tangent}
@@ -76,7 +79,7 @@ class Load(NamedTuple):
 
     def variables(self, roles: tuple[str, ...]) -> dict[str, str]:
         """Return the variables of roles, by role, without those that this loading has not."""
-        return {role: self.variable(role) for role in roles if role not in self.missing}
+        return {role: self.variable(role) for role in roles if role.removesuffix(OTHER) not in self.missing}
 
     def law(self, name: str) -> str:
         """Return the force law that is followed where ``name`` is asked: in the plane the two coincide."""

@@ -38,7 +38,6 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("mu", "1", "coefficient of friction", r"\mu"),
     ("margin", "1", "cut-off before a lock, as a fraction of the path", "m", "theory: energy"),
     ("theta", "rad", "inclination of the scales", r"\theta", "paper Eq. 6"),
-    ("theta_other", "rad", "inclination of the other face's scales", r"\theta'", "theory: both faces"),
     ("phi", "rad", "twist per pitch", r"\varphi", "paper Eq. 6"),
     ("Phi", "rad/m", "twist rate", r"\Phi"),
     ("T", "N m", "torque", "T", "paper Eq. 14"),
@@ -51,8 +50,6 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("K_b", "N m^2", "tangent bending stiffness dM/dkappa", r"\mathrm{d}M/\mathrm{d}\kappa", "theory: bending"),
     ("stretch", "1", "stretch of the line in the middle of the bar", r"\epsilon", "theory: combined"),
     ("N", "N", "normal force of a contact", "N", "paper Eqs. 7, 12"),
-    ("N_other", "N", "normal force of a contact on the other face", "N'", "theory: both faces"),
-    ("contact_other", "", "what touches on the other face", "", "theory: both faces"),
     ("f", "N", "friction force of a contact", "f", "paper Eq. 12"),
     ("f0", "1", "friction force f l/K_theta", r"\bar{f}_0", "paper Eq. 12"),
     ("p", "m", "place of the contact on the tip edge, from its middle", "p", "paper Eqs. 2, 5"),
@@ -211,5 +208,23 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("turns", "1", "smooth parts of the way in a period; 0 without contact", ""),
 )
 
+OTHER = "_other"
+"""What the name of a scale's figure ends in where it is of the other face."""
+OF_A_SCALE = (
+    *("theta", "contact", "N", "f", "f0", "p", "s", "mu_lock", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "slip"),
+    *("deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
+    *("pull_out", "tab_force", "tab_bending", "tab_torsion"),
+)
+"""Figures of a scale, by their roles: a beam with scales on both faces has them for each face."""
+
+
+def _of_other_face(symbol: Symbol) -> Symbol:
+    """Return a scale's figure of the other face."""
+    tex = f"{symbol.tex}'" if symbol.tex else ""
+    words = f"{symbol.long_name}, of the other face"
+    return Symbol(symbol.name + OTHER, symbol.unit, words, tex, "theory: both faces")
+
+
 SYMBOLS = {row[0]: Symbol(*row) for row in _TABLE}
 """Symbols by their name in code."""
+SYMBOLS |= {one.name: one for one in (_of_other_face(SYMBOLS[name]) for name in (*OF_A_SCALE, "r"))}

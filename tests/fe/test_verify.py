@@ -42,6 +42,7 @@ def test_a_finite_beam_beside_the_endless_one(folder, capsys):
     assert main([*asked, "--json"]) == 0
     said = capsys.readouterr()
     found = json.loads(said.out)
+    assert found["tested"]
     assert "finite beam of 2 scales" in said.err
     assert list(found["models"]) == ["edge", "plate", "own", "thin", "compliant", "mesh", "beam", "row"]
     assert {path.name for path in (folder / "out").iterdir()} == {
@@ -97,3 +98,23 @@ def test_grips_that_leave_nothing_free_are_named(folder, capsys):
         "warning: the gripped end sections run along with the scales' bases, over 3.52 pitches of the bar: of 2 "
         in (capsys.readouterr().out)
     )
+
+
+def test_a_twist_at_which_nothing_touches_tests_nothing(folder, capsys):
+    """No model is praised, the exit status says so, and where the scales would touch is told."""
+    asked = ["verify", "beam.toml", "--mesh", "0.4,0.2", "--increment", "0.02", "-o", "out"]
+    assert main([*asked, "--to", "0.02 rad/pitch", "--quiet", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert (found["tested"], found["load"]) == (False, "twisting")
+    assert "no contact up to here: nothing was tested; they touch at" in found["verdict"]
+    # the same run is read again
+    assert main([*asked, "--to", "0.02 rad/pitch", "--quiet"]) == 1
+    out = capsys.readouterr().out
+    assert "twisted in sense +" in out
+    assert "warning: twisted to 0.02 rad/pitch (28.65 deg in total), no contact up to here: nothing was tested" in out
+    assert "as far as both go" not in out
+    # further on there is a test
+    pressed = squama.twist(BEAM, to="0.1 rad/pitch", joint="hinge", points=20)
+    assert 0.02 < study._touched(pressed) < 0.1
+    words = study.verdict(study._touched(pressed), 0.1, 0.05, 57.3)
+    assert words.startswith("twisted to 0.1 rad/pitch (5.73 deg in total), the scales touch from 0.0")

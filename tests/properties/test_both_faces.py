@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -9,7 +10,11 @@ import pytest
 
 import squama
 from squama.beam.faces import FACES
+from squama.cli import main
+from squama.curves import real
+from squama.curves.both_faces import worst
 from squama.errors import InputError
+from squama.symbols import OF_A_SCALE
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", mu=0.2, youngs_modulus="2 MPa")
 BOTH = ("mirrored", "turned")
@@ -261,6 +266,67 @@ def test_a_face_is_followed_by_general_contact_once(
     # mirrored, the other face opens; turned, both do the same
     assert calls == [1]
     assert float(r.phi_general) < float(r.phi[-1]) == pytest.approx(0.24)
-    one = squama.twist(beam, at=r.Phi.values)
-    np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9)
+    # between two faces the middle keeps its length
+    one = squama.twist(beam.replace(substrate={"neutral": "middle"}), at=r.Phi.values)
+    np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9, atol=1e-12)
     assert float(one.N[-1]) > 0
+
+
+@pytest.mark.parametrize("faces", BOTH)
+def test_without_general_contact_points_are_even_up_to_the_end(faces: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(real, "general", lambda: False)
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    one = squama.twist(beam, points=20)
+    r = squama.twist(beam.replace(faces=faces), points=20)
+    assert (r.end.item(), r.phi_general.isnull().item()) == ("other contact", True)
+    assert r.other_contact.item().split(" at ")[0] == one.other_contact.item().split(" at ")[0]
+    assert np.isfinite(r["T"].values).all()
+    assert float(r.phi[-1]) == pytest.approx(float(one.phi[-1]), abs=5e-3)
+    assert float(r.T_c) == float(r["T"][-1])
+
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(substrate={"neutral": "middle"})
+
+
+@pytest.mark.parametrize("joint", ["hinge", "compliant"])
+@pytest.mark.parametrize("faces", BOTH)
+def test_every_figure_of_a_scale_is_told_of_the_other_face(faces: str, joint: str) -> None:
+    """They are those of one face on the path that the other one sees."""
+    bend, twist = FACES[faces].seen
+    paths = [f"bend {0.15 * b} rad/pitch, twist {0.03 * t} rad/pitch" for b, t in ((-1, 1), (-bend, twist))]
+    both, one = (
+        squama.bend_twist(beam, path, points=30, joint=joint)
+        for beam, path in zip((SKIN.replace(faces=faces), SKIN), paths, strict=True)
+    )
+    assert both.contact_other.values[-1] == one.contact.values[-1] == "BF"
+    told = [name for name in OF_A_SCALE if name in one and name != "contact"]
+    assert len(told) >= (4 if joint == "hinge" else 20)
+    for name in told:
+        assert float(both[f"{name}_other"][-1]) == pytest.approx(float(one[name][-1]), rel=1e-9), name
+        assert both[f"{name}_other"].attrs["long_name"] == f"{one[name].attrs['long_name']}, of the other face"
+    if joint == "compliant":
+        # the scaled face is open: what is held against a strength is the other's
+        assert (float(both.stress[-1]), float(both.stress_other[-1]) > 1e6) == (0, True)
+        assert worst({"stress": both.stress.values, "stress_other": both.stress_other.values}, "stress")[-1] > 1e6
+
+
+def test_a_strength_is_held_against_the_face_with_the_larger_stress(tmp_path, capsys) -> None:
+    (tmp_path / "beam.toml").write_text(SKIN.replace(faces="mirrored").to_toml())
+    found = []
+    for sign in (1, -1):
+        path = f"bend {0.15 * sign} rad/pitch"
+        assert main(["bend-twist", str(tmp_path / "beam.toml"), "--path", path, "--points", "20", "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out)["ways"]["compliant"]["stress"][0])
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    assert found[0] > 1e6
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_limits_are_those_of_the_face_that_comes_to_them_first(sense: str) -> None:
+    given = {"scale": {"strength": 1e6}, "substrate": {"strain_limit": 0.05}}
+    one = squama.twist(SKIN.replace(**given), points=50)
+    both = squama.twist(SKIN.replace(faces="mirrored", **given), points=50, sense=sense)
+    for name in ("phi_strength", "phi_strain"):
+        assert float(both[name]) == pytest.approx(float(one[name]), rel=1e-3)
+    np.testing.assert_array_equal(both.stress_other, 0)
+    assert {f"{name}_other" for name in OF_A_SCALE if name in one and name != "contact"} <= set(both)

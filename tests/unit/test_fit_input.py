@@ -65,7 +65,7 @@ def test_the_command(folder, capsys):
     said = capsys.readouterr().out
     fit = hinged("test.csv", BEAM)
     assert said.startswith(
-        "test.csv fitted with beam.toml in twisting, thin, rigid scales on hinges, edge law\nthe models disagree on"
+        "test.csv fitted with beam.toml as an endless beam in twisting, thin, rigid scales on hinges, edge law\nmu "
     )
     assert fit.summary() in said
     assert (folder / "f.png").stat().st_size > 10_000

@@ -1,5 +1,6 @@
 """A beam that is held bent while it is twisted: its shape in space, its picture, and the state of the explorer."""
 
+import json
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ import squama
 from squama.cli import main
 from squama.errors import InputError
 from squama.scene import geometry
-from squama.scene.motion import FREE, LOCKED, SLIDING, Motion, Setting
+from squama.scene.motion import FREE, LOCKED, SLIDING, Motion, Setting, shapes
 from squama.web import live, state
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
@@ -83,6 +84,58 @@ def test_the_picture_is_of_a_bent_beam(tmp_path, capsys):
         assert main(["view", *given, *more]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert words in line
+
+
+def test_what_is_not_named_is_zero(tmp_path, capsys):
+    """A bend alone is a bent beam: it is not twisted on the way to its end."""
+    place = tmp_path / "beam.toml"
+    place.write_text(SKIN.to_toml())
+    for joint in ("hinge", "compliant"):
+        given = ["view", str(place), "--joint", joint, "--bend", "60 deg total", "--json"]
+        assert main([*given, "--out", str(tmp_path / "b.png")]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert (told["state"]["load"], told["asked"]) == (0, 0)
+        assert told["bend"] == pytest.approx(math.radians(60) / SKIN.scales)
+        shown = squama.view(SKIN, bend="60 deg total", joint=joint)
+        assert shown.state.theta == pytest.approx(squama.bend_twist(SKIN, "bend 60 deg total", joint=joint).theta[-1])
+        assert "twist 0.0000 rad per pitch (60° and 0° over" in repr(shown)
+        # both named, both are there; neither, and it is twisted most of the way
+        assert squama.view(SKIN, bend="60 deg total", to="30 deg total", joint=joint).state.load > 0
+        assert squama.view(SKIN, joint=joint).state.load > 0
+    assert main([*given, "--out", str(tmp_path / "b.gif")]) == 2
+    assert "nothing moves: a bend is held and no twist is given" in capsys.readouterr().err
+    # the explorer's link, too
+    start = state.of(state.example())
+    link = "&".join(part for part in state.query(start.change("bend", "0.05")).split("&") if part[:6] != "twist=")
+    assert (state.read(link).twist, state.read(link).bend) == (0, 0.05)
+
+
+@pytest.mark.parametrize("joint", ["hinge", "compliant"])
+@pytest.mark.parametrize("faces", ["mirrored", "turned, shifted"])
+def test_both_faces_are_shown_by_the_model_that_answers(faces, joint):
+    """Bent, and bent and then twisted: the states are those of the curves, by the same scales and joint."""
+    beam = SKIN.replace(faces=faces)
+    shown = squama.view(beam, load="bending", to="0.14 rad/pitch", joint=None if joint == "compliant" else joint)
+    r = squama.bend(beam, at="0.14 rad/pitch", joint=joint)
+    same(shown, r, shown.state.torque, r.M, 1e-9)
+    assert (shown.state.name, shown.state.other.name) == (SLIDING, FREE)
+    assert (shown.state.other.pose is None) == (joint == "hinge")
+    # away from the scaled face, the other one closes
+    shown = squama.view(beam, bend="-0.14 rad/pitch", to="0.02 rad/pitch", joint=joint)
+    r = squama.bend_twist(beam, "bend -0.14 rad/pitch; twist 0.02 rad/pitch", joint=joint).isel(point=[-1])
+    same(shown, r, shown.state.torque, r["T"], 0.05)
+    assert (shown.state.name, shown.state.other.name) == (FREE, SLIDING)
+    held = [design["held"] for design, _ in shapes(shown.motion)]
+    assert held == [-0.14, 0.14]
+
+
+def same(shown, r, torque, wanted, rel):
+    """Compare a picture with a curve's point."""
+    assert shown.model.startswith(r.attrs["scales"])
+    assert {"hinge": "hinges", "compliant": "compliant joints"}[r.attrs["joint"]] in shown.model
+    assert shown.state.theta == pytest.approx(float(r.theta[0]), rel=1e-3)
+    assert shown.state.other.theta == pytest.approx(float(r.theta_other[0]), rel=1e-3)
+    assert torque == pytest.approx(float(wanted[0]), rel=rel)
 
 
 def test_the_explorer_holds_a_bend():

@@ -1,4 +1,4 @@
-"""The command line: exit status 0, 2 for a mistake in what was given, 130 for Ctrl-C."""
+"""The command line: exit status 0, 1 where nothing was tested, 2 for a mistake in what was given, 130 for Ctrl-C."""
 
 from __future__ import annotations
 

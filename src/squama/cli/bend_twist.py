@@ -82,8 +82,13 @@ def bend_twist(
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
-    """Return moment, torque, inclination and stress at the end of each way, NaN where the path ended before."""
+    """Return moment, torque, inclination and stress at the end of each way, NaN where the path ended before.
+
+    With scales on both faces the stress is the larger of the two.
+    """
     import numpy as np
+
+    from squama.curves.both_faces import worst
 
     found: dict[str, list[float]] = {name: [] for name in _AT_ENDS if name in data.variables}
     place = np.column_stack([data["kappa"], data["Phi"]])
@@ -91,7 +96,8 @@ def ways(data: Answer) -> dict[str, list[float]]:
         last = np.flatnonzero(data["leg"] == leg)[-1:]
         reached = last.size and np.allclose(place[last[0]], corner, rtol=0, atol=1e-9 * np.abs(corner).max())
         for name, values in found.items():
-            values.append(float(data[name][last[0]]) if reached else math.nan)
+            along = worst(data.curves, name) if name == "stress" else data[name]
+            values.append(float(along[last[0]]) if reached else math.nan)
     return found
 
 
@@ -133,7 +139,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
         error = abs(float(data["energy_error"]))
         yield f"K_theta = {K}; followed: {attrs['followed']}; the work is balanced to {error:.1e}"
     else:
-        yield f"joint of a scale: K_theta = {K}, that of twisting, in bend and in twist"
+        yield f"joint of a scale: K_theta = {K}"
     yield from output.warnings(attrs["warnings"])
 
 

@@ -15,10 +15,12 @@ from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
 from squama.curves import bench
+from squama.curves.both_faces import worst
 from squama.fe.agreement import SHARE, holds
 from squama.loads import LINES, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
+from squama.symbols import OTHER
 from squama.units import moment, number
 
 if TYPE_CHECKING:
@@ -283,7 +285,8 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         for data in laws.values():
             value, reach = math.nan, float(data[angle][np.isfinite(data[torque])].max(initial=0.0))
             if name in data.variables and twist <= reach * (1 + 1e-9):
-                value = float(np.interp(twist, data[angle], data[name])) * factor
+                along = worst(data.curves, name) if name in ("stress", "strain") else data[name]
+                value = float(np.interp(twist, data[angle], along)) * factor
             cells.append("-" if math.isnan(value) else number(value))
         return cells
 
@@ -365,15 +368,22 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 def _borne(words: Load, data: Answer) -> list[str]:
     """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
     lines, loads = [], data[words.angle]
+
+    def of_face(name: str, i: int) -> tuple[str, str]:
+        """Return the ending of names, and words, of the face where a figure is larger."""
+        return (OTHER, " on the other face") if float(worst(data.curves, name)[i]) > data[name][i] else ("", "")
+
     for i in np.flatnonzero(np.isfinite(data["stress_x"]))[-1:]:
-        x, stress = float(data["stress_x"][i]), float(data["stress"][i])
+        tail, where = of_face("stress", i)
+        x, stress = float(data[f"stress_x{tail}"][i]), float(data[f"stress{tail}"][i])
         place = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
-        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}, at {loads[i]:.4g} rad/pitch")
+        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}{where}, at {loads[i]:.4g} rad/pitch")
     for i in np.flatnonzero(np.isfinite(data["tab_force"]) & (loads > data[f"{words.angle}_e"]))[-1:]:
-        pull, bend, twist = (float(data[name][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
+        tail, where = of_face("tab_force", i)
+        pull, bend, twist = (float(data[f"{name}{tail}"][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
         way = "outwards" if pull > 0 else "inwards"
         lines.append(
-            f"its embedded part bears {data['tab_force'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
+            f"its embedded part{where} bears {data[f'tab_force{tail}'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
             f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {loads[i]:.4g} rad/pitch"
         )
     return lines

@@ -19,7 +19,7 @@ def view(
     beam: flags.BeamFile,
     /,
     *,
-    twist: Annotated[str | None, flag(f"How far: {flags.TWISTS} (0.7 of the way to the end).")] = None,
+    twist: Annotated[str | None, flag(f"How far: {flags.TWISTS} (0.7 of the way to the end; 0 with --bend).")] = None,
     bend: Annotated[str | None, flag(f"Bend held while it is twisted: {flags.TWISTS}; below 0 away.")] = None,
     out: Annotated[tuple[flags.File, ...], flag("File: .png, .gif or .html; may be repeated.", "--out", "-o")] = (),
     mu: flags.Mu = None,
@@ -59,14 +59,15 @@ def _record(load: str, found: View) -> dict[str, object]:
     told = {key: getattr(state, key) for key in ("load", "theta", "N", "f", "torque")} | {"scales": state.name}
     if other:
         told["other"] = {"theta": other.theta, "N": other.N, "f": other.f, "scales": other.name}
-    data = {"load": load, "asked": found.asked, "state": told}
+    data = {"load": load, "bend": found.motion.setting.bend, "asked": found.asked, "state": told}
     return {**data, "model": found.model, "warnings": found.notes, "end": str(found.end), "last": found.last}
 
 
 def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
     faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
-    yield f": {state.load:.4g} rad per pitch, {'; on the other face '.join(faces)}; {found.model}"
+    held = f"bent by {bend:.4g} and twisted by " if (bend := found.motion.setting.bend) else ""
+    yield f": {held}{state.load:.4g} rad per pitch, {'; on the other face '.join(faces)}; {found.model}"
     if asked > found.last:
         yield f"asked for {asked:.4g} rad per pitch, but the curve ends before: {found.end}; its last state is shown"
     yield from output.warnings(found.notes)

@@ -16,6 +16,7 @@ from squama.curves.polygons import bent_and_twisted
 from squama.errors import refuse
 from squama.model.outcome import End
 from squama.real.path import RANGE
+from squama.symbols import OTHER
 from squama.types import Array
 
 FAR = 1.0
@@ -87,7 +88,7 @@ class Twisted(NamedTuple):
         at = np.linspace(0.0, float(loads[-1]), points) if at is None else at
         sided = ("T", "T_scales", *MOTIONS)
         along: dict[str, Array] = {}
-        for name, role in _ROLES.items():
+        for name, role in (_ROLES | {name + OTHER: _ROLES[name] + OTHER for name in _ROLES}).items():
             if name in a.variables:
                 values = a[name][twisting] * (self.sign if name in sided[:2] else 1)
                 along[role] = np.interp(at, loads, values, right=np.nan)

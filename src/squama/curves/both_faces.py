@@ -17,11 +17,13 @@ from squama.beam.design import Beam
 from squama.curves.path import FINE, Asked, Case, Curve, LoadPath, Solved, figures, stiffened
 from squama.loads import LOADS
 from squama.model.outcome import End
+from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
 _FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "U_joint", "U_plate")
+_LIMITS = ("load_strength", "load_strain")
 _NEAR = 1e-9
-OTHER = "of the other face: "
+WHOSE = "of the other face: "
 """Before what is told of the other face's contacts."""
 
 
@@ -92,7 +94,13 @@ class Both(NamedTuple):
             grid = _fine(loads, float(loads.max(initial=0.0)), self.load_e)
             own, other = self._followed(points, grid)
             cut = min(float(one.figures["rate_c"]) for one in (own, other)) * self.case.pitch
-            along = {role: _within(v, grid <= cut * (1 + _NEAR)) for role, v in self._summed(own, other).items()}
+            along = _until(cut, self._summed(own, other))
+            if at is None and cut < self.far and not any(_generally(one) for one in (own, other)):
+                # the last steps before an end hang on where the others are
+                cut = float(grid[max(0, int(np.searchsorted(grid, cut)) - 2)])
+                loads = even(cut, points, self.load_e)
+                grid = _fine(loads, cut, self.load_e)
+                along = self._summed(*self._followed(points, grid))
             return self._told(own, other, grid, along, loads, cut)
         own, other = self._followed(points, at)
         cuts = [float(one.figures["rate_c"]) * self.case.pitch for one in (own, other)]
@@ -113,18 +121,20 @@ class Both(NamedTuple):
         self, own: Curve, other: Curve, grid: Array, along: dict[str, Array], loads: Array, cut: float
     ) -> Curve:  # fmt: skip
         """Return the curve at loads among those of ``grid``, with its figures; it ends at ``cut``."""
-        told, load_e, d = own.figures, self.load_e, self.case.pitch
-        ends = other.figures if cut < float(told["rate_c"]) * d * (1 - _NEAR) else told
+        told, load_e = own.figures, self.load_e
+        sooner = float(other.figures["rate_c"]) < float(told["rate_c"]) * (1 - _NEAR)
+        ends = other.figures if sooner else told
         last = {role: float(v[np.searchsorted(grid, cut)]) for role, v in along.items() if v.dtype.kind == "f"}
         theta_end = float(told["theta_end"]) if ends is told else last["theta"]
         load_end = float(ends["load_end"])
         load_end = load_end if ends is told or math.isfinite(load_end) else cut
         kept = told | figures(self.case, last, load_e, load_end, theta_end)
         kept["load_e_other"] = float(other.figures["load_e"])
+        kept |= {role: _sooner(told[role], other.figures[role], cut) for role in _LIMITS if role in told}
         if ends is not told:
             words = str(ends["other_contact"])
             kept["end"] = str(End.OTHER) if ends["end"] == End.NONE else ends["end"]
-            kept["other_contact"] = OTHER + words if words else ""
+            kept["other_contact"] = WHOSE + words if words else ""
         if "T" in along:
             kept["T_c"] = last["T"]
         if "load_twofold" in told:
@@ -143,7 +153,24 @@ class Both(NamedTuple):
             # what holds a beam of oblique scales from twisting, or straight
             if role in found:
                 found[role] = self.turns[0] * parts[0][role] + self.turns[1] * parts[1][role]
-        return found | {f"{role}_other": parts[1][role] for role in ("theta", "N")}
+        return found | of_other(parts[1])
+
+
+def of_other(along: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the figures of a scale, by role, as those of the other face."""
+    return {role + OTHER: along[role] for role in OF_A_SCALE if role in along}
+
+
+def worst(along: Mapping[str, Array], role: str) -> Array:
+    """Return a figure of a scale on the face where it is larger, such as what is held against a strength."""
+    own = along[role]
+    return np.fmax(own, along[role + OTHER]) if role + OTHER in along else own
+
+
+def _sooner(one: float | str, other: float | str, cut: float) -> float:
+    """Return the first of two load angles at which a face comes to a limit, NaN for none up to the cut-off."""
+    first = float(np.fmin(float(one), float(other)))
+    return first if first <= cut * (1 + _NEAR) else math.nan
 
 
 def even(cut: float, points: int, load_e: float) -> Array:
@@ -161,9 +188,18 @@ def _fine(loads: Array, most: float, load_e: float) -> Array:
     return np.union1d(loads, fine)
 
 
-def _within(values: Array, reached: Array) -> Array:
-    """Return values without those beyond the end."""
-    return values if values.dtype.kind != "f" else np.where(reached, values, np.nan)
+def _until(cut: float, along: dict[str, Array]) -> dict[str, Array]:
+    """Return variables, by role, without their values beyond the end."""
+    beyond = along["load"] > cut * (1 + _NEAR)
+    kept = ("load", "rate")
+    return {
+        role: v if role in kept or v.dtype.kind != "f" else np.where(beyond, np.nan, v) for role, v in along.items()
+    }
+
+
+def _generally(one: Curve) -> bool:
+    """Whether a curve goes on by general contact."""
+    return math.isfinite(float(one.figures["load_general"]))
 
 
 def gather(

@@ -90,7 +90,9 @@ def twist(
         Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians;
         single figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version
         in the attributes. With scales on both faces loads and energies are the beam's, what is told of a scale is of
-        the face that touches first, and ``theta_other``, ``N_other``, ``phi_e_other`` are of the other one.
+        the face that touches first; ``theta_other``, ``N_other``, ``stress_other`` and the like, and
+        ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain`` are of the face that comes there
+        first.
 
     Raises
     ------

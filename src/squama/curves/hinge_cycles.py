@@ -88,7 +88,7 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
         first, told = min((other.load_e, "they come to rest on each other"), (other.load_end, other.other))
         closed = found["+"]
         if first < closed.load_end:
-            words = f"{both_faces.OTHER}{told}"
+            words = f"{both_faces.WHOSE}{told}"
             closed = path(first)._replace(end=End.OTHER, other=words)
         found = {"+": closed, "-": closed}
     most = {sign: p.last if p.engaged and p.end in LOCKS else p.load_end for sign, p in found.items()}

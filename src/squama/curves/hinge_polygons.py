@@ -98,7 +98,7 @@ def _spans(asked: Asked) -> list[Span]:
             both = tuple(next(one for one in face if (one.leg, one.x1) >= at).pieces[0] for face in faces)
             found.append(Span(both, leg, x0, x1))
             x0 = x1
-    other = both_faces.OTHER * bool(which and last.other) + last.other
+    other = both_faces.WHOSE * bool(which and last.other) + last.other
     return [*found[:-1], found[-1]._replace(end=last.end, other=other)]
 
 
@@ -158,7 +158,7 @@ def in_si(
     W_fr: Array,
 ) -> dict[str, Array]:
     """Give states of all faces their units, with the bar's part, energies and RED."""
-    beam, mu, state = asked.beam, float(asked.mus), states[0]
+    beam = asked.beam
     d, K = beam.pitch, beam.joint_stiffness
     kappa, Phi = psi / d, phi / d
     bar = {"M": LOADS["bending"].rigidity(beam) * kappa, "T": LOADS["twisting"].rigidity(beam) * Phi}
@@ -167,18 +167,22 @@ def in_si(
     joints = K / d * np.sum([(one["theta"] - beam.scale.theta0) ** 2 for one in states], axis=0)
     other = {}
     if len(states) > 1:
-        theta, N = (states[1][name] for name in ("theta", "N"))
-        other = {"contact_other": contacts[1], "theta_other": theta, "N_other": K / d * N}
+        other = both_faces.of_other({"contact": contacts[1], **_of_scale(asked, states[1])})
     U_el = (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
     total = U_el + W_fr
     return {
         "contact": contacts[0],
-        "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, "theta": state["theta"],
+        "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, **_of_scale(asked, states[0]),
         "M": bar["M"] + M, "M_scales": M, "T": bar["T"] + T, "T_scales": T,
-        "N": K / d * state["N"], "f": mu * K / d * state["N"], "mu_lock": state["mu_lock"],
         "U_el": U_el, "W_fr": W_fr, "RED": np.divide(W_fr, total, out=np.zeros(psi.size), where=total > 0),
         **other,
     }  # fmt: skip
+
+
+def _of_scale(asked: Asked, state: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the figures of a scale with their units."""
+    N = asked.beam.joint_stiffness / asked.beam.pitch * state["N"]
+    return {"theta": state["theta"], "N": N, "f": float(asked.mus) * N, "mu_lock": state["mu_lock"]}
 
 
 def relax(asked: Asked, free: int) -> States:
@@ -230,7 +234,7 @@ def _words(span: Span, after: Span | None) -> str:
     if after is None:
         return str(span.end or End.RANGE)
     found = []
-    for face, (a, b) in zip(("", both_faces.OTHER), zip(span.contacts, after.contacts, strict=True), strict=False):
+    for face, (a, b) in zip(("", both_faces.WHOSE), zip(span.contacts, after.contacts, strict=True), strict=False):
         if a != b:
             found.append(face + (f"engagement ({b})" if a == NONE else f"{a} to {b}" if b else "release"))
     return "; ".join(found) or "corner"

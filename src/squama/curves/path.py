@@ -11,6 +11,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stiffness
 from squama.loads import LOADS, THIN, Load
+from squama.symbols import OTHER
 from squama.types import Array
 
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
@@ -168,9 +169,10 @@ def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -
     d, E = case.pitch, modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
     units |= {"torque": E * d**3, "M": E * d**3, "onset": E * d**3, "stress": E}
-    v = {role: x * units.get(role, 1.0) for role, x in own.items()} | {"load": twists, "rate": twists / d}
+    v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
+    v |= {"load": twists, "rate": twists / d}
     v["scales"] = v["torque"] - case.rigidity * v["rate"]
-    v["f0"] = v["f"] * case.eta * d / case.stiffness
+    v |= {f"f0{face}": v[f"f{face}"] * case.eta * d / case.stiffness for face in ("", OTHER) if f"f{face}" in v}
     total = v["U_el"] + v["W_fr"]
     v["RED"] = np.divide(v["W_fr"], total, out=np.where(np.isfinite(v["torque"]), 0.0, np.nan), where=total > 0)
     return v

@@ -84,7 +84,8 @@ def bend_twist(
         contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
         how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
         ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``. With
-        scales on both faces ``contact_other``, ``theta_other`` and ``N_other`` are of the other face.
+        scales on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the
+        other face: a stress that is held against a strength is the larger of the two.
 
     Raises
     ------

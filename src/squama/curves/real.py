@@ -16,6 +16,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
+from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
@@ -355,9 +356,9 @@ def thresholds(engaged: float, beam: Beam, twists: Array, v: dict[str, Array]) -
     x, torque = twists[reached], v["torque"][reached]
     found = stiffened(twists[touching], v["stiffness_ratio"][touching], x, torque)
     strength = beam.scale.strength
-    found["load_strength"] = math.nan if strength is None else first_at(x, v["stress"][reached], strength)
+    found["load_strength"] = math.nan if strength is None else first_at(x, worst(v, "stress")[reached], strength)
     limit = beam.substrate.strain_limit
-    found["load_strain"] = math.nan if limit is None else first_at(x, v["strain"][reached], limit)
+    found["load_strain"] = math.nan if limit is None else first_at(x, worst(v, "strain")[reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
     work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0

@@ -93,7 +93,6 @@ class Followed(NamedTuple):
     own: dict[str, Array]
     q: Array
     contact: Array
-    contact_other: Array | None
     changes: list[tuple[float, str]]
     stop: float
     end: str
@@ -184,11 +183,11 @@ def go(
             found = found._replace(end=str(End.RANGE))
         if found.end == End.OTHER:
             words = str(real.ending(firsts[i].way, ends[i])["other_contact"]) or met[i].words
-            found = found._replace(other=both_faces.OTHER * i + words)
+            found = found._replace(other=both_faces.WHOSE * i + words)
         faces.append(found)
     whole = _gathered(one, faces, where)
     notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * (asked.onward and bool(whole.other))
-    return Gone(one, where, faces, whole, _in_si(one, whole, where), touched, any(generally), notes)
+    return Gone(one, where, faces, whole, _in_si(one, whole, where, faces), touched, any(generally), notes)
 
 
 def walk(asked: Asked) -> States:
@@ -242,7 +241,7 @@ def _one_by_one(one: real.Path, found: Bent, stations: Stations) -> Followed:
         if since >= met.phi and name != seen[-1][1]:
             seen.append((since, name))
     stop = end.phi if end.code != changes.RANGE else float(stations.ways[-1])
-    return Followed(own, path.motions(rows), contact, None, seen, stop, str(word))
+    return Followed(own, path.motions(rows), contact, seen, stop, str(word))
 
 
 def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:
@@ -260,9 +259,8 @@ def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> 
     own = a | {"torque": a["torque"] + twist * b["torque"] - bare_phi * phi}
     own |= {"M": a["M"] + bend * b["M"] - bare_psi * psi}
     own |= {"W_fr": a["W_fr"] + b["W_fr"], **{role: a[role] + b[role] - bar for role in ("U_el", "work")}}
-    own |= {"theta_other": b["theta"], "N_other": b["N"]}
-    one_contact, other_contact = (face.contact[:n] for face in faces)
-    return Followed(own, first.q[:n], one_contact, other_contact, first.changes, last.stop, last.end, last.other)
+    own |= both_faces.of_other(b)
+    return Followed(own, first.q[:n], first.contact[:n], first.changes, last.stop, last.end, last.other)
 
 
 def bending_rigidity(beam: Beam, way: path.Path) -> float:
@@ -301,7 +299,7 @@ def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
     q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(own["N"]), ::-1], own["stretch"]])
     contact = np.array([_letters(words) for words in led.words])
     changes = [(met.phi, _letters(f"{met.pair} (k = {met.k})" if met.k else "")) for met in led.contacts]
-    return Followed(own, q, contact, None, changes, led.way, led.end)
+    return Followed(own, q, contact, changes, led.way, led.end)
 
 
 def _letters(words: str) -> str:
@@ -310,7 +308,7 @@ def _letters(words: str) -> str:
     return _PAIRS.get(pair, pair) + f" (k = {k})" * (k not in ("", "1"))
 
 
-def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Array]:
+def _in_si(one: real.Path, found: Followed, stations: Stations, faces: Sequence[Followed]) -> dict[str, Array]:
     """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
     beam, n = one.beam, len(found.q)
     psi, phi = stations.strains[:n].T
@@ -324,8 +322,8 @@ def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Arr
     bar = unit * alone @ [phi, psi]
     v |= {"psi": psi, "kappa": psi / beam.pitch, "M": unit * found.own["M"], "leg": stations.legs[:n]}
     v |= {"M_scales": v["M"] - bar[1], "scales": v["torque"] - bar[0], "contact": found.contact}
-    if found.contact_other is not None:
-        v["contact_other"], v["N_other"] = found.contact_other, v["N_other"] * unit / one.beam.pitch
+    for face in faces[1:]:
+        v |= both_faces.of_other({"contact": face.contact[:n], **real.embedded(one, face.q[:n])})
     return v | real.embedded(one, found.q)
 
 
@@ -350,7 +348,7 @@ def _events(
 ) -> dict[str, Array]:
     """Return what happens on the way, and where: contacts that come and go, corners, the end."""
     rows: list[tuple[float, str]] = []
-    for of, face, engaged in zip(("", both_faces.OTHER), faces, touched, strict=False):
+    for of, face, engaged in zip(("", both_faces.WHOSE), faces, touched, strict=False):
         before = ""
         for i, (way, name) in enumerate(face.changes):
             # the increment in which it touches ends a little behind

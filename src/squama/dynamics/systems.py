@@ -28,6 +28,8 @@ ROUGH = 1e-7
 """Relative error of a step in time on branches of the real beam: they are no better than its increments."""
 NOTHING = 1e-12
 """Torque over that of the bar at a rad per pitch that is rounding."""
+FIRST = 4e-6
+"""First step of a way back, rad per pitch; the next ones are twice as large each."""
 NEAR = 1e-6
 """Twists on the way to a turning point keep off it by this, rad per pitch: a shorter step may find no balance."""
 MOST = 1.0
@@ -230,7 +232,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
         there = np.append(y[y < top - NEAR], top)
-        back = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])
+        back = _back(top, y_e)
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
         q = scales(states[:, 1], np.append(top, back))
@@ -238,6 +240,17 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
 
     stored = (u["U_joint"] + u["U_plate"]) * faces / (ratio * alone)
     return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), CubicSpline(y, stored))
+
+
+def _back(top: float, y_e: float) -> Array:
+    """Return the places of a way back: even ones to where the contact opens, and before them some ever closer ones.
+
+    The friction turns round there. Steps that keep growing lose the direction in which the scales slide again: of tops
+    1e-7 apart the energies of the way back then differ by 1 %.
+    """
+    even = np.linspace(top, y_e, max(2, min(STEPS, int((top - y_e) / NEAR))) + 1)[1:-1]
+    near = top - FIRST * 2.0 ** np.arange(60)
+    return np.concatenate([near[near > (top + even[0]) / 2], even])
 
 
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:

@@ -217,7 +217,7 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
             f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {rec.load[i]:.6g} rad/pitch, "
             f"lie beyond what the model covers: {why}"
         )
-        geometry = "check the geometry in the beam file"
+        geometry = "check the unit of the twist and the geometry in the beam file"
         problems.add(rec.where(i), "", reason, f'{geometry}, or use the points before only with to "{low:g} rad/pitch"')
     problems.settle()
 

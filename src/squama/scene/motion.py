@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.beam.faces import only_one
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, follow, hinge, polygons
 from squama.curves.bent_twist import Twisted
@@ -23,6 +23,7 @@ from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude
+from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 from squama.units import moment
 
@@ -95,7 +96,8 @@ class Motion:
     leaves its range.
 
     Of scales on both faces these are those of the scaled face, and ``other`` is the other one's (``own``: it is looked
-    for); ``last`` and ``end`` are those of the face that ends first.
+    for); ``last`` and ``end`` are those of the face that ends first. ``whole``: both are followed at once, and the
+    curve's torque is the beam's.
 
     Raises InputError: the law, margin, sense, friction or joint is out of range, or they do not go together.
     """
@@ -107,10 +109,7 @@ class Motion:
         margin, load = arguments.margin(setting.margin), self.kind.name
         sense = setting.sense if self.kind.sided or not own else "+"
         line = ""
-        if setting.bend:
-            only_one(setting.beam.faces, "the view of a bend that is held")
-            joint, ideal, note, _ = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
-        elif load == "bending" and not setting.beam.other:
+        if setting.bend or load == "bending":
             joint, ideal, note, line = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
             line = "" if joint == "hinge" else line
         else:
@@ -141,6 +140,7 @@ class Motion:
         self.last = self.hinge.last if self.hinge else float(self.curve["load"][-1])
         self.own_last, self.own_end = self.last, self.end
         self.engaged = self.hinge.engaged if self.hinge else self.load_e < self.last
+        self.whole = f"theta{OTHER}" in self.curve
         self.other = self._of_other_face() if own else None
         if self.other and self.other.last < self.last:
             self.last, self.end = self.other.last, self.other.end
@@ -151,8 +151,17 @@ class Motion:
         seen = both_faces.sense(self.setting.beam, self.kind.name)
         if not seen:
             return None
+        if self.whole:
+            return self._other_of_whole()
         turned = {"+": "-", "-": "+"}[self.setting.sense] if seen < 0 else self.setting.sense
         return Motion(self.setting._replace(sense=turned), own=False)
+
+    def _other_of_whole(self) -> Motion:
+        """Return the motion of the other face's scales, whose figures are in the curve."""
+        other = copy(self)
+        other.curve = self.curve | {role: self.curve[role + OTHER] for role in OF_A_SCALE if role + OTHER in self.curve}
+        other.half = float(other.curve["N"].max()) / 2 or 1.0
+        return other
 
     @property
     def shape(self) -> dict[str, Any]:
@@ -176,18 +185,23 @@ class Motion:
         if self.other is None:
             return self._alone(load)
         own, other = (motion._alone(min(load, self.last)) for motion in (self, self.other))
+        if self.whole:
+            return own._replace(other=other)
         # each face's has the bar's torque in it
         torque = own.torque + other.torque - self.rigidity * own.load / self.setting.beam.pitch
         return own._replace(torque=torque, other=other)
 
     def touches(self, load: float) -> bool:
         """Say whether the scales of this face are in contact at a load angle of a first loading."""
+        if self.whole:
+            # engagement is that of the face that touches first
+            return self.value("N", load) > 0
         return self.engaged and load > self.load_e
 
     def _alone(self, load: float) -> State:
         """Return the state of one face."""
         held, touching = load >= self.own_last, self.touches(load)
-        name = self._named() if held else SLIDING if touching else FREE
+        name = self._named() if held and (touching or not self.whole) else SLIDING if touching else FREE
         if self.hinge is None:
             return self._between(min(load, self.own_last), name)
         if not touching:
@@ -200,9 +214,10 @@ class Motion:
         """Say in words what a state is: loads, inclination, torque, friction."""
         beam, bend = self.setting.beam, self.setting.bend
         held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
+        whole = " and ".join(f"{math.degrees(v) * beam.scales:.0f}°" for v in ([bend] if bend else []) + [state.load])
         return (
-            f"{held} {state.load:.4f} rad per pitch ({math.degrees(state.load) * beam.scales:.0f}° over {beam.scales} "
-            f"scales), inclination {math.degrees(state.theta):.1f}°, "
+            f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.scales} scales), "
+            f"inclination {math.degrees(state.theta):.1f}°, "
             f"{self.kind.torque_words} {moment(state.torque)}, µ = {self.setting.mu:g}"
         )
 
@@ -214,7 +229,7 @@ class Motion:
             states += self._states(self.hinge, x, SLIDING) if x.size else []
         else:
             states = [self.state(float(v)) for v in np.linspace(0.0, self.last, points)]
-        if self.last == self.own_last:
+        if self.last == self.own_last and not self.whole:
             states[-1] = states[-1]._replace(name=self._named())
         return states
 
@@ -274,7 +289,7 @@ def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State
         assert other is not None
         bend, twist = other.seen
         design = motion.shape | {"S": list(other.S), "shift": other.shift, "neighbour": motion.other.shape["neighbour"]}
-        design |= {"sense": twist * design["sense"], "bend": bend}
+        design |= {"sense": twist * design["sense"], "bend": bend, "held": bend * design["held"]}
         found.append((design, lambda state: state.other or state))
     return found
 

@@ -103,8 +103,8 @@ def view(
     *paths
         Where to write: .png, .gif or .html (needs the extra ``web``); with none only the view is returned.
     to
-        How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; 0.7 of the way to the end
-        if not given. Beyond the end of the curve the last state is shown.
+        How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; if not given, 0 where a
+        bend is held, else 0.7 of the way to the end. Beyond the end of the curve the last state is shown.
     bend
         Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
         not drawn then; the real beam is followed as far as one contact at a time goes.
@@ -147,7 +147,11 @@ def view(
             reason = "must be 0 or more" + names.other_way("sense -")
             refuse("to", f"{wanted / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
     motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
-    asked = FIRST * motion.last if wanted is None else wanted
+    asked = (0.0 if curvature else FIRST * motion.last) if wanted is None else wanted
+    still = [path for path in paths if Path(path).suffix.lower() == ".gif"] if not asked else []
+    if still:
+        reason = "is an animation in which nothing moves: a bend is held and no twist is given"
+        refuse(files.label(still[0]), "", reason, "give a twist, or write a .png")
     written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
     state, notes = motion.state(asked), tuple(motion.notes)
     return View(tuple(written), state, asked, motion.last, motion.end, motion.model, notes, motion)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from contextlib import suppress
@@ -35,11 +36,26 @@ _HINGED = [0, 1, 2, 4, 6]
 
 
 class Verified(NamedTuple):
-    """What was found: ``table`` as from :func:`squama.fe.agreement.compare`, the ``elements``' run, and all files."""
+    """What was found: ``table`` as from :func:`squama.fe.agreement.compare`, the ``elements``' run, and all files.
+
+    ``touched``: twist per pitch from which on there is contact, in the elements or a model; inf for none. Then nothing
+    but the bar was compared, and no model is ``tested``. ``verdict`` says so.
+    """
 
     table: xr.Dataset
     elements: xr.Dataset
     written: list[Path]
+    touched: float
+
+    @property
+    def tested(self) -> bool:
+        """Whether scales touched, so that the models were put to a test."""
+        return self.touched < math.inf
+
+    @property
+    def verdict(self) -> str:
+        """What was tested, in words."""
+        return str(self.table.attrs["verdict"])
 
 
 def default_reach(beam: Beam, mu: float, sense: str = "+") -> float:
@@ -64,7 +80,9 @@ def verify(
     progress: runs.Listener | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verified:
-    """Run finite elements and set the compliant joint, the hinge (both laws) and, if asked, finite beams beside them.
+    """Twist a beam of finite elements and set the compliant joint, the hinge and, if asked, finite beams beside it.
+
+    Twist only: bending is not verified. Where no scale touches up to ``to`` nothing is tested, see :class:`Verified`.
 
     Parameters
     ----------
@@ -144,12 +162,36 @@ def verify(
         models["beam"] = f"finite beam {which}", data.assign(theta=data["theta"].isel(scale=middle))
         models["row"] = f"row {which.replace('scales', 'hinges', 1)}", row.assign(theta=row["theta"].isel(scale=middle))
     blocked = ", roll and yaw blocked" if hinged else ""
-    title = f"Models beside finite elements{blocked}, sense {sense}, mu = {friction:g}"
+    title = f"Models beside finite elements{blocked}, twisted in sense {sense}, mu = {friction:g}"
     table = compare(elements, models, title=title)
+    touched = min(_touched(data) for data in (elements, *(data for _, data in models.values())))
+    meets = min(float(data["phi_e"]) for _, data in models.values() if "phi_e" in data)
+    last = float(table["phi"].values[-1])
+    table.attrs |= {"load": "twisting", "verdict": verdict(touched, last, meets, math.degrees(beam.scales))}
     table.attrs["beam"] = beam.to_toml()
     table.attrs["warnings"] = "" if scales is None else data.attrs["warnings"]
     written.append(datasets.save(flat(table), place / "comparison.csv"))
-    return Verified(table, elements, written)
+    return Verified(table, elements, written, touched)
+
+
+def _touched(data: xr.Dataset) -> float:
+    """Return the twist per pitch from which on scales touch; inf where they do not."""
+    force = np.nan_to_num(np.asarray(data["N"].transpose("point", ...).values, float))
+    # of a finite beam any scale
+    pressed = force.reshape(data.sizes["point"], -1).max(axis=1) > 0
+    return float(np.abs(data["phi"].values[pressed]).min(initial=math.inf))
+
+
+def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
+    """Say what was tested up to the twist ``last``, rad per pitch, of which one is so many ``degrees`` in total.
+
+    ``touched``: twist from which on scales touch; ``meets``: where the first model has them touch, inf for nowhere.
+    """
+    reach = f"{last:.4g} rad/pitch ({last * degrees:.4g} deg in total)"
+    if touched < math.inf:
+        return f"twisted to {reach}, the scales touch from {touched:.4g} rad/pitch on"
+    more = f'; they touch at {meets:.4g} rad/pitch: write --to "{1.5 * meets:.2g} rad/pitch"'
+    return f"twisted to {reach}, no contact up to here: nothing was tested{more if meets < math.inf else ''}"
 
 
 def flat(table: xr.Dataset) -> xr.Dataset:
