@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.io.files import label
-from squama.loads import model
+from squama.loads import LOADS, model
 from squama.units import for_people
 
 if TYPE_CHECKING:
@@ -250,7 +250,8 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     import numpy as np
 
     n, names = front.sizes["design"], _objectives(front)
-    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}"
+    held = ", held straight" * LOADS[front.attrs["load"]].sided
+    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}, endless{held}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
     own = [str(name) for name in front.data_vars if "." in str(name)]
     words = [name for name in own if name.startswith("chosen.")]
