@@ -98,6 +98,12 @@ def along(setting: Setting) -> Along:
     return Along(v["load"], v["torque"], np.degrees(v["theta"]), v["f"], bare, m.load_e, locks)
 
 
+def own_joint(state: State) -> dict[str, float]:
+    """Return the joint stiffness and the inclusion factor that the shown model takes, by the names of their fields."""
+    m, kind, beam = motion(state.setting), LOADS[state.load], state.beam
+    return {"stiffness": m.stiffness, "inclusion": m.rigidity / kind.rigidity(beam) * kind.inclusion(beam)}
+
+
 def beside(state: State) -> Along | None:
     """Return the curve of the other model; None where there is none at once."""
     other = state.beside
