@@ -91,7 +91,7 @@ class Bend(NamedTuple):
                 told = real.ending(found.way, end)
                 n, ends = (
                     end.solved,
-                    both_faces.OTHER * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"])),
+                    both_faces.WHOSE * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"])),
                 )
             u = path.energies(found.way, found.answers.rows[0])
             q += view * found.M - alone * x
