@@ -73,7 +73,8 @@ def note_numpy(module: object, name: str, rtol: float, atol: float) -> None:
 
     def noted(a: object, b: object, rtol: float = rtol, atol: float = atol, **options: bool) -> object:
         left, right = np.asarray(a), np.asarray(b)
-        if left.dtype.kind in "fiu" and right.dtype.kind in "fiu":
+        asked = sys._getframe(1).f_code.co_filename.startswith(TESTS)
+        if asked and left.dtype.kind in "fiu" and right.dtype.kind in "fiu":
             with np.errstate(invalid="ignore"):
                 note(left - right, atol + rtol * np.abs(right))
         return plain(a, b, rtol=rtol, atol=atol, **options)

@@ -8,6 +8,7 @@ import pytest
 import squama
 from squama.beam import matrixfile
 from squama.inverse.figures import Options, Want, evaluate, flat
+from squama.loads import LOADS
 from squama.study.columns import columns
 from squama.web import live
 from squama.web.state import State
@@ -149,3 +150,19 @@ def test_explorer(beam, bent):
     assert live.outcome(now)[0] == bent.end.item()
     figures = live.motion(now.setting).figures
     assert [figures["load_e"], figures["load_end"]] == pytest.approx([float(bent.psi_e), float(bent.psi_end)], rel=REL)
+
+
+def test_the_explorer_hints_at_what_its_model_takes():
+    """Bent or twisted, an empty field shows the stiffness and the factor of the model on the page."""
+    skin = squama.Beam.from_toml("examples/stiff_skin.toml")
+    for load, call in (("twisting", squama.twist), ("bending", squama.bend)):
+        for joint in ("compliant", "hinge"):
+            shown = State(skin, 0.1, load=load, joint=joint, ideal="yes" if joint == "hinge" else "no")
+            found = live.own_joint(shown)
+            r = call(skin, joint=joint, points=3)
+            kind = LOADS[load]
+            assert found["stiffness"] == pytest.approx(r.attrs.get("K_theta", skin.joint_stiffness), rel=1e-9)
+            wanted = r.attrs.get("rigidity", kind.rigidity(skin)) / kind.rigidity(skin) * kind.inclusion(skin)
+            assert found["inclusion"] == pytest.approx(wanted, rel=1e-9)
+            # tabs stiffen a bent bar, which the hinge leaves out
+            assert (found["inclusion"] > 1.2) == (load == "twisting" or joint == "compliant")

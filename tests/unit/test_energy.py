@@ -321,7 +321,7 @@ def test_the_pole_is_at_the_lock_or_ahead(law: str) -> None:
     mu, x0 = 0.5 * one, row.theta0
     assert float(energy.pole(row, lock * one, mu, law, x0)[0]) == pytest.approx(lock, abs=1e-8)
     early = float(energy.pole(row, (lock - 0.01) * one, mu, law, x0)[0])
-    assert early == pytest.approx(lock, abs=5e-4)
+    assert early == pytest.approx(lock, abs=1e-3)
     # without a pole ahead it lies far out
     far = float(energy.pole(row, 0.5 * one, 0 * one, "edge", x0)[0])
     assert far > 1.5

@@ -1,6 +1,7 @@
 """Help and version of the commands: what they say, and that nothing heavy is loaded for it."""
 
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -155,3 +156,30 @@ def test_other_shells_complete_every_command(shell, files, tmp_path, monkeypatch
 def test_a_command_that_is_not_there(typed, words, capsys):
     assert main([typed]) == 2
     assert capsys.readouterr().err == f"squama: error: {words}\n"
+
+
+TWISTED = ("fit", "vibrate", "shake")
+"""Commands whose bending is on hinges."""
+
+
+def test_help_says_of_the_joint_what_commands_do(tmp_path, capsys):
+    """By default bending is answered as twist is, and the help of those commands that bend on hinges says so."""
+    said = {}
+    for command in COMMANDS:
+        words = " ".join(re.sub(r"[\s│]+", " ", _out(capsys, command, "--help")).split())
+        if "How a scale is held" in words:
+            said[command] = words
+    assert len(said) == 11
+    for command, words in said.items():
+        assert ("bending and the plate law mean it" in words) == (command in TWISTED), command
+        assert ("(the paper's; the plate law means it)" in words) == (command not in TWISTED), command
+    beam = ROOT / "examples" / "stiff_skin.toml"
+    for command, more in (
+        ("bend", ["--points", "3"]),
+        ("cycle", ["--load", "bending", "--to", "0.08 rad/pitch", "--points", "5"]),
+        ("view", ["--load", "bending", "-o", str(tmp_path / "a.png")]),
+    ):
+        assert '"compliant"' in (found := _out(capsys, command, str(beam), "--json", *more)) or command == "view"
+        assert "thick, elastic scales" in found, command
+    page = (ROOT / "docs" / "howto" / "commands.md").read_text(encoding="utf-8")
+    assert "`bend` models the beam as you would print it: thick, elastic scales" in page

@@ -1,6 +1,7 @@
 """squama.twist of the real beam and its command: units, senses, families, ends, and the distance of simpler models."""
 
 import json
+import math
 import re
 
 import numpy as np
@@ -30,9 +31,8 @@ def twist(**options):
 def test_the_torques_are_those_of_nonlinear_elements():
     """A medium mesh of the periodic cell at phi = 0.10 (12 000 tetrahedra): T = .00879, .00941, .01049 E d^3."""
     r = twist(mu=[0, 0.2, 0.5], at=[0.1 / BEAM.pitch], ideal=True)
-    # tolerance: a medium mesh, 3 % measured, on every processor
     np.testing.assert_allclose(r["T"].values.ravel() / UNIT, [0.00879, 0.00941, 0.01049], rtol=0.04)
-    # the elements engage at .0586
+    # tolerance: a medium mesh, 3 %, on every processor; the elements engage at .0586
     np.testing.assert_allclose(r.phi_e, 0.0586, rtol=5e-3)
 
 
@@ -44,9 +44,8 @@ def test_thin_rigid_scales_are_those_of_general_contact():
     c = condense.curve(Rest.at(3, 0.6, 0.32, np.radians(45), np.radians(10)), K, 0.2, phi)
     r = twist(at=phi / d, ideal=True)
     units = {"T": UNIT, **dict.fromkeys(("N", "U_el", "W_fr"), UNIT / d), **dict.fromkeys(("u_X", "u_Z", "p", "s"), d)}
-    for name in (*units, "theta", "w_Y", "w_Z"):
+    for name in (*units, "theta", "w_Y", "w_Z"):  # tolerance: the barrier, 4e-4 on every processor
         there = c.along[name] * units.get(name, 1)
-        # tolerance: the barrier of general contact, 4e-4 measured, on every processor
         np.testing.assert_allclose(r[name], there, rtol=0, atol=1e-3 * np.nanmax(abs(there)), err_msg=name)
 
 
@@ -180,8 +179,7 @@ def test_the_stiffness_right_after_engagement():
     curve = twist(to=0.08 / BEAM.pitch, points=321)
     for at in (phi_e + 1e-4, phi_e + 1e-3):
         alone = float(twist(at=[at / BEAM.pitch]).stiffness_ratio[0])
-        assert alone > 1.5
-        # tolerance: slopes at two places, 0.17 % measured, on every processor
+        assert alone > 1.5  # tolerance: slopes at two places, 0.2 % on every processor
         assert alone == pytest.approx(float(curve.stiffness_ratio[curve.phi > at][0]), rel=0.01)
 
 
@@ -246,9 +244,8 @@ def test_a_beam_whose_joint_is_not_known_is_on_hinges_and_says_so():
 def test_twists_that_are_all_but_equal():
     far = 3 * float(squama.twist(BEAM, points=3).Phi_e)
     alone = squama.twist(BEAM, at=[far])
-    for off in (1e-4, 1e-8, 1e-12, 0.0):
+    for off in (1e-4, 1e-8, 1e-12, 0.0):  # tolerance: 1e-4 of the twist is 1.5e-4 of the torque
         pair = squama.twist(BEAM, at=[far, far * (1 + off)])
-        # tolerance: the second twist is farther by 1e-4 at most, which is 1.5e-4 of the torque
         np.testing.assert_allclose(pair["T"], float(alone["T"][0]), rtol=3e-4)
         np.testing.assert_allclose(pair["K_t"], float(alone["K_t"][0]), rtol=2e-2)
 
@@ -284,8 +281,7 @@ def test_a_tab_that_bends_is_told(ratio, elements):
     r = squama.twist(beam, to="0.1 rad/pitch")
     found = re.search(r"\(E_s/E\)\(t_s/L\)\^3 = (\S+): the torque is too high by about (\S+)%", r.attrs["warnings"])
     assert (found is None) == (elements < 0.03)
-    if found:
-        # tolerance: the warning has one digit, and is an estimate
+    if found:  # tolerance: the warning has one digit
         assert float(found[1]) == pytest.approx(ratio * (0.8 / 6) ** 3, rel=0.05)
         assert float(found[2]) / 100 == pytest.approx(elements, rel=0.35)
         assert found[0] in squama.cycle(beam, "0.1 rad/pitch", mu=0, points=3).attrs["warnings"]
@@ -411,7 +407,7 @@ def test_the_scales_are_drawn_where_their_six_motions_put_them(sense):
     d = shape(shown.setting, shown.neighbour)
     for i, load in enumerate(at):
         state, here = shown.state(load), r.isel(point=i)
-        # states between the points of the walk are interpolated
+        # tolerance: states between the points of the walk are interpolated
         assert state.theta == pytest.approx(here.theta.item(), rel=1e-4)
         assert (state.N, state.f) == pytest.approx((here.N.item(), here.f.item()), rel=1e-3)
         scale = geometry.scale(d, load, state.pose, 0.0)
@@ -421,7 +417,6 @@ def test_the_scales_are_drawn_where_their_six_motions_put_them(sense):
         if state.name == "sliding":
             c = geometry.contact(d, load, state.attitude, 2.0)
             places = here.p.item() / BEAM.pitch, here.s.item() / BEAM.pitch
-            # tolerance: states between those of the walk are interpolated, 8e-4 and 1 % measured, on every processor
             assert (c.p, c.s) == pytest.approx(places, rel=1e-3)
             # mid-planes of plates that touch are a thickness apart
             assert np.linalg.norm(c.point - c.on_tip) == pytest.approx(BEAM.scale.thickness / BEAM.pitch, rel=0.05)
@@ -457,3 +452,13 @@ def test_engagement_is_told_though_the_curve_ends_before() -> None:
     assert near.end.item() == "range end"
     cycle = squama.cycle(BEAM, "0.01 rad/pitch")
     assert float(cycle.phi_e.sel(sense="+")) == pytest.approx(float(far.phi_e), rel=1e-12)
+
+
+@pytest.mark.xfail(strict=True, reason="no stiffness where general contact takes over: one contact solver (next issue)")
+def test_the_stiffness_is_known_where_general_contact_takes_over():
+    pytest.importorskip("ipctk", reason="needs the extra fe")
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    r = squama.twist(beam, mu=0.5, to="0.212 rad/pitch", points=10)
+    assert math.isfinite(float(r.phi_general))
+    assert np.isfinite(r["T"].values).all()
+    assert np.isfinite(r["K_t"].values).all()

@@ -383,6 +383,7 @@ def test_what_is_not_known_is_a_share() -> None:
     (line,) = (line for line in v.attrs["notes"].splitlines() if line.startswith("Sobol indices are of "))
     known, groups = (int(line.split()[i]) for i in (4, 6))
     assert groups == 256
+    # tolerance: samples of a fixed seed
     assert known == pytest.approx(256 * (2 / 2.1) ** 2, abs=3)
     # beside those of the range that is known throughout
     w = squama.uncertainty(

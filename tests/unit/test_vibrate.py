@@ -239,7 +239,7 @@ WRONG = {
     "both": ([*SWING, "--impulse", "1 N m s"], ["--release, --impulse", "one of them"]),
     "damping": ([*SWING, "--damping", "0.7"], ['--damping = "0.7"', "0 to 0.5"]),
     "mode": ([*SWING, "--mode", "cantilever"], ["--mode", "bending"]),
-    "density": ([*SWING, "--mode", "cantilever", "--load", "bending"], ["--density", "not given", "1100 kg/m3"]),
+    "density": ([*SWING, "--mode", "cantilever", "--load", "bending"], ["--density", "not given", "1150 kg/m3"]),
     "nothing": ([*SWING[:3], "0 rad/pitch", *SWING[4:]], ["--release = 0", "nothing moves"]),
     "too little": (
         [*SWING[:3], "1e-320 rad/m", *SWING[4:]],

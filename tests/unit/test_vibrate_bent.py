@@ -52,22 +52,21 @@ def test_in_a_mode_each_place_follows_its_own_bend(mode):
     top, m = 0.11, SHAPES[mode]
     v = squama.vibrate(SKIN, load="bending", mode=mode, release=f"{top} rad/pitch", swings=1)
     assert v.attrs["joint"] == "compliant"
-    # places by the midpoint rule, each with its own history
-    n = 12
+    # places by a rule of other nodes, each with its own history
+    nodes, weights = np.polynomial.legendre.leggauss(10)
     far = float(m.far(np.array([float(v.psi_e) / top]))[0])
-    chi = m.shape(far * (np.arange(n) + 0.5) / n)
-    share = far * m.weight / n * SKIN.length
+    chi = m.shape(far * (nodes + 1) / 2)
     stored = rubbed = 0.0
-    for one in chi:
+    for one, share in zip(chi, far * m.weight * weights / 2 * SKIN.length, strict=True):
         c = squama.cycle(SKIN, f"{top * one:.12g} rad/pitch", load="bending", points=60)
         at = int(np.argmax(c.psi.values))
         bar = c.attrs["rigidity"] * float(c.kappa[at]) ** 2 / 2
         stored += share * (float(c.U_el[at]) - bar)
         rubbed += share * float(c.W_fr[-1] - c.W_fr[at])
     whole = float(squama.cycle(SKIN, "0.05 rad/pitch", load="bending").attrs["rigidity"]) * (top / SKIN.pitch) ** 2 / 2
-    assert float(v.U_turn[0]) == pytest.approx(whole * m.square * SKIN.length + stored, rel=2e-3)
+    assert float(v.U_turn[0]) == pytest.approx(whole * m.square * SKIN.length + stored, rel=1e-2)
     # at the trough the bar alone is bent
-    assert float(v.U_turn[0] - v.U_turn[1]) == pytest.approx(rubbed, rel=1e-2)
+    assert float(v.U_turn[0] - v.U_turn[1]) == pytest.approx(rubbed, rel=2e-2)
 
 
 def test_scales_on_both_faces_swing_alike():

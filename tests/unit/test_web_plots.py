@@ -164,6 +164,20 @@ def test_a_material_gives_its_values(name: str) -> None:
         REAL.change("material", "cheese")
 
 
+@pytest.mark.parametrize("joint", ["hinge", "compliant"])
+@pytest.mark.parametrize("ideal", ["yes", "no"])
+def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
+    now = state.preset("pla").change("joint", joint).change("ideal", ideal)
+    key = map.key(now, "mu", "alpha")
+    found, scales = map.grid(key), "thin, rigid scales" if ideal == "yes" else "thick, rigid scales"
+    assert key.scales == scales
+    assert scales in map.options(key, found, dark=False)["aria"]["label"]["description"]
+    design = map.take(now, "mu", "alpha", (9, 24)).change("joint", "hinge").change("ideal", ideal)
+    figures = live.motion(design.setting).figures
+    assert found.load_e[24, 9] == pytest.approx(figures["load_e"], rel=1e-4)
+    assert found.RED[24, 9] == pytest.approx(figures["RED_c"], rel=1e-3)
+
+
 def test_marks_of_designs_at_one_place_stand_apart() -> None:
     now = REAL.keep()
     for eta in ("2", "2.5"):

@@ -28,6 +28,7 @@ from squama.web import charts, live, map, server, state  # noqa: A004
 from squama.web.aside import Aside
 from squama.web.fields import CHOICES, FIELDS
 
+# tolerances: fields and charts have six digits, what is read two or three
 START = state.preset("main")
 IN_RANGE = {name: st.floats(f.low, f.high).map(lambda x: f"{x:.4g}") for name, f in FIELDS.items() if not f.whole}
 
@@ -59,7 +60,6 @@ def test_a_ratio_changes_its_dimension_and_nothing_else(name: str) -> None:
         name
     ]
     again = START.change(size, FIELDS[size].shown(changed.value(size)))
-    # tolerance: a field has six digits
     assert again.value(name) == pytest.approx(changed.value(name), rel=1e-5)
 
 
@@ -68,7 +68,6 @@ def test_what_is_shown_in_a_field_is_read_back() -> None:
         value = START.value(name)
         text = field.shown(value)
         if not field.optional:
-            # tolerance: a field has six digits
             assert START.change(name, text).value(name) == pytest.approx(value, rel=1e-5)
     assert START.change("length", "6 cm").value("length") == pytest.approx(0.06)
     assert START.change("twist", "90 deg total").twist == pytest.approx(math.pi / 2 / 25)
@@ -132,7 +131,6 @@ def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
     assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
     words = dict(live.readings(now))
     at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"])
-    # tolerance: the words have two and three digits
     assert float(words["stiffness over bar's"]) == pytest.approx(at.stiffness_ratio.item(), rel=0.02)
     assert float(words["stress"].split()[0]) == pytest.approx(at.stress.item() / 1e6, rel=1e-2)
     where = live.outcome(now.change("scale_modulus", "300"))[1]
@@ -235,7 +233,6 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
         x, y = np.array(own["data"]).T
         factor = y[-1] / variable.values[-1]
         assert np.log10(factor) == pytest.approx(round(np.log10(factor)), abs=1e-4)
-        # tolerance: charts have six digits, the point lies on straight lines
         assert np.allclose(x, r.phi, rtol=1e-5, atol=1e-9)
         assert np.allclose(y, unit * factor * variable.values, rtol=1e-5, atol=1e-9 * abs(y).max())
         # the current point lies on the curve
@@ -280,7 +277,6 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
     found = map.grid(map.key(now, x, y))
     for i, j in ((3, 27), (20, 16), (35, 5)):
         design = map.take(now, x, y, (i, j))
-        # tolerance: a field has six digits
         assert design.value(x) / FIELDS[x].factor == pytest.approx(found.x[i], rel=1e-5)
         assert design.value(y) / FIELDS[y].factor == pytest.approx(found.y[j], rel=1e-5)
         b = design.beam
@@ -299,20 +295,6 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
     assert len(cells) == found.x.size * found.y.size
     assert cells[found.x.size * 5 + 35][:3] == [35, 5, int(found.code[5, 35])]
     json.dumps(options, allow_nan=False)
-
-
-@pytest.mark.parametrize("joint", ["hinge", "compliant"])
-@pytest.mark.parametrize("ideal", ["yes", "no"])
-def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
-    now = state.preset("pla").change("joint", joint).change("ideal", ideal)
-    key = map.key(now, "mu", "alpha")
-    found, scales = map.grid(key), "thin, rigid scales" if ideal == "yes" else "thick, rigid scales"
-    assert key.scales == scales
-    assert scales in map.options(key, found, dark=False)["aria"]["label"]["description"]
-    design = map.take(now, "mu", "alpha", (9, 24)).change("joint", "hinge").change("ideal", ideal)
-    figures = live.motion(design.setting).figures
-    assert found.load_e[24, 9] == pytest.approx(figures["load_e"], rel=1e-4)
-    assert found.RED[24, 9] == pytest.approx(figures["RED_c"], rel=1e-3)
 
 
 def test_marks_lie_over_the_cells_of_their_designs() -> None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, NamedTuple, TypeVar, 
 from cyclopts import Parameter
 
 from squama.beam import beamfile
-from squama.errors import InputError, Problems, naming, refuse
+from squama.errors import InputError, Problem, Problems, naming, refuse
 from squama.io.files import label
 from squama.loads import LINES, LOADS, MODES
 from squama.progress import LOG
@@ -285,8 +285,12 @@ Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*LINES))]
 _MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
-_HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; so are bending and the plate law)."
-Joint = Annotated[str | None, flag(_HELD, read=one_of("hinge", "compliant"))]
+_HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; {} it)."
+Joint = Annotated[str | None, flag(_HELD.format("the plate law means"), read=one_of("hinge", "compliant"))]
+JointTwisted = Annotated[
+    str | None, flag(_HELD.format("bending and the plate law mean"), read=one_of("hinge", "compliant"))
+]
+"""Of commands whose compliant joint is twisted only."""
 Ideal = Annotated[bool, Parameter(help="Thin, rigid scales; else as thick, and as elastic, as the beam says.")]
 _CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
@@ -330,8 +334,15 @@ class Base:
             LOG.setLevel(logging.INFO)
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
-        """Return the values in place of the file's, by table and key."""
+        """Return the values in place of the file's, by table and key; one that is given twice is refused."""
         found: dict[str, dict[str, object]] = {}
+        names = [f"{s.table}.{s.key}" for s in self.set_] + ["friction.mu"] * (mu is not None)
+        twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+        if twice:
+            other = "is given twice", "keep one of them"
+            also = "is given by --mu, too", "leave one of them out"
+            by_mu = "friction.mu" if mu is not None else ""
+            raise InputError(*(Problem(f"--set {name}", "", *(also if name == by_mu else other)) for name in twice))
         for table, key, value in self.set_:
             found.setdefault(table, {})[key] = value
         if mu is not None:
@@ -397,6 +408,13 @@ class Tables:
 
     decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
     columns: Annotated[str | None, flag(_COLUMNS)] = None
+
+    def without(self) -> None:
+        """Keep it as a mistake where a flag says how a table is read, and there is none."""
+        for name, given in (("--decimal", self.decimal), ("--columns", self.columns)):
+            if given is not None:
+                remedy = "give --data too, e.g. --data test.csv, or leave it out"
+                problems().add(name, shown(given), "says how --data is read", remedy)
 
     def swings(self, path: str) -> bool:
         """Tell whether a table is the record of a decay."""

@@ -149,9 +149,9 @@ def bend(
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
     joint
-        "compliant" (the joint's nine motions; goes to ``to``, 0.3 rad per pitch if not given) or "hinge" (closed form,
-        with the stiffness of a hinge in bending); "hinge" if not given where ``neutral="face"`` means it, or where the
-        joint is not known in bend (a warning says so).
+        "compliant" (the joint's nine motions; goes to ``to``, 0.3 rad per pitch if not given) or "hinge" (closed form);
+        "hinge" if not given where ``neutral="face"`` means it, or where the joint is not known in bend (a warning says
+        so).
     ideal
         Thin, rigid scales, as in :func:`twist`; the hinge has no others here.
     neutral

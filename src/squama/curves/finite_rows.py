@@ -125,30 +125,34 @@ def rowed(
 class Ends(NamedTuple):
     """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
 
-    At the twist ``load``, rad per pitch.
+    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
     """
 
     scales: int
     load: float
     torque: float
     tangent: float
+    end: str
 
 
 def ends(
     beam: Beam, to: float, *, sense: str = "+", joint: str | None = None, ideal: bool | None = None
 ) -> Ends | None:
-    """Compare a beam's row with the endless one at a twist (rad/m); None where one of them does not go there."""
+    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
     n = min(beam.scales, _ENOUGH)
     try:
         found = row(beam, scales=n, to=to, points=_POINTS, sense=sense, joint=joint, ideal=ideal)
     except InputError:
         return None
     phi, own, endless = (found[name].values for name in ("phi", "T", "T_periodic"))
-    if phi.size < 3 or not math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6) or not endless[-1] > 0:
+    there = np.isfinite(own) & np.isfinite(endless) & (phi > float(found.phi_e))
+    phi, own, endless = phi[there], own[there], endless[there]
+    if phi.size < 3 or not endless[-1] > 0:
         return None
     steep, other = (np.gradient(torque, phi)[-1] for torque in (own, endless))
     torque, tangent = (1 - (1 - float(share)) * n / beam.scales for share in (own[-1] / endless[-1], steep / other))
-    return Ends(beam.scales, float(phi[-1]), torque, tangent) if math.isfinite(torque + tangent) else None
+    far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
+    return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))
 
 
 def _compliant(asked: Asked) -> States:

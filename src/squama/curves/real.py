@@ -27,6 +27,7 @@ from squama.real import changes, follow, path
 from squama.real.features import FACE
 from squama.real.moments import moments
 from squama.types import Array
+from squama.units import change
 
 TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
@@ -256,7 +257,7 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
         if error > TAB_LIMIT:
             lines.append(
                 f"the joint takes the embedded part of a scale as rigid, but it bends, with (E_s/E)(t_s/L)^3 = "
-                f"{group:.2g}: the torque is too high by about {error:.1%}"
+                f"{group:.2g}: the torque is too high by about {change(error)}"
             )
     if far > STRAIN_LIMIT:
         lines.append(

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.curves import both_faces, real, real_cycles
+from squama.curves import both_faces, cycle_points, real, real_cycles
 from squama.curves.real_polygons import NEUTRAL, bending_rigidity
 from squama.dynamics import hinged
 from squama.dynamics.branches import APART, Branch, Side
@@ -91,7 +91,7 @@ class Bend(NamedTuple):
                 told = real.ending(found.way, end)
                 n, ends = (
                     end.solved,
-                    both_faces.OTHER * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"])),
+                    both_faces.WHOSE * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"])),
                 )
             u = path.energies(found.way, found.answers.rows[0])
             q += view * found.M - alone * x
@@ -125,7 +125,7 @@ def side(bend: Bend, far: float, mode: str) -> Side:
         if top < y_e + SMALL:
             return up
         there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
-        down = np.array([v for v in real_cycles.goals_of(top, 0.0, steps) if v > y_e + 1e-9])
+        down = np.array([v for v in cycle_points.goals_of(top, 0.0, steps) if v > y_e + 1e-9])
         q = bend.walk(np.concatenate([there, down])).q[there.size - 1 :]
         down = np.append(top, down)[: q.size]
         return Branch(np.append(y_e, down[::-1]), np.append(0.0, q[::-1]))
@@ -156,7 +156,7 @@ def _modal(mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, i
     @functools.lru_cache(maxsize=256)
     def fall(top: float) -> Branch:
         chi, w = places(top)
-        down = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS // 2) if v > y_e + 1e-9])
+        down = np.array([v for v in cycle_points.goals_of(top, 0.0, STEPS // 2) if v > y_e + 1e-9])
         down = np.concatenate([[y_e], down[::-1], [top]])
         q = np.zeros(down.size)
         for one, part in zip(chi, w, strict=True):

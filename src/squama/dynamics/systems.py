@@ -203,7 +203,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     if both_faces.sense(beam, held.load.name) < 0:
         other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far, stretch=holds.stretch).contact
         if other.first != -1 and other.phi < far:
-            far, ends = other.phi, both_faces.OTHER + other.words
+            far, ends = other.phi, both_faces.WHOSE + other.words
     if not y_e < far:
         # where it would engage is told all the same
         beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, stretch=holds.stretch).contact.phi

@@ -64,6 +64,8 @@ class Balance(NamedTuple):
         Directions in which the scale can move; the identity for all.
     tolerance : float
         Of the residual, relative to the body's force.
+    beat : callable, optional
+        Called at each Newton step: a beam of many scales takes minutes for one increment.
     """
 
     body: Body
@@ -72,6 +74,7 @@ class Balance(NamedTuple):
     kappa: float
     ways: Array
     tolerance: float = TOLERANCE
+    beat: Callable[[], None] = lambda: None
 
     @property
     def _many(self) -> int:
@@ -94,6 +97,7 @@ class Balance(NamedTuple):
         rounds = 0
         while np.abs(now.r).max() > self.tolerance * now.scale and rounds < ROUNDS * self._many:
             rounds += 1
+            self.beat()
             least = (now.r @ metric @ now.r) * (1 - 1e-4)
             for form in (np.asarray, _convex):
                 new, v_new, there = None, v, places
@@ -126,6 +130,7 @@ class Balance(NamedTuple):
         """
         contact = self.contact
         for _ in range(_FALL):
+            self.beat()
             now = self._state(v, phi)
             step = -self.ways @ np.linalg.solve(_convex(now.stiff + now.tangent), now.r)
             size = float(np.abs(step).max())

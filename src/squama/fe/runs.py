@@ -25,7 +25,7 @@ from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed, box
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
-from squama.fe.walk import Ended, Walk
+from squama.fe.walk import Doing, Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.symbols import SYMBOLS
@@ -39,6 +39,8 @@ MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)
 """Sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
 INCREMENT = 0.01
 """Largest increment of the twist, rad per pitch."""
+SILENCE = 10.0
+"""Most seconds without a word where a run is watched."""
 FAR = 0.1
 """Deflection of a scale over its length up to which elements that are linear in its frame will do."""
 MOST = 200
@@ -56,7 +58,10 @@ _WORDS = {
 
 class Progress(NamedTuple):
     """Where a run stands: twist reached and wanted (rad per pitch), Newton steps of the increment, largest force left
-    on a node (E d^2), increments halved so far, seconds gone and left."""  # noqa: D205, D209
+    on a node (E d^2), increments halved so far, seconds gone and left.
+
+    Within an increment ``toward`` is the twist to which it goes, ``rounds`` are the steps of the contact in it, and
+    ``increment_s`` the seconds it took so far; ``toward`` is None once it is done."""  # noqa: D205, D209
 
     phi: float
     goal: float
@@ -65,6 +70,9 @@ class Progress(NamedTuple):
     halvings: int
     elapsed_s: float
     left_s: float | None
+    toward: float | None = None
+    rounds: int = 0
+    increment_s: float = 0.0
 
 
 Listener = Callable[[Progress], None]
@@ -121,7 +129,7 @@ def cell(
     restart : path, optional
         File that is written after every increment; where it is there already, the run goes on from it.
     progress : callable, optional
-        Told after every increment, see :class:`Progress`.
+        Told after every increment, and each ten seconds within one, see :class:`Progress`.
     announce : callable, optional
         Told in words, before the first increment, how large the run of a finite beam is.
     last : callable, optional
@@ -269,17 +277,34 @@ def follow(
             reason = f"has gone to {abs(walk.phi):.4g} rad per pitch already"
             refuse("", "", reason, "ask for more, or name another output", str(restart))
     begun, start = time.monotonic(), abs(walk.phi)
+    said = entered = begun
+
+    def say(now: float, doing: Doing | None = None) -> None:
+        nonlocal said
+        if progress is None:
+            return
+        said, gone, at, far = now, now - begun, abs(walk.phi), abs(goal)
+        left = gone / (at - start) * (far - at) if at != start else None
+        stands = Progress(at, far, walk.iterations, walk.reduced.unbalanced, walk.halvings, gone, left)
+        if doing is not None:
+            toward, iterations, rounds = abs(doing.toward), doing.iteration, doing.rounds
+            stands = stands._replace(toward=toward, iterations=iterations, rounds=rounds, increment_s=now - entered)
+        progress(stands)
 
     def told() -> None:
+        nonlocal entered
         if restart is not None:
             walk.save(restart, key)
-        if progress is not None:
-            gone, at, far = time.monotonic() - begun, abs(walk.phi), abs(goal)
-            left = gone / (at - start) * (far - at) if at != start else None
-            progress(Progress(at, far, walk.iterations, walk.reduced.unbalanced, walk.halvings, gone, left))
+        entered = time.monotonic()
+        say(entered)
+
+    def watch(doing: Doing) -> None:
+        now = time.monotonic()
+        if now - said >= SILENCE:
+            say(now, doing)
 
     with until_interrupted() as stopped:
-        ended = walk.run(goal, increment, told=told, stop=stopped)
+        ended = walk.run(goal, increment, told=told, stop=stopped, watch=watch)
         if stopped() and not ended.reached:
             raise Interrupted(ended.sentence)
     return walk.explained(ended, goal, increment)
@@ -288,12 +313,17 @@ def follow(
 def print_progress(at: Progress) -> None:
     """Write a line on standard error."""
     left = "" if at.left_s is None else f", about {at.left_s:.0f} s left"
-    print(
-        f"phi = {at.phi:.4f} of {at.goal:.4g} rad/pitch: {at.iterations} iterations, "
-        f"largest force left {at.unbalanced:.1e}{left}",
-        file=sys.stderr,
-        flush=True,
-    )
+    place = f"phi = {at.phi:.4f} of {at.goal:.4g} rad/pitch"
+    if at.toward is None:
+        words = f"{place}: {at.iterations} iterations, largest force left {at.unbalanced:.1e}{left}"
+    else:
+        # the time left is that of the pace so far, this increment included
+        halved = f", increments halved {at.halvings} times" * (at.halvings > 0)
+        words = (
+            f"{place}, on the way to {at.toward:.4f}: iteration {at.iterations}, {at.rounds} contact steps, "
+            f"{at.increment_s:.0f} s in this increment{halved}{left}"
+        )
+    print(words, file=sys.stderr, flush=True)
 
 
 def warnings(shape: Geometry, scales: int) -> list[str]:

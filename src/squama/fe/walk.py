@@ -54,6 +54,14 @@ class Contacts(NamedTuple):
     pair: str
 
 
+class Doing(NamedTuple):
+    """What an increment is at: the twist ``toward`` which it goes, its iteration, and Newton steps of the contact."""
+
+    toward: float
+    iteration: int = 0
+    rounds: int = 0
+
+
 class Ended(NamedTuple):
     """How a run ended: ``reached`` the goal, or the sentence that says why not."""
 
@@ -129,6 +137,8 @@ class Walk:
         self.columns: dict[str, list[float | str | Array]] = {}
         self.iterations = self.halvings = 0
         self._begun = False
+        self._doing = Doing(0.0)
+        self._watch: Callable[[Doing], None] | None = None
 
     @property
     def N(self) -> float:
@@ -176,6 +186,7 @@ class Walk:
         *,
         told: Callable[[], None] | None = None,
         stop: Callable[[], bool] | None = None,
+        watch: Callable[[Doing], None] | None = None,
     ) -> Ended:
         """Go on to a twist in increments, halved where one does not converge.
 
@@ -189,7 +200,10 @@ class Walk:
             Called after each increment.
         stop : callable, optional
             Asked after each increment whether to stop.
+        watch : callable, optional
+            Called at each step of an increment.
         """
+        self._watch = watch
         if not self._begun:
             self.begin()
         step, least = float(np.sign(goal - self.phi)) * abs(increment), abs(increment) / 2**self._most_halvings
@@ -263,8 +277,10 @@ class Walk:
         z, v, reduced, _ = start
         # a step that is not a whole one may end within a contact: the way is sought from the last equilibrium again
         short = False
+        self._doing = Doing(phi)
         for iteration in range(1, ITERATIONS + 1):
-            balance = Balance(reduced.linear, self.contact, before, self.kappa, self.ways)
+            self._doing = self._doing._replace(iteration=iteration)
+            balance = Balance(reduced.linear, self.contact, before, self.kappa, self.ways, beat=self._beat)
             again = iteration == 1 or short
             found = balance.advance((self.v, self.phi), (v, phi)) if again else balance.find(v, phi)
             if not found.solved:
@@ -290,6 +306,12 @@ class Walk:
         self.iterations = iteration
         self._keep(z, v, phi, reduced, self.contact.load(v, phi, before, self.kappa))
         return ""
+
+    def _beat(self) -> None:
+        """Take note of a Newton step of the contact, and tell whoever watches."""
+        self._doing = self._doing._replace(rounds=self._doing.rounds + 1)
+        if self._watch is not None:
+            self._watch(self._doing)
 
     def _as_far(
         self, shares: Sequence[float], at: tuple[Array, Array], by: tuple[Array, Array], phi: float
@@ -347,7 +369,11 @@ class Walk:
         v = self.trail.expected(phi)[self.z.size :]
         if self.contact.free(self.contact.corners(self.v, self.phi), self.contact.corners(v, phi)) < 1:
             v, phi = self.v, self.phi
-        found = Balance(reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways).fall(v, phi)
+        self._doing = Doing(phi)
+        balance = Balance(
+            reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways, beat=self._beat
+        )  # fmt: skip
+        found = balance.fall(v, phi)
         return found if np.abs(found.v - self.v).max() > self._jump else None
 
     def ending(self, most: float) -> str:

@@ -215,11 +215,12 @@ class Fit(Estimated):
         steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
         if self.ends is None:
             return [steep]
-        n, load, torque, tangent = self.ends
+        n, load, torque, tangent, end = self.ends
         lost = [n for n in self.parameters if n in ("mu", "K_theta")]
         biased = f": {' and '.join(lost)} are those of an endless beam and biased by it" if lost else ""
         row = f"{n} scales have {torque:.3g} of the torque and {tangent:.3g} of the tangent of an endless beam"
-        return [f"{row} at {load:.3g} rad/pitch, the top of the data (squama row){biased}", steep]
+        place = f"where the row ends: {end}" if end else "the top of the data"
+        return [f"{row} at {load:.3g} rad/pitch, {place} (squama row){biased}", steep]
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""

@@ -10,9 +10,11 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama.identify import noise
 from squama.identify.parameters import with_error
+from squama.types import Array
 
 if TYPE_CHECKING:
     from squama.identify.prepare import Prepared
@@ -26,6 +28,8 @@ _UNIT, _NEAR = 5.0, 1.25
 """Factor from which on no bar explains a slope, and factor within which a unit is named."""
 _FIRST = 0.25
 """Part of the twist that is taken to lie before engagement where that is not known."""
+_HALVES, _BENT = 2, 3.0
+"""How often the first half may be taken, and errors from which on its slope is another one."""
 BAR = ("C_f", "E_B")
 """Parameters with which a fit follows the slope."""
 
@@ -55,7 +59,8 @@ class Slope(NamedTuple):
         if self.wrong_unit:
             return f"{off}: {unit(self.ratio, scales)}; check the units of torque and twist"
         kind = "softer" if self.ratio < 1 else "stiffer"
-        much = f"{100 * abs(self.ratio - 1):.2g} %"
+        percent = 100 * abs(self.ratio - 1)
+        much = f"{percent:.{0 if percent >= 10 else 1}f} %"
         return (
             f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor), which moves "
             "the other estimates; correct the file, or find E_B or C_f too"
@@ -88,33 +93,50 @@ def unit(ratio: float, scales: int) -> str:
 def slope(test: Prepared, found: Found | None = None) -> Slope | None:
     """Return the slope before engagement of the points that a fit is made from; None where two points hardly show it.
 
-    Without what is ``found``: of the first part of the twist, since no engagement in a wrong unit is known.
+    Without what is ``found``: of the first part of the twist, since no engagement in a wrong unit is known. Where the
+    slope of the first half is another one the scales touch before the model's do, and that half is told.
     """
     asked, points, readings = test.asked, test.points, test.points.readings
     at = asked.physical(asked.start) if found is None else found.asked.physical(found.best.values)
     usable = test.usable if found is None else found.usable
     straight = usable & ~points.touching(at)
+    size = np.abs(test.record.load)
     if found is None:
-        size = np.abs(test.record.load)
         straight &= size <= _FIRST * float(np.max(size, where=usable, initial=0.0))
-    straight = np.flatnonzero(straight)
-    twist = readings.placed(at.twist_zero, at.backlash)[0][straight]
-    torque = test.record.torque[straight] - at.drift * readings.order[straight]
-    # each way has a zero of its own: play and zeros change no slope
-    way = readings.numbers[straight]
+    twist = readings.placed(at.twist_zero, at.backlash)[0]
+    torque = test.record.torque - at.drift * readings.order
+    least = 0.0 if found is None else found.noise
+
+    def of(part: NDArray[np.bool_]) -> Slope | None:
+        line = _line(twist[part], torque[part], readings.numbers[part], least)
+        unit = asked.base.rigidity / asked.beam.pitch
+        return None if line is None else Slope(line[0] / unit, line[1] / unit, int(np.count_nonzero(part)))
+
+    told = of(straight)
+    for _ in range(_HALVES):
+        straight = straight & (size <= float(np.max(size, where=straight, initial=0.0)) / 2)
+        first = of(straight)
+        if told is None or first is None or abs(first.ratio - told.ratio) < _BENT * first.error:
+            break
+        told = first
+    return told
+
+
+def _line(x: Array, y: Array, way: NDArray[np.int64], least: float) -> tuple[float, float] | None:
+    """Return the slope of y over x and its error, a zero of its own for each way; None where too few points show it.
+
+    Play and zeros change no slope. ``least``: noise of a point, where few points tell it.
+    """
     numbers, place = np.unique(way, return_inverse=True)
-    spare = straight.size - numbers.size - 1
+    spare = x.size - numbers.size - 1
     if spare < 0:
         return None
-    mean = [np.bincount(place, v) / np.bincount(place) for v in (twist, torque)]
-    x, y = twist - mean[0][place], torque - mean[1][place]
-    square = float(x @ x)
+    apart = [v - (np.bincount(place, v) / np.bincount(place))[place] for v in (x, y)]
+    square = float(apart[0] @ apart[0])
     if not square > 0:
         return None
-    steep = float(x @ y) / square
-    residual = y - steep * x
+    steep = float(apart[0] @ apart[1]) / square
+    residual = apart[1] - steep * apart[0]
     own = math.sqrt(float(residual @ residual) / max(spare, 1))
-    sigma = own if spare >= _FEWEST or found is None else max(own, found.noise)
-    sigma *= math.sqrt(noise.dependence(residual, way))
-    rigidity = asked.base.rigidity / asked.beam.pitch
-    return Slope(steep / rigidity, sigma / math.sqrt(square) / rigidity, straight.size)
+    sigma = own if spare >= _FEWEST else max(own, least)
+    return steep, sigma * math.sqrt(noise.dependence(residual, way)) / math.sqrt(square)

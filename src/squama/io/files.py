@@ -10,8 +10,9 @@ import re
 import secrets
 import select
 import stat
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from squama.errors import InputError, Problem
@@ -23,6 +24,11 @@ SEAL = b"\nsquama sha256 %s\n"
 SEALED = len(SEAL % bytes(64))
 """Bytes of the seal."""
 _WRITE_BITS = 0o222
+_HIDDEN = ".squama-"
+_LEFT = re.compile(re.escape(_HIDDEN) + r"[0-9a-f]{12}.{0,20}", re.DOTALL)
+"""Temporary names of files that are being written."""
+_TRIES, _PAUSE = 50, 0.02
+"""How often, and after how many seconds each, a folder is asked for that another writer tidies up."""
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1b]")
 """Characters that no table of text has."""
 _PLACE = (OSError, ValueError, RuntimeError)
@@ -196,7 +202,8 @@ def _reading(path: str | os.PathLike[str], missing: str) -> Iterator[None]:
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there when it is complete; return its path as given.
 
-    The writer is given a temporary name in the same folder, of the same ending. Where the place cannot take the file (a
+    The writer is given a temporary name in the same folder, of the same ending; such files of killed writers are taken
+    away. Where the place cannot take the file (a
     folder, read-only, disk full, ...) that is an InputError and an old file is as it was; an error of the writer that
     is no OSError passes unchanged.
 
@@ -209,7 +216,7 @@ def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object])
     """
     target, beside = _places(path)
     try:
-        with _writing(path, (OSError,)):
+        with _writing(path, (OSError,)), _at_work(target.parent):
             writer(beside)
             beside.replace(target)
     finally:
@@ -242,7 +249,39 @@ def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
         # a link stays a link: the file it points to is replaced
         target = Path(path).resolve()
         _check_place(target, path)
-        return target, target.with_name(f".{secrets.token_hex(6)}{target.suffix[-20:]}")
+        return target, target.with_name(f"{_HIDDEN}{secrets.token_hex(6)}{target.suffix[-20:]}")
+
+
+@contextmanager
+def _at_work(folder: Path) -> Iterator[None]:
+    """Take away what killed writers have left in a folder, unless another one is at work there; be one meanwhile.
+
+    A writer has a lock on the folder, which ends with its process. Where the system has no such locks all is left.
+    """
+    handle = None
+    with suppress(ImportError, OSError):
+        from fcntl import LOCK_EX, LOCK_NB, LOCK_SH, flock
+
+        handle = os.open(folder, os.O_RDONLY)
+    if handle is None:
+        yield
+        return
+    try:
+        with suppress(OSError):
+            flock(handle, LOCK_EX | LOCK_NB)
+            with os.scandir(folder) as entries:
+                for entry in entries:
+                    if _LEFT.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                        Path(entry).unlink(missing_ok=True)
+        # whoever takes away has the folder for itself for a moment
+        for _ in range(_TRIES):
+            with suppress(OSError):
+                flock(handle, LOCK_SH | LOCK_NB)
+                break
+            time.sleep(_PAUSE)
+        yield
+    finally:
+        os.close(handle)
 
 
 def _check_place(target: Path, path: str | os.PathLike[str]) -> None:

@@ -118,8 +118,8 @@ def _border(ax: Axes, x: Array, y: Array, own: Array, unknown: Array) -> Path:
     """
     from scipy.ndimage import binary_dilation, binary_opening
 
-    single = ~unknown & ~binary_opening(~unknown, np.ones((2, 2)))
-    near = binary_dilation(single, np.ones((3, 3)))
+    single = ~unknown & ~binary_opening(~unknown, np.ones((2, 2), bool))
+    near = binary_dilation(single, np.ones((3, 3), bool))
     inside = np.where(own, 1.0, np.where(unknown & ~near, -1e6, 0.0))
     mask = ax.contourf(x, y, inside, levels=[0.5, 1.5], colors="none")
     outline = mask.get_paths()[0]

@@ -98,6 +98,12 @@ def along(setting: Setting) -> Along:
     return Along(v["load"], v["torque"], np.degrees(v["theta"]), v["f"], bare, m.load_e, locks)
 
 
+def own_joint(state: State) -> dict[str, float]:
+    """Return the joint stiffness and the inclusion factor that the shown model takes, by the names of their fields."""
+    m, kind, beam = motion(state.setting), LOADS[state.load], state.beam
+    return {"stiffness": m.stiffness, "inclusion": m.rigidity / kind.rigidity(beam) * kind.inclusion(beam)}
+
+
 def beside(state: State) -> Along | None:
     """Return the curve of the other model; None where there is none at once."""
     other = state.beside
@@ -284,7 +290,7 @@ def _differing(states: Sequence[State]) -> list[str]:
 
 
 def _described(state: State, names: Sequence[str], states: Sequence[State]) -> str:
-    """Return fields of one of some designs as "η = 3, θ₀ = 15°", and its sense where that differs."""
+    """Return fields of one of some designs as symbol and value, and its sense where that differs."""
     words = []
     for name in names:
         field = FIELDS[name]

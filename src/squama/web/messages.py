@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 from nicegui import core
-from socketio.exceptions import ConnectionRefusedError as Refused
 
 
 def bear() -> None:
@@ -17,8 +16,9 @@ def bear() -> None:
     # of the packets below those messages: it tells of nothing else
     logging.getLogger("engineio.server").setLevel(logging.CRITICAL)
     handlers = core.sio.handlers["/"]
-    for name, handler in handlers.items():
-        handlers[name] = borne(handler)
+    # a connection is refused by an exception
+    for name in handlers.keys() - {"connect"}:
+        handlers[name] = borne(handlers[name])
 
 
 def borne(handler: Callable[..., Any]) -> Callable[..., Any]:
@@ -29,8 +29,6 @@ def borne(handler: Callable[..., Any]) -> Callable[..., Any]:
         try:
             found = handler(*given)
             return await found if inspect.isawaitable(found) else found
-        except Refused:
-            raise
         except Exception:
             return None
 

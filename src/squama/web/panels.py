@@ -108,7 +108,7 @@ class Controls:
         words = {name: words for name, (words, _) in MATERIALS.items()}
         self.material.set(words | (OTHER if found in OTHER else {}), found)
         names = LOADS[now.load]
-        laws = {"stiffness": now.beam.joint_stiffness, "inclusion": names.inclusion(now.beam)}
+        laws = live.own_joint(now)
         for name, field in self.fields.items():
             value = now.value(name)
             if name == "twist":
