@@ -283,10 +283,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/systems.py", "STEPS = 256"): {"*": _TUNING},
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},
     ("dynamics/systems.py", "NEAR = 1e-6"): {"*": _TUNING},
-    (
-        "dynamics/systems.py",
-        "back = np.array([v for v in real_cycles.goals_of(top, 0.0, [], STEPS, turned=True) if v > y_e + 1e-9])",
-    ): {"True -> False": _TUNING},
+    ("dynamics/systems.py", "FIRST = 4e-6"): {"*": _TUNING},
     ("dynamics/motion.py", "sign = 1 if state.y > 0 else -1"): {"1 -> 2 #4": "only its sign is looked at"},
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},
@@ -299,7 +296,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("identify/swings.py", "last = max(int(held[0]) - 1, 0) if held.size else 0"): {"- -> +": _BEGINS},
     ("identify/decay.py", "if len(turned) > 1:"): {"1 -> 2": "in two periods it turns four times"},
-    ("identify/decay.py", '_STEP = {"hinge": 1e-5, "compliant": 1e-3}'): {"*": _TUNING},
+    ("identify/decay.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
+    ("identify/decay.py", '_STILL = {"hinge": 1e-8, "compliant": 1e-6}'): {"*": _TUNING},
+    ("identify/decay.py", "_STARTS = (0.4, 2.5)"): {"*": _TUNING},
     (
         "identify/decay.py",
         'own |= {"twist_zero": abs(swung.release) * trials.beam.scales, "start": (t[swung.turns[0]] - swung.start) / '

@@ -102,7 +102,7 @@ def test_a_softer_bar_is_named_and_found():
 def test_causes():
     assert Slope(0.85, 0.004, 30).cause(("mu",), 25).startswith("the slope before engagement is 0.8500 +- 0.0040 of")
     assert "15 % softer" in Slope(0.85, 0.004, 30).cause(("mu",), 25)
-    assert "5 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25)
+    assert "5.0 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25)
     # within its error, and within what no file knows
     assert not Slope(0.85, 0.06, 30).cause(("mu",), 25)
     assert not Slope(1.005, 1e-5, 30).cause(("mu",), 25)
