@@ -285,6 +285,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/bent.py", "ALONG = 24"): {"*": _TUNING},
     ("dynamics/bent.py", "NEAR = 0.3"): {"*": _TUNING},
     ("dynamics/bent.py", "SMALL = 1e-4"): {"*": _TUNING},
+    ("dynamics/systems.py", "FIRST = 4e-6"): {"*": _TUNING},
     ("dynamics/motion.py", "sign = 1 if state.y > 0 else -1"): {"1 -> 2 #4": "only its sign is looked at"},
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},
@@ -297,7 +298,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("identify/swings.py", "last = max(int(held[0]) - 1, 0) if held.size else 0"): {"- -> +": _BEGINS},
     ("identify/decay.py", "if len(turned) > 1:"): {"1 -> 2": "in two periods it turns four times"},
-    ("identify/decay.py", '_STEP = {"hinge": 1e-5, "compliant": 1e-3}'): {"*": _TUNING},
+    ("identify/decay.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
+    ("identify/decay.py", '_STILL = {"hinge": 1e-8, "compliant": 1e-6}'): {"*": _TUNING},
+    ("identify/decay.py", "_STARTS = (0.4, 2.5)"): {"*": _TUNING},
     (
         "identify/decay.py",
         'own |= {"twist_zero": abs(swung.release) * trials.beam.scales, "start": (t[swung.turns[0]] - swung.start) / '

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import functools
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import squama
 from squama.cli import main
+from squama.curves import finite_rows
 from squama.identify import doubts, fitting, noise, slope
+from squama.identify.forward import Physical
+from squama.identify.readings import Readings
 from squama.identify.slope import Slope
 
 BEAM = squama.Beam.from_toml("examples/stiff_skin.toml")
@@ -102,7 +106,7 @@ def test_a_softer_bar_is_named_and_found():
 def test_causes():
     assert Slope(0.85, 0.004, 30).cause(("mu",), 25).startswith("the slope before engagement is 0.8500 +- 0.0040 of")
     assert "15 % softer" in Slope(0.85, 0.004, 30).cause(("mu",), 25)
-    assert "5 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25)
+    assert "5.0 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25)
     # within its error, and within what no file knows
     assert not Slope(0.85, 0.06, 30).cause(("mu",), 25)
     assert not Slope(1.005, 1e-5, 30).cause(("mu",), 25)
@@ -165,8 +169,31 @@ def test_the_ends_of_the_beam_are_told():
     assert line.endswith("(squama row): mu and K_theta are those of an endless beam and biased by it")
     assert fit.dataset().attrs["checked"].splitlines()[0] == line
     # of a long beam the ends take the less
-    long = fitting.finite_rows.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
+    long = finite_rows.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
     assert 1 - long.torque == pytest.approx((1 - fit.ends.torque) / 40, rel=0.3)
+
+
+def test_where_the_row_ends_before_the_data_that_is_told():
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(friction={"mu": 0.3})
+    found = finite_rows.ends(beam, 0.14 / beam.pitch)
+    assert found.end == "other contact"
+    assert float(squama.twist(beam, points=3).phi_e) < found.load < 0.14
+    assert 0.3 < found.torque < 1
+    # before engagement there are no ends to speak of
+    assert finite_rows.ends(beam, 0.01 / beam.pitch) is None
+
+
+def test_the_first_half_is_told_where_scales_touch_before_the_model_does():
+    x = np.linspace(0, 0.05, 101)
+    noisy = np.random.default_rng(1).normal(0, 1e-5, x.size)
+    readings = Readings.of(x, np.ones(x.size), np.zeros(x.size, int), 25)
+    points = SimpleNamespace(readings=readings, touching=lambda _: np.zeros(x.size, bool))
+    v = Physical(0.3, 1.0, 1.0, 0.1)
+    for bend, count in ((0.0, 101), (4.0, 51)):
+        record = SimpleNamespace(load=x, torque=2 * x + bend * np.maximum(x - 0.03, 0) + noisy)
+        found = slope.slope(record, points, np.ones(x.size, bool), v, 2.0, 1e-5)
+        assert found.points == count
+        assert abs(found.ratio - 1) < 4 * found.error < 0.01
 
 
 def test_a_rival_that_does_not_describe_the_points_is_not_told(tmp_path, capsys):

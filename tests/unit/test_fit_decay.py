@@ -235,7 +235,7 @@ def test_other_starts_are_tried_while_residuals_are_above_the_noise(monkeypatch)
 
     monkeypatch.setattr(decay._Search, "descend", stuck)
     found = squama.fit_decay({"t": t, "phi": read}, GUESS, "mu, damping", **HINGE)
-    assert len(begun) > 3
+    assert len(begun) >= 3
     assert found.values["mu"] == pytest.approx(true.values["mu"], rel=1e-5)
     assert not found.notes
 

@@ -192,7 +192,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         remedies = estimate.remedies(asked, best.values, senses, used, best.jacobian, found.noise)
     else:
         beam = asked._replace(beam=wanted.beam).fitted(best.values)
-    steep = slope(made, found)
+    steep = slope(rec, points, found.usable, at, made.asked.base.rigidity / beam.pitch, found.noise)
     result = Fit(
         beam=beam,
         initial=asked.beam,

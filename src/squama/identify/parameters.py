@@ -155,8 +155,7 @@ class Asked(NamedTuple):
             self.base.rigidity * scale * modulus,
             v.get("theta0", self.base.theta0),
             *(v.get(name, 0.0) for name in NUISANCES),
-            modulus=modulus,
-        )
+        )._replace(modulus=modulus)
 
     def chain(self, p: Array) -> Array:
         """Return the derivatives of the physical quantities to the parameters, shape (9, parameters)."""

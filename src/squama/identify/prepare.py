@@ -170,7 +170,8 @@ def enough(made: Prepared) -> None:
         turned = np.isfinite(engaged[there])
         remedy = "if the sense was the other, turn the signs of twist and torque" if turned else "find C_f or E_B only"
     reason = f"all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where})"
-    steep = slope(made)
+    unit = asked.base.rigidity / asked.beam.pitch
+    steep = slope(rec, points, usable, asked.physical(asked.start), unit, None)
     if steep is not None and steep.wrong_unit:
         remedy = f"{steep.cause(asked.names, asked.beam.scales)}, or {remedy}"
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)

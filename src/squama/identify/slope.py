@@ -7,18 +7,17 @@ beam file by modulus, section and inclusion factor, so that a record that begins
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squama.identify import noise
+from squama.identify.estimate import Points
+from squama.identify.forward import Physical
 from squama.identify.parameters import with_error
+from squama.identify.records import Record
 from squama.types import Array
-
-if TYPE_CHECKING:
-    from squama.identify.prepare import Prepared
-    from squama.identify.search import Found
 
 _FEWEST = 6
 """Spare points from which on the residual of the slope's own line tells its error; below that the fit's noise does."""
@@ -90,26 +89,24 @@ def unit(ratio: float, scales: int) -> str:
     return known[nearest] if ratio < 0 or max(ratio / nearest, nearest / ratio) < _NEAR else "a unit is wrong"
 
 
-def slope(test: Prepared, found: Found | None = None) -> Slope | None:
-    """Return the slope before engagement of the points that a fit is made from; None where two points hardly show it.
+def slope(
+    record: Record, points: Points, usable: NDArray[np.bool_], at: Physical, unit: float, least: float | None
+) -> Slope | None:
+    """Return the slope before engagement over ``unit``, N m; None where too few points show it.
 
-    Without what is ``found``: of the first part of the twist, since no engagement in a wrong unit is known. Where the
-    slope of the first half is another one the scales touch before the model's do, and that half is told.
+    Of the points that are usable, with what is found, ``at``, and the noise ``least`` of a point, N m. Where that is
+    None, of the first part of the twist, since no engagement in a wrong unit is known. Where the slope of the first
+    half is another one the scales touch before the model's do, and that half is told.
     """
-    asked, points, readings = test.asked, test.points, test.points.readings
-    at = asked.physical(asked.start) if found is None else found.asked.physical(found.best.values)
-    usable = test.usable if found is None else found.usable
+    readings, size = points.readings, np.abs(record.load)
     straight = usable & ~points.touching(at)
-    size = np.abs(test.record.load)
-    if found is None:
+    if least is None:
         straight &= size <= _FIRST * float(np.max(size, where=usable, initial=0.0))
     twist = readings.placed(at.twist_zero, at.backlash)[0]
-    torque = test.record.torque - at.drift * readings.order
-    least = 0.0 if found is None else found.noise
+    torque = record.torque - at.drift * readings.order
 
     def of(part: NDArray[np.bool_]) -> Slope | None:
-        line = _line(twist[part], torque[part], readings.numbers[part], least)
-        unit = asked.base.rigidity / asked.beam.pitch
+        line = _line(twist[part], torque[part], readings.numbers[part], least or 0.0)
         return None if line is None else Slope(line[0] / unit, line[1] / unit, int(np.count_nonzero(part)))
 
     told = of(straight)
