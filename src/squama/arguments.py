@@ -140,6 +140,8 @@ def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[lis
             given.append(numbers(name, value))
         elif name in ("mu", "stiffness_ratio", "thickness") or (name == "lam" and not LOADS[load].sided):
             given.append(not_negative(name, value))
+            if name == "thickness":
+                _refuse(name, given[-1], given[-1] > reach.MOST, f"0 to {reach.MOST:g}")
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach
             given.append(numbers(name, value))
@@ -162,8 +164,6 @@ def one_of(name: str, value: str, allowed: Sequence[str]) -> str:
 def several(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
     """Return some of the allowed words in their order, each once."""
     found = words(name, value, allowed)
-    if not found:
-        refuse(name, "", "is empty", f"write e.g. {allowed[0]}")
     return tuple(word for word in allowed if word in found)
 
 
@@ -171,7 +171,10 @@ def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tu
     """Return some of the allowed words as they are given."""
     if not isinstance(value, str | Iterable):
         refuse(name, shown(value), "is no word and no list of words", f"write e.g. {allowed[0]}")
-    return tuple(one_of(name, word, allowed) for word in ([value] if isinstance(value, str) else value))
+    found = tuple(one_of(name, word, allowed) for word in ([value] if isinstance(value, str) else value))
+    if not found:
+        refuse(name, "", "is empty", f"write e.g. {allowed[0]}")
+    return found
 
 
 def law(value: str) -> str:
