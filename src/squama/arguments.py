@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import date, timedelta
 
 import numpy as np
@@ -42,6 +42,12 @@ def beam(value: object) -> None:
         refuse("beam", path, "is a text, not a beam", f"for a beam file write squama.Beam.from_toml({path})")
     remedy = 'give a squama.Beam, e.g. squama.Beam.from_toml("beam.toml")'
     refuse("beam", "", f"is of type {type(value).__name__}, not a beam", remedy)
+
+
+def place(value: object, example: str, name: str = "path") -> None:
+    """Refuse what is no path."""
+    if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
+        refuse(name, "", f"is of type {type(value).__name__}, not a path", f'write e.g. "{example}"')
 
 
 def _kind(value: object) -> str:
@@ -137,6 +143,8 @@ def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[lis
             given.append(numbers(name, value))
         elif name in ("mu", "stiffness_ratio", "thickness") or (name == "lam" and not LOADS[load].sided):
             given.append(not_negative(name, value))
+            if name == "thickness":
+                _refuse(name, given[-1], given[-1] > reach.MOST, f"0 to {reach.MOST:g}")
         elif name in ("eta", "beta"):
             # beyond that, neighbours without end are within reach
             given.append(numbers(name, value))
@@ -151,17 +159,25 @@ def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[lis
 
 def one_of(name: str, value: str, allowed: Sequence[str]) -> str:
     """Return the value if it is one of the allowed words."""
-    if value not in allowed:
+    if not isinstance(value, str) or value not in allowed:
         refuse(name, shown(value), f"must be {' or '.join(map(shown, allowed))}")
     return value
 
 
 def several(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
     """Return some of the allowed words in their order, each once."""
-    words = [one_of(name, word, allowed) for word in ([value] if isinstance(value, str) else value)]
-    if not words:
+    found = words(name, value, allowed)
+    return tuple(word for word in allowed if word in found)
+
+
+def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+    """Return some of the allowed words as they are given."""
+    if not isinstance(value, str | Iterable):
+        refuse(name, shown(value), "is no word and no list of words", f"write e.g. {allowed[0]}")
+    found = tuple(one_of(name, word, allowed) for word in ([value] if isinstance(value, str) else value))
+    if not found:
         refuse(name, "", "is empty", f"write e.g. {allowed[0]}")
-    return tuple(word for word in allowed if word in words)
+    return found
 
 
 def law(value: str) -> str:
@@ -185,6 +201,14 @@ def thin(thickness: Array, law: str, load: str = "twisting") -> None:
 def joint(value: str) -> str:
     """Return the name of a kind of joint."""
     return one_of("joint", value, ("hinge", "compliant"))
+
+
+def held(kind: str | None, ideal: bool | None) -> None:
+    """Refuse a kind of joint, or what says whether scales are ideal, that is given and is none."""
+    if kind is not None:
+        joint(kind)
+    if ideal is not None and not isinstance(ideal, bool | np.bool_):
+        refuse("ideal", shown(ideal), "must be True or False")
 
 
 def sense(value: str) -> int:

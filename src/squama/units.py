@@ -366,6 +366,8 @@ def _read(value: object, kind: _Kind, bare: bool) -> float:
         si = _finite(float(value), value, kind)
     except OverflowError:
         si = _finite(math.inf, value, kind)
+    except TypeError:  # a span of time of NumPy counts as an integer and is none
+        raise kind.error(value, f"is of another type, but {kind.noun} is needed") from None
     if not bare and kind.dimension is not Dimension.RATIO:
         raise kind.error(value, "has no unit", _advice(si, kind, shown(value)))
     return si

@@ -180,3 +180,16 @@ def test_a_curve_of_three_points_has_the_state_without_load_engagement_and_the_e
         assert found[[0, -1]] == pytest.approx([0.0, stop], rel=1e-9, abs=1e-15)
         assert np.abs(found - engaged).min() < 1e-9
         assert (np.diff(found) > 0).all()
+
+
+@pytest.mark.parametrize("name", ["solve", "ends", "free_vibration"])
+def test_scales_that_would_reach_neighbours_without_end_are_refused(name: str) -> None:
+    for argument in ("eta", "beta", "thickness"):
+        with pytest.raises(InputError, match=f"^{argument} = 1e\\+172: must be .* to 100"):
+            call(name, **{argument: 1e172})
+
+
+def test_what_vanishes_beside_another_number_is_no_error() -> None:
+    """Python's floats do not divide by zero; compiled code, and arrays, do."""
+    found = squama.ends(**SHAPE | {"theta0": 1e-20}, sense="-")
+    assert str(found.end) == str(squama.ends(**SHAPE | {"theta0": 1e-10}, sense="-").end) == "no engagement"

@@ -119,10 +119,7 @@ def gradient(
 
 
 def _names(what: str, given: str | Sequence[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
-    names = known if given is None else (given,) if isinstance(given, str) else tuple(given)
-    for name in names:
-        arguments.one_of(what, name, known)
-    return names
+    return known if given is None else arguments.words(what, given, known)
 
 
 def _derivatives(

@@ -75,8 +75,11 @@ def answers(
     common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
     out, whole = np.full((FLOATS, n), np.nan), np.empty((4, n), np.int64)
     if n <= (FEW if few is None else few):
-        with np.errstate(all="ignore"):
-            fill(designs, 0, n, common, Room(), out, whole)
+        try:
+            with np.errstate(all="ignore"):
+                fill(designs, 0, n, common, Room(), out, whole)
+        except ZeroDivisionError:  # of numbers of Python alone; where something vanishes compiled code has 1/0 = inf
+            _compiled(designs, common, out, whole, threads)
     else:
         _compiled(designs, common, out, whole, threads)
     return Answers._make((*out, whole[0].astype(np.int8), *whole[1:]))

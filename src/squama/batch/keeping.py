@@ -72,19 +72,25 @@ def inlined(f: _F) -> _F:
 class _Copy(FunctionCache):
     """The copy of compiled code on the disk. Where it cannot be read or written, the code is compiled in memory."""
 
+    def __init__(self, f: FunctionType) -> None:
+        parent: Any = super()
+        parent.__init__(f)
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the copy; None where there is none, or a damaged one, which is discarded."""
+        parent: Any = super()
         try:
-            return super().load_overload(sig, target_context)
+            return parent.load_overload(sig, target_context)
         except Exception:  # damaged bytes raise errors of many kinds
             with suppress(OSError):
-                self.flush()
+                parent.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write the copy; say in one line where and why it cannot be written."""
+        parent: Any = super()
         try:
-            super().save_overload(sig, data)
+            parent.save_overload(sig, data)
         except (OSError, EOFError) as error:
             not_kept("compiled code", self.cache_path, error)
 

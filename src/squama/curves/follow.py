@@ -68,6 +68,7 @@ def meant(
     What is not given: the joint is compliant where that covers the load and the law; the hinge's scales are ideal.
     Without ``elements`` a joint is known by its matrix or by the law.
     """
+    arguments.held(joint, ideal)
     note = ""
     if not joint:
         if covers(load, law):

@@ -15,7 +15,7 @@ from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LOADS, NEUTRAL
+from squama.loads import LINES, LOADS, NEUTRAL
 from squama.units import shown
 
 if TYPE_CHECKING:
@@ -146,11 +146,13 @@ def meant(
     beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None = None
 ) -> tuple[str, bool, str, str]:
     """Return what :func:`squama.curves.follow.meant` does, of a beam that is bent, and which line keeps its length."""
+    arguments.held(joint, ideal)
+    if neutral is not None:
+        arguments.one_of("neutral", neutral, tuple(LINES))
     hinged, neutral = 'write joint="hinge"', neutral or beam.substrate.neutral
     if joint is None and (free is not None or neutral == "face"):
         joint = "hinge"
-    joint_given = joint and arguments.one_of("joint", joint, tuple(follow.MODELS))
-    held, thin, note = follow.meant(beam, "twisting", "edge", joint_given, ideal)
+    held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
     if held == "compliant" and (why := real_polygons.impossible(beam)):
         if joint:
             refuse("joint", '"compliant"', why, f"{hinged} (--joint hinge)")

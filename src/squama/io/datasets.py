@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from squama import arguments
 from squama.errors import InputError, Problem, Problems, refuse
 from squama.io import files, tabular
 from squama.types import Array
@@ -67,6 +68,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     >>> again.identical(r)
     True
     """
+    arguments.place(path, "curve.nc")
     write, _ = FORMATS[extension(path, FORMATS)]
     return files.atomic_write(path, lambda place: write(dataset, place))
 
@@ -77,6 +79,7 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises InputError: the extension is not known, there is no such file, it is damaged or was changed, or squama did
     not write it. Of files that were written without a hash not every damage is found.
     """
+    arguments.place(path, "curve.nc")
     reader = FORMATS[extension(path, FORMATS)][1]
     with warnings.catch_warnings():
         # what libraries say of a damaged file is no news beside what is wrong with it

@@ -133,8 +133,6 @@ def view(
         if (ending := Path(path).suffix.lower()) not in FORMATS:
             problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
     problems.settle()
-    if joint is not None:
-        arguments.joint(joint)
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import InputError, Problem, refuse
 from squama.io import files
@@ -384,6 +385,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 
     Raises InputError: there is no store, squama did not write it, or it is damaged.
     """
+    arguments.place(path, "map.zarr")
     place = Path(path)
     plan = read_plan(place)
     done = check(place, plan)
