@@ -15,5 +15,8 @@ settings.load_profile("squama")
 
 
 def pytest_collection_modifyitems(items):
-    """Pages in the browser come first, so that one process has them all and the others take work from its end."""
-    items.sort(key=lambda item: "web" not in item.path.parts)
+    """Pages in the browser come first, so that one process has them all and the others take work from its end.
+
+    Pages of the docs follow, the longest of all tests: at the end one of them would keep a single process busy.
+    """
+    items.sort(key=lambda item: ("web" not in item.path.parts, item.path.name != "test_docs.py"))

@@ -4,6 +4,8 @@ python tools/joint_law.py sample [--count N] [--workers W] [--folder F]     desi
 python tools/joint_law.py check-sample [--count N] ...                      designs that are never fitted
 python tools/joint_law.py pack [--folder F]      add both to the sample that stands beside this file
 python tools/joint_law.py fit [--folder F]       write the law into the package, from both samples
+python tools/joint_law.py band [--folder F]      write anew into it how far it may be off at a place
+python tools/joint_law.py corners                elements of the designs in corners that tests look at, anew
 python tools/joint_law.py check [--folder F]     print its errors on designs that were not fitted
 Sampling goes on where it was stopped; fit and check need no elements.
 """
@@ -27,10 +29,11 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 from joint_process import fitted, predicted
 from joint_torque import torque
+from scipy.optimize import minimize
 
 from squama.fe.geometry import Geometry
 from squama.joints import law, processes
-from squama.joints.factor import BEND, K_THETA, ORDER, STRETCH, TWIST, factor, pivots
+from squama.joints.factor import BEND, K_THETA, ORDER, STRETCH, TWIST, factor, pivots, product
 from squama.types import Array
 
 BOX = {
@@ -53,6 +56,8 @@ GROUPS = (
     np.flatnonzero(law.ODD),
 )
 """Outputs of K that share their lengths."""
+BEYOND = 0.12
+"""How far beyond the law's range, as a share of it, designs of the sample tell how far the law may be off."""
 STRAINS = processes.STIFFNESS + np.arange(processes.STRAIN)
 """Outputs of the strains, after those of K."""
 
@@ -83,26 +88,41 @@ def geometry(x: dict[str, float]) -> Geometry:
 def one(job: tuple[int, bool]) -> dict[str, object]:
     """Return the record of a design: lower triangles of K of each mesh, and of the strains of the coarser one."""
     from squama.errors import InputError
-    from squama.fe.mesh import pitch_mesh
-    from squama.fe.pitch_stiffness import response
-    from squama.fe.stiffness import sizes
 
     index, held_out = job
     began = time.process_time()
     x = design(index, held_out=held_out)
     record: dict[str, object] = {"index": index, "design": x}
     try:
-        g = geometry(x)
-        g.check()
-        size, edges = sizes(g, 3)
-        every = held_out or index % FINE == 0
-        found = [response(pitch_mesh(g, size, edge), g) for edge in edges[1 : 2 + every]]
+        found = meshed(x, 1 + (held_out or index % FINE == 0))
     except InputError as error:
         return {**record, "refused": str(error).splitlines()[0][:120]}
     low = np.tril_indices(9)
     record["K"] = [[float(f"{v:.8g}") for v in r.K[low]] for r in found]
     record["strain"] = [[float(f"{v:.5g}") for v in form[low]] for form in found[0].strain]
     return {**record, "elements": found[-1].elements, "seconds": round(time.process_time() - began, 2)}
+
+
+def meshed(x: dict[str, float], meshes: int) -> list[Any]:
+    """Return what elements say of a design, by the coarser mesh and, of two, by the finer one."""
+    from squama.fe.mesh import pitch_mesh
+    from squama.fe.pitch_stiffness import response
+    from squama.fe.stiffness import sizes
+
+    g = geometry(x)
+    g.check()
+    size, edges = sizes(g, 3)
+    return [response(pitch_mesh(g, size, edge), g) for edge in edges[1 : 1 + meshes]]
+
+
+def corners() -> None:
+    """Write anew what elements of no size say of the designs in the corners of the range that tests look at."""
+    file, low = PACKED.parents[1] / "tests" / "reference" / "joint_corners.json", np.tril_indices(9)
+    made = []
+    for case in json.loads(file.read_text()):
+        coarse, fine = (r.K for r in meshed(case["design"], 2))
+        made.append({**case, "K": [float(f"{v:.8g}") for v in (2 * fine - coarse)[low]]})
+    file.write_text(json.dumps(made, indent=1))
 
 
 def _name(*, held_out: bool) -> str:
@@ -219,6 +239,18 @@ def outputs(shape: law.Shape, K: Array) -> Array:
     return y
 
 
+def inverse(shape: law.Shape, y: Array) -> Array:
+    """Return K (n, 9, 9) of what the law fits of it: the way back of :func:`outputs`."""
+    y = y.copy()
+    y[:, law.ODD] *= np.sin(shape.alpha)[:, None]
+    p = np.exp(y[:, :9])
+    p[:, TWIST:] *= np.sqrt(law.bare(shape))
+    L = np.zeros((len(p), 9, 9))
+    L[:, law.ROWS, law.COLUMNS] = y[:, 9:] * p[:, law.COLUMNS]
+    L[:, range(9), range(9)] = p
+    return product(L)
+
+
 def strain_outputs(sample: Records) -> Array:
     """Return what the law fits of the forms of the strains, (n, 184): per edge log m and the lower triangle of R."""
     L = factor(sample.coarse)[:, None]
@@ -230,11 +262,8 @@ def strain_outputs(sample: Records) -> Array:
     return np.concatenate([np.log(trace)[..., None] / 2, R[..., *np.tril_indices(9)]], -1).reshape(len(M), -1)
 
 
-def fit(sample: Records) -> dict[str, Array]:
-    """Return the arrays of the law's file but for its errors.
-
-    What the finer mesh and the limit of no size change is fitted to the designs that have both, and added to all.
-    """
+def stiffness_goals(sample: Records) -> tuple[Array, Array, Array, list[tuple[Array, Array, Array]]]:
+    """Return scaled features, what they are less and over, and by groups: outputs of K, their goals, their noise."""
     f = law.features(sample.shape)
     mean, spread = f.mean(0), f.std(0)
     x, both, noise = (f - mean) / spread, sample.both, 1 / np.sin(sample.shape.alpha) ** 2
@@ -246,6 +275,15 @@ def fit(sample: Records) -> dict[str, Array]:
         size = change[:, at].std(0)
         small = fitted(x[both], change[:, at] / size, odd[both], noise=CHANCE)
         goals.append((at, y[:, at] + predicted(small, x[both], x) * size, odd))
+    return x, mean, spread, goals
+
+
+def fit(sample: Records) -> dict[str, Array]:
+    """Return the arrays of the law's file but for its errors.
+
+    What the finer mesh and the limit of no size change is fitted to the designs that have both, and added to all.
+    """
+    x, mean, spread, goals = stiffness_goals(sample)
     goals.append((STRAINS, strain_outputs(sample), np.ones(len(x))))
     most = STRAINS[-1] + 1
     group, weights, trend, lengths = (
@@ -306,6 +344,50 @@ def errors(found: processes.Law, held_out: Records) -> tuple[Array, list[tuple[s
     return np.array(numbers), rows
 
 
+def band(found: processes.Law, sample: Records, held_out: Records) -> Array:
+    """Return floor, scale and power of the law's band (:func:`squama.joints.law.band`), of largest likelihood.
+
+    Errors of the torque at twice the engagement are taken for normal, with the squared floor (a quarter of it where the
+    sample's designs are left out in turn, whose meshes are those of the fit) and the square of scale r^power for their
+    variance. A little more than the law's range counts, so that its corners lie within what is known.
+    """
+    x, _, _, goals = stiffness_goals(sample)
+    made, off = np.zeros((len(x), processes.STIFFNESS)), np.zeros((len(x), processes.STIFFNESS))
+    for at, goal, odd in goals:
+        size = goal.std(0)
+        made[:, at], off[:, at] = goal, fitted(x, goal / size, odd).left_out * size
+    near = np.min([*law.rooms(sample.shape).values()], axis=0) > -BEYOND
+    shape = sample.shape.at(near)
+    own = torque_errors(shape, inverse(shape, made[near]), inverse(shape, (made - off)[near]))
+    r = held_out.at(held_out.both)
+    r = r.at(law.within(r.shape))
+    other = torque_errors(r.shape, r.limit, law.stiffness(r.shape, found))
+    parts = [(own, law.distance(shape, found, skip=1), 0.25), (other, law.distance(r.shape, found), 1.0)]
+
+    def unlikely(at: Array) -> float:
+        total = 0.0
+        for e, far, share in parts:
+            variance = share * np.exp(2 * at[0]) + np.exp(2 * np.clip(at[1] + at[2] * np.log(far), -12, 2))
+            known = np.isfinite(e).any(axis=0)
+            square = np.nanmean(e[:, known] ** 2, axis=0)
+            total += (np.log(variance[known]) + square / variance[known]).sum()
+        return float(total)
+
+    best = minimize(unlikely, [-5.7, 7.0, 5.0], method="Nelder-Mead", options={"maxiter": 4000, "maxfev": 4000})
+    return np.array([np.exp(best.x[0]), np.exp(best.x[1]), best.x[2]])
+
+
+def torque_errors(shape: law.Shape, true: Array, K: Array) -> Array:
+    """Return relative errors of the torque at twice the engagement for three overlaps, (3, n); NaN without contact."""
+    rows = []
+    for eta in (2.5, 3.5, 4.5):
+        every = np.full(len(K), eta)
+        expected = torque(shape, true, every)
+        reached = torque(shape, K, every, 2 * expected.engagement)
+        rows.append(np.where(expected.good & reached.good, reached.torque / expected.torque - 1, np.nan))
+    return np.array(rows)
+
+
 def table(rows: Iterable[tuple[str, Array]]) -> None:
     """Print errors in per cent."""
     print(f"{'':34}{'designs':>8}{'rms':>8}{'worst':>8}  %")
@@ -313,10 +395,18 @@ def table(rows: Iterable[tuple[str, Array]]) -> None:
         print(f"{name:34}{e.size:8}{100 * np.sqrt((e**2).mean()):8.2f}{100 * np.abs(e).max():8.2f}")
 
 
+def write(found: dict[str, Array], folder: Path) -> None:
+    """Write the law's file, with how far it may be off at a place."""
+    made = processes.unpacked({**found, "band": np.ones(3)})
+    told = band(made, *(records(folder, held_out=held_out) for held_out in (False, True)))
+    np.savez_compressed(processes.PLACE, **{**found, "band": told})
+    print(f"band: floor {told[0]:.4f}, {told[1]:.4g} r^{told[2]:.3g}")
+
+
 def main() -> int:
     """Run a task."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("task", choices=("sample", "check-sample", "pack", "fit", "check"))
+    parser.add_argument("task", choices=("sample", "check-sample", "pack", "fit", "band", "corners", "check"))
     parser.add_argument("--count", type=int, default=1500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--folder", type=Path, default=Path("out/joint_law"))
@@ -329,11 +419,15 @@ def main() -> int:
         pack(given.folder)
     elif given.task == "fit":
         found = fit(records(given.folder, held_out=False))
-        numbers, rows = errors(
-            processes.unpacked({**found, "errors": np.zeros(9)}), records(given.folder, held_out=True)
-        )
-        np.savez_compressed(processes.PLACE, **found, errors=numbers)
+        made = processes.unpacked({**found, "errors": np.zeros(9), "band": np.ones(3)})
+        numbers, rows = errors(made, records(given.folder, held_out=True))
+        write({**found, "errors": numbers}, given.folder)
         table(rows)
+    elif given.task == "band":
+        with np.load(processes.PLACE) as file:
+            write({name: file[name] for name in file.files}, given.folder)
+    elif given.task == "corners":
+        corners()
     else:
         table(errors(processes.shipped(), records(given.folder, held_out=True))[1])
     return 0

@@ -13,6 +13,7 @@ import builtins
 import sys
 import tempfile
 from collections.abc import Callable
+from copy import deepcopy
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -58,7 +59,8 @@ def note_approx() -> None:
     equal = scalar.__eq__
 
     def noted(self: Any, actual: object) -> bool:
-        if isinstance(actual, int | float | np.number) and isinstance(self.expected, int | float | np.number):
+        numbers = all(isinstance(x, int | float | np.number) for x in (actual, self.expected))
+        if numbers and np.isfinite(self.expected):
             note(actual - self.expected, self.tolerance)
         return bool(equal(self, actual))
 
@@ -88,11 +90,9 @@ class Bounds(ast.NodeTransformer):
             sides = [compare.left, *compare.comparators]
             for i, op in enumerate(compare.ops):
                 if isinstance(op, ast.Lt | ast.LtE) and self.small(sides[i + 1]):
-                    bound = ast.parse(ast.unparse(sides[i + 1]), mode="eval").body
-                    sides[i] = ast.Call(ast.Name("__below__", ast.Load()), [sides[i], bound], [])
+                    noted = ast.Call(ast.Name("__below__", ast.Load()), [sides[i], deepcopy(sides[i + 1])], [])
+                    sides[i] = ast.copy_location(noted, sides[i])
             compare.left, compare.comparators = sides[0], sides[1:]
-        for part in ast.walk(node.test):
-            part.lineno = part.end_lineno = node.lineno  # type: ignore[attr-defined]
         return ast.fix_missing_locations(node)
 
     def small(self, bound: ast.expr) -> bool:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from datetime import date, timedelta
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,14 +26,45 @@ EXAMPLES = {
 LEAST = 1e-6
 """Least load angle per pitch, rad, to which a beam is brought and let go, and least difference of two: a smaller one is
 no motion of a beam, and comes near to what is lost in rounding."""
+_KINDS: dict[tuple[type, ...], str] = {
+    (bool, np.bool_): "a truth value", (complex, np.complexfloating): "a complex number", (str, bytes): "a text",
+    (date, np.datetime64): "a date", (timedelta, np.timedelta64): "a span of time",
+}  # fmt: skip
+"""What is no number though it can be turned into one."""
+
+
+def beam(value: object) -> None:
+    """Refuse what is no beam, such as the path of its file; a beam is known by its parts, its class stands above."""
+    if all(hasattr(value, part) for part in ("substrate", "pitch", "scales")):
+        return
+    if isinstance(value, str | os.PathLike):
+        path = shown(os.fspath(value))
+        refuse("beam", path, "is a text, not a beam", f"for a beam file write squama.Beam.from_toml({path})")
+    remedy = 'give a squama.Beam, e.g. squama.Beam.from_toml("beam.toml")'
+    refuse("beam", "", f"is of type {type(value).__name__}, not a beam", remedy)
+
+
+def _kind(value: object) -> str:
+    """Return what a value, or one inside, is that NumPy would turn into a number though it is none; else nothing."""
+    inside: list[object] = []
+    if isinstance(value, list | tuple):
+        types, inside = set(map(type, value)), [v for v in value if isinstance(v, list | tuple | np.ndarray)]
+    else:
+        array = value if isinstance(value, np.ndarray) else np.asarray(value)
+        types = set(map(type, array.ravel().tolist())) if array.dtype.kind == "O" else {array.dtype.type}
+    words = (words for kinds, words in _KINDS.items() if any(issubclass(t, kinds) for t in types))
+    return next(filter(None, (*words, *map(_kind, inside))), "")
 
 
 def numbers(name: str, value: ArrayLike, *, endless: bool = False) -> Array:
     """Return finite numbers as an array of floats; ``endless``: inf is one of them."""
     try:
-        array = np.asarray(value, dtype=float)
+        kind = _kind(value)
+        array = np.asarray([] if kind else value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         refuse(name, shown(value), "give a number or an array of numbers")
+    if kind:
+        refuse(name, shown(value), f"is {kind}", "give a number or an array of numbers")
     _refuse(name, array, ~np.isfinite(array) & ~(endless & np.isposinf(array)), "a finite number")
     return array
 

@@ -199,9 +199,22 @@ def shown(value: object, limit: int = 60) -> str:
             text = f"{float(value):.12g}" if isinstance(value, Real) else str(value)
         except (OverflowError, ValueError):  # Python writes integers of 4300 digits at most
             text = "a huge number" if isinstance(value, Real) else "huge numbers"
+        except TypeError:  # a span of time of NumPy counts as an integer and is none
+            text = str(value)
     if len(text) > limit:
         text = f"{text[: limit - 4]} ..."
     return printable(text)
+
+
+def change(share: float, sign: str = "") -> str:
+    """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more.
+
+    Examples
+    --------
+    >>> change(0.123), change(-0.05), change(0.123, "+"), change(1783.316)
+    ('12.3%', '-5.0%', '+12.3%', 'a factor of 1.78e+03')
+    """
+    return f"{share:{sign}.1%}" if abs(share) < 1 else f"a factor of {1 + share:.3g}"
 
 
 def example(dimension: Dimension | str) -> str:

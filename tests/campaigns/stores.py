@@ -1,4 +1,4 @@
-"""Small finished stores of sweeps are damaged at random, read, drawn and gone on with.
+"""Small finished stores of sweeps are damaged at random, read, drawn and gone on with; some get what is no file at all.
 
 A damaged store gives the values of the undamaged one or one line; the same sweep run again leaves the undamaged store,
 byte for byte, or says in one line why not.
@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+import zarr
 
 import squama
 from squama.cli import main
@@ -33,6 +34,8 @@ SWEEPS = (
     ({"mu": (0.0, 2.0, 3), "eta": (2.0, 4.0, 4)}, {"tile": 6, "law": ("edge", "plate")}),
     ({"mu": [0.1, 0.3, 0.4], "margin": [0.01, 0.1]}, {"tile": 2, "load": "bending"}),
 )
+LARGEST = 2**20
+"""No file of these stores has more bytes, if it was not put there."""
 LAST_BYTES = 40
 """Appended at most."""
 
@@ -116,14 +119,44 @@ def copy(dice: random.Random, files: list[Path]) -> str:
     return f"{other.parent.name}/{other.name} in the place of {one.parent.name}/{one.name}"
 
 
-DAMAGES: tuple[Callable[[random.Random, list[Path]], str], ...] = (flip, truncate, delete, append, zeros, swap, copy)
+def strange(dice: random.Random, files: list[Path]) -> str:
+    """Put a loop of links, a pipe, a device, a folder or a file of 64 GiB without content in the place of a file."""
+    place = dice.choice(files)
+    place.unlink()
+    kind = dice.choice(("loop", "pipe", "device", "folder", "endless"))
+    if kind in ("loop", "device"):
+        place.symlink_to(place.name if kind == "loop" else "/dev/zero")
+    elif kind == "pipe":
+        os.mkfifo(place)
+    elif kind == "folder":
+        place.mkdir()
+    else:
+        with place.open("wb") as file:
+            file.truncate(2**36)
+    return f"a {kind} in the place of {place.parent.name}/{place.name}"
+
+
+def foreign(dice: random.Random, files: list[Path]) -> str:
+    """Put an array that is none of the store's, or a thing that is no file, beside a file."""
+    store = next(p for p in files[0].parents if p.suffix == ".zarr")
+    name = f"foreign{dice.randrange(10**6)}"
+    if dice.random() < 0.5:
+        zarr.create_array(store / name, data=np.arange(3.0))
+        return f"an array {name}"
+    os.mkfifo(store / name)
+    return f"a pipe {name}"
+
+
+DAMAGES: tuple[Callable[[random.Random, list[Path]], str], ...] = (
+    flip, truncate, delete, append, zeros, swap, copy, strange, strange, foreign,
+)  # fmt: skip
 
 
 def damage(dice: random.Random, store: Path) -> str:
     """Damage a store at one to three places; return what was done."""
     done = []
     for _ in range(dice.choice((1, 1, 1, 2, 3))):
-        files = [p for p in sorted(store.rglob("*")) if p.is_file() and p.stat().st_size]
+        files = [p for p in sorted(store.rglob("*")) if p.is_file() and 0 < p.stat().st_size < LARGEST]
         some = dice.choice(("c.", "c.", "c.", "zarr.json", ""))
         # the marks are few among the chunks
         marks = dice.random() < 0.2
@@ -182,7 +215,7 @@ def resumed(store: Path, which: int, whole: dict[str, bytes]) -> list[str]:
     """Run the sweep again over a damaged store."""
     with one_line() as wrong:
         run(plan(which), store)
-        now = contents(store)
+        now = {name: data for name, data in contents(store).items() if not name.startswith("foreign")}
         if other := [name for name in {**whole, **now} if whole.get(name) != now.get(name)]:
             wrong.append(f"called complete with {len(other)} other files, e.g. {other[0]}")
     return wrong

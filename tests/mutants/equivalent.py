@@ -246,9 +246,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "curves/hinge_cycles.py",
         "asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
     ): {"3 -> (3 * 2 + 1)": "points of a curve that is not asked for: only the path is solved"},
-    ("curves/real_cycles.py", "here = float(near[-1]) if turned else start"): {
-        "1 -> 2": "where the even points begin, by one of the near ones: the states there are the same",
-    },
     (
         "fe/contact.py",
         "*((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),",
@@ -261,10 +258,10 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
     ("curves/real.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
-    (
-        "curves/real_cycles.py",
-        "closing = [v for v in {0.0, *earlier} if (v - start) * way > _FULL and (stop - v) * way > _FULL]",
-    ): {"* -> /": "the way is 1 or -1", "* -> / #2": "the way is 1 or -1"},
+    ("curves/cycle_points.py", "return (v - start) * way > least and (stop - v) * way > least"): {
+        "* -> /": "the way is 1 or -1",
+        "* -> / #2": "the way is 1 or -1",
+    },
     ("model/section.py", "for n in range(1, 13, 2):"): {"13 -> (13 * 2 + 1)": _ROUNDING},
     ("model/joint.py", "slack = 1e-9"): {"*": _ROUNDING},
     ("dynamics/decay.py", "for _ in range(100):"): {"*": _TUNING},
@@ -283,10 +280,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/systems.py", "STEPS = 256"): {"*": _TUNING},
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},
     ("dynamics/systems.py", "NEAR = 1e-6"): {"*": _TUNING},
-    (
-        "dynamics/systems.py",
-        "back = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])",
-    ): {"True -> False": _TUNING},
+    ("dynamics/systems.py", "FARTHER = 1.001"): {"*": _TUNING},
+    ("dynamics/bent.py", "STEPS = 256"): {"*": _TUNING},
+    ("dynamics/bent.py", "ALONG = 24"): {"*": _TUNING},
+    ("dynamics/bent.py", "NEAR = 0.3"): {"*": _TUNING},
+    ("dynamics/bent.py", "SMALL = 1e-4"): {"*": _TUNING},
     ("dynamics/motion.py", "sign = 1 if state.y > 0 else -1"): {"1 -> 2 #4": "only its sign is looked at"},
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},

@@ -79,12 +79,28 @@ def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None
     assert "range end" in capsys.readouterr().out
 
 
-def test_the_edges_of_two_sides_push_each_other_apart() -> None:
+def test_what_touches_near_an_edges_end_is_seen_where_it_touches() -> None:
+    """Between the places that were looked at it was seen 5 % later, and taken for another pair; by plain vectors."""
     alpha, theta0 = np.radians([20.2, 10.7])
-    h = 0.05 * math.cos(alpha) * math.sin(theta0)
-    K = law.stiffness(law.Shape(1.79, 0.78, 0.19, 0.71, h, alpha, theta0, 0.45))
-    one = Way.of(Scale(4.17, 0.71, 0.78, alpha, theta0, h), K, 0.2, sense=-1)
-    assert one.contact[:3] == (plate.SIDE_D, plate.SIDE_D, 1)
+    h, beta, lam = 0.05 * math.cos(alpha) * math.sin(theta0), 0.71, 0.78
+    K = law.stiffness(law.Shape(1.79, lam, 0.19, beta, h, alpha, theta0, 0.45))
+    one = Way.of(Scale(4.17, beta, lam, alpha, theta0, h), K, 0.2, sense=-1)
+    assert one.contact[:3] == (plate.SIDE_D, plate.BASE, 1)
+    x = one.contact.x + np.linspace(-2e-2, 2e-2, 4001)
+
+    def least(phi: float) -> float:
+        """Height of the side edge over the next scale's face, by motions without contact, in the other sense."""
+        held = K[:7, :7] * np.outer(MIRROR[:7], MIRROR[:7])
+        q = -np.linalg.solve(held[:6, :6], held[:6, 6]) * phi
+        n = axes(-alpha, theta0)
+        E, R = Rotation.from_rotvec(q[3:]).as_matrix(), Rotation.from_rotvec([0.0, 0.0, -phi]).as_matrix()
+        at = np.column_stack([x, np.full(x.size, -beta), np.full(x.size, -h / 2)])
+        there = ((at @ E.T + q[:3]) @ n + [0.0, lam, -1.0]) @ R
+        there = ((there - [0.0, lam, 0.0]) @ n.T - q[:3]) @ E
+        over = (there[:, 0] > 0) & (np.abs(there[:, 1]) < beta)
+        return float(there[over, 2].min()) - h / 2
+
+    assert least(one.contact.phi * (1 - 1e-3)) > 0 > least(one.contact.phi * (1 + 1e-3))
     rows, end = one.states(twists(one, 20, 1.04))
     assert end.code == changes.RANGE
     assert (np.diff(rows[:, 2]) > 0).all()

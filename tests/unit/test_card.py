@@ -62,6 +62,7 @@ def test_the_drawing_is_to_scale(scales):
     k = np.ptp(bar[:, 1]) / BEAM.substrate.thickness
     # exposed parts, from the last scale to the first; rounded to hundredths of a pixel
     tips = plates[1::2]
+    # tolerance: hundredths of a pixel
     assert tips[0][0, 0] - tips[1][0, 0] == pytest.approx(k * BEAM.pitch, rel=1e-3)
     rise = BEAM.scale.length * np.sin(BEAM.scale.theta0)
     assert tips[0][0, 1] - tips[0][3, 1] == pytest.approx(k * rise, rel=1e-3)

@@ -95,7 +95,7 @@ def test_without_engagement_the_end_is_named_and_nothing_is_said_of_the_cut_off(
 
 def test_bending_says_first_which_line_keeps_its_length(beam, capsys):
     lines = _out(capsys, "bend", "beam.toml", "--joint", "hinge").splitlines()
-    assert lines[0].startswith("beam.toml bent, thin, rigid scales on hinges: ")
+    assert lines[0].startswith("beam.toml bent as an endless beam, thin, rigid scales on hinges: ")
     assert lines[0].endswith("; the line in the middle of the bar keeps its length")
     assert any(line.startswith("  torque T that keeps it from twisting") for line in lines)
     assert "in the face of the bar" in _out(capsys, "bend", "beam.toml", "--neutral", "face").splitlines()[0]

@@ -39,6 +39,7 @@ def test_derived_values_of_fig_6b():
     sizes = (FIG_6B.pitch, scale.width / 2, scale.embedded, scale.thickness)
     assert sizes == pytest.approx((0.025, 0.015, 0.0045, 1e-4))
     assert pytest.approx(10e9) == FIG_6B.G_B
+    # tolerance: the figures have five digits
     assert pytest.approx(29974e-12, abs=5e-13) == FIG_6B.J
     assert pytest.approx(54613e-12, abs=5e-13) == FIG_6B.I
     assert pytest.approx(29974 / 54613, rel=1e-4) == FIG_6B.C_w

@@ -60,6 +60,7 @@ def test_cells_and_order_are_kept(tmp_path):
     assert list(rows[0])[8:] == ["phi_e_rad", "end", "theta_end_deg", "phi_end_rad", "neighbour", "sense"]
     assert list(rows[0].values())[:8] == ['a, "b"', " 0.50 ", "1e1", "45.0", ".45", "1.25", "+3", "007"]
     assert rows[0]["end"] == "frictional lock"
+    # tolerance: the figure has six digits
     assert float(rows[0]["phi_e_rad"]) == pytest.approx(0.0481936, rel=1e-5)
 
 

@@ -1,6 +1,9 @@
 """Flags as values: what is read, what is refused, and that nothing is lost of several mistakes."""
 
+from pathlib import Path
+
 import pytest
+from refusals import refused
 
 from squama.cli import flags
 from squama.errors import InputError, refuse
@@ -73,3 +76,28 @@ def test_command_lines_do_not_share_mistakes(command_line):
     with flags.collecting():
         assert not flags.problems()
     assert flags.problems() is command_line
+
+
+EXAMPLE = str(Path(__file__).parents[2] / "examples" / "stiff_skin.toml")
+ALPHA = ["--set", 'scale.alpha="40 deg"', "--set", 'scale.alpha="30 deg"']
+TABLE = "says how --data is read; give --data too, e.g. --data test.csv, or leave it out"
+
+
+@pytest.mark.parametrize("command", ["twist", "bend", "vibrate", "joint"])
+def test_a_value_set_twice_is_refused_by_its_name(command, capsys):
+    refused([command, EXAMPLE, *ALPHA], [["--set scale.alpha: is given twice; keep one of them"]], capsys)
+
+
+def test_a_value_set_twice_is_refused_in_a_target_and_by_mu(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with flags.collecting(), pytest.raises(InputError, match=r"--set scale\.alpha: is given twice"):
+        flags.Base(set_=(flags.Setting("scale", "alpha", 1), flags.Setting("scale", "alpha", 1))).overrides()
+    said = "--set friction.mu: is given by --mu, too; leave one of them out"
+    refused(["cycle", EXAMPLE, "--to", "0.1 rad/pitch", "--mu", "0.2", "--set", "friction.mu=0.3"], [[said]], capsys)
+
+
+def test_how_a_table_is_read_without_a_table_is_refused(capsys):
+    for command in ("twist", "bend"):
+        given = ["--decimal", ",", "--columns", "2=T (N m)"]
+        lines = [['--decimal = ","', TABLE], ['--columns = "2=T (N m)"', TABLE]]
+        refused([command, EXAMPLE, *given], lines, capsys)

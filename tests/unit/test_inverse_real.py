@@ -50,6 +50,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
     for d in found.designs:
         assert isinstance(d.beam.scales, int)
         assert d.values["beam.scales"] == d.beam.scales
+        # tolerance: the beam is met to the target's "accept", 0.01 where it names none
         assert d.beam.length == pytest.approx(0.5, rel=0.01) or not d.met
         r = squama.twist(d.beam, at="90 deg total")
         torque = next(goal for goal in d.goals if "torque" in goal.name)
@@ -82,7 +83,7 @@ def test_a_limb_that_stiffens():
         engagement, torque, ratio, share = d.goals
         assert engagement.reached == pytest.approx(math.degrees(float(r.phi_e)) * 15)
         assert torque.reached == pytest.approx(float(r["T"][0]), rel=1e-9)
-        assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=1e-9)
+        assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=1e-8)
         assert share.reached == pytest.approx(100 * float(r.stress[0]) / beam.scale.strength, rel=1e-9)
         refuse.check(plan(beam, None, {}), PARTS)
         assert not law.outside(shape(beam))
@@ -110,6 +111,7 @@ def test_an_exact_target_is_met_on_the_grid():
         assert d.values["scale.length"] * 1e3 == pytest.approx(round(d.values["scale.length"] * 1e3), abs=1e-9)
         assert math.degrees(d.beam.scale.alpha) == pytest.approx(round(math.degrees(d.beam.scale.alpha)), abs=1e-9)
         r = squama.twist(d.beam, at="90 deg total")
+        # tolerance: the target's "accept"
         assert float(r["T"][0]) == pytest.approx(0.06, rel=6e-3)
         assert math.degrees(float(r.phi_e)) * 25 == pytest.approx(50, rel=6e-3)
 
@@ -347,6 +349,7 @@ def test_another_contact_before_the_twist_is_told_with_what_to_change(monkeypatc
     assert np.isnan(best.goals[0].reached)
     (line,) = (line for line in best.warnings if line.startswith("another contact comes in at "))
     far = float(line.split(" at ")[1].split(" deg total")[0])
+    # tolerance: the line tells so many digits
     assert np.radians(far) == pytest.approx(best.rate_end * best.beam.length, rel=1e-3)
     assert "a larger beam.pitch or scale.theta0" in line
     # what the line names does put it off

@@ -37,6 +37,7 @@ OTHER = with_matrix(2 * PLAIN.joint_stiffness, 1.5 * PLAIN.torsional_rigidity)
 @pytest.fixture(scope="module")
 def torque():
     found = float(squama.twist(BEAM, joint="hinge").T_c)
+    # tolerance: the figures have three and four digits
     assert found == pytest.approx(1690, rel=1e-3)
     assert float(squama.twist(PLAIN, joint="hinge").T_c) == pytest.approx(563, rel=1e-2)
     return found

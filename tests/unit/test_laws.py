@@ -37,6 +37,7 @@ def test_the_plate_law_misses_virtual_work_and_the_edge_law_does_not(mu: float) 
     if mu == 0:
         # without friction the energy knows no law: 3.604 against 4.069 from the plate law's own forces
         assert plate == pytest.approx(edge, rel=1e-13)
+        # tolerance: the figures have four digits
         assert plate == pytest.approx(3.604, abs=5e-4)
         assert direct_torque(theta, mu, "plate") == pytest.approx(4.069, abs=5e-4)
 

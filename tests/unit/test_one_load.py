@@ -43,7 +43,7 @@ def test_doors_obey_the_line_that_keeps_its_length(tmp_path):
             assert float(swept["torque"][0]) == pytest.approx(float(one[name][0]), rel=3e-4)
             assert swept.attrs["neutral"] == one.attrs["neutral"] == ("free" if neutral is None else "middle")
         history = squama.cycle(beam, "0.1 rad/pitch")
-        top = int(history.phi.argmax())
+        top = int(history.phi.argmax("point"))
         for name in ("T", "M"):
             there = float(squama.twist(beam, at=["0.1 rad/pitch"])[name][0])
             assert float(history[name][top]) == pytest.approx(there, rel=3e-4)

@@ -39,6 +39,7 @@ def test_a_beam_of_a_file_has_the_curve_of_twist() -> None:
     unit = substrate.youngs_modulus * d**3
     assert many.phi_e == pytest.approx(float(one.phi_e), rel=1e-12)
     assert many.end == str(one.end.values)
+    # tolerance: coarser steps than twist's, 1e-6 to 8e-5 measured, on every processor
     np.testing.assert_allclose(many.torque * unit, one["T"].values, rtol=1e-5)
     np.testing.assert_allclose(many.N * unit / d, one.N.values, rtol=1e-4)
     np.testing.assert_allclose(many.W_fr * unit / d, one.W_fr.values, rtol=1e-3, atol=1e-9)
@@ -89,7 +90,7 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
     turned = design | {"alpha": -design["alpha"]}
     K = law.stiffness(law.Shape(*(turned[name] for name in law.Shape._fields)))
     scale = path.Scale(*(turned[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")))
-    one = path.Path.of(scale, K, design["mu"])
+    one = path.Path.of(scale, K, design["mu"], stretch="free")
     rows, end = one.states(PHI)
     assert 0 < many.phi_e < 0.1
     assert many.phi_e == pytest.approx(one.contact.phi, rel=1e-9)
@@ -125,3 +126,45 @@ def test_bad_arguments(given: dict, said: str) -> None:
         squama.response(**({"phi": PHI} | DESIGN | given))
     assert str(caught.value).startswith(said)
     assert "\n" not in str(caught.value)
+
+
+JUST_BEHIND = {
+    "eta": 3.834595409581805, "beta": 0.5118778629992609, "lam": 0.40571785265200433, "zeta": 0.24593358828854037,
+    "alpha": 0.5311747895749378, "theta0": 0.29619922537090626, "thickness": 0.0555789851544197, "width": 2.2,
+    "nu": 0.45, "mu": 0.25, "modulus_ratio": 2e4,
+}  # fmt: skip
+
+
+def test_a_twist_just_behind_engagement_ends_no_curve() -> None:
+    phi_e = float(squama.response([0.2], **JUST_BEHIND).phi_e)
+    # one of them is behind it by its last bit, or before
+    x = np.linspace(0, 2.5 * phi_e, 31)[1:]
+    for place in (x[11], *(phi_e * (1 + v) for v in (-1e-14, 0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6))):
+        near = np.append(x[:11], [place, *x[12:]])
+        r = squama.response(near, **JUST_BEHIND)
+        assert r.end == "range end"
+        assert np.isfinite(r.torque).all()
+        # the same as by twists of which none is near it, up to what steps are even
+        far = squama.response(np.append(x[:11], x[12:]), **JUST_BEHIND)
+        np.testing.assert_allclose(np.delete(r.torque, 11), far.torque, rtol=1e-9)
+        assert r.torque[11] == pytest.approx(r.rigidity * phi_e, rel=1e-4)
+
+
+@pytest.mark.parametrize("apart", [1e-13, 1e-11, 1e-9, 1e-7])
+def test_twists_that_are_all_but_equal_end_no_curve(apart: float) -> None:
+    """Random beams; twists in contact that lie so near to others that no rate can be had between them."""
+    r = np.random.default_rng(31)
+    n = 30
+    thickness = r.uniform(0.03, 0.06, n)
+    given = {
+        "eta": r.uniform(2.5, 4.5, n), "beta": r.uniform(0.4, 0.8, n), "lam": r.uniform(0.35, 0.6, n),
+        "zeta": r.uniform(0.2, 0.4, n), "alpha": r.uniform(0.5, 0.9, n), "theta0": r.uniform(0.2, 0.3, n),
+        "thickness": thickness, "width": 2.0, "nu": 0.45, "mu": r.uniform(0.0, 0.4, n), "modulus_ratio": 2e4,
+    }  # fmt: skip
+    x = np.linspace(0.01, 0.2, 20)
+    far = squama.response(x, **given)
+    near = squama.response(np.sort(np.append(x, x * (1 + apart))), **given)
+    assert np.isfinite(far.torque[:, 0]).sum() > 20
+    np.testing.assert_array_equal(near.end, far.end)
+    np.testing.assert_allclose(near.torque[:, ::2], far.torque, rtol=1e-4)
+    np.testing.assert_allclose(near.torque[:, 1::2], near.torque[:, ::2], rtol=1e-4)

@@ -33,6 +33,7 @@ def test_without_bend_and_with_its_length_held_it_is_the_twisted_beam(ideal):
     assert float(both.phi_e) == pytest.approx(float(alone.phi_e), rel=1e-9)
     np.testing.assert_array_equal(both.stretch, 0)
     for name in ("theta", "T", "T_scales", "N", "f", "U_el", "u_Z", "w_Y", "strain", "pull_out", "tab_bending"):
+        # tolerance: steps along both beside steps of the twist, 6e-6 measured, on every processor
         np.testing.assert_allclose(both[name], alone[name], rtol=0, atol=2e-5 * float(abs(alone[name]).max()))
     assert {key: both.attrs[key] for key in ("joint", "scales", "joint_source", "law", "K_theta")} == {
         key: alone.attrs[key] for key in ("joint", "scales", "joint_source", "law", "K_theta")
@@ -60,6 +61,7 @@ def test_a_bar_that_may_stretch_stores_less():
     assert (free.stretch.values[1:] != 0).all()
     energies = np.interp(held.phi, free.phi, free.U_el)
     assert (energies[1:] < held.U_el.values[1:]).all()
+    # tolerance: what the length held stores more, 0.7 %
     np.testing.assert_allclose(energies[1:], held.U_el.values[1:], rtol=0.02)
 
 
@@ -68,6 +70,7 @@ def test_a_bar_that_may_stretch_stores_less():
 def test_work_is_stored_or_rubbed_away(ideal, neutral):
     r = squama.bend_twist(SKIN, BY_EDGES, ideal=ideal, neutral=neutral, points=300)
     assert (r.end.item(), r.attrs["followed"]) == ("range end", "one contact")
+    # tolerance: trapezoids between 300 points, 2e-5, and the steps, 8e-6, on every processor
     assert work(r) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=1e-4)
     assert abs(float(r.energy_error)) < 1e-4
     assert float(r.W_fr[-1]) > 0.01 * float(r.U_el[-1])
@@ -116,6 +119,7 @@ def test_general_contact_from_rest_finds_the_same(path, ideal):
     units = {"M": E * d**3, "T": E * d**3, "N": E * d**2, "theta": 1, "stretch": 1, "W_fr": E * d**2}
     for name, unit in units.items():
         tolerance = {"M": 6e-3, "N": 8e-3, "W_fr": 0.03, "stretch": 0.03}.get(name, 4e-3)
+        # tolerance: the barrier of general contact and its increments, up to 0.5 %, on every processor
         assert float(r[name][-1]) == pytest.approx(led.columns[name][-1] * unit, rel=tolerance), name
     assert abs(float(led.columns["force"][-1])) < 1e-9
     assert work(r) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=5e-3)
@@ -125,6 +129,7 @@ def test_bent_first_contacts_hand_over_and_nothing_jumps():
     r = squama.bend_twist(SKIN, "bend 0.1 rad/pitch; twist 0.15 rad/pitch")
     assert r.event.values.tolist() == ["engagement (BF)", "corner", "BF to TF", "TF to TS", "range end"]
     psi, phi = r.psi_event.values, r.phi_event.values
+    # tolerance: "within some" is 5 % here
     # the tip leaves the face at the line on which rigid plates would lie flush, within some
     assert phi[3] == pytest.approx(psi[3] * np.tan(SKIN.scale.alpha), rel=0.1)
     assert "M_jump" not in r
@@ -195,7 +200,7 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     torques = [row for row in rows if row[:2] == ["torque", "T,"]]
     r = squama.bend_twist(SKIN, path, mu=0.6, neutral="middle")
     at = np.flatnonzero(r.leg == 1)[-1]
-    assert float(torques[0][-2]) == pytest.approx(float(r["T"][at]), rel=1e-3)
+    assert float(torques[0][-2]) == pytest.approx(float(r["T"][at]), rel=2e-3)
     # a hinge that has locked before has no torque
     assert torques[1][-1] == "-"
     assert any(line.startswith("hinge: frictional lock at psi, phi = 0, ") for line in lines)

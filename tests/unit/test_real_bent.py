@@ -26,8 +26,8 @@ def test_without_bend_it_is_the_twisted_beam(D):
     one = path.Path.of(scale(D=D), K, 0.3)
     rows, _ = one.states(phi)
     found = follow_legs(scale(D=D), K, 0.3, np.column_stack([0 * phi, phi]), stretch="held")
-    np.testing.assert_allclose(found.answers.rows[0][:, :19], rows, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(found.T, rows[:, 1], rtol=1e-7)
+    np.testing.assert_allclose(found.answers.rows[0][:, :19], rows, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(found.T, rows[:, 1], rtol=1e-6)
 
 
 @pytest.mark.parametrize("D", [np.inf, 0.1])
@@ -37,11 +37,11 @@ def test_moment_and_torque_are_the_slopes_of_the_energy(D):
     found = follow_legs(scale(D=D), K, 0.0, corners, step=1e-3)
     work = found.answers.rows[0][:, 9]
     assert work[-1] - work[0] == pytest.approx(0.0, abs=1e-5 * work[0])
-    np.testing.assert_allclose([found.M[-1], found.T[-1]], [found.M[0], found.T[0]], rtol=1e-6)
+    np.testing.assert_allclose([found.M[-1], found.T[-1]], [found.M[0], found.T[0]], rtol=3e-6)
     # the rate of work with the way is along the leg that ends there
     rates = np.diff(corners, axis=0, prepend=np.zeros((1, 2)))
     rates /= np.hypot(*rates.T)[:, None]
-    np.testing.assert_allclose(found.answers.rows[0][:, 1], found.M * rates[:, 0] + found.T * rates[:, 1], rtol=1e-7)
+    np.testing.assert_allclose(found.answers.rows[0][:, 1], found.M * rates[:, 0] + found.T * rates[:, 1], rtol=1e-6)
     h = 1e-4
     for axis, value in ((0, found.M[0]), (1, found.T[0])):
         ends = []
@@ -70,7 +70,7 @@ def test_general_contact_finds_the_same(mu, stretch):
         other.append([walk.columns[name][-1] for name in ("M", "T", "N", "stretch")])
     M, T, N, stretched = np.array(other).T
     rows = found.answers.rows[0]
-    # the barrier's gap of 1e-4 pitches, and friction's first increment at a corner
+    # tolerance: the barrier's gap of 1e-4 pitches, and friction's first increment at a corner
     np.testing.assert_allclose(found.M, M, rtol=3e-3)
     np.testing.assert_allclose(found.T, T, rtol=3e-3)
     np.testing.assert_allclose(rows[:, 2], N, rtol=5e-3)
@@ -93,12 +93,14 @@ def test_a_joint_that_only_lifts_is_the_hinge():
 
 
 def test_mirrored_it_is_the_same():
-    one = follow_legs(scale(), K, 0.3, TWIST_FIRST)
-    image = follow_legs(scale(alpha=-SHAPE.alpha), K * np.outer(MIRROR, MIRROR), 0.3, TWIST_FIRST * [1, -1])
+    # at the usual step the images differ by 1e-4, and rounding says by how much
+    fine = {"step": 2.5e-4}
+    one = follow_legs(scale(), K, 0.3, TWIST_FIRST, **fine)
+    image = follow_legs(scale(alpha=-SHAPE.alpha), K * np.outer(MIRROR, MIRROR), 0.3, TWIST_FIRST * [1, -1], **fine)
     known = np.isfinite(image.M)
     assert known.all()
-    np.testing.assert_allclose(image.M[known], one.M[known], rtol=5e-4)
-    np.testing.assert_allclose(image.T[known], -one.T[known], rtol=5e-4)
+    np.testing.assert_allclose(image.M[known], one.M[known], rtol=2e-5)
+    np.testing.assert_allclose(image.T[known], -one.T[known], rtol=2e-5)
 
 
 def test_bent_first_a_corner_touches_a_face():

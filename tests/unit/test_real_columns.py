@@ -69,7 +69,9 @@ def test_what_is_followed_at_once_changes_no_figure(monkeypatch: pytest.MonkeyPa
     whole = real_columns.solved(c, AT)
     monkeypatch.setattr(real_columns, "AT_ONCE", 256)
     for name, values in real_columns.solved(c, AT)._asdict().items():
-        np.testing.assert_array_equal(values, getattr(whole, name), name)
+        # products of other shapes may round otherwise
+        same = np.testing.assert_allclose if values.dtype.kind == "f" else np.testing.assert_array_equal
+        same(values, getattr(whole, name), err_msg=name)
 
 
 def test_beyond_the_law_a_beam_has_an_end_and_no_figure() -> None:

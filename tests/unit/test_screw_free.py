@@ -36,7 +36,7 @@ def test_bent_and_free_to_twist_it_is_the_reference(case):
         # the closed form on the line (docs, theory), y_n = 0
         rho, cos = f.psi[line] / np.cos(design.alpha), np.cos(design.alpha)
         sine = design.eta * rho * np.cos(rho / 2) / (cos - design.lam * rho)
-        np.testing.assert_allclose(f.theta[line], np.arcsin(sine) - rho / 2, rtol=1e-7)
+        np.testing.assert_allclose(f.theta[line], np.arcsin(sine) - rho / 2, rtol=3e-7)
 
 
 @pytest.mark.parametrize(("alpha", "slope"), [(5, 1.427), (20, 0.374), (45, -1.560), (60, -0.994)])
@@ -47,6 +47,7 @@ def test_coupling_at_the_onset(alpha, slope):
     f = relaxed(design, np.array([onset - 1e-6, onset + 1e-6]), 1.0, free=1)
     assert f.contact.tolist() == ["", "BF"]
     assert f.phi[0] == 0
+    # tolerance: the figures have three decimals
     assert f.phi[1] / 1e-6 == pytest.approx(slope, abs=1e-3)
 
 

@@ -41,7 +41,7 @@ def test_paths_are_those_of_the_reference(case):
     assert [p.contact for p in last][: len(segments)] == [s["kind"] for s in segments]
     for piece, segment in zip(last, segments, strict=False):
         x0, x1 = FAR * piece.x0, FAR * piece.x1
-        assert x0 == pytest.approx(float(segment["start"]["sigma"]), abs=2e-12)
+        assert x0 == pytest.approx(float(segment["start"]["sigma"]), abs=2e-11)
         end = float(segment["end_at"]["sigma"])
         if segment["end"] == "base" and piece.contact == "BF":
             # it looks at the face of scale 1; a corner on that of scale 2 leaves where an edge lies in that one
@@ -50,7 +50,7 @@ def test_paths_are_those_of_the_reference(case):
             _, nZ, RX, _ = posed.d.axes(theta)
             assert screw.dot(nZ, RX)[0] == pytest.approx(0, abs=1e-12)
         else:
-            assert x1 == pytest.approx(end, abs=2e-12)
+            assert x1 == pytest.approx(end, abs=2e-11)
             assert EVENTS[segment["end"]] == piece.event
             ends = {"frictional lock": End.FRICTIONAL, "kinematic lock (line contact)": End.LINE}
             assert piece.end == ends.get(segment["end"], piece.end)
@@ -66,13 +66,13 @@ def test_paths_are_those_of_the_reference(case):
             x = piece.x0 + 0.8 * (end / FAR - piece.x0)
             pole = float(energy.pole(piece, np.array([x]), np.array([design.mu]), "", np.array([piece.x0]))[0])
             work = energy.work(piece, piece.x0, x, pole, design.mu, "")(x)
-            assert work == pytest.approx(float(segment["W_fr_to_0.8"]), rel=1e-10)
+            assert work == pytest.approx(float(segment["W_fr_to_0.8"]), rel=3e-10)
     others = [s["no_other_pair_crosses"] for s in segments]
     found = [p for p in follow(design, points) if p.other]
     if all(other is True for other in others) and piece.end:
         assert not found
     for theta, sigma, k in (other for other in others if other is not True):
-        # its samples lie behind the touch
+        # tolerance: its samples lie behind the touch
         assert found[0].other.endswith(f"(k = {k})")
         assert FAR * found[0].x1 == pytest.approx(sigma, abs=3e-3)
         assert found[0].states(np.array([found[0].x1]))["theta"][0] == pytest.approx(theta, abs=3e-3)
@@ -177,6 +177,7 @@ def test_corners_and_the_line_jump_at_one_inclination():
     assert rubbed.states(np.array([rubbed.x1]))["theta"][0] + rho / 2 == pytest.approx(np.arctan(5), rel=1e-9)
     lock = list(follow(across._replace(mu=0.0, y_n=0.45), [(0.5, 0.0)]))[-1]
     assert lock.end is End.KINEMATIC
+    # tolerance: the figure has five decimals
     assert lock.x1 * 0.5 == pytest.approx(0.33816, abs=1e-5)
 
 
@@ -254,4 +255,4 @@ def test_a_gap_that_closes_beside_the_plates_is_waited_for():
     # the arrays of bending say the same
     s = squama.solve(eta=1.105, beta=2.978, lam=2.18, alpha=0.01434, theta0=1.3307, mu=1.0, load="bending")
     assert s.end.item() == "static lock"
-    assert float(s.load_e) == pytest.approx(first.x1 * np.pi / 2, abs=1e-8)
+    assert float(s.load_e) == pytest.approx(first.x1 * np.pi / 2, abs=3e-8)

@@ -23,13 +23,14 @@ def _prandtl_double_sine(a, b, terms):
     [(1, 0.1406), (1.5, 0.196), (2, 0.229), (2.5, 0.249), (3, 0.263), (4, 0.281), (5, 0.291), (10, 0.312)],
 )
 def test_torsion_constant_matches_the_textbook(ratio, k):
+    # tolerance: the table's digits
     assert section.torsion_constant(ratio * 0.7, 0.7) / (ratio * 0.7**4) == pytest.approx(k, abs=5.5e-4)
 
 
 @pytest.mark.parametrize("sides", [(1.0, 1.0), (32.0, 16.0), (1.0, 3.7)])
 def test_torsion_constant_matches_the_double_series(sides):
     # the tail of the double series falls like 1 / terms^3
-    assert section.torsion_constant(*sides) == pytest.approx(_prandtl_double_sine(*sides, 400), rel=1e-6)
+    assert section.torsion_constant(*sides) == pytest.approx(_prandtl_double_sine(*sides, 400), rel=2e-6)
 
 
 @pytest.mark.parametrize("ratio", [1, 1.001, 2, 5, 300, 1e6])
@@ -42,6 +43,7 @@ def test_torsion_constant_is_exact_to_double_precision(ratio):
 
 
 def test_the_papers_section():
+    # tolerance: the figures have so many digits
     assert section.torsion_constant(32, 16) == pytest.approx(29974, abs=0.5)
     assert section.polar_moment(32, 16) == pytest.approx(54613, abs=0.5)
     assert section.warping_coefficient(32, 16) == pytest.approx(0.549, abs=5e-4)
@@ -54,6 +56,7 @@ def test_the_papers_section():
 
 def test_joint_laws_at_fig_6b():
     # d = 1, E_B = 1: fe.md gives .01269 and 1.449 for the paper's laws
+    # tolerance: the figures have four digits
     assert joint.stiffness(1, 0.004, 0.6, 0.18) == pytest.approx(0.01269, rel=5e-4)
     assert joint.inclusion_twisting(0.18, 0.6, 0.32) == pytest.approx(1.449, abs=5e-4)
     assert joint.inclusion_bending(0.18, 0.6, 0.32) == 1
@@ -128,5 +131,6 @@ def test_thick_plates_engage_where_their_edges_meet():
 def test_thin_plates_engage_as_the_model_says():
     a, t = math.radians(45), math.radians(10)
     # fe.md: .05905 at Fig. 6b
+    # tolerance: the figure has five decimals
     assert thickness.engagement_twisting(3, 0.6, 0.32, a, t) == pytest.approx(0.05905, abs=5e-6)
     assert thickness.engagement_twisting(3, 0.6, 0.32, a, t, tau=thickness.gap(a, t)) == 0

@@ -44,7 +44,7 @@ def test_work_of_many_paths_is_that_of_each(law: str, margin: float) -> None:
         for n, i in enumerate(index):
             one = scalar(t.row, n)
             series = energy.work(one, t.x0[n], float(x_c[n]), float(poles[n]), float(d["mu"][i]), law)
-            assert solved.W_fr[i] == pytest.approx(float(series(x_c[n])), rel=1e-9, abs=1e-300)
+            assert solved.W_fr[i] == pytest.approx(float(series(x_c[n])), rel=1e-8, abs=1e-300)
             seen += solved.W_fr[i] > 0
     assert seen > 80
 
@@ -104,6 +104,7 @@ def test_bending_gives_the_closed_forms() -> None:
     mu = np.array([0.0, 0.3, 0.6, 1.0, 11.0])
     flat = {"beta": 1.0, "lam": 0.0, "alpha": 0.0, "theta0": np.radians(5), "load": "bending"}
     s = solve(eta=5.0, mu=mu, stiffness_ratio=0.1, **flat)
+    # tolerance: the figures have five decimals
     assert 5 * s.load_end[:4] == pytest.approx([1.00507, 0.96228, 0.86068, 0.70889], abs=5e-6)
     assert list(s.end) == ["kinematic lock", *["frictional lock"] * 3, "static lock"]
     beam = squama.Beam.from_ratios(eta=5, theta0="5 deg", inclusion_factor=1)

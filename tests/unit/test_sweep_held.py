@@ -29,6 +29,7 @@ def test_every_cell_of_the_real_beam_is_its_path(sense: str, tmp_path: Path) -> 
         assert slices.ends(cell) == r.end.item()
         if r.end.item() == "range end":
             assert float(cell.phi_e) == pytest.approx(abs(float(r.phi_e)), rel=1e-9)
+            # tolerance: differences of three points of 90, 0.5 % measured, on every processor
             slope = np.gradient(r["T"].values[-3:], r.Phi.values[-3:], edge_order=2)[1]
             assert float(cell.tangent) == pytest.approx(slope, rel=1e-2)
         assert float(cell.torque) == pytest.approx(abs(float(r["T"][-1])), rel=1e-4)

@@ -324,7 +324,7 @@ def test_leftovers_are_cleared_away_and_nothing_else(tmp_path):
 
 
 def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypatch):
-    fill, seen = store._fill, []
+    fill, seen = store.fill, []
 
     def meanwhile(beside, plan):
         fill(beside, plan)
@@ -335,7 +335,7 @@ def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypat
             subprocess.run(command, check=True, capture_output=True, timeout=60)
             assert beside.is_dir()
 
-    monkeypatch.setattr(store, "_fill", meanwhile)
+    monkeypatch.setattr(store, "fill", meanwhile)
     assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
     assert seen
     assert contents("map.zarr") == undisturbed
@@ -343,7 +343,7 @@ def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypat
 
 
 def test_a_folder_that_is_taken_away_while_it_is_filled_is_made_again(place, undisturbed, monkeypatch):
-    fill, seen = store._fill, []
+    fill, seen = store.fill, []
 
     def meanwhile(beside, plan):
         if not seen:
@@ -352,7 +352,7 @@ def test_a_folder_that_is_taken_away_while_it_is_filled_is_made_again(place, und
             raise FileNotFoundError
         fill(beside, plan)
 
-    monkeypatch.setattr(store, "_fill", meanwhile)
+    monkeypatch.setattr(store, "fill", meanwhile)
     assert main([*ARGUMENTS, "-o", "map.zarr"]) == 0
     assert contents("map.zarr") == undisturbed
 

@@ -95,8 +95,8 @@ def test_floats_keep_their_digits(numbers: tuple[float, ...], degrees: float, br
     got, want = state(theta, d, branch), state(MP.mpf(theta), exact, branch, MP)
     for name, value in want.items():
         # the moments lose what the lever arms cancel
-        tol = 1e-13 if abs(value) > 1e-6 else 1e-11
-        assert abs(got[name] - value) <= tol * abs(value) + 4e-16, name
+        tol = 1e-12 if abs(value) > 1e-6 else 1e-10
+        assert abs(got[name] - value) <= tol * abs(value) + 1e-14, name
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -111,7 +111,7 @@ def test_arrays_give_the_floats(sense: int) -> None:
     for i in range(3):
         one = Design(*(float(c[i]) for c in (columns[0], alpha, *columns[1:])), 0.1, sense)
         for name, value in state(float(theta[i]), one).items():
-            assert got[name][i] == pytest.approx(value, rel=1e-13, abs=1e-15), name
+            assert got[name][i] == pytest.approx(value, rel=1e-13, abs=1e-14), name
 
 
 @pytest.mark.parametrize(("numbers", "degrees", "branch"), DESIGNS)
@@ -125,10 +125,10 @@ def test_rates_against_complex_step_and_central_differences(
     up, down = state(theta + h, d, branch), state(theta - h, d, branch)
     for name, rate, sign in (("phi", "dphi", 1), ("s", "da", -1), ("p", "dc", 1)):
         assert step[name] == pytest.approx(sign * here[rate], rel=1e-12, abs=1e-14)
-        assert (up[name] - down[name]) / (2 * h) == pytest.approx(sign * here[rate], rel=1e-7, abs=1e-8)
+        assert (up[name] - down[name]) / (2 * h) == pytest.approx(sign * here[rate], rel=2e-6, abs=2e-7)
     for name in ("edge M_N", "edge M_f", "plate M_N", "plate M_f", "plate slip_rate"):
         difference = (up[name] - down[name]) / (2 * h)
-        assert step[name] == pytest.approx(difference, rel=1e-6, abs=1e-7), name
+        assert step[name] == pytest.approx(difference, rel=2e-6, abs=2e-7), name
 
 
 def test_numba_compiles_the_same_source() -> None:

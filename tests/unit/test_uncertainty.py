@@ -11,6 +11,7 @@ from squama.errors import InputError
 from squama.study.tolerances import monte_carlo, statistics
 from squama.study.tolerances.statistics import Indices, indices, probability, summary
 
+# tolerances: statistics of samples whose seeds are fixed, so that they deviate alike on every processor
 BEAM = squama.Beam.from_ratios(mu=0.3, youngs_modulus="2 MPa")
 # some samples of it engage, some do not; some lock, some run off an edge
 MIXED = {
@@ -116,7 +117,7 @@ def test_samples_are_beams():
         # back to engagement along the tangent stiffness
         start = float(2 * r.K_t[0] - r.K_t[1])
         assert float(s.K_e) == pytest.approx(start, rel=1e-4)
-    assert float(abs(u["beam.pitch"] - d).max()) <= 0.03 * d
+    assert float(abs(u["beam.pitch"] - d).max()) <= 0.03 * d * (1 + 1e-9)
 
 
 def test_bending_samples_are_beams():

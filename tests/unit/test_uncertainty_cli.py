@@ -116,6 +116,7 @@ def test_summary(beam, capsys):
     figures = [one.nominal, one["mean"], one.sd, *one["quantile"].sel(level=[0.05, 0.5, 0.95])]
     assert row.split() == ["phi_end", "rad/pitch", *(f"{float(v):.4g}" for v in figures), "1"]
     total = out.splitlines()[out.splitlines().index(row) + 1]
+    # tolerance: the table has four digits
     assert float(total.split()[3]) == pytest.approx(np.degrees(25 * float(one.nominal)), rel=1e-3)
 
 
@@ -197,6 +198,7 @@ def test_picture(beam):
     for end in u.end.values:
         share = 100 * float(u.probability.sel(end=end))
         (label,) = [t for t in labels if t.startswith(end)]
+        # tolerance: the label has so many digits
         assert float(label.rsplit(",", 1)[1].strip(" %")) == pytest.approx(share, rel=0.01)
     locked = right.lines[0].get_ydata()
     assert locked[0] == 0

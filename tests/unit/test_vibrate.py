@@ -38,14 +38,14 @@ def test_the_bare_frequencies_are_those_of_books():
     heavy = squama.vibrate(BEAM, rotor=ROTOR, density="1000 kg/m3", **still)
     polar = s.width * s.thickness * (s.width**2 + s.thickness**2) / 12
     assert heavy.attrs["inertia"] == pytest.approx(0.01 + 1000 * polar * L / 3, rel=1e-12)
-    bent = squama.vibrate(BEAM, load="bending", rotor=ROTOR, **{**still, "joint": None, "ideal": None})
+    bent = squama.vibrate(BEAM, load="bending", rotor=ROTOR, **still)
     omega = math.sqrt(2 * BEAM.bending_rigidity / (L * 0.01))
     assert 2 * math.pi * float(bent.f_0) == pytest.approx(omega, rel=1e-12)
     mass = 1000 * s.width * s.thickness
     for mode, number, square in (("simply supported", math.pi, 1 / 2), ("cantilever", 1.875104, 1 / 4)):
-        m = squama.vibrate(BEAM, load="bending", mode=mode, density=1000, release="0.001 rad/pitch", swings=1)
+        m = squama.vibrate(BEAM, load="bending", mode=mode, density=1000, **still)
         omega = (number / L) ** 2 * math.sqrt(BEAM.bending_rigidity / mass)
-        assert 2 * math.pi * float(m.f_0) == pytest.approx(omega, rel=1e-6)
+        assert 2 * math.pi * float(m.f_0) == pytest.approx(omega, rel=3e-6)
         assert float(m.period[0] * m.f_0) == pytest.approx(1.0, rel=1e-12)
         bar = BEAM.bending_rigidity * (0.001 / BEAM.pitch) ** 2 / 2 * L * square
         assert m.U_turn.values == pytest.approx(bar, rel=1e-12)
@@ -86,7 +86,7 @@ def test_engagement_is_told_where_the_swing_ends_before():
     assert float(v.phi_turn[0]) < float(v.phi_e) == pytest.approx(float(squama.twist(beam, points=3).phi_e), rel=1e-9)
     # the bare bar's decay
     assert float(v.phi_turn[1] / v.phi_turn[0]) == pytest.approx(
-        -np.exp(-np.pi * 0.02 / np.sqrt(1 - 0.02**2)), rel=1e-6
+        -np.exp(-np.pi * 0.02 / np.sqrt(1 - 0.02**2)), rel=1e-5
     )
 
 
@@ -239,7 +239,7 @@ WRONG = {
     "both": ([*SWING, "--impulse", "1 N m s"], ["--release, --impulse", "one of them"]),
     "damping": ([*SWING, "--damping", "0.7"], ['--damping = "0.7"', "0 to 0.5"]),
     "mode": ([*SWING, "--mode", "cantilever"], ["--mode", "bending"]),
-    "density": ([*SWING, "--mode", "cantilever", "--load", "bending"], ["--density", "not given", "1100 kg/m3"]),
+    "density": ([*SWING, "--mode", "cantilever", "--load", "bending"], ["--density", "not given", "1150 kg/m3"]),
     "nothing": ([*SWING[:3], "0 rad/pitch", *SWING[4:]], ["--release = 0", "nothing moves"]),
     "too little": (
         [*SWING[:3], "1e-320 rad/m", *SWING[4:]],

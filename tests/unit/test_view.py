@@ -387,6 +387,7 @@ def test_the_page_of_its_own_has_everything_inside() -> None:
     imports = json.loads(re.search(r'<script type="importmap">(.*?)</script>', text)[1])["imports"]
     assert all(value.startswith("data:text/javascript;base64,") for value in imports.values())
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text)[1])
+    # tolerance: the nearest of the states
     assert data["states"][data["first"]]["load"] == pytest.approx(0.2, abs=0.003)
     assert (data["end"], len(data["states"])) == ("frictional lock", standalone.SAMPLES)
     assert data["states"][-1]["name"] == "locked"

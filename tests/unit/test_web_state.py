@@ -28,6 +28,7 @@ from squama.web import charts, live, map, server, state  # noqa: A004
 from squama.web.aside import Aside
 from squama.web.fields import CHOICES, FIELDS
 
+# tolerances: fields and charts have six digits, what is read two or three
 START = state.preset("main")
 IN_RANGE = {name: st.floats(f.low, f.high).map(lambda x: f"{x:.4g}") for name, f in FIELDS.items() if not f.whole}
 
@@ -294,20 +295,6 @@ def test_a_cell_of_the_map_is_that_design(load: str, x: str, y: str) -> None:
     assert len(cells) == found.x.size * found.y.size
     assert cells[found.x.size * 5 + 35][:3] == [35, 5, int(found.code[5, 35])]
     json.dumps(options, allow_nan=False)
-
-
-@pytest.mark.parametrize("joint", ["hinge", "compliant"])
-@pytest.mark.parametrize("ideal", ["yes", "no"])
-def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
-    now = state.preset("pla").change("joint", joint).change("ideal", ideal)
-    key = map.key(now, "mu", "alpha")
-    found, scales = map.grid(key), "thin, rigid scales" if ideal == "yes" else "thick, rigid scales"
-    assert key.scales == scales
-    assert scales in map.options(key, found, dark=False)["aria"]["label"]["description"]
-    design = map.take(now, "mu", "alpha", (9, 24)).change("joint", "hinge").change("ideal", ideal)
-    figures = live.motion(design.setting).figures
-    assert found.load_e[24, 9] == pytest.approx(figures["load_e"], rel=1e-4)
-    assert found.RED[24, 9] == pytest.approx(figures["RED_c"], rel=1e-3)
 
 
 def test_marks_lie_over_the_cells_of_their_designs() -> None:

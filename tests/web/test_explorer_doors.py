@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
+import re
 import signal
+import socket
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from urllib.parse import quote, urlencode
 
 import pytest
+import uvicorn
 from web_raw import SOCKET, Raw, explorer, resident
 
-from squama.web import state
+from squama.web import connections, state
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +54,137 @@ def test_the_secret_is_exchanged_for_a_cookie_and_leaves_the_address(stranger: R
     assert page.status == 200
     assert "frictional lock" in page.body
     assert stranger.ask(f"/?{stranger.token}").headers["location"] == "/"
+
+
+def test_the_cookie_and_the_address_do_not_tell_each_other(stranger: Raw) -> None:
+    name, _, value = stranger.enter().headers["set-cookie"].split(";")[0].partition("=")
+    secret = stranger.token.partition("=")[2]
+    assert len(value) == len(secret)
+    assert value != secret
+    assert stranger.ask("/", Cookie=f"{name}={secret}").status == 403
+    assert stranger.ask(f"/?token={value}", Cookie=None).status == 403
+    assert stranger.ask("/").status == 200
+
+
+def test_a_page_loads_and_talks_to_nothing_else(known: Raw, stranger: Raw) -> None:
+    for answer in (known.ask("/"), known.ask("/none"), stranger.ask("/"), known.ask("/", Host="evil.example")):
+        (policy,) = (value for name, value in answer.headers.items() if name == "content-security-policy")
+        rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+        assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
+        assert rules["frame-ancestors"] == "'none'"
+        sources = {source for rule in rules.values() for source in rule.split()}
+        own = {f"ws://{known.host}", f"wss://{known.host}", "ws://localhost", "wss://localhost"}
+        words = {"'none'", "'self'", "'unsafe-inline'", "'unsafe-eval'", "data:", "blob:"}
+        assert sources <= own | words
+
+
+def test_half_open_requests_leave_the_owner_a_place(address: str, known: Raw) -> None:
+    owner = known.address.hostname, known.address.port
+    cookie, _, _ = known.cookie.partition("=")
+    start = f"GET / HTTP/1.1\r\nHost: {known.host}\r\nCookie: {cookie}=wrong"
+    lines = []
+    try:
+        for i in range(400):
+            lines.append(socket.create_connection(owner, timeout=30))
+            # some have been answered once, without the cookie
+            lines[-1].sendall((f"{start}\r\n\r\n" * (i % 3 == 0) + start).encode())
+        assert known.ask("/favicon.ico").status == 200
+        assert "squama explorer" in known.ask("/").body
+        assert known.knock().status == 101
+        # the oldest have gone
+        for line in lines[:200]:
+            with suppress(ConnectionError):
+                while line.recv(1 << 16):
+                    pass
+    finally:
+        for line in lines:
+            line.close()
+
+
+@pytest.mark.parametrize(
+    "sent", ["", "GET / HTTP/1.1\r\nX: ", "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 99999\r\n\r\nx"]
+)
+def test_heads_and_the_rest_of_what_is_answered_time_out(monkeypatch, sent: str) -> None:
+    monkeypatch.setattr(connections, "HEAD", 0.2)
+
+    async def app(scope, receive, send) -> None:
+        # whose head is there is waited for
+        if scope["path"] == "/slow":
+            await asyncio.sleep(1)
+        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
+        await send({"type": "http.response.body", "body": b"ok"})
+
+    async def ask() -> None:
+        config, state = uvicorn.Config(app, timeout_keep_alive=600), uvicorn.server.ServerState()
+        config.load()
+        server = await asyncio.get_running_loop().create_server(
+            lambda: connections.Patient(config=config, server_state=state, app_state={}), "127.0.0.1", 0
+        )
+        place = server.sockets[0].getsockname()
+        reader, writer = await asyncio.open_connection(*place)
+        writer.write(sent.encode())
+
+        async def drip() -> None:
+            while True:
+                writer.write(b"x")
+                await asyncio.sleep(0.02)
+
+        dripping = asyncio.create_task(drip()) if sent else None
+        said = b""
+        with suppress(ConnectionError):
+            said = await asyncio.wait_for(reader.read(), 30)
+        if dripping:
+            dripping.cancel()
+        writer.close()
+        answers.append(said)
+        reader, writer = await asyncio.open_connection(*place)
+        writer.write(b"GET /slow HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n")
+        answers.append(await asyncio.wait_for(reader.read(), 30))
+        writer.close()
+        server.close()
+        await server.wait_closed()
+
+    answers: list[bytes] = []
+    asyncio.run(ask())
+    assert [answer.endswith(b"ok") for answer in answers] == [sent.startswith("POST"), True]
+
+
+def test_what_no_page_sends_is_dropped_in_silence(known: Raw) -> None:
+    """The terminal is read as the explorer ends: no traceback may stand there."""
+    text = known.look()
+    page = {"client_id": known.page}
+    messages = [
+        ["event"], ["event", {}], ["event", 1], ["event", None, 2, 3], ["none", {}], [], {}, None, 1, "event",
+        ["event", page], ["event", {"client_id": [1]}], ["event", {**page, "id": 4, "args": 1}],
+        ["ack", {}], ["ack", {**page, "next_message_id": "x"}], ["log", {**page, "level": "x", "message": 1}],
+        ["handshake"], ["handshake", page], ["javascript_response", {}], ["javascript_response", page],
+    ]  # fmt: skip
+    places = [(m.start(), int(m[1])) for m in re.finditer(r'"(\d+)":\{"tag"', text)]
+    hostile = ([], ["1"], ["{"], ['{"number":"x","text":1}'], ['{"number":1}'], ["[]"], ['"x"'], ["null"], ["1", "2"],
+               ['{"value":[1,"x"],"seriesId":"cells"}'], ['{"value":[-1,1e9],"seriesId":"cells"}'],
+               ['{"value":{},"seriesId":[]}'], ['{"name":1,"data":"!!"}'], ['{"name":"x","data":1}'])  # fmt: skip
+    # buttons act on any click, and files would be saved
+    listeners = re.finditer(r'"listener_id":"([^"]+)","type":"(change|picked|opened|refused|dark|rest)"', text)
+    found = [(max(n for at, n in places if at < m.start()), m[1]) for m in listeners]
+    found.sort(key=lambda pair: pair[0])
+    assert len(found) > 30
+    kinds = {text[text.index(listener) :].split('"type":"')[1].split('"')[0]: (i, listener) for i, listener in found}
+    assert {"change", "picked", "opened"} <= set(kinds)
+    for i, listener in {*kinds.values(), *found[:2], *found[-2:]}:
+        messages += [["event", {**page, "id": i, "listener_id": listener, "args": args}] for args in hostile]
+    packets = [f"42{json.dumps(message)}" for message in messages]
+    for packet in (
+        *packets,
+        "4",
+        "42",
+        '42["event"',
+        "43[1]",
+        '451-["event",{"_placeholder":true,"num":0}]',
+        "5x",
+        "9",
+    ):
+        assert known.tell(packet).status in (200, 400)
+    assert "squama explorer" in known.ask("/").body
 
 
 def test_without_the_secret_nothing_is_answered(stranger: Raw) -> None:

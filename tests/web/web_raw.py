@@ -57,7 +57,7 @@ class Raw:
         self.address = urlsplit(address)
         self.host = self.address.netloc
         self.token = self.address.query
-        self.cookie = ""
+        self.cookie = self.page = self.sid = ""
 
     def send(self, request: bytes, seconds: float = 30.0) -> bytes:
         """Send bytes and return all that is answered until the other side closes."""
@@ -106,8 +106,15 @@ class Raw:
         told = f"&client_id={page[1]}&next_message_id=0&implicit_handshake=true&tab_id=t&document_id=d"
         sid = re.search(r'"sid":"([^"]+)"', self.ask(f"{SOCKET}polling{told}").body)
         assert sid
-        self.ask(f"{SOCKET}polling&sid={sid[1]}", body="40")
+        self.page, self.sid = page[1], sid[1]
+        self.tell("40")
+        # the page has a socket as the handshake is answered
+        self.ask(f"{SOCKET}polling&sid={self.sid}")
         return text
+
+    def tell(self, packet: str) -> Answer:
+        """Send a packet of engine.io in the name of the page that was opened last."""
+        return self.ask(f"{SOCKET}polling&sid={self.sid}", body=packet)
 
 
 def resident(process: int) -> int:

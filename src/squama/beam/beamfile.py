@@ -57,6 +57,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "youngs_modulus": _number(Dimension.PRESSURE, MODULUS, "E_s; without it the scale is rigid", '"3 GPa"'),
         "poisson_ratio": _number(Dimension.RATIO, POISSON, "nu_s", "0.35"),
         "strength": _number(Dimension.PRESSURE, MODULUS, "largest stress (von Mises) of a scale", '"50 MPa"'),
+        "density": _number(Dimension.DENSITY, DENSITY, "density of a scale; for vibration", '"1240 kg/m3"'),
     },
     "substrate": {
         "width": _number(Dimension.LENGTH, SIZE, "width", '"32 mm"'),
@@ -73,7 +74,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),
         "scales": Key(None, "number N of scales; the beam is N d long", "25"),
         "faces": Key(None, "faces with scales: one, mirrored or turned; of two also shifted", '"mirrored"'),
-        "density": _number(Dimension.DENSITY, DENSITY, "mean density of the bar", '"1100 kg/m3"'),
+        "density": _number(Dimension.DENSITY, DENSITY, "density of the bar; for vibration", '"1150 kg/m3"'),
         "rotor": _number(Dimension.INERTIA, INERTIA, "moment of inertia at its end", '"1e-4 kg m2"'),
     },
     "joint": {

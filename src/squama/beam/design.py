@@ -37,7 +37,7 @@ class Beam(Assembly):
     joint, friction : Joint, Friction
         Optional.
     density, rotor : float or str, optional
-        Mean density of the bar, kg/m^3, and moment of inertia of a rotor at its end, kg m^2: what vibrates.
+        Density of the bar, kg/m^3, and moment of inertia of a rotor at its end, kg m^2: what vibrates.
 
     Raises
     ------

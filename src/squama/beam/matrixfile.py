@@ -172,13 +172,15 @@ def inclination_stiffness(K: Array, motion: int = 4) -> float:
 def twisting_stiffness(K: Array, *, stretched: bool = False) -> float:
     """Return the torque per twist per pitch, the scale's motions free, of a beam that does not bend.
 
-    Its length is held; ``stretched``: there is no axial force, K (9, 9).
+    The twist is the last row of K, or the seventh of nine. The length is held; ``stretched``: there is no axial force,
+    K (9, 9).
     """
     import numpy as np
 
-    loose = [*range(6), *[8] * stretched]
-    across = K[loose, 6]
-    return float(K[6, 6] - across @ np.linalg.solve(K[np.ix_(loose, loose)], across))
+    twist = 6 if len(K) == 9 else len(K) - 1
+    loose = [*range(twist), *[8] * stretched]
+    across = K[loose, twist]
+    return float(K[twist, twist] - across @ np.linalg.solve(K[np.ix_(loose, loose)], across))
 
 
 def read(path: str | os.PathLike[str]) -> StoredMatrix:

@@ -141,6 +141,8 @@ class Scale(Part):
         it is not.
     strength : float or str, optional
         Largest stress (von Mises), Pa.
+    density : float or str, optional
+        Density, kg/m^3; what vibrates.
 
     Raises
     ------
@@ -158,6 +160,7 @@ class Scale(Part):
     youngs_modulus: Annotated[float, _read("scale.youngs_modulus")] | None = None
     poisson_ratio: Annotated[float, _read("scale.poisson_ratio")] | None = None
     strength: Annotated[float, _read("scale.strength")] | None = None
+    density: Annotated[float, _read("scale.density")] | None = None
 
     if TYPE_CHECKING:
 
@@ -173,6 +176,7 @@ class Scale(Part):
             youngs_modulus: Quantity | None = None,
             poisson_ratio: Quantity | None = None,
             strength: Quantity | None = None,
+            density: Quantity | None = None,
         ) -> None: ...
 
     @property

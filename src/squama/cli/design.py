@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.io.files import label
-from squama.loads import model
+from squama.loads import LOADS, model
 from squama.units import for_people
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
     from squama.inverse.designing import Design, InverseDesign
-    from squama.inverse.reached import Reached
+    from squama.inverse.reached import Beside, Reached
     from squama.inverse.target import Target
 
 SHOWN = 6
@@ -83,29 +83,29 @@ def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, ne
     return None
 
 
+_DESIGN = (
+    *("met", "confirmed", "found_by", "verdict", "values", "chosen", "active", "end", "rate_end", "other_contact"),
+    *("refused", "warnings"),
+)
+_ALL = ("met", "confirmed", "verdict", "bounds", "tolerance", "settings", "notes")
+_TOLD = ("name", "unit", "sense", "asked", "reached", "difference", "met")
+
+
 def _record(found: InverseDesign) -> dict[str, object]:
-    names = ("met", "confirmed", "found_by", "verdict", "values", "chosen", "active", "end", "rate_end")
-    names += ("other_contact", "refused", "warnings")
-    told = ("name", "unit", "sense", "asked", "reached", "difference", "met")
     designs = [
-        {name: getattr(d, name) for name in names}
+        {name: getattr(d, name) for name in _DESIGN}
         | {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump()}
-        | {
-            "beside": {
-                other.key: {
-                    "words": other.words,
-                    "agrees": other.agrees,
-                    "note": other.note,
-                    "goals": [{name: getattr(goal, name) for name in told} for goal in other.goals],
-                }
-                for other in d.beside
-            }
-        }
+        | {"beside": {other.key: _other(other) for other in d.beside}}
         for d in found.designs
     ]
-    names = ("met", "confirmed", "verdict", "bounds", "tolerance", "settings", "notes")
-    about = {name: getattr(found, name) for name in names}
+    about = {name: getattr(found, name) for name in _ALL}
     return {**about, **{name: found.settings[name] for name in ("joint", "scales")}, "designs": designs}
+
+
+def _other(other: Beside) -> dict[str, object]:
+    """Return what another model says of a design."""
+    goals = [{name: getattr(goal, name) for name in _TOLD} for goal in other.goals]
+    return {"words": other.words, "agrees": other.agrees, "note": other.note, "goals": goals}
 
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
@@ -250,7 +250,8 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     import numpy as np
 
     n, names = front.sizes["design"], _objectives(front)
-    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}"
+    held = ", held straight" * LOADS[front.attrs["load"]].sided
+    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}, endless{held}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
     own = [str(name) for name in front.data_vars if "." in str(name)]
     words = [name for name in own if name.startswith("chosen.")]

@@ -188,7 +188,8 @@ def _decayed(found: DecayFit, file: str) -> Iterable[str]:
 
 def _shown(found: Fit, file: str) -> Iterable[str]:
     """Return the summary."""
-    yield f" fitted with {file} in {found.load}, {LOADS[found.load].model(found.law, found.joint, found.scales)}"
+    model = LOADS[found.load].model(found.law, found.joint, found.scales)
+    yield f" fitted with {file} as an endless beam in {found.load}, {model}"
     yield from found.summary().splitlines()
     yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
 

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.interrupt import kept
-from squama.units import moment
+from squama.units import change, moment
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -129,8 +129,8 @@ def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
     yield ": the joint of a scale by finite elements"
     yield ""
     rows = [
-        ("joint stiffness K_theta", moment(K.value), _bar(K), moment(law_K), f"{K.value / law_K - 1:+.1%}"),
-        ("inclusion factor C_f", f"{C_f.value:.4f}", _bar(C_f), f"{law_C:.4f}", f"{C_f.value / law_C - 1:+.1%}"),
+        ("joint stiffness K_theta", moment(K.value), _bar(K), moment(law_K), change(K.value / law_K - 1, "+")),
+        ("inclusion factor C_f", f"{C_f.value:.4f}", _bar(C_f), f"{law_C:.4f}", change(C_f.value / law_C - 1, "+")),
     ]
     yield _table(("", "elements", "error", "scaling law", "elements to law"), rows)
     yield ""

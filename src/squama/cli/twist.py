@@ -91,6 +91,8 @@ def respond(
     if beam is not None and data is not None:
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
+    if data is None:
+        tables.without()
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)

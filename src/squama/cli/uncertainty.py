@@ -12,7 +12,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
-from squama.loads import model
+from squama.loads import THIN, model
 from squama.units import number
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.curves.bench import Bench
     from squama.study.tolerances.statistics import Probability
 
 INFLUENCES = 4
@@ -93,7 +94,27 @@ def uncertainty(
     with flags.laid(flags.arguments("at", "before")):
         found = solve(described, given, margin=margin, keep=keep, bare=False, ideal=ideal or None, **vars(study))
     written = output.write(common, lambda: found, "uncertainty_figure", flat)
-    return output.report(common.json, beam, written, lambda: _record(found), lambda: _shown(found, described.scales))
+    nominal = _bench(found, described, given)
+    return output.report(
+        common.json, beam, written, lambda: _record(found, nominal), lambda: _shown(found, described, nominal)
+    )
+
+
+def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | None:
+    """Return the nominal beam on the bench, at the twist of the figures; None of hinges."""
+    if u.attrs["joint"] == "hinge":
+        return None
+    from squama.curves import bench, doors
+    from squama.study.models import Twist
+    from squama.study.tolerances.distributions import nominal, tolerances
+
+    if beam.friction.mu is None:
+        (friction,) = tolerances({"friction.mu": given["friction.mu"]}, beam, joint="compliant")
+        beam = beam.replace(friction={"mu": nominal(friction, beam)})
+    load, at = u.attrs["load"], float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch))
+    ideal, sense = u.attrs["scales"] == THIN, u.attrs["sense"]
+    answer = doors.respond(beam, load, to=at / beam.pitch, sense=sense, joint="compliant", ideal=ideal)
+    return bench.bench(beam, answer, ideal=ideal, at=at)
 
 
 def _tolerances(
@@ -159,8 +180,8 @@ def _ends(u: xr.Dataset) -> dict[str, Probability]:
     return {str(end): _share(u.sel(end=end), "probability") for end in u["end"].values}
 
 
-def _record(u: xr.Dataset) -> dict[str, object]:
-    """Return everything but the samples."""
+def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
+    """Return everything but the samples; ``nominal``: the nominal beam on the bench."""
     from squama.beam.design import Beam
 
     figures: dict[str, object] = {}
@@ -193,18 +214,24 @@ def _record(u: xr.Dataset) -> dict[str, object]:
         "indices": indices,
         "notes": u.attrs["notes"].splitlines(),
         "warnings": u.attrs["warnings"].splitlines(),
+        "bench": nominal and nominal.record,
         "beam": Beam.from_toml_text(u.attrs["beam"]).model_dump(),
     }
 
 
-def _shown(u: xr.Dataset, scales: int) -> Iterable[str | Table]:
-    """Return the summary."""
+def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Table]:
+    """Return the summary; ``nominal``: the nominal beam on the bench."""
     from squama.study.models import Twist
 
-    load, n = u.attrs["load"], u.attrs["samples"]
+    load, n, scales = u.attrs["load"], u.attrs["samples"], beam.scales
     drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
-    at = f", figures at {Twist.from_text(u.attrs['at']).shown}" if "at" in u.attrs else ""
-    yield f" in {load}, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"
+    at = f", figures at {Twist.from_text(u.attrs['at']).words(scales)}" if "at" in u.attrs else ""
+    yield f" in {load} as an endless beam, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"
+    if nominal is not None:
+        total = math.degrees(nominal.at / beam.pitch * beam.length)
+        yield f"the nominal beam at {nominal.at:.4g} rad/pitch ({total:.4g} deg in total):"
+        yield from nominal.lines
+    yield "tolerances:"
     yield from (f"  {t.parameter.item()} = {t.item()}" for t in u["distribution"])
     yield ""
     # the levels nearest to 5, 50 and 95 %

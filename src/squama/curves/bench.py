@@ -16,7 +16,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.curves.labelled import Answer
 from squama.loads import LOADS, Load
-from squama.units import moment
+from squama.units import torque_unit
 
 MOST = 200
 """Most scales of a row that is set beside an endless beam."""
@@ -61,18 +61,18 @@ class Bench(NamedTuple):
         twisting = self.load.sided
         held, free = ("straight", "bow") if twisting else ("from twisting", "twist")
         what = "bending moment" if twisting else "torque"
-        by = f" by a {what} of {moment(self.holding)}" if math.isfinite(self.holding) else ""
-        yield f"  endless, held {held}{by}: {_said(self.endless)}"
+        factor, unit = torque_unit(self.endless.torque)
+
+        def said(state: State) -> str:
+            return f"{factor * state.torque:.3g} {unit}, {state.stiffness_ratio:.3g} times as stiff as the bar"
+
+        by = f" by a {what} of {factor * self.holding:.3g} {unit}" if math.isfinite(self.holding) else ""
+        yield f"  endless, held {held}{by}: {said(self.endless)}"
         if math.isfinite(self.released.torque):
-            yield f"  endless, free to {free} (no {what}): {_said(self.released)}"
+            yield f"  endless, free to {free} (no {what}): {said(self.released)}"
         if math.isfinite(self.row.torque):
-            yield f"  {self.scales} scales in a row, held straight: {_said(self.row)}"
+            yield f"  {self.scales} scales in a row, held straight: {said(self.row)}"
         yield from (f"  {note}" for note in self.notes)
-
-
-def _said(state: State) -> str:
-    ratio = f", {state.stiffness_ratio:.3g} times as stiff as the bar" if math.isfinite(state.stiffness_ratio) else ""
-    return f"{moment(state.torque)}{ratio}"
 
 
 def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -> Bench | None:

@@ -107,6 +107,7 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
+    arguments.beam(beam)
     return respond(
         beam,
         "twisting",
@@ -178,6 +179,7 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
+    arguments.beam(beam)
     return respond(
         beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral
     ).dataset()
@@ -210,8 +212,8 @@ def respond(
         if loads.ndim != 1:
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
-    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     points = arguments.whole("points", points, 3, 1e6)
+    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
     asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
     return follow.curves(asked, held)
 
@@ -324,6 +326,7 @@ def cycle(
     >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
     9.32 J/m a loop, damping ratio 0.043
     """
+    arguments.beam(beam)
     return cycled(
         beam,
         twist,

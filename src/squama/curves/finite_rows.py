@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from squama.beam.faces import only_one
 from squama.curves import doors, follow, hinge_rows
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
+from squama.errors import InputError
 from squama.loads import LOADS
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 MOST = 2000
 """Largest number of scales of a row."""
+_ENOUGH, _POINTS = 100, 30
+"""Scales from which on more of them only share the ends' part among more; points of a row that is compared."""
 
 
 def row(
@@ -98,6 +101,7 @@ def rowed(
     ideal: bool | None = None,
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
+    arguments.beam(beam)
     only_one(beam.faces, "a finite row")
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
     points = arguments.whole("points", points, 3, 1e5)
@@ -116,6 +120,39 @@ def rowed(
     attrs = attributes(asked, "twisting of a row of scales", sense, held, states.notes)
     attrs |= {"load": "row", "mu": float(m), "sense": sense, **states.attrs}
     return Answer(variables, attrs)
+
+
+class Ends(NamedTuple):
+    """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
+
+    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
+    """
+
+    scales: int
+    load: float
+    torque: float
+    tangent: float
+    end: str
+
+
+def ends(
+    beam: Beam, to: float, *, sense: str = "+", joint: str | None = None, ideal: bool | None = None
+) -> Ends | None:
+    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
+    n = min(beam.scales, _ENOUGH)
+    try:
+        found = row(beam, scales=n, to=to, points=_POINTS, sense=sense, joint=joint, ideal=ideal)
+    except InputError:
+        return None
+    phi, own, endless = (found[name].values for name in ("phi", "T", "T_periodic"))
+    there = np.isfinite(own) & np.isfinite(endless) & (phi > float(found.phi_e))
+    phi, own, endless = phi[there], own[there], endless[there]
+    if phi.size < 3 or not endless[-1] > 0:
+        return None
+    steep, other = (np.gradient(torque, phi)[-1] for torque in (own, endless))
+    torque, tangent = (1 - (1 - float(share)) * n / beam.scales for share in (own[-1] / endless[-1], steep / other))
+    far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
+    return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))
 
 
 def _compliant(asked: Asked) -> States:

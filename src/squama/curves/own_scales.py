@@ -55,10 +55,10 @@ def own_scales(
     stress = found["stress"].max(axis=1) if "stress" in found.variables else np.full(x.size, np.nan)
     # the row may end before the last twist that is asked for
     reached = at <= x[-1] * (1 + 1e-9)
-    T, K_t, *more = (
+    T, K_t, stress, work, red = (
         np.where(reached, np.interp(at, x, v), np.nan) for v in (torque, slopes, stress, found["W_fr"], found["RED"])
     )
     # it jumps at engagement
     K_t[at * beam.pitch < engaged] = rigidity
     end = f"a row of {beam.scales} scales ends at {twists[-1]:.3g} rad/pitch: {found['end'].item()}"
-    return OwnScales(T, K_t, K_t / rigidity, *more, beam.scales, "" if reached.all() else end)
+    return OwnScales(T, K_t, K_t / rigidity, stress, work, red, beam.scales, "" if reached.all() else end)

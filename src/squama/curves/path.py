@@ -57,6 +57,14 @@ class LoadPath(NamedTuple):
         return "-" if next((v for v in self.values if v), 0.0) < 0 else "+"
 
 
+def spaced(stop: float, points: int, engaged: float) -> Array:
+    """Return evenly spaced loads from 0 to an end, with engagement in the place of the nearest one between the two."""
+    at = np.linspace(0.0, stop, points)
+    if 0 < engaged < stop:
+        at[1 + np.abs(at[1:-1] - engaged).argmin()] = engaged
+    return at
+
+
 class Asked(NamedTuple):
     """What is asked of a model.
 

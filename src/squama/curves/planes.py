@@ -80,6 +80,7 @@ def bend_twist_map(
     >>> print(m["T"].dims, *m.state.sel(psi=0.1, phi=[0.1, 0.3], method="nearest").values, sep=", ")
     ('psi', 'phi'), sliding, frictional lock
     """
+    arguments.beam(beam)
     only_one(beam.faces, "the map of bend and twist")
     way = read(path, beam)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))

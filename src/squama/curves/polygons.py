@@ -104,6 +104,7 @@ def bend_twist(
     BF to TS at phi = 0.1000
     frictional lock at phi = 0.1868
     """
+    arguments.beam(beam)
     return bent_and_twisted(
         beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, free=free
     ).dataset()

@@ -17,7 +17,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
 from squama.curves.both_faces import worst
-from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, stiffened
+from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
@@ -27,6 +27,7 @@ from squama.real import changes, follow, path
 from squama.real.features import FACE
 from squama.real.moments import moments
 from squama.types import Array
+from squama.units import change
 
 TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
@@ -141,9 +142,7 @@ class Path(NamedTuple):
                 whole = np.linspace(0.0, self.far, math.ceil(self.far / FINE) + 1)
                 before = self.states(whole)[1]
                 stop = float(whole[max(0, before.solved - 2)] if before.solved < whole.size else self.far)
-            at = np.linspace(0.0, stop, points)
-            if 0 < engaged < stop:
-                at[np.abs(at - engaged).argmin()] = engaged
+            at = spaced(stop, points, engaged)
         at = np.asarray(at, float)
         most = float(at.max(initial=0.0))
         fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
@@ -220,12 +219,13 @@ def solve(asked: Asked, *, stretched: bool = True) -> tuple[list[Path], States]:
     held, sign = Held.of(beam, stretched=stretched), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
     # engagement is told wherever it is, a short curve may end before
-    most = max(far, path.RANGE, 0.0 if asked.at is None else float(np.max(asked.at)))
+    last = 0.0 if asked.at is None else float(np.max(asked.at, initial=0.0))
+    most = max(far, path.RANGE, last)
     found = []
     for mu in np.atleast_1d(asked.mus):
         way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most, stretch=held.stretch)
         found.append(Path(beam, held, way, sign, far, asked.onward and general()))
-    far = far if asked.at is None else float(np.max(asked.at))
+    far = far if asked.at is None else last
     return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
 
 
@@ -257,7 +257,7 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
         if error > TAB_LIMIT:
             lines.append(
                 f"the joint takes the embedded part of a scale as rigid, but it bends, with (E_s/E)(t_s/L)^3 = "
-                f"{group:.2g}: the torque is too high by about {error:.1%}"
+                f"{group:.2g}: the torque is too high by about {change(error)}"
             )
     if far > STRAIN_LIMIT:
         lines.append(

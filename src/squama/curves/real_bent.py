@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.curves import real
-from squama.curves.path import Asked, Case, Curve, States, figures
+from squama.curves.path import Asked, Case, Curve, States, figures, spaced
 from squama.curves.real_polygons import SPACING, WALKED, Gone, Stations, go
 from squama.errors import refuse
 from squama.model.outcome import End
@@ -45,9 +45,7 @@ class Bent(NamedTuple):
         gone, ways = self.gone, self.ways
         engaged, last = gone.engaged, float(ways[-1])
         if at is None:
-            at = np.linspace(0.0, last, points)
-            if 0 < engaged < last:
-                at[np.abs(at - engaged).argmin()] = engaged
+            at = spaced(last, points, engaged)
         within = at <= last * (1 + 1e-12)
 
         def read(values: Array) -> Array:

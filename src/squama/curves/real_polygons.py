@@ -139,7 +139,7 @@ class Gone(NamedTuple):
         v, beam = self.along, self.one.beam
         own = {role: values for role, values in v.items() if role not in _OF_BOTH}
         own |= {"load": v["psi"], "rate": v["kappa"], "T": v["torque"], "torque": v["M"], "scales": v["M_scales"]}
-        return own, float(path.bare(self.one.way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
+        return own, bending_rigidity(beam, self.one.way)
 
     @property
     def attrs(self) -> dict[str, float | str]:
@@ -261,6 +261,12 @@ def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> 
     own |= {"W_fr": a["W_fr"] + b["W_fr"], **{role: a[role] + b[role] - bar for role in ("U_el", "work")}}
     own |= both_faces.of_other(b)
     return Followed(own, first.q[:n], first.contact[:n], first.changes, last.stop, last.end, last.other)
+
+
+def bending_rigidity(beam: Beam, way: path.Path) -> float:
+    """Return the bending rigidity without contact, N m^2, by a path of one face; the bar of two faces counts once."""
+    alone = float(path.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
+    return 2 * alone - float(bare("bending", beam.sizes)) if beam.other else alone
 
 
 def _once(one: real.Path) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
 from squama.curves import follow as spine
+from squama.curves import polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
 from squama.dynamics import motion, systems
@@ -36,6 +37,9 @@ FAR = 0.6
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
+_UNITS = {"impulse": (Dimension.IMPULSE, IMPULSE), "torque": beamfile.NUMBERS["joint.stiffness"]}
+_UNITS |= {name: beamfile.NUMBERS[f"beam.{name}"] for name in ("rotor", "density")}
+"""Dimensions and bounds of what is no load, by the name of its argument."""
 
 
 class Swinging(NamedTuple):
@@ -61,12 +65,13 @@ class Swinging(NamedTuple):
 
     def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
-        notes = systems.notes(self.beam, self.held, self.limit, low, high)
+        notes = [*self.bar.notes, *systems.notes(self.beam, self.held, self.limit, low, high)]
         load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
         said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
         said |= {"mode": self.mode, "inertia": self.bar.inertia}
+        said |= {"neutral": self.held.neutral} if self.held.neutral else {}
         return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
 
 
@@ -101,8 +106,10 @@ def vibrate(
         Moment of inertia of the rotor at the end (in bending of one at either end), kg m^2 or text such as
         "1e-4 kg m2"; the beam's own if not given.
     density
-        Mean density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it; in twisting a third
-        of the bar's own inertia is added to the rotor's.
+        Density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it and by the scales' own
+        (``scale.density``); of twisted bar and scales a third of the inertia is added to the rotor's, and in uniform
+        bending what an arc has whose ends turn in bearings. Where one is not known a warning tells what typical
+        densities would change.
     damping
         Damping ratio of the bar's material, 0 to 0.5. With 0 the turning points come from an exact balance of
         energies, else from integration with events.
@@ -136,10 +143,12 @@ def vibrate(
     >>> print(f"{float(v.f_0):.3f} Hz bare, damping {float(v.zeta_cycle[0]):.4f}, then {float(v.zeta_cycle[1]):.4f}")
     0.560 Hz bare, damping 0.0283, then 0.0249
     """
+    arguments.beam(beam)
     if (release is None) == (impulse is None):
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
+    _legible(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
     held, asked = answered(beam, mu, law, load, joint, ideal)
     start = _angle("release", release, beam, held)
     swinging = _bar(beam, held, asked, mode, rotor, density)
@@ -163,6 +172,18 @@ def vibrate(
     return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed)).dataset()
 
 
+def _legible(beam: Beam, load: str, mode: str, **given: Quantity | None) -> None:
+    """Refuse what cannot be read before the joint is looked for, which may take finite elements."""
+    kind = arguments.load(load)
+    arguments.one_of("mode", mode, MODES)
+    for name, value in given.items():
+        if value is not None and name in _UNITS:
+            _bounded(name, value, *_UNITS[name])
+        elif value is not None:
+            with naming(name):
+                kind.read(value, pitch=beam.pitch, scales=beam.scales)
+
+
 def answered(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
 ) -> tuple[Held, Asked]:
@@ -170,10 +191,16 @@ def answered(
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
     m = arguments.friction(beam.friction.mu, mu)
-    joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
-    spine.covering(joint, kind.name, law)
-    asked = Asked(beam, LoadPath.of(kind.name, [1.0]), np.asarray(m), law, FINEST, 3, ideal=thin, note=note)
-    return Held(kind, m, law, joint, thin), asked
+    line = ""
+    if kind.sided:
+        joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
+        spine.covering(joint, kind.name, law)
+    else:
+        joint, thin, note, line = polygons.meant(beam, joint, ideal, None)
+        line = line if joint == "compliant" else ""
+    way = LoadPath.of(kind.name, [1.0])
+    asked = Asked(beam, way, np.asarray(m), law, FINEST, 3, ideal=thin, note=note, neutral=line)
+    return Held(kind, m, law, joint, thin, line), asked
 
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
@@ -224,10 +251,16 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     height = float(np.max(side.height())) * unit
     reason = (
         f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, where the contact ends: {side.ends}; what "
-        "comes then (an impact, another contact) is not in the model"
+        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, {_further(side)}"
     )
     refuse(name, "", reason, "give less")
+
+
+def _further(side: Side) -> str:
+    """Say why a beam was followed no further on a side."""
+    if not side.ends:
+        return "no further was the beam followed"
+    return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
 
 
 def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:
@@ -323,12 +356,14 @@ def shake(
     >>> print(s.phi_high.values.round(4).tolist())
     [[0.0832, 0.099], [0.0832, 0.099]]
     """
+    arguments.beam(beam)
     if (static is None) == (torque is None):
         refuse("static, torque", "", "one of them is to be given", 'write e.g. static="0.05 rad/pitch"')
     hertz = arguments.positive("frequencies", frequencies)
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
+    _legible(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
     held, asked = answered(beam, mu, law, load, joint, ideal)
     force = abs(_angle("static", static, beam, held))
     swinging = _bar(beam, held, asked, mode, rotor, density)

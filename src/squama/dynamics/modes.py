@@ -17,6 +17,7 @@ class Mode(NamedTuple):
     """Shape of a bending mode over the distance s from its largest curvature: chi falls from 1 to 0.
 
     ``weight`` parts of the beam have that shape; ``square`` is the mean of chi^2; omega0 = (number/L)^2 sqrt(E I/m').
+    ``slope`` is the mean square of the slope times L over that of the deflection.
     """
 
     shape: Callable[[Array], Array]
@@ -24,6 +25,7 @@ class Mode(NamedTuple):
     weight: float
     square: float
     number: float
+    slope: float
 
 
 _B = 1.8751040687119611
@@ -49,8 +51,8 @@ def _cantilever_far(chi: Array) -> Array:
 
 
 SHAPES = dict(zip(MODES[1:], (
-    Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi),
-    Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B),
+    Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi, math.pi**2),
+    Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B, _B * _S * (2 + _B * _S)),
 ), strict=True))  # fmt: skip
 """First bending modes (<chi^2> of the cantilever is 1/4 exactly)."""
 

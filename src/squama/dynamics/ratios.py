@@ -120,7 +120,7 @@ def free_vibration(
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     given, kappa = columns[-1], named["kappa"]
     # scales of the other face that see the same sense work together, those that see the other one take turns
-    seen = sense(faces, kind.axis, float(named["alpha"].max()))
+    seen = sense(faces, kind.axis, float(named["alpha"].max(initial=0.0)))
     turns = np.full((3, 2 * n + 1, given.size), np.nan)
     end, rest, energy = np.full(given.size, RINGS, "<U6"), *np.full((2, given.size), np.nan)
     for index, side in _groups(sol, named["mu"], kappa / 2 if seen > 0 else kappa, given, law, mode):
@@ -135,7 +135,7 @@ def free_vibration(
     zeta = damping(turns[2, ::2])
     peaks, troughs = slice(0, None, 2), slice(1, None, 2)
     rows = (turns[1, peaks], turns[1, troughs], turns[0, peaks], turns[0, troughs], zeta)
-    along = [np.moveaxis(v.reshape(-1, *shape), 0, -1) for v in rows]
+    along = [np.moveaxis(v.reshape(len(v), *shape), 0, -1) for v in rows]
     return FreeVibration(*along, *(v.reshape(shape) for v in (end, rest, energy)))
 
 

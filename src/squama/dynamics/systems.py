@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from squama.beam import mass
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
-from squama.dynamics import hinged, motion
+from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides
 from squama.dynamics.hinged import FINEST
@@ -27,33 +28,54 @@ ROUGH = 1e-7
 """Relative error of a step in time on branches of the real beam: they are no better than its increments."""
 NOTHING = 1e-12
 """Torque over that of the bar at a rad per pitch that is rounding."""
+FIRST = 4e-6
+"""First step of a way back, rad per pitch; the next ones are twice as large each."""
 NEAR = 1e-6
 """Twists on the way to a turning point keep off it by this, rad per pitch: a shorter step may find no balance."""
 MOST = 1.0
 """Largest twist per pitch, rad, to which the real beam is followed."""
-
+FARTHER = 1.001
+"""By how much it is followed beyond the twist from which it is let go."""
+TOO_HIGH = 0.11
+"""By how much a frequency is too high without any rotor, by the shapes assumed: 120 for pi^4 in bending."""
+NOTED = 0.005
+"""Share of the frequency from which on a mass that is left out is told."""
 
 Limit = tuple[float, str]
 """A note for motions beyond an angle below 0, which is a magnitude."""
 
 
 class Held(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
+    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales.
+
+    ``neutral``: on compliant joints that are bent, which line of the bar keeps its length.
+    """
 
     load: Load
     mu: float
     law: str
     joint: str
     ideal: bool
+    neutral: str = ""
+
+    def rigidity(self, beam: Beam) -> float:
+        """Return the rigidity of a beam without contact, N m^2."""
+        if self.joint != "compliant":
+            return self.load.rigidity(beam)
+        return bent.rigidity(beam, self.neutral) if self.neutral else real.Held.of(beam).rigidity
 
 
 class Bar(NamedTuple):
-    """The bar without contact: rigidity (N m^2), what swings, angular frequency; energy (J) of y^2/2 = 1."""
+    """The bar without contact: rigidity (N m^2), what swings, angular frequency; energy (J) of y^2/2 = 1.
+
+    ``notes`` tell of masses that are left out because they are not known, and where a beam outweighs its rotor.
+    """
 
     rigidity: float
     inertia: float
     omega: float
     energy: float
+    notes: tuple[str, ...] = ()
 
 
 def tolerance(held: Held) -> float:
@@ -64,27 +86,66 @@ def tolerance(held: Held) -> float:
 def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float | None) -> Bar:
     """Return what swings: a rotor (kg m^2) at the end of a twisted bar, one at either end of a bent one, or a mode.
 
-    ``inertia`` is the rotor's with a third of the bar's own, or in a mode the mass per length (kg/m).
+    ``inertia`` is the rotor's, or in a mode the mass per length (kg/m), with what bar and scales add to it
+    (:func:`swinging`); ``density`` (kg/m^3) is the bar's.
     """
-    kind = held.load
-    rigidity = real.Held.of(beam).rigidity if held.joint == "compliant" else kind.rigidity(beam)
+    kind, L = held.load, beam.length
+    rigidity = held.rigidity(beam)
     stiffness = rigidity / beam.pitch * beam.scales
-    L, s = beam.length, beam.substrate
     if mode == "uniform":
         if rotor is None:
             remedy = 'give e.g. "1e-4 kg m2", or write rotor under [beam]'
             refuse("rotor", "", "is not given: uniform load comes of a rotor at the end", remedy)
-        if kind.sided:
-            inertia = rotor + (density or 0.0) * beam.I * L / 3
-            return Bar(rigidity, inertia, math.sqrt(rigidity / (L * inertia)), stiffness)
-        return Bar(rigidity, rotor, math.sqrt(2 * rigidity / (L * rotor)), stiffness)
+        inertia = swinging(beam, held, mode, rotor, (density or 0.0, beam.scale.density or 0.0))
+        omega = math.sqrt((1 if kind.sided else 2) * rigidity / (L * inertia))
+        notes = _left_out(beam, held, mode, rotor, density)
+        if inertia > 2 * rotor:
+            how = "a twist that grows evenly along it" if kind.sided else "an arc"
+            notes.append(f"the beam has more inertia than its rotor: it is taken to swing as {how}, which gives "
+                         f"frequencies up to {TOO_HIGH:.0%} too high")  # fmt: skip
+        return Bar(rigidity, inertia, omega, stiffness, tuple(notes))
     if kind.sided:
         refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending", or mode="uniform"')
     if density is None:
-        remedy = 'give e.g. "1100 kg/m3", or write density under [beam]'
+        remedy = 'give e.g. "1150 kg/m3", or write density under [beam]'
         refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)
-    shape, mass = SHAPES[mode], density * s.width * s.thickness
-    return Bar(rigidity, mass, (shape.number / L) ** 2 * math.sqrt(rigidity / mass), stiffness * shape.square)
+    notes = _left_out(beam, held, mode, 0.0, density)
+    shape, inertia = SHAPES[mode], swinging(beam, held, mode, 0.0, (density, beam.scale.density or 0.0))
+    omega = (shape.number / L) ** 2 * math.sqrt(rigidity / inertia)
+    return Bar(rigidity, inertia, omega, stiffness * shape.square, tuple(notes))
+
+
+def swinging(beam: Beam, held: Held, mode: str, rotor: float, densities: tuple[float, float]) -> float:
+    """Return the moment of inertia of a rotor, or in a mode the mass per length, with those of bar and scales.
+
+    ``densities`` of bar and scales, 0 for one that is left out. By the kinetic energy of the shape: the twist grows
+    along the beam from its clamped end; a bar that two rotors bend is an arc whose ends turn in bearings; in a mode
+    scales turn with the slope. What couples deflection and slope, as scales lean to one side, is left out.
+    """
+    m, L = mass.of(beam, *densities), beam.length
+    if mode != "uniform":
+        return m.mass + m.across * SHAPES[mode].slope / L**2
+    return rotor + (m.polar * L / 3 if held.load.sided else m.mass * L**3 / 60 + m.across * L / 6)
+
+
+def _left_out(beam: Beam, held: Held, mode: str, rotor: float, density: float | None) -> list[str]:
+    """Say by how much the frequency would be lower with the masses that are not known, if they were typical."""
+    own = (density, beam.scale.density)
+    missing = [i for i, given in enumerate(own) if given is None]
+    known, typical = (
+        swinging(beam, held, mode, rotor, (own[0] or bar, own[1] or scale))
+        for bar, scale in ((0.0, 0.0), (mass.SILICONE, mass.PLASTIC))
+    )
+    share = 1 - math.sqrt(known / typical)
+    if not missing or share < NOTED:
+        return []
+    words = [("the bar", f"silicone, {mass.SILICONE:g} kg/m3"), ("the scales", f"PLA, {mass.PLASTIC:g} kg/m3")]
+    what, materials = (" and ".join(words[i][k] for i in missing) for k in (0, 1))
+    tables = " and ".join(("[beam]", "[scale]")[i] for i in missing)
+    return [
+        f"the mass of {what} is not known and left out: with typical densities ({materials}) frequencies are "
+        f"{share:.1%} lower; write density under {tables}"
+    ]
 
 
 def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, Limit | None]:
@@ -92,6 +153,11 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
 
     A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
     """
+    if held.joint == "compliant":
+        # without friction a swing comes back to where it was let go, but for rounding
+        far = min(far * FARTHER, max(far, MOST))
+    if held.neutral:
+        return _bent(beam, held, mode, sign, far), None
     if held.joint == "compliant":
         seen = both_faces.sense(beam, held.load.name)
         first = _real(beam, held, 1 if seen < 0 else sign, far)
@@ -114,6 +180,18 @@ def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
     return Sides(found["+"], found["-"]), limit
 
 
+def _bent(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Sides:
+    """Return the branches of the real beam that is bent."""
+
+    def side(sense: int, most: float) -> Side:
+        return bent.side(bent.Bend.of(beam, held.mu, held.neutral, sense, ideal=held.ideal), most, mode)
+
+    first = side(sign, far)
+    energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
+    second = side(-sign, min(math.sqrt(2 * energy), MOST))
+    return Sides(*(first, second)[::sign])
+
+
 def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     """Return the branches of the real beam: each way back from a turning point is walked from there.
 
@@ -125,7 +203,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     if both_faces.sense(beam, held.load.name) < 0:
         other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far, stretch=holds.stretch).contact
         if other.first != -1 and other.phi < far:
-            far, ends = other.phi, both_faces.OTHER + other.words
+            far, ends = other.phi, both_faces.WHOSE + other.words
     if not y_e < far:
         # where it would engage is told all the same
         beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, stretch=holds.stretch).contact.phi
@@ -154,7 +232,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
         there = np.append(y[y < top - NEAR], top)
-        back = np.array([v for v in real_cycles.goals_of(top, 0.0, STEPS) if v > y_e + 1e-9])
+        back = _back(top, y_e)
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
         states = states[there.size :]
         q = scales(states[:, 1], np.append(top, back))
@@ -162,6 +240,17 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
 
     stored = (u["U_joint"] + u["U_plate"]) * faces / (ratio * alone)
     return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), CubicSpline(y, stored))
+
+
+def _back(top: float, y_e: float) -> Array:
+    """Return the places of a way back: even ones to where the contact opens, and before them some ever closer ones.
+
+    The friction turns round there. Steps that keep growing lose the direction in which the scales slide again: of tops
+    1e-7 apart the energies of the way back then differ by 1 %.
+    """
+    even = np.linspace(top, y_e, max(2, min(STEPS, int((top - y_e) / NEAR))) + 1)[1:-1]
+    near = top - FIRST * 2.0 ** np.arange(60)
+    return np.concatenate([near[near > (top + even[0]) / 2], even])
 
 
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from squama import arguments, errors
 from squama._version import __version__
+from squama.beam import mass
 from squama.errors import Problems, SquamaError
 from squama.fabrication import formats as written
 from squama.fabrication import measure, refuse
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 FORMATS = ("stl", "3mf", "step")
 RECORD = "export.json"
 """File that says what an export has written."""
-PLA, SILICONE = 1.24, 1.15
+PLA, SILICONE = mass.PLASTIC / 1000, mass.SILICONE / 1000
 """Densities in g/cm^3 of printed PLA (solid, without infill) and of silicone (VPS: 1.1 to 1.2)."""
 
 
@@ -148,6 +149,7 @@ def export(
     >>> [path.name for path in made.files]
     ['scale.stl', 'scales.stl', 'bill.csv', 'export.json']
     """
+    arguments.beam(beam)
     sizes = {"clearance": clearance, "feature": feature, "wall": wall, "ends": ends, "draft": draft}
     if bed is not None:
         sizes["bed"] = bed

@@ -158,6 +158,7 @@ def cell(
     KeyboardInterrupt
         Ctrl-C, after the increment under way; the restart file holds what is done.
     """
+    arguments.beam(beam)
     only_one(beam.faces, "elements")
     if scales is not None:
         scales = arguments.whole("scales", scales, 2, MOST)

@@ -37,6 +37,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from squama import arguments
 from squama._version import __version__
 from squama.beam.faces import only_one
 from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
@@ -181,6 +182,7 @@ def joint(
         A package is missing, the scale does not fit into the substrate, or the mesher or solver fails. Levels
         that are done are kept in the cache.
     """
+    arguments.beam(beam)
     only_one(beam.faces, "elements")
     # rounded, so that beams that are equal but for rounding have one result; the exposed part plays no role
     shape = Geometry(*(float(f"{x:.12g}") for x in geometry(beam)._replace(eta=1.0)))

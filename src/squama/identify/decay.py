@@ -23,7 +23,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.dynamics import doors, motion, systems
 from squama.dynamics.motion import Drive, Part, State
-from squama.errors import refuse
+from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, swings
 from squama.identify.decay_result import DecayFit
 from squama.identify.parameters import PARAMETERS, Parameter, ask
@@ -50,10 +50,15 @@ _READ = ("f_0", "start", "twist_zero")
 """What changes the reading of a motion, not the motion."""
 _TURNS = (4, 16)
 """Turning points over which the search goes first."""
-_STEP = {"hinge": 1e-5, "compliant": 1e-3}
-"""Steps of the differences, over the sizes of the parameters: the real beam's branches are known to some 1e-6."""
-_MISSES = 1.5
-"""Residual over the noise of a point, from which on the model is said to miss something."""
+_STEP = {"hinge": 1e-5, "compliant": 3e-3}
+"""Steps of the differences, over the sizes of the parameters: motions of the real beam are known to some 1e-6."""
+_STILL = {"hinge": 1e-8, "compliant": 1e-6}
+"""Relative change of the sum of squares, and of the parameters, at which the search has come to its end."""
+_STARTS = (0.4, 2.5)
+"""Frictions of further starts, over that of the beam."""
+_AGAIN, _MISSES = 1.15, 1.5
+"""Residual over the noise of a point from which on the search goes on from its other starts too, and from which on the
+model is said to miss something."""
 _ROUNDING = 1e-6
 """Residuals over the first turning point that are rounding."""
 
@@ -97,16 +102,23 @@ class Trials(NamedTuple):
         zeros = np.full(t.size, 1 / self.beam.scales)
         return way(at) + zero / self.beam.scales, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
 
-    def derivatives(self, p: Array, t: Array, sizes: Array, high: Array) -> Array:
-        """Return the derivatives of what is read to the parameters over their sizes; of the motion by differences."""
-        h = _STEP[self.held.joint]
+    def derivatives(self, p: Array, t: Array, sizes: Array, limits: tuple[Array, Array], *, central: bool) -> Array:
+        """Return the derivatives of what is read to the parameters over their sizes; of the motion by differences.
+
+        Those are of one side, and where they are ``central`` of both; at a limit they are of the other side.
+        """
+        low, high = limits
         here, of_reading = self.reading(p, t)
         columns = dict(zip(_READ, of_reading.T, strict=True))
         for i, name in enumerate(self.names):
             if name not in columns:
-                step = np.where(np.arange(p.size) == i, h * sizes, 0.0)
-                step = -step if p[i] + step[i] > high[i] else step
-                columns[name] = (self.reading(p + step, t)[0] - here) / step[i]
+                step, ends = _STEP[self.held.joint] * sizes[i], []
+                for way in (1, -1) if central else (1 if p[i] + step <= high[i] else -1,):
+                    q = p.copy()
+                    q[i] = min(max(p[i] + way * step, low[i]), high[i])
+                    ends.append((q[i], self.reading(q, t)[0] if q[i] != p[i] else here))
+                (first, up), (last, down) = ends[0], ends[1] if central else (p[i], here)
+                columns[name] = (up - down) / (first - last)
         return np.array([columns[name] for name in self.names]).T * sizes
 
 
@@ -155,6 +167,7 @@ def fit_decay(
     >>> print(f"mu = {f.values['mu']:.4f}, damping = {f.values['damping']:.4f}, rotor {f.beam.rotor:.4f} kg m2")
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
+    arguments.beam(beam)
     held, contact, damped = _wanted(beam, parameters, load, law, mode, joint, ideal)
     asked = ask(beam, load, contact, joint=held.joint) if contact else None
     names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
@@ -219,45 +232,122 @@ def _engages(trials: Trials, p: Array, swung: Swings, contact: list[str]) -> Non
         refuse("parameters", "", reason, 'let the beam go from farther, or find "damping" only')
 
 
+class _Try(NamedTuple):
+    """Where a search comes to: parameters, derivatives over their sizes, sum of squares, whether it came to an end."""
+
+    p: Array
+    jacobian: Array
+    square: float
+    ended: bool
+
+
+class _Search(NamedTuple):
+    """What is searched: trials, sizes and limits of the parameters, the record."""
+
+    trials: Trials
+    sizes: Array
+    limits: tuple[Array, Array]
+    swung: Swings
+
+    @property
+    def stops(self) -> list[int]:
+        """Points over which the search goes, ever more of them."""
+        turns = self.swung.turns
+        return [*(turns[n - 1] for n in _TURNS if n < len(turns)), self.swung.t.size]
+
+    def descend(self, p: Array, n: int) -> _Try:
+        """Go from a start to the least squares over the first n points."""
+        from scipy.optimize import least_squares
+
+        t, y, sizes, limits = self.swung.t[:n], self.swung.y[:n], self.sizes, self.limits
+        unit, joint = abs(self.swung.release), self.trials.held.joint
+        # derivatives of one side lead there, but the errors of what resembles another parameter ask for more
+        central = joint == "compliant" and n == self.swung.t.size
+
+        def residuals(u: Array) -> Array:
+            return (self.trials.reading(u * sizes, t)[0] - y) / unit
+
+        def slope(u: Array) -> Array:
+            return self.trials.derivatives(u * sizes, t, sizes, limits, central=central) / unit
+
+        low, high = (limit / sizes for limit in limits)
+        fit = least_squares(
+            residuals, np.clip(p / sizes, low + 1e-9, high - 1e-9), slope, bounds=(low, high), max_nfev=40,
+            ftol=_STILL[joint], xtol=_STILL[joint],
+        )  # fmt: skip
+        return _Try(fit.x * sizes, np.asarray(fit.jac) * unit, 2 * float(fit.cost) * unit**2, bool(fit.success))
+
+    def onward(self, tried: _Try) -> _Try:
+        """Go on from what the first points say, over more and more of them."""
+        for n in self.stops[1:]:
+            tried = self.descend(tried.p, n)
+        return tried
+
+    def quiet(self, tried: _Try, n: int) -> bool:
+        """Whether a search over the first n points came to its end and left no more than noise."""
+        residual = self.swung.y[:n] - self.trials.reading(tried.p, self.swung.t[:n])[0]
+        least = noise.scatter(residual, np.zeros(n))
+        rms = math.sqrt(float(residual @ residual) / n)
+        return tried.ended and rms < max(_AGAIN * least, _ROUNDING * abs(self.swung.release))
+
+    def best(self, p: Array) -> _Try:
+        """Return the best of several starts: the others are tried where residuals are above the noise."""
+        few, every = self.stops[0], self.swung.t.size
+        first, others = self.descend(p, few), list[_Try]()
+        alone = self.quiet(first, few)
+        if not alone:
+            first, *others = sorted([first, *self.tried(p)], key=lambda one: one.square)
+        found = self.onward(first)
+        if self.quiet(found, every):
+            return found
+        for other in self.tried(p) if alone else others:
+            found = min(found, self.onward(other), key=lambda one: one.square)
+            if self.quiet(found, every):
+                break
+        return found
+
+    def tried(self, p: Array) -> list[_Try]:
+        """Return what the first points say from the other starts."""
+        return [self.descend(q, self.stops[0]) for q in self.starts(p)]
+
+    def starts(self, p: Array) -> list[Array]:
+        """Return a start with other frictions, where one is to be found."""
+        if "mu" not in self.trials.names:
+            return []
+        found, i = list[Array](), self.trials.names.index("mu")
+        for factor in _STARTS:
+            q = p.copy()
+            q[i] = min(max(factor * p[i], self.limits[0][i]), self.limits[1][i])
+            try:
+                found.append(_started(self.trials, q, self.swung))
+            except InputError:
+                continue
+        return found
+
+
 def _found(
     trials: Trials, rows: tuple[Parameter, ...], p: Array, limits: tuple[Array, Array], swung: Swings
 ) -> DecayFit:
-    from scipy.optimize import least_squares
-
     t, y = swung.t, swung.y
     low, high = limits
     own = {"mu": 0.1, "damping": 0.01, "theta0": 0.1, "release": abs(swung.release)}
     own |= {"twist_zero": abs(swung.release) * trials.beam.scales, "start": (t[swung.turns[0]] - swung.start) / math.pi}
     sizes = np.array([own.get(row.name, value) for row, value in zip(rows, p, strict=True)])
-    stops = [*(swung.turns[n - 1] for n in _TURNS if n < len(swung.turns)), t.size]
-    unit = abs(swung.release)
-    for n in stops:
-
-        def residuals(u: Array, n: int = n) -> Array:
-            return (trials.reading(u * sizes, t[:n])[0] - y[:n]) / unit
-
-        def slope(u: Array, n: int = n) -> Array:
-            return trials.derivatives(u * sizes, t[:n], sizes, high) / unit
-
-        fit = least_squares(
-            residuals, np.clip(p / sizes, low / sizes + 1e-9, high / sizes - 1e-9), slope,
-            bounds=(low / sizes, high / sizes), max_nfev=40,
-        )  # fmt: skip
-        p = fit.x * sizes
-    fitted, J = trials.reading(p, t)[0], np.asarray(fit.jac) * unit
+    tried = _Search(trials, sizes, limits, swung).best(p)
+    p, fitted = tried.p, trials.reading(tried.p, t)[0]
     residual = y - fitted
     sigma, least = math.sqrt(float(residual @ residual) / (t.size - p.size)), noise.scatter(residual, np.zeros(t.size))
     names, tau = tuple(row.name for row in rows), noise.dependence(residual, np.zeros(t.size))
     # of slow noise each parameter takes away as much as of tau points, at most half of it in all
     alone = (t.size - p.size) / max(t.size - tau * p.size, t.size / 2)
-    covariance = estimate.covariance(J / sizes, sigma, names) * tau * max(alone, 1.0)
+    covariance = estimate.covariance(tried.jacobian / sizes, sigma, names) * tau * max(alone, 1.0)
     at_bound = np.minimum(p - low, high - p) < 1e-6 * sizes
     beam = _swinging(trials, p)
     notes = [f"{names[i]} is at its bound: errors are as without bounds" for i in np.flatnonzero(at_bound)]
-    if sigma > max(_MISSES * least, _ROUNDING * unit):
-        notes.append(f"residuals are {sigma / least:.1f} times the noise of a point: the model misses something")
-    if not fit.success:
+    if not tried.ended:
         notes.append("the search did not come to an end: take the estimates as a start")
+    elif sigma > max(_MISSES * least, _ROUNDING * abs(swung.release)):
+        notes.append(f"residuals are {sigma / least:.1f} times the noise of a point: the model misses something")
     return DecayFit(
         beam, trials.beam, trials.held, trials.mode, rows, p, covariance, t, y, fitted, least, at_bound,
         (*notes, *systems.notes(beam, trials.held, None, float(y.min()), float(y.max()))),
@@ -268,6 +358,11 @@ def _swinging(trials: Trials, p: Array) -> Beam:
     """Return the fitted beam with the rotor, or in a mode the density, of its frequency."""
     beam, omega = trials.fitted(p), 2 * math.pi * float(p[trials.names.index("f_0")])
     uniform = trials.mode == "uniform"
-    unit = systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else 1.0)
-    share = (unit.omega / omega) ** 2
-    return beam.replace(rotor=unit.inertia * (share - 1) + 1.0) if uniform else beam.replace(density=share)
+    unit, twice = (
+        systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else density) for density in (1.0, 2.0)
+    )
+    found = unit.inertia * (unit.omega / omega) ** 2
+    if uniform:
+        return beam.replace(rotor=found - unit.inertia + 1.0)
+    # the mass per length goes linearly with the density of the bar
+    return beam.replace(density=1.0 + (found - unit.inertia) / (twice.inertia - unit.inertia))

@@ -8,7 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.curves.path import idealisation
+from squama.identify import noise
+from squama.identify.prepare import Prepared
 from squama.identify.search import Found
+from squama.identify.slope import Slope
 from squama.units import moment
 
 _WORTH, _EACH = 8.0, 10.0
@@ -18,6 +21,11 @@ _BETTER = 10.0
 _LOUD = 1.5
 _SAME = 2.0
 """Standard errors of a difference that is one."""
+_AS_WELL = 1.5
+"""Residual over that of the fit up to which the other model describes the points as well, and is told."""
+_SPARE = 6
+"""Points beyond the number of parameters from which on the residual tells the noise: two standard errors then hold 91
+of 100 truths or more."""
 
 
 class Rival(NamedTuple):
@@ -38,8 +46,11 @@ class Rival(NamedTuple):
 
 
 def disagreement(found: Found, rival: Rival | None) -> str:
-    """Say where the other model finds other values by more than the errors; empty where it does not."""
-    if rival is None or rival.found is None:
+    """Say where the other model finds other values by more than the errors; empty where it does not.
+
+    It is empty, too, where the other model does not describe the points as well: its values then say nothing.
+    """
+    if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
         return ""
     other = rival.found
     asked = [n for n in found.asked.names if n not in found.added and n in other.asked.names]
@@ -73,10 +84,30 @@ def describes_better(found: Found, other: Found) -> int:
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
+def of_record(test: Prepared, found: Found, steep: Slope | None) -> list[str]:
+    """Say what is wrong with a record, or with the bar that it was measured on, by name."""
+    rec, out, asked = test.record, [], found.asked
+    own = np.flatnonzero(found.usable)
+    if noise.interleaved(rec.load[own], rec.torque[own], test.points.readings.numbers[own]):
+        out.append(
+            "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
+            "and unloading are mixed up; give the rows in the order measured"
+        )
+    cause = steep.cause(asked.names, asked.beam.scales) if steep is not None else ""
+    return [*out, cause] if cause else out
+
+
 def doubts(found: Found, rival: Rival | None, given: float | None) -> list[str]:
     """Say why the errors do not hold."""
     out, n = [], int(np.count_nonzero(found.usable))
     tau, p = found.dependence, len(found.asked.rows)
+    least = p + (_SPARE if given is None else 1)
+    if n < least:
+        what = "the noise" if given is None else "whether the model holds"
+        out.append(
+            f"too few points: {n} for {p} parameter{'s' * (p != 1)} hardly tell {what}; measure {least} or more, "
+            f"better {int(_EACH) * p}"
+        )
     if tau > _WORTH or (tau > 1 and n / tau < _EACH * p):
         out.append(
             f"residuals are not noise alone: {n} points are worth only {n / tau:.0f} independent ones, so the model "

@@ -11,7 +11,8 @@ import numpy as np
 from squama import arguments, units
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import follow, hinge_cycles
+from squama.curves import finite_rows, follow, hinge_cycles
+from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
 from squama.identify import doubts, estimate, prepare, records, search, sentences
 from squama.identify.doubts import Rival
@@ -21,6 +22,7 @@ from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Fit, SpecimenFit
 from squama.identify.search import Found
+from squama.identify.slope import slope
 from squama.joints.choice import known
 from squama.loads import LOADS
 from squama.needs import need
@@ -103,6 +105,7 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
+    arguments.beam(beam)
     only_one(beam.faces, "a fit of torques")
     arguments.load(load)
     law = LOADS[load].law(arguments.law(law))
@@ -127,6 +130,8 @@ def fit(
         beam, [], asked.names, load, law, bounds,
         {"to": to, "reversal": reversal, "stick": stick}, sigma, starts, candidates,
     )  # fmt: skip
+    # before the joint is looked for, which may take finite elements
+    records.limits(beam, load, **wanted.limits)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load))
     try:
@@ -187,6 +192,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         remedies = estimate.remedies(asked, best.values, senses, used, best.jacobian, found.noise)
     else:
         beam = asked._replace(beam=wanted.beam).fitted(best.values)
+    steep = slope(made, found)
     result = Fit(
         beam=beam,
         initial=asked.beam,
@@ -216,9 +222,23 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         uneven=found.uneven,
         rival=rival,
         disagreement=doubts.disagreement(found, rival),
-        doubts=tuple(doubts.doubts(found, rival, wanted.noise)),
+        slope=steep,
+        ends=_ends(made, found, beam),
+        doubts=(*doubts.of_record(made, found, steep), *doubts.doubts(found, rival, wanted.noise)),
     )
     return replace(result, notes=(*([why] if why else []), *sentences.notes(result, senses)))
+
+
+def _ends(made: Prepared, found: Found, beam: Beam) -> Ends | None:
+    """Compare the fitted beam's own number of scales with the endless beam, at the top of the data."""
+    if not LOADS[made.asked.load].sided or beam.friction.mu is None:
+        return None
+    load = made.record.load[found.usable & made.points.touching(found.asked.physical(found.best.values))]
+    if not load.size:
+        return None
+    far, hinged = float(max(load, key=abs)), isinstance(made.points, Hinged)
+    joint = "hinge" if hinged else "compliant"
+    return finite_rows.ends(beam, abs(far) / beam.pitch, sense="-" if far < 0 else "+", joint=joint, ideal=hinged)
 
 
 def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:

@@ -21,6 +21,9 @@ from squama.types import Array
 
 _MAD = 1.4826
 _BESIDE, _WINDOW, _LEAST = 3, 25, 9
+_BRANCHES = 0.25
+"""Distance from a smooth curve within the points above it, and below, over that of all, from which on these are two
+branches; 0.6 and more of a noise."""
 _STRAY, _MOST = 6.0, 0.03
 """Standard deviations of a stray point, by its neighbours; largest part of the points that may be stray."""
 _LEVEL = 1.65
@@ -58,6 +61,42 @@ def strays(residual: Array, way: Array, least: float) -> NDArray[np.bool_]:
 def _windows(values: Array, reach: int) -> Array:
     """Return every value with its neighbours, shape (n, 2 reach + 1); mirrored at the ends."""
     return np.lib.stride_tricks.sliding_window_view(np.pad(values, reach, mode="reflect"), 2 * reach + 1)
+
+
+def interleaved(twist: Array, torque: Array, way: Array) -> bool:
+    """Tell whether a record jumps between two branches on its way, as one whose rows are sorted by the twist does.
+
+    In the farther half of a way, where branches lie apart, the torque's distance from a line through its neighbours is
+    that of the branches. Points above and points below such lines are then each a smooth curve: much smoother than the
+    halves of a noise.
+    """
+    for number in np.unique(way):
+        own = np.flatnonzero(way == number)
+        far = own[np.abs(twist[own]) > np.median(np.abs(twist[own]))]
+        if far.size < 2 * _LEAST:
+            continue
+        x, y = twist[far], torque[far]
+        apart = _from_lines(x, y)
+        halves = [apart > 0, apart <= 0]
+        if min(map(np.count_nonzero, halves)) < _LEAST:
+            continue
+        smooth = np.concatenate([np.abs(_from_lines(x[half], y[half])) for half in halves])
+        if float(np.median(smooth)) < _BRANCHES * float(np.median(np.abs(apart))):
+            return True
+    return False
+
+
+def _from_lines(x: Array, y: Array) -> Array:
+    """Return the distance of each point from the line through its neighbours on both sides."""
+    out = np.empty(x.size)
+    for i in range(x.size):
+        first = min(max(i - _BESIDE, 0), x.size - 2 * _BESIDE - 1)
+        near = np.delete(np.arange(first, first + 2 * _BESIDE + 1), i - first)
+        a, b = x[near] - x[i], y[near]
+        spread = a - a.mean()
+        square = float(spread @ spread)
+        out[i] = y[i] - b.mean() + (float(spread @ b) / square if square > 0 else 0.0) * a.mean()
+    return out
 
 
 def dependence(residual: Array, way: Array) -> float:

@@ -19,6 +19,7 @@ from squama.identify.forward import Hinged
 from squama.identify.parameters import Asked, ask
 from squama.identify.readings import Readings
 from squama.identify.records import Record
+from squama.identify.slope import slope
 from squama.identify.walked import Walked
 from squama.io.measured import Measured
 from squama.loads import LOADS
@@ -169,4 +170,7 @@ def enough(made: Prepared) -> None:
         turned = np.isfinite(engaged[there])
         remedy = "if the sense was the other, turn the signs of twist and torque" if turned else "find C_f or E_B only"
     reason = f"all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where})"
+    steep = slope(made)
+    if steep is not None and steep.wrong_unit:
+        remedy = f"{steep.cause(asked.names, asked.beam.scales)}, or {remedy}"
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)

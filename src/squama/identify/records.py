@@ -114,11 +114,7 @@ def record(
 
     A record that does not move, whose torque is constant, or that is not in the order measured is refused.
     """
-    limit = np.inf if to is None else _angle("to", to, beam, load)
-    back = None if reversal is None else _angle("reversal", reversal, beam, load)
-    hold = _angle("stick", stick, beam, load)
-    if limit <= 0:
-        refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
+    limit, back, hold = limits(beam, load, to, reversal, stick)
     if sum(s.rate.size for s in specimens) > MOST:
         refuse("data", "", f"more than {MOST} points are too many", "thin them out")
     problems, parts = Problems(), []
@@ -133,6 +129,17 @@ def record(
     problems.settle()
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return Record(specimens, *columns)
+
+
+def limits(
+    beam: Beam, load: str, to: Any = None, reversal: Any = None, stick: Any = 0.0
+) -> tuple[float, float | None, float]:
+    """Read how far points are used, the way back that is noise, and the way on which a contact may stick; per pitch."""
+    limit = np.inf if to is None else _angle("to", to, beam, load)
+    if limit <= 0:
+        refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
+    back = None if reversal is None else _angle("reversal", reversal, beam, load)
+    return limit, back, _angle("stick", stick, beam, load)
 
 
 def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
@@ -210,7 +217,7 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
             f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {rec.load[i]:.6g} rad/pitch, "
             f"lie beyond what the model covers: {why}"
         )
-        geometry = "check the geometry in the beam file"
+        geometry = "check the unit of the twist and the geometry in the beam file"
         problems.add(rec.where(i), "", reason, f'{geometry}, or use the points before only with to "{low:g} rad/pitch"')
     problems.settle()
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
+from squama.curves.finite_rows import Ends
 from squama.curves.path import idealisation
 from squama.identify import estimate
 from squama.identify.doubts import Rival
@@ -20,6 +21,7 @@ from squama.identify.estimate import Points, Remedy
 from squama.identify.parameters import Asked, Parameter
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
+from squama.identify.slope import Slope
 from squama.identify.walked import Walked
 from squama.loads import LOADS
 from squama.types import Array
@@ -116,9 +118,14 @@ class Fit(Estimated):
     engagement), "loading", "unloading", "stick" (at a reversal) or "stray"; ``used`` which the fit is made from, none
     of a reversal and none that is stray.
 
+    ``slope`` slope of the torque before engagement over the beam's own, None where fewer points show none; ``ends``
+    torque and tangent of the beam's own number of scales over those of the endless beam that is fitted, at the farthest
+    point, None where that is not known.
+
     ``added`` names of nuisances that were found unasked; ``dependence`` how many points are worth one independent one,
     and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
-    makes of the same points, ``disagreement`` where it finds other values by more than the errors; ``doubts`` why the
+    makes of the same points, ``disagreement`` where it describes them as well, with a residual of 1.5 times as much at
+    most, and finds other values by more than the errors; ``doubts`` why the
     errors do not hold, empty where they do (:attr:`holds`).
 
     ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
@@ -154,6 +161,8 @@ class Fit(Estimated):
     uneven: bool
     rival: Rival | None
     disagreement: str
+    slope: Slope | None
+    ends: Ends | None
     doubts: tuple[str, ...]
     posterior: Posterior | None = None
 
@@ -189,18 +198,33 @@ class Fit(Estimated):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        first = [self.disagreement] * bool(self.disagreement)
-        notes = [*first, *(f"the errors do not hold: {doubt}" for doubt in self.doubts), *self.notes]
+        notes = [*self._doubted, *self._checked, *self.notes]
         rows = zip(self.asked.rows, self.estimates, np.sqrt(np.diag(self.covariance)), strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
         return card(f"Fit: {used}; {self.scales}", found, notes)
 
+    @property
+    def _doubted(self) -> list[str]:
+        """Why the errors do not hold, and what the other model finds."""
+        return [*(f"the errors do not hold: {doubt}" for doubt in self.doubts), *filter(None, [self.disagreement])]
+
+    @property
+    def _checked(self) -> list[str]:
+        """Return what the record says of the bar, and what the beam's own ends take away."""
+        steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
+        if self.ends is None:
+            return [steep]
+        n, load, torque, tangent, end = self.ends
+        lost = [n for n in self.parameters if n in ("mu", "K_theta")]
+        biased = f": {' and '.join(lost)} are those of an endless beam and biased by it" if lost else ""
+        row = f"{n} scales have {torque:.3g} of the torque and {tangent:.3g} of the tangent of an endless beam"
+        place = f"where the row ends: {end}" if end else "the top of the data"
+        return [f"{row} at {load:.3g} rad/pitch, {place} (squama row){biased}", steep]
+
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""
-        lines = [self.disagreement] if self.disagreement else []
-        lines += [f"the errors do not hold: {doubt}" for doubt in self.doubts]
-        lines += self._described()
+        lines = [*self._described(), *self._doubted, *self._checked]
         share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
         rms, noise = moment(self.rms, 3), moment(self.noise, 3)
         source = "given" if self.given_noise else "from the residuals"
@@ -268,6 +292,7 @@ class Fit(Estimated):
             "initial_beam": self.initial.to_toml(),
             "estimates": ", ".join(self.lines),
             "disagreement": self.disagreement,
+            "checked": "\n".join(self._checked),
             "doubts": "\n".join(self.doubts),
             "notes": "\n".join(self.notes),
             "remedies": json.dumps([{"what": r.what, "errors": r.errors.tolist()} for r in self.remedies]),

@@ -149,6 +149,8 @@ def record(fit: Fit) -> dict[str, Any]:
         ],
         "remedies": [{"what": r.what, "errors": by_name(r.errors)} for r in fit.remedies],
         "disagreement": fit.disagreement,
+        "slope": fit.slope and fit.slope._asdict(),
+        "ends": fit.ends and fit.ends._asdict(),
         "doubts": list(fit.doubts),
         "notes": list(fit.notes),
         "posterior": None

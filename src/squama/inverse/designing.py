@@ -207,6 +207,8 @@ def inverse_design(
     >>> print(found.met, f"{1e3 * found[0].beam.scale.length:.2f} mm")
     True 57.77 mm
     """
+    if beam is not None:
+        arguments.beam(beam)
     return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed, elements=elements)
 
 

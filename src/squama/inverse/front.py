@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
@@ -101,6 +102,8 @@ def pareto(
     >>> sorted(map(str, front.data_vars))
     ['RED', 'end', 'range', 'rate_end', 'scale.alpha', 'scale.length']
     """
+    if beam is not None:
+        arguments.beam(beam)
     return trade(read_target(target, beam=beam, need="front"), population, generations, seed)
 
 

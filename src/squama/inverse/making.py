@@ -19,7 +19,7 @@ from squama.inverse.space import Space
 from squama.joints import law
 from squama.joints.choice import shape
 from squama.types import Array
-from squama.units import moment
+from squama.units import change, moment
 
 INCREMENTS = 20
 """Increments of the twist of such a run."""
@@ -132,5 +132,5 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
             continue
         torque, real, stiffer, as_stiff = (float(np.interp(rate, x, v)) for v in (T, own, *ratios))
         beside = f"stiffness ratio {stiffer:.3g} (real beam: {as_stiff:.3g})"
-        lines.append(f"{where}: torque {moment(torque)} ({torque / real - 1:+.1%}), {beside}")
+        lines.append(f"{where}: torque {moment(torque)} ({change(torque / real - 1, '+')}), {beside}")
     return lines

@@ -10,8 +10,9 @@ import re
 import secrets
 import select
 import stat
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from squama.errors import InputError, Problem
@@ -23,12 +24,18 @@ SEAL = b"\nsquama sha256 %s\n"
 SEALED = len(SEAL % bytes(64))
 """Bytes of the seal."""
 _WRITE_BITS = 0o222
+_HIDDEN = ".squama-"
+_LEFT = re.compile(re.escape(_HIDDEN) + r"[0-9a-f]{12}.{0,20}", re.DOTALL)
+"""Temporary names of files that are being written."""
+_TRIES, _PAUSE = 50, 0.02
+"""How often, and after how many seconds each, a folder is asked for that another writer tidies up."""
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1b]")
 """Characters that no table of text has."""
 _PLACE = (OSError, ValueError, RuntimeError)
 """What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
 PATIENCE = 30.0
 """Seconds without a byte after which a pipe is given up."""
+_ODD = "is not an ordinary file"
 _NAMES = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
@@ -117,6 +124,20 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
         return bytes(found)
 
 
+def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
+    """Return the bytes of an ordinary file of at most so many.
+
+    Raises OSError, at once: there is no such file, or it is a pipe, a device, a folder or larger.
+    """
+    with open(path, "rb", buffering=0, opener=_at_once) as file:
+        found = os.fstat(file.fileno())
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(errno.EINVAL, _ODD)
+        if found.st_size > most:
+            raise OSError(errno.EFBIG, f"is larger than {most:,} bytes")
+        return file.read(found.st_size) or b""
+
+
 def sealed(data: bytes) -> bytes:
     """Return the data with their seal.
 
@@ -141,14 +162,19 @@ def regular(path: str | os.PathLike[str], *, missing: str = "check the name") ->
     with _reading(path, missing):
         found = Path(path).stat()
     if not stat.S_ISREG(found.st_mode):
-        raise _error(path, "is not an ordinary file", "give the name of a file")
+        raise _error(path, _ODD, "give the name of a file")
     return found.st_size
 
 
 def exists(path: str | os.PathLike[str]) -> bool:
     """Say whether a file or folder is there; a name that cannot be one is refused."""
     with _reading(path, "check the name"):
-        return Path(path).exists()
+        try:
+            # a loop of links is there and is refused; Path.exists says that it is not
+            Path(path).stat()
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        return True
 
 
 def _at_once(path: str, flags: int) -> int:
@@ -176,7 +202,8 @@ def _reading(path: str | os.PathLike[str], missing: str) -> Iterator[None]:
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there when it is complete; return its path as given.
 
-    The writer is given a temporary name in the same folder, of the same ending. Where the place cannot take the file (a
+    The writer is given a temporary name in the same folder, of the same ending; such files of killed writers are taken
+    away. Where the place cannot take the file (a
     folder, read-only, disk full, ...) that is an InputError and an old file is as it was; an error of the writer that
     is no OSError passes unchanged.
 
@@ -189,7 +216,7 @@ def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object])
     """
     target, beside = _places(path)
     try:
-        with _writing(path, (OSError,)):
+        with _writing(path, (OSError,)), _at_work(target.parent):
             writer(beside)
             beside.replace(target)
     finally:
@@ -222,7 +249,39 @@ def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
         # a link stays a link: the file it points to is replaced
         target = Path(path).resolve()
         _check_place(target, path)
-        return target, target.with_name(f".{secrets.token_hex(6)}{target.suffix[-20:]}")
+        return target, target.with_name(f"{_HIDDEN}{secrets.token_hex(6)}{target.suffix[-20:]}")
+
+
+@contextmanager
+def _at_work(folder: Path) -> Iterator[None]:
+    """Take away what killed writers have left in a folder, unless another one is at work there; be one meanwhile.
+
+    A writer has a lock on the folder, which ends with its process. Where the system has no such locks all is left.
+    """
+    handle = None
+    with suppress(ImportError, OSError):
+        from fcntl import LOCK_EX, LOCK_NB, LOCK_SH, flock
+
+        handle = os.open(folder, os.O_RDONLY)
+    if handle is None:
+        yield
+        return
+    try:
+        with suppress(OSError):
+            flock(handle, LOCK_EX | LOCK_NB)
+            with os.scandir(folder) as entries:
+                for entry in entries:
+                    if _LEFT.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                        Path(entry).unlink(missing_ok=True)
+        # whoever takes away has the folder for itself for a moment
+        for _ in range(_TRIES):
+            with suppress(OSError):
+                flock(handle, LOCK_SH | LOCK_NB)
+                break
+            time.sleep(_PAUSE)
+        yield
+    finally:
+        os.close(handle)
 
 
 def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
@@ -232,7 +291,7 @@ def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
     if target.is_dir():
         raise _error(path, "is a folder", "give the name of a file in it")
     if target.exists() and not target.is_file():
-        raise _error(path, "is not an ordinary file", "give the name of a file")
+        raise _error(path, _ODD, "give the name of a file")
     if target.exists() and not target.stat().st_mode & _WRITE_BITS:
         raise _error(path, "is read-only", "give another name or make it writable")
     if not folder.exists():

@@ -136,6 +136,7 @@ def read_measured(
     >>> found.load
     array([0.0015])
     """
+    arguments.beam(beam)
     given = {"pitch": beam.pitch, "scales": beam.scales}
     return read(path, **given, load=arguments.load(load).name, decimal=decimal, columns=columns)
 

@@ -82,7 +82,7 @@ def _found(beam: Beam) -> Joint:
     if beam.joint.matrix is not None:
         return Joint(beam.joint.matrix.K, "matrix", "", math.nan, strain)
     if not problems:
-        return Joint(law.stiffness(form), "law", "", 2 * law.errors().torque.rms, strain)
+        return Joint(law.stiffness(form), "law", "", float(law.band(form)), strain)
     from squama.fe.stiffness import joint
 
     try:

@@ -82,6 +82,8 @@ RANGES = (
 """The law's range; besides, the scale must fit into the substrate."""
 CROWDED = 0.85
 """Largest share of the pitch that an embedded scale takes in the law's range."""
+NEAREST = 5
+"""Designs of the sample whose distance says how far the law may be off."""
 _SLACK = 1e-9
 """The limits themselves belong to the range, also where a ratio was rounded on its way here."""
 
@@ -125,6 +127,31 @@ def strain(shape: Shape, by: Law | None = None) -> Array:
 def errors() -> Errors:
     """Return how far the law is from elements that were not fitted."""
     return shipped().errors
+
+
+def band(shape: Shape, by: Law | None = None) -> Array:
+    """Return about how far the torque of a shape may be off for the law, relative, of many (n,): twice its rms there.
+
+    The law is made of designs; the farther they are from a shape, the farther the law may be off. The distance is
+    :func:`distance`; what it means was learnt from designs left out in turn and from others that were not fitted.
+    """
+    found = (by or shipped()).apart
+    away = found.scale * distance(shape, by) ** found.power
+    return np.asarray(2 * np.hypot(found.floor, away))
+
+
+def distance(shape: Shape, by: Law | None = None, *, skip: int = 0) -> Array:
+    """Return the mean distance of the :data:`NEAREST` designs of the law's sample from a shape, in the law's lengths.
+
+    ``skip`` leaves out so many of the nearest: 1 for the sample's own designs.
+    """
+    law = by or shipped()
+    f = features(Shape(*map(np.real, shape)))
+    at = law.scaled(f.reshape(-1, f.shape[-1])) / law.apart.lengths
+    square = ((at**2).sum(1)[:, None] - 2 * at @ law.apart.designs.T) + (law.apart.designs**2).sum(1)
+    nearest = np.partition(square, skip + NEAREST, axis=1)[:, : skip + NEAREST]
+    nearest.sort(axis=1)
+    return np.asarray(np.sqrt(np.maximum(nearest[:, skip:], 0.0)).mean(1).reshape(f.shape[:-1]))
 
 
 def _factor(shape: Shape, law: Law) -> Array:

@@ -64,6 +64,21 @@ class Processes(NamedTuple):
     places: Array
 
 
+class Apart(NamedTuple):
+    """How far the law may be off at a place, by how far the designs are from it of which it is made.
+
+    ``designs`` (n, p): their features over the ``lengths`` (p,), means of those of the processes of K. The torque is
+    off by a rms of ``floor`` everywhere, and of ``scale`` r^``power`` at a distance r, see
+    :func:`squama.joints.law.band`.
+    """
+
+    designs: Array
+    lengths: Array
+    floor: float
+    scale: float
+    power: float
+
+
 class Law(NamedTuple):
     """What stands in the file: what features are less and over, processes of K and of the strains, errors."""
 
@@ -72,6 +87,7 @@ class Law(NamedTuple):
     stiffness: Processes
     strain: Processes
     errors: Errors
+    apart: Apart
 
     def scaled(self, features: Array) -> Array:
         """Return features (n, p) less the sample's mean over its deviation."""
@@ -154,7 +170,9 @@ def unpacked(table: Mapping[str, Array]) -> Law:
     parts = _processes(wide, group[:STIFFNESS], range(last)), _processes(wide, group, (last,))
     designs, shares = int(wide["errors"][0]), wide["errors"][1:].reshape(4, 2)
     errors = Errors(designs, *(Error(*pair) for pair in shares.tolist()))
-    return Law(wide["mean"], wide["spread"], *parts, errors)
+    lengths = wide["lengths"][:last].mean(axis=0)
+    apart = Apart(wide["sample"] / lengths, lengths, *wide["band"].tolist())
+    return Law(wide["mean"], wide["spread"], *parts, errors, apart)
 
 
 def _processes(wide: Mapping[str, Array], group: Array, numbers: Sequence[int]) -> Processes:

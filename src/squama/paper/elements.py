@@ -141,7 +141,8 @@ def straight(etas: Sequence[float]) -> Iterator[Claim]:
         beam = par.fig6b(float(eta))
         r = doors.twist(beam, mu=HELD_MU, at=phi / beam.pitch, joint="compliant", ideal=True)
         free = released(beam, "twisting", HELD_MU, phi, ideal=True)
-        rows.append([r["M"] / r["T"], free.torque / r["T"]])
+        torque = r["T"].values
+        rows.append(np.array([r["M"].values / torque, free.torque / torque]))
     moment, torque = np.concatenate(rows, axis=1)
     text, law = f"the beam is in pure twist (mu = {HELD_MU:g})", "compliant"
     note = "one end of a beam that is fixed, and one that is turned, hold the ends coaxial, not each pitch straight"

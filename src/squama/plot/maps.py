@@ -15,6 +15,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.path import Path
 
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, ENDS, GREY, INK
@@ -102,13 +103,37 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
         ax.contour(x, y, inside.astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
 
 
+def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
+    """Hatch the ground of a region of whose cells nothing is known, up to the cells beside it, which lie over it."""
+    with mpl.rc_context({"hatch.color": GREY}):
+        ax.contourf(
+            x, y, inside.astype(float), levels=[1e-6, 1.5], colors="white", hatches=[HATCHES[end][0]], zorder=0.5
+        )
+
+
+def _border(ax: Axes, x: Array, y: Array, own: Array, unknown: Array) -> Path:
+    """Return the outline of a group of cells: halfway to others, and no farther than its cells where nothing is known.
+
+    Lines of cells, and cells, between unknown ones, which would have no area, reach halfway too.
+    """
+    from scipy.ndimage import binary_dilation, binary_opening
+
+    single = ~unknown & ~binary_opening(~unknown, np.ones((2, 2), bool))
+    near = binary_dilation(single, np.ones((3, 3), bool))
+    inside = np.where(own, 1.0, np.where(unknown & ~near, -1e6, 0.0))
+    mask = ax.contourf(x, y, inside, levels=[0.5, 1.5], colors="none")
+    outline = mask.get_paths()[0]
+    mask.remove()
+    return outline
+
+
 def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array], look: Look,
-             avoid: Array | None = None) -> None:  # fmt: skip
+             avoid: Array | None = None, unknown: Array | None = None) -> None:  # fmt: skip
     """Fill contours of values (rows along y) in each group of cells by itself, with lines, and numbers where room is.
 
     Values jump from group to group: each runs on beyond its border as it is nearest to it, and is cut off there, so
-    that nothing is interpolated across. ``look`` has ``levels``, ``norm`` and ``cmap``; no number stands at
-    the points ``avoid`` (n, 2). The limits of ``ax`` are set.
+    that nothing is interpolated across; beside cells that are ``unknown`` it ends with its own. ``look`` has
+    ``levels``, ``norm`` and ``cmap``; no number stands at the points ``avoid`` (n, 2). The limits of ``ax`` are set.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -119,9 +144,7 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
             continue
         border, near = None, taken
         if not own.all():
-            mask = ax.contourf(x, y, own.astype(float), levels=[0.5, 1.5], colors="none")
-            border = mask.get_paths()[0]
-            mask.remove()
+            border = _border(ax, x, y, own, np.zeros_like(own) if unknown is None else unknown)
             near = np.concatenate([taken, np.asarray(border.vertices)])
         nearest = distance_transform_edt(~own, return_distances=False, return_indices=True)
         whole = np.clip(values[tuple(nearest)], levels[0], levels[-1])

@@ -21,7 +21,7 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
-from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_region, hatched
+from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
 from squama.plot.palette import ACCENT, ENDS, GREY, INK
 from squama.plot.regimes import ROTATION, over_pi, tag
 from squama.plot.style import (
@@ -46,6 +46,11 @@ from squama.units import shown
 
 _LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 _UNDONE = "not computed"
+_UNKNOWN = ("joint unknown", _UNDONE)
+"""Cells of which nothing is known."""
+_JUMPS = ("tangent", "stiffness_ratio")
+"""Variables that jump where the scales begin to touch."""
+TOUCHING = "here scales begin to touch: stiffness jumps"
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
 _UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
@@ -179,7 +184,27 @@ def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:
 
 def _label(dataset: xr.Dataset, variable: str) -> str:
     role = "torque_c" if variable == "torque" and "at" not in dataset.attrs else variable
-    return SYMBOLS[LOADS[dataset.attrs["load"]].variable(role)].axis
+    label = SYMBOLS[LOADS[dataset.attrs["load"]].variable(role)].axis
+    return label.replace("(Pa)", "(MPa)")
+
+
+def _values(part: xr.Dataset, variable: str) -> Array:
+    """Return the values of a variable, in the unit of its label."""
+    factor = 1e-6 if part[variable].attrs.get("units") == "Pa" else 1.0
+    return factor * np.asarray(part[variable].values, float)
+
+
+def _touching(part: xr.Dataset, variable: str) -> Array:
+    """Return the cells in which scales touch, of a variable that jumps as they begin to; else all."""
+    there = variable in _JUMPS and "N" in part
+    return np.asarray(part["N"].values > 0) if there else np.ones(part[variable].shape, bool)
+
+
+def _groups(code: Array, touching: Array) -> list[Array]:
+    """Return cells among which nothing jumps: the kinds of locks go over into each other, other ends jump."""
+    locks = np.isin(code, (*_LOCKS, End.STATIC))
+    groups = [locks, *(code == c for c in np.unique(code[~locks]))]
+    return [group & side for group in groups for side in (touching, ~touching)]
 
 
 def _word(name: str | None, part: xr.Dataset) -> str:
@@ -210,7 +235,8 @@ def _title(dataset: xr.Dataset, variable: str, over: tuple[str | None, ...]) -> 
     if dataset.attrs["sense"] != "+":
         words.append(f"sense {dataset.attrs['sense']}")
     if "at" in dataset.attrs:
-        words.append(f"at {Twist.from_text(dataset.attrs['at']).shown}")
+        scales = Beam.from_toml_text(dataset.attrs["beam"]).scales
+        words.append(f"at {Twist.from_text(dataset.attrs['at']).words(scales)}")
     if "margin" in dataset.attrs and variable in _AT_CUTOFF:
         words.append(f"margin {dataset.attrs['margin']:g}")
     words += [_word(str(n), dataset) for n in dataset.coords if n not in (*over, "law") and dataset[n].ndim == 0]
@@ -245,7 +271,7 @@ def levels_of(values: Array, variable: str) -> Array:
 
 
 def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str) -> list[Artist]:
-    grids = [np.asarray(part[variable].values, float) for part in parts]
+    grids = [_values(part, variable) for part in parts]
     codes = [ends(part) for part in parts]
     # without contact a hinge's figures are those of rest
     blank = [_UNDONE] if "at" in parts[0].attrs else [_UNDONE, End.NONE]
@@ -258,15 +284,21 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     seen: list[str] = []
     # regions without a value stand on white
     empty = {end for end in HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
+    jumps = False
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
-        # the kinds of locks go over into each other, other ends jump
-        others = [code == c for c in np.unique(code) if c not in (*_LOCKS, End.STATIC)]
         look: Look = {"levels": levels, "norm": norm, "cmap": colours}
-        contours(ax, xs, ys, grid, [np.isin(code, (*_LOCKS, End.STATIC)), *others], look)
+        unknown, touching = np.isin(code, _UNKNOWN), _touching(part, variable)
+        contours(ax, xs, ys, grid, _groups(code, touching), look, unknown=unknown)
         seen += [str(c) for c in np.unique(code) if c not in seen]
+        if len(np.unique(touching[~unknown])) > 1:
+            jumps = True
+            side = np.where(unknown, np.nan, touching)
+            ax.contour(xs, ys, side, levels=[0.5], zorder=4, colors=ACCENT, linewidths=0.9)
         for name in HATCHES:
-            if (inside := code == name).any():
+            if (inside := code == name).any() and name in _UNKNOWN:
+                hatch_ground(ax, xs, ys, inside, name)
+            elif inside.any():
                 hatch_region(ax, xs, ys, inside, name, blank=name in empty)
     bar = axes[0].figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
     ticks = levels if len(levels) <= 14 else levels[::2]
@@ -280,8 +312,10 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
-    if handles:
-        handles += [key(BOUNDARY, color=ACCENT, linewidth=0.9)] if len(seen) > 1 else []
+    ended = len({*seen} - {*_UNKNOWN}) > 1
+    if ended or jumps:
+        words = "; ".join([BOUNDARY] * ended + [TOUCHING] * jumps)
+        handles.append(key(words, color=ACCENT, linewidth=0.9))
     return handles
 
 
@@ -351,7 +385,7 @@ def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> 
     for ax, part in zip(axes, parts, strict=True):
         xs, across = axis_values(part, x)
         code = ends(part)
-        v = np.asarray(part[variable].values, float)
+        v = _values(part, variable)
         for c in np.unique(code[code != _UNDONE]):
             where = code == c
             # one cell more joins the pieces

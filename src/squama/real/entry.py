@@ -15,7 +15,7 @@ from squama.real import chain, moved, start
 from squama.real import follow as following
 from squama.real.changes import OTHER
 from squama.real.contact import MOST, Step
-from squama.real.design import LEG, ROWS, SHAPE, Design, _jit, onto
+from squama.real.design import LEG, ROWS, SHAPE, Design, _jit
 from squama.real.features import compliances
 from squama.real.follow import End
 from squama.real.vectors import put
@@ -23,8 +23,8 @@ from squama.types import Array
 
 SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
 """All that may be compiled."""
-_follow, _first_contact, _meeting = following.follow, start.first_contact, start.meeting
-_assemble, _look, _onto, _bend = chain.assemble, chain.look, onto, compliances
+_follow, _first_contact, _met_along, _meeting = following.follow, start.first_contact, start.met_along, start.meeting
+_assemble, _look, _bend = chain.assemble, chain.look, compliances
 _inverses, _again = moved.inverses, moved.again
 
 
@@ -76,22 +76,6 @@ def _along(
     return end if reached == targets.size else End(OTHER, c[3], int(c[1]), int(c[2]), reached)
 
 
-@_jit
-def _met_along(d: Design, most: float, targets: Array, corners: Array) -> tuple[int, int, int, float, float, float]:
-    """Return what touches first below a twist, or on a path of legs and straight on to there."""
-    if not len(corners):
-        return _first_contact(d, 0.0, most, 0.0)
-    here, since, found = 0.0, 0.0, (-1, 0, 0, math.inf, 0.0, 0.0)
-    for i in range(targets.size):
-        if found[0] == -1 and targets[i] > here:
-            if _onto(d, here, targets[i], corners, i):
-                since = here
-            found, here = _first_contact(d, here, targets[i], since), targets[i]
-    if found[0] == -1 and here < most:
-        found = _first_contact(d, here, most, since)
-    return found
-
-
 def _answer(
     b: Beams, most: Array, step: float, every: int, targets: Array, corners: Array, contacts: Array, tables: Array,
     out: Array, ends: Array, notes: Array,
@@ -108,7 +92,10 @@ def _answer(
     for i in range(targets.shape[0]):
         d, c, end = _design(b, i, tables[i]), contacts[i], ends[i]
         if math.isnan(c[0]):
-            c[0], c[1], c[2], c[3], c[4], c[5] = _met_along(d, most[i], targets[i], corners[i])
+            if len(corners[i]):
+                c[0], c[1], c[2], c[3], c[4], c[5] = _met_along(d, 0.0, 0.0, 0, targets[i], corners[i], most[i])
+            else:
+                c[0], c[1], c[2], c[3], c[4], c[5] = _first_contact(d, 0.0, most[i], 0.0)
         if c[0] >= 0.0:
             d = _meeting(d, int(c[0]), int(c[1]), int(c[2]))
         if d.elastic:

@@ -13,7 +13,7 @@ from squama.real.features import high, lengthwise, low, place, raised
 from squama.real.vectors import Vector, add, mixed, rotated, scaled, turned
 from squama.types import Array
 
-_TOUCH = -1e-6
+_TOUCH, _FLAT = -1e-6, 1e-9
 _ALONG, _ACROSS = 16, 8
 """Places that are looked at along the length and the width."""
 
@@ -59,14 +59,27 @@ def over(d: Design, x: Vector, faces: Array, upper: int) -> float:
 
 
 @_in
-def aside(d: Design, edge: int, half: float, most: float, s: View) -> bool:
-    """Say whether an edge, deflected by ``most`` at most, lies beside the other scale, from whose axes it is seen."""
+def inside(low: float, high: float, start: float, end: float, first: float, last: float) -> tuple[float, float]:
+    """Narrow a range of shares, ``first`` to ``last``, to where what runs from start to end is between two bounds."""
+    if abs(end - start) > _FLAT:
+        one, two = (low - start) / (end - start), (high - start) / (end - start)
+        return max(first, min(one, two)), min(last, max(one, two))
+    # (what runs along a bound is on neither side of it)
+    return (first, last) if low + _FLAT < start < high - _FLAT else (1.0, 0.0)
+
+
+@_in
+def crossing(d: Design, edge: int, half: float, most: float, s: View) -> tuple[float, float]:
+    """Return between which shares of an edge, deflected by ``most`` at most, it may lie over the other scale's face.
+
+    It is seen from that one's axes; the first share is above the last one where it lies beside it.
+    """
     one, two = place(d, edge, low(d, edge), half), place(d, edge, high(d, edge), half)
     p = add(mixed(one[0], s.x, one[1], s.y, half, s.z), 1.0, s.o)
     q = add(mixed(two[0], s.x, two[1], s.y, half, s.z), 1.0, s.o)
     x, y = most * abs(s.z[0]), most * abs(s.z[1])
-    along = max(p[0], q[0]) < -x or min(p[0], q[0]) > d.eta + x
-    return along or max(p[1], q[1]) < -d.beta - y or min(p[1], q[1]) > d.beta + y
+    first, last = inside(-x, d.eta + x, p[0], q[0], 0.0, 1.0)
+    return inside(-d.beta - y, d.beta + y, p[1], q[1], first, last)
 
 
 @_jit
@@ -76,20 +89,27 @@ def overlap(d: Design, f: Frame, stretch: float, q: Array, b: Array, p: Array, c
     ``f`` is the neighbour's, ``stretch`` that of the bar; ``q``, ``p`` begin with the motions (6,) of the scale and of
     the neighbour, ``b``, ``c`` are their deflections (24,).
     Places along the edges of the scale's lower face are looked at over the neighbour's upper face, and the edges of
-    that (+ 4) under the scale's lower face. The edge is -1 where nothing touches.
+    that (+ 4) under the scale's lower face; of plates that are not bent those where an edge comes over the face and
+    goes, one of which is the deepest. The edge is -1 where nothing touches.
     """
     deepest, edge_of = _TOUCH, -1
+    flat = np.abs(b).sum() + np.abs(c).sum() == 0.0
     for upper in range(2):
         s, half = view(f, stretch, q, p, upper), d.h / 2 if upper else -d.h / 2
         lifts, faces = (c, b) if upper else (b, c)
         most = np.abs(lifts).sum()
         for edge in range(4):
-            if aside(d, edge, half, most, s):
+            first, last = crossing(d, edge, half, most, s)
+            if first > last:
                 continue
             n = _ALONG if lengthwise(edge) else _ACROSS
-            for i in range(n + 1):
-                x = spotted(d, s, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * i / n, lifts, half)
-                if 0.0 < x[0] < d.eta and -d.beta < x[1] < d.beta:
+            here, there, way = math.ceil(n * first - _FLAT), math.floor(n * last + _FLAT), 1.0 / n
+            if flat:
+                here, there, way = 0, 1, last - first
+            for i in range(here, there + 1):
+                share = first + i * way if flat else i * way
+                x = spotted(d, s, edge, low(d, edge) + (high(d, edge) - low(d, edge)) * share, lifts, half)
+                if flat or (0.0 < x[0] < d.eta and -d.beta < x[1] < d.beta):
                     height = over(d, x, faces, upper)
                     if height < deepest:
                         deepest, edge_of = height, edge + 4 * upper

@@ -15,7 +15,7 @@ from squama.real.contact import (  # isort: skip
 )  # fmt: skip
 from squama.real.design import LEG, MOTIONS, Design, _in, _jit, frame, load, onto, strains
 from squama.real.features import compliances, deflection, on_face, raised, spots
-from squama.real.start import first_contact, meeting
+from squama.real.start import first_contact, meeting, met_along
 from squama.real.steps import free_rates, rates_engaging, solve
 from squama.real.vectors import copy, magnitude, put
 from squama.types import Array
@@ -34,6 +34,8 @@ STRAINED = (
 first scale along its axes at rest, the deflection of the second one there, what meets (-1: nothing), the place on a tip
 edge that lies on a face, the way since which it does, and the neighbour's number."""
 _LEAST, _SMALLEST, _HELD, _AGAIN = 1e-7, 1e-15, 1e-7, 1e-5
+NEAR = 1e-6
+"""Increment, rad per pitch, below which a target is not stepped to: its rates would be those of rounding."""
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
 _TURN, _BENDS, _TURNING = 0.9, 0.98, 1 / 64
@@ -240,6 +242,26 @@ def attempt(
 
 
 @_jit
+def beside(d: Design, to: float, room: Array, J: Array, order: Array) -> bool:
+    """Write the new state at a twist so near to the last one that no step leads there; False if it needs one.
+
+    One that slips goes on as it did, or as it begins to; one that sticks is solved for. The last state stays.
+    """
+    last, new, tally = room[LAST], room[NEW], room[TALLY]
+    size = abs(to - last[PHI])
+    if tally[MODE] == FREE or size >= NEAR or not guess(d, size, room):
+        return False
+    found, stuck = True, tally[MODE] == STICK or (tally[FRESH] > 0.0 and last[NORMAL] > 0.0)
+    step = difference(tally, size, to - last[PHI], stuck)
+    if stuck:
+        found, _ = solve(d, to, step, room, J, order, False)
+        tally[KNOWN] = 0.0
+    else:
+        residual(d, frame(d, to, d.k), to, step, room, MISSED)
+    return found and new[NORMAL] >= 0.0
+
+
+@_jit
 def slides(d: Design, size: float, step: float, room: Array) -> bool:
     """Say whether friction no longer holds the new state; go nearer to where it gives way, or on from there."""
     last, new, tally = room[LAST], room[NEW], room[TALLY]
@@ -324,9 +346,33 @@ def redirect(d: Design, room: Array) -> None:
 
 
 @_jit
-def next_contact(d: Design, here: float, goal: float) -> tuple[Design, int, int, int, tuple[float, float, float]]:
-    """Return the design with what touches next once a contact has parted, and where, as it is for the first one."""
-    first, second, k, phi, x, y = first_contact(d, here, goal, here + _AGAIN)
+def set_out(d: Design, goal: float, corner: bool, step: float, room: Array) -> None:
+    """Turn towards a goal: a contact sticks, or at a corner of the path slides or sticks, where the way turns."""
+    last, tally = room[LAST], room[TALLY]
+    way = 1.0 if goal > last[PHI] else -1.0
+    if tally[MODE] != FREE and (corner or way != tally[WAY]):
+        if corner:
+            redirect(d, room)
+            begin(tally, SLIP, step * _SOFTLY)
+        elif d.mu > 0.0:
+            begin(tally, STICK, step * _GENTLE)
+        tally[ONSET] = last[TORQUE]
+    tally[WAY] = way
+
+
+@_jit
+def next_contact(
+    d: Design, here: float, targets: Array, corners: Array, i: int
+) -> tuple[Design, int, int, int, tuple[float, float, float]]:
+    """Return the design with what touches next once a contact has parted before target i, and where, as for the first.
+
+    It is looked for on all of the way that is left: what has just touched, or is about to, is known at each target.
+    """
+    if len(corners) > 0:
+        first, second, k, phi, x, y = met_along(d, here, here + _AGAIN, i, targets, corners, 0.0)
+        onto(d, targets[i - 1] if i > 0 else 0.0, targets[i], corners, i)
+    else:
+        first, second, k, phi, x, y = first_contact(d, here, targets[i:].max(), here + _AGAIN)
     if first >= 0:
         d = meeting(d, first, second, k)
         if d.elastic and not on_face(d):
@@ -354,35 +400,32 @@ def follow(
     at_rest(d, rates, 0.0, last)
     begin(tally, FREE, step)
     tally[SIZE], tally[WAY] = step, 1.0
-    why, edge_of, k_of, parted = RANGE, -1, 0, False
+    why, edge_of, k_of, parted, barred = RANGE, -1, 0, False, False
     for i in range(targets.size):
         goal, tally[MISSES] = targets[i], 0.0
-        leg = len(corners) > 0 and goal != last[PHI]
-        corner = leg and onto(d, last[PHI], goal, corners, i)
+        before = targets[i - 1] if i > 0 else 0.0
+        leg = len(corners) > 0 and goal != before
+        corner = leg and onto(d, before, goal, corners, i)
         if leg:
             put(free_rates(d), rates)
         if corner and tally[MODE] == FREE:
             # the work is along the new leg
             at_rest(d, rates, last[PHI], last)
-        if goal != last[PHI]:
-            way = 1.0 if goal > last[PHI] else -1.0
-            if tally[MODE] != FREE and (corner or way != tally[WAY]):
-                if corner:
-                    redirect(d, room)
-                    # it slides, or sticks
-                    begin(tally, SLIP, step * _SOFTLY)
-                elif d.mu > 0.0:
-                    begin(tally, STICK, step * _GENTLE)
-                tally[ONSET] = last[TORQUE]
-            tally[WAY] = way
+        if goal != last[PHI] and (corner or tally[MODE] == FREE or abs(goal - last[PHI]) >= NEAR):
+            set_out(d, goal, corner, step, room)
+        reached = LAST
         while last[PHI] != goal:
             if tally[MODE] == FREE:
-                if parted:
-                    d, first, edge_of, k_of, start = next_contact(d, last[PHI], goal)
-                    if first == -2:
-                        return End(OTHER, start[0], edge_of, k_of, i)
+                if parted and (len(corners) > 0 or goal > last[PHI]):
+                    d, first, edge_of, k_of, start = next_contact(d, last[PHI], targets, corners, i)
+                    parted, barred = False, first == -2
+                if barred and start[0] <= goal:
+                    return End(OTHER, start[0], edge_of, k_of, i)
                 advance(d, rates, start, goal, step, room)
                 continue
+            if beside(d, goal, room, J, order):
+                reached = NEW
+                break
             left = abs(goal - last[PHI])
             size = left / math.ceil(left / tally[H] * (1 - 1e-9))
             to = goal if size > left * (1 - 1e-9) else last[PHI] + tally[WAY] * size
@@ -408,5 +451,5 @@ def follow(
                     begin(tally, SLIP, step * _SOFTLY)
             elif tally[MODE] != STICK or not slides(d, size, step, room):
                 onward(d, size, step, room, notes)
-        write(d, last, tally, out[i])
+        write(d, room[reached], tally, out[i])
     return End(RANGE, last[PHI], -1, 0, targets.size)

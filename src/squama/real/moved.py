@@ -22,7 +22,7 @@ from squama.real.contact import LAST, MISSED, MOST, NEW, PHI, STATES, TALLY, WID
 from squama.real.design import Design, _jit, frame
 
 from squama.real.follow import (  # isort: skip
-    BEGUN, FREE, FRESH, SIZE, WAY, accept, advance, at_rest, begin, difference, extrapolate, write,
+    BEGUN, FREE, FRESH, NEAR, SIZE, WAY, accept, advance, at_rest, begin, difference, extrapolate, write,
 )  # fmt: skip
 from squama.real.steps import engagement, free_rates, jacobian
 from squama.real.vectors import copy
@@ -89,6 +89,12 @@ def again(
     begun(d, rates, first, step, room)
     real = contact[3]
     for i in range(len(notes)):
+        while at < targets.size and abs(targets[at] - real) < NEAR and targets[at] != notes[i, PHI]:
+            # no step leads there, so that how it moves is not known
+            out[at, :] = math.nan
+            at += 1
+        if at == targets.size:
+            return
         share = (notes[i, PHI] - real) / (targets[at] - real)
         real = notes[i, PHI]
         size = share * (goals[at] - last[PHI])

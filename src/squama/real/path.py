@@ -24,8 +24,8 @@ RANGE = 0.3
 """Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
 STEP = 4e-3
 """Largest increment of the twist, rad per pitch; a quarter of it changes a torque by some 1e-5."""
-EVERY = 4
-"""Other contacts are looked for at every so many steps."""
+EVERY = 1
+"""Other contacts are looked for at every so many steps: at each, so that none of them is behind one that came in."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)

@@ -7,15 +7,16 @@ import math
 import numpy as np
 
 from squama.model.elastic_plate import BASE, SIDE_D, TIP
-from squama.real.design import LEG, Design, _in, _jit
+from squama.real.design import LEG, Design, _in, _jit, onto
 from squama.real.faces import others, tilt, tip_over
 from squama.real.features import CORNERS, FACE, high, lengthwise, low, on_face
 from squama.real.steps import engagement, free_rates, unloaded
 from squama.types import Array
 
-_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART, _FLUSH = 8, 24, 0.02, 0.7, 5e-3, 1e-9
+_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART, _FLUSH, _SEEN = 8, 24, 0.02, 0.7, 5e-3, 1e-9, 1e-5
 """Twists at which plates are looked at, halvings; where edges may have met, as parts of the twist at which one is seen
-in a face; distance of places on a leg, rad; slope of a tip edge that comes to a face all along."""
+in a face; distance of places on a leg, rad; slope of a tip edge that comes to a face all along; how far behind the end
+of a leg is looked, rad."""
 
 
 @_in
@@ -56,7 +57,7 @@ def first_contact(d: Design, least: float, most: float, since: float) -> tuple[i
     """Return what touches first between twists, neighbour, twist and both places; it goes straight ``since`` a way.
 
     The first edge is -1 where nothing touches below ``most``, and -2 where something touches that is not followed, or
-    at rest (twist 0).
+    does already at ``least``, as at rest (twist 0).
     """
     rates, b, q = free_rates(d), np.zeros(24), np.empty(7)
     found, phi, x, y = engagement(d, rates, hinge_guess(d))
@@ -73,7 +74,7 @@ def first_contact(d: Design, least: float, most: float, since: float) -> tuple[i
         deep, edge, k = others(d, q, at, q[6], b)
         if deep < 0.0:
             if i == 0:
-                return -2, edge, k, 0.0, 0.0, 0.0
+                return -2, edge, k, least, 0.0, 0.0
             for _ in range(_HALVINGS):
                 middle = (before + at) / 2
                 unloaded(rates, middle, q)
@@ -87,6 +88,33 @@ def first_contact(d: Design, least: float, most: float, since: float) -> tuple[i
     if found:
         return d.first, d.second, d.k, phi, x, y
     return -1, 0, 0, math.inf, 0.0, 0.0
+
+
+@_jit
+def met_along(
+    d: Design, here: float, since: float, begun: int, targets: Array, corners: Array, most: float
+) -> tuple[int, int, int, float, float, float]:
+    """Return what touches first on the legs of a path, as :func:`first_contact`, from a way on.
+
+    ``begun``: the next target's number; the last leg goes straight on to ``most``; ``since``: the way from which on
+    what is seen may have touched, on others it is where they begin. The leg that was looked at last is left in the
+    design's table.
+    """
+    found = (-1, 0, 0, math.inf, 0.0, 0.0)
+    for i in range(begun, targets.size):
+        last = targets[i - 1] if i > 0 else 0.0
+        if found[0] != -1 or targets[i] <= here or targets[i] <= last:
+            continue
+        if onto(d, last, targets[i], corners, i):
+            since = last
+        # what has just touched is not deep enough to be seen
+        found = first_contact(d, max(here, last), targets[i] + _SEEN, since)
+        here = targets[i]
+        if found[3] > here:
+            found = (-1, 0, 0, math.inf, 0.0, 0.0)
+    if found[0] == -1 and here < most:
+        found = first_contact(d, here, most, since)
+    return found
 
 
 @_jit

@@ -126,24 +126,28 @@ def view(
     >>> print(f"{shown.state.name}, theta = {shown.state.theta:.3f}; {shown.end} at {shown.last:.3f} rad per pitch")
     sliding, theta = 0.798; frictional lock at 0.268 rad per pitch
     """
+    arguments.beam(beam)
     names = arguments.load(load)
     problems = Problems()
     for path in paths:
         if (ending := Path(path).suffix.lower()) not in FORMATS:
             problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
     problems.settle()
+    if joint is not None:
+        arguments.joint(joint)
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
         curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.scales)
-    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
-    asked = 0.0 if curvature else FIRST * motion.last
+    wanted = None
     if to is not None:
         with naming("to"):
-            asked = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-        if asked < 0:
+            wanted = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+        if wanted < 0:
             reason = "must be 0 or more" + names.other_way("sense -")
-            refuse("to", f"{asked / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
+            refuse("to", f"{wanted / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
+    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
+    asked = (0.0 if curvature else FIRST * motion.last) if wanted is None else wanted
     still = [path for path in paths if Path(path).suffix.lower() == ".gif"] if not asked else []
     if still:
         reason = "is an animation in which nothing moves: a bend is held and no twist is given"

@@ -7,6 +7,9 @@ keeps the same sum with the name of its place after the chunk, so a chunk in the
 from __future__ import annotations
 
 import asyncio
+import errno
+import math
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -15,7 +18,7 @@ from zarr.storage import LocalStore
 
 from squama.errors import refuse
 from squama.io import files
-from squama.study.plan import AGAIN, CHECKSUMS, STATUS, Plan
+from squama.study.plan import AGAIN, CHECKSUMS, STATUS, Plan, arrays, coordinates
 
 if TYPE_CHECKING:
     from zarr.abc.store import ByteRequest
@@ -25,6 +28,9 @@ _SUM = 4
 """Bytes of a checksum."""
 _DONE = b"\x01"
 _ANEW = "run the same sweep again: it does this tile anew"
+_REMOVE = "remove it and run the same sweep again: it does this tile anew"
+_MOST = 2**20
+"""Bytes of a chunk beyond those of its numbers, at most."""
 
 
 def sum_at(place: str, chunk: bytes) -> bytes:
@@ -70,36 +76,47 @@ class Chunks:
     def _chunk(self, tile: str, place: str) -> bytes:
         """Return a chunk that fits its own checksum."""
         try:
-            chunk = (self.path / place).read_bytes()
+            chunk = files.read_ordinary(self.path / place, _MOST + 16 * math.prod(self.plan.tile))
         except FileNotFoundError:
             self._refuse(tile, f"{place} is missing")
         except IsADirectoryError:
-            self._refuse(tile, f"{place} is a folder")
+            self._refuse(tile, f"{place} is a folder", _REMOVE)
         except OSError as error:
-            self._refuse(tile, f"{place} cannot be read, {str(error.strerror).lower()}")
+            known = error.errno in {errno.EINVAL, errno.EFBIG}
+            why = error.strerror if known else f"cannot be read, {str(error.strerror).lower()}"
+            self._refuse(tile, f"{place} {why}")
         if len(chunk) <= _SUM or crc32c.value(chunk[:-_SUM]) != int.from_bytes(chunk[-_SUM:], "little"):
             self._refuse(tile, f"{place} does not fit its checksum")
         return chunk
 
-    def _refuse(self, tile: str, what: str) -> NoReturn:
-        remedy = AGAIN if self.plan.format == 1 else _ANEW
+    def _refuse(self, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
+        remedy = AGAIN if self.plan.format == 1 else remedy
         refuse(files.label(self.path), "", f"is damaged (tile {tile.removeprefix('c.')}: {what})", remedy)
 
 
 class Checked(LocalStore):
-    """The files of a store for reading: no chunk of a tile without a mark, and none that is damaged."""
+    """The files of a store for reading: no chunk of a tile without a mark, none that is damaged, nothing foreign."""
 
     def __init__(self, root: Path, plan: Plan) -> None:
         super().__init__(root, read_only=True)
         self._chunks = Chunks(root, plan)
+        self._own = {"zarr.json", *arrays(plan), *coordinates(plan)}
 
     def with_read_only(self, read_only: bool = True) -> Checked:  # noqa: ARG002 - the shape of a store
         """Return the store: it is for reading."""
         return self
 
+    async def list_dir(self, prefix: str) -> AsyncIterator[str]:
+        """Yield the names in a folder; of the store's own, those that the plan tells."""
+        async for name in super().list_dir(prefix):
+            if prefix.strip("/") or name in self._own:
+                yield name
+
     def _there(self, key: str) -> bool:
-        """Say whether a file may be read: any but a chunk of a tile that is not done."""
+        """Say whether a file may be read: one that the plan tells, but for a chunk of a tile that is not done."""
         name, _, tile = key.rpartition("/")
+        if key.partition("/")[0] not in self._own:
+            return False
         if not tile.startswith("c.") or name not in (STATUS, *self._chunks.plan.variables):
             return True
         if not (self.root / STATUS / tile).exists():

@@ -6,6 +6,7 @@ matrix or the law; those on hinges are solved in closed form, by :func:`squama.s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -55,10 +56,22 @@ class Twist(NamedTuple):
         """The twist to the last digit."""
         return f"{self.value!r} {self.unit}"
 
-    @property
-    def shown(self) -> str:
-        """The twist for people."""
-        return f"{self.value:.6g} {self.unit}"
+    def words(self, scales: int) -> str:
+        """Return the twist for people, of a beam of some scales: per pitch or in all, as it is a round number.
+
+        >>> Twist(math.radians(130) / 25, "rad/pitch").words(25), Twist(0.08, "rad/pitch").words(25)
+        ('130 deg total', '0.08 rad/pitch')
+        """
+        ways = [(self.value, self.unit)]
+        if self.unit == "rad/pitch":
+            ways.append((math.degrees(self.value) * scales, "deg total"))
+
+        def digits(way: tuple[float, str]) -> int:
+            exact = (n for n in range(1, 7) if math.isclose(float(f"{way[0]:.{n}g}"), way[0], rel_tol=1e-12))
+            return next(exact, 7)
+
+        number, unit = min(ways, key=digits)
+        return f"{number:.{6 if digits((number, unit)) < 7 else 4}g} {unit}"
 
     def per_pitch(self, d: Array | float) -> Array:
         """Return the load angle per pitch of beams of some pitches."""

@@ -42,7 +42,7 @@ def _key(name: str) -> Parameter:
     return Parameter(dimension, bounds, Symbol(name, si_unit(dimension), f"{table} {words}", ""))
 
 
-UNUSED = ("substrate.strength", "substrate.strain_limit", "beam.density", "beam.rotor")
+UNUSED = ("substrate.strength", "substrate.strain_limit", "scale.density", "beam.density", "beam.rotor")
 """Numbers of a beam file on which no figure of many beams depends."""
 ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
 """Those on which figures of elastic scales alone depend."""

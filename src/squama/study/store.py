@@ -32,6 +32,7 @@ from squama.io import files
 from squama.loads import PAPER
 from squama.needs import need
 from squama.study.columns import matrix_warnings
+from squama.study.layout import alike, fill, following
 from squama.study.plan import (
     AGAIN,
     CHECKSUMS,
@@ -42,7 +43,6 @@ from squama.study.plan import (
     Tile,
     arrays,
     attributes,
-    coordinates,
     differences,
 )
 from squama.types import Array
@@ -50,10 +50,11 @@ from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
-    from zarr.core.buffer import Buffer
 
 _WRITE_BITS = 0o222
 _TRIES = 5
+_MOST = 2**26
+"""Bytes of the plan of a store, and of a file that follows from it beyond those that it should have, at most."""
 _PARTIAL = ".partial"
 """Ending of a chunk that zarr has not finished, and of the claim on a tile."""
 REWRITE = "run the same sweep again: it writes this anew"
@@ -123,8 +124,9 @@ def sweep_orphans(path: Path, plan: Plan) -> None:
             with contextlib.suppress(OSError), os.scandir(path / name) as entries:
                 for entry in entries:
                     # a mark without content is one that a machine had not on its disk when it went down
-                    if entry.name.endswith(_PARTIAL) or (name == STATUS and not entry.stat().st_size):
-                        Path(entry).unlink(missing_ok=True)
+                    with contextlib.suppress(OSError):
+                        if entry.name.endswith(_PARTIAL) or (name == STATUS and not entry.stat().st_size):
+                            Path(entry).unlink(missing_ok=True)
 
 
 def key(tile: Tile) -> str:
@@ -199,7 +201,7 @@ def _create(path: Path, plan: Plan) -> None:
             beside.mkdir()
             with _opened(beside, os.O_RDONLY) as handle:
                 _locked(handle)
-                _fill(beside, plan)
+                fill(beside, plan)
                 for place in sorted(beside.rglob("*")):
                     flush(place)
                 try:
@@ -229,27 +231,13 @@ def _clear(path: Path) -> None:
                         shutil.rmtree(beside, ignore_errors=True)
 
 
-def _fill(place: object, plan: Plan) -> None:
-    """Write an empty store to a folder, or to a store of zarr."""
-    library = need("zarr")
-    group = library.create_group(place, zarr_format=3, attributes=attributes(plan))
-    for name, about in arrays(plan).items():
-        # a mark and checksums are the same bytes whatever compresses
-        plain = plan.format > 1 and name in {STATUS, CHECKSUMS}
-        codecs = [*([] if plain else [library.codecs.ZstdCodec(level=1)]), library.codecs.Crc32cCodec()]
-        how = {"chunk_key_encoding": {"name": "default", "separator": "."}, "config": {"write_empty_chunks": True}}
-        group.create_array(name=name, compressors=codecs, **how, **about)
-    for name, (values, _) in coordinates(plan).items():
-        group[name][:] = values
-
-
 def read_plan(path: Path) -> Plan:
     """Return the plan of a store; refuse what is none, what squama did not write, and a damaged one."""
     if not files.exists(path):
         raise _no(path, "no such store", "make it with: squama sweep beam.toml --over mu=0:2:401 -o map.zarr")
     text = ""
     try:
-        text = (path / "zarr.json").read_text(encoding="utf-8")
+        text = files.read_ordinary(path / "zarr.json", _MOST).decode()
         document = json.loads(text)
         about = document["attributes"]
         version = about[MARK]
@@ -276,47 +264,35 @@ def read_plan(path: Path) -> Plan:
     return plan
 
 
-def check(path: Path, plan: Plan) -> Array:
+def check(path: Path, plan: Plan, remedy: str = REWRITE) -> Array:
     """Look at every part of a store but the tiles; return which of these bear a mark, in the shape of the grid.
 
-    A damaged store is refused.
+    A damaged store is refused; ``remedy`` is for a file that follows from the plan.
     """
-    for place, data in _files(plan).items():
+    found: dict[str, bytes] = {}
+    for place, data in following(plan).items():
         name = place.partition("/")[0]
         try:
-            sound = (path / place).read_bytes() == data or _alike(path, plan, name)
+            found[place] = files.read_ordinary(path / place, _MOST + len(data))
+            sound = found[place] == data or alike(found, plan, name)
         except Exception:  # damage shows itself in zarr as errors of many kinds
             sound = False
         if not sound:
-            mends = (path / name).is_dir() and plan.format == FORMAT
-            raise _damaged(path, place, REWRITE) if mends else _damaged(path, name)
+            mends = (path / name).is_dir() and not (path / place).is_dir() and plan.format == FORMAT
+            raise _damaged(path, place, remedy) if mends else _damaged(path, name)
     return marked(path, plan)
-
-
-def _files(plan: Plan) -> dict[str, bytes]:
-    """Return the files of a store that the plan tells but for the plan's own: of each array, and its coordinates."""
-    made: dict[str, Buffer] = {}
-    _fill(need("zarr").storage.MemoryStore(store_dict=made), plan)
-    return {name: data.to_bytes() for name, data in made.items() if "/" in name}
-
-
-def _alike(path: Path, plan: Plan, name: str) -> bool:
-    """Say whether an array means what the plan tells, in other letters: those of another version of zarr."""
-    library = need("zarr")
-    made = library.storage.MemoryStore()
-    _fill(made, plan)
-    array, wanted = library.open_array(path / name, mode="r", zarr_format=3), library.open_group(made, mode="r")[name]
-    alike = json.dumps(array.metadata.to_dict()) == json.dumps(wanted.metadata.to_dict())
-    return alike and (name not in coordinates(plan) or np.array_equal(array[:], coordinates(plan)[name][0]))
 
 
 def _mend(path: Path, plan: Plan) -> None:
     """Write the files anew that follow from the plan, where they are not as they should be and the place allows it."""
-    for place, data in _files(plan).items():
+    for place, data in following(plan).items():
         file = path / place
         with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
-            if not file.parent.is_dir() or (file.is_file() and file.read_bytes() == data):
+            if not file.parent.is_dir():
                 continue
+            with contextlib.suppress(OSError):
+                if files.read_ordinary(file, len(data)) == data:
+                    continue
             _locked(store, wait=True)
             beside = file.with_name(f"{file.name}.{secrets.token_hex(6)}{_PARTIAL}")
             try:
@@ -338,7 +314,7 @@ def whole(path: Path, plan: Plan, tile: Tile) -> bool:
     try:
         Chunks(path, plan).check(name)
     except InputError:
-        if any((path / place).is_dir() for place in (*(f"{v}/{name}" for v in plan.variables), sums_of(name))):
+        if any((path / f"{v}/{name}").is_dir() for v in (STATUS, *plan.variables)) or (path / sums_of(name)).is_dir():
             raise
         return False
     return True
@@ -355,7 +331,7 @@ def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
     chunk = re.compile("c" + r"\.(\d{1,9})" * len(grid))
     with os.scandir(folder) as entries:
         for entry in entries:
-            if (found := chunk.fullmatch(entry.name)) and entry.is_file():
+            if (found := chunk.fullmatch(entry.name)) and os.path.isfile(entry.path):  # noqa: PTH113 - false for loops
                 tile = tuple(map(int, found.groups()))
                 if all(i < n for i, n in zip(tile, grid, strict=True)):
                     there[tile] = True
@@ -394,7 +370,8 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
     _clear(path)
     sweep_orphans(path, plan)
     _mend(path, plan)
-    done = check(path, plan)
+    # what could be written anew has been
+    done = check(path, plan, "make it writable and run the same sweep again")
     for tile in plan.tiles(shard):
         done[tile] = done[tile] and whole(path, plan, tile)
     if not done.all() and not all(_writable(path / part) for part in (".", *plan.variables, CHECKSUMS, STATUS)):

@@ -139,6 +139,7 @@ def sweep(
     ...     print(dict(r.sizes), f"{float(r.RED.sel(mu=0.5)[2]):.3f}")
     {'mu': 3, 'alpha': 5, 'tile_mu': 1, 'tile_alpha': 1} 0.740
     """
+    arguments.beam(beam)
     plan = make_plan(
         beam, over, joint=joint, ideal=ideal, at=at, law=law, sense=sense, margin=margin, load=load, tile=tile
     )

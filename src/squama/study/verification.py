@@ -107,6 +107,7 @@ def verify(
     KeyboardInterrupt
         Ctrl-C; what is done stays in the folder.
     """
+    arguments.beam(beam)
     only_one(beam.faces, "elements")
     say = announce or (lambda _: None)
     friction = arguments.friction(beam.friction.mu, mu)
@@ -143,7 +144,8 @@ def verify(
     }
     if not hinged:
         say("compliant joint")
-        free: dict[str, Any] = {"joint": "compliant", "ideal": ideal, **asked}
+        # the length of a periodic cell of elements is held
+        free: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "neutral": "middle", **asked}
         if not ideal:
             curves["thin"] = "", doors.twist(beam, **free | {"ideal": True})
         curves["compliant"] = "", doors.twist(beam, **free)

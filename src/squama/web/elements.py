@@ -24,6 +24,12 @@ THREE = Path(nicegui.__file__).parent / LIBRARY
 ECHARTS = Path(nicegui.__file__).parent / "elements" / "echart" / "dist"
 
 
+def received(args: object, **kinds: type) -> dict[str, Any]:
+    """Return what an event of the page brings by these names and kinds; nothing where it is no event of this page."""
+    found = args if isinstance(args, dict) else {}
+    return found if all(type(found.get(name)) is kind for name, kind in kinds.items()) else {}
+
+
 class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE), "squama-view": str(SCRIPTS)}):
     """The beam in three dimensions; it is given design and state, never vertices."""
 
@@ -60,9 +66,10 @@ class NumberField(ui.element, component="field.js"):
         self._props.update({"name": name, "error": "", "answered": 0})
 
         def changed(event: Any) -> None:
-            self._props["answered"] = int(event.args["number"])
-            on_change(name, str(event.args["text"])[:200])
-            self.update()
+            if sent := received(event.args, number=int, text=str):
+                self._props["answered"] = sent["number"]
+                on_change(name, sent["text"][:200])
+                self.update()
 
         self.on("change", changed)
 
@@ -106,12 +113,13 @@ class FileButton(ui.element, component="open.js"):
         self._props.update({"label": label, "title": title, "accept": accept, "largest": largest})
 
         def read(event: Any) -> None:
+            sent = received(event.args, name=str, data=str)
             try:
-                content = base64.b64decode(str(event.args["data"]), validate=True)
+                content = base64.b64decode(sent["data"] if sent else "?", validate=True)
             except ValueError:
                 tell("the file did not arrive whole: open it again")
             else:
-                opened(str(event.args["name"])[:200], content)
+                opened(sent["name"][:200], content)
 
         self.on("opened", read)
         self.on("refused", lambda _: tell(f"the file is larger than {largest // 1024} KiB: thin it out"))

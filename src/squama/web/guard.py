@@ -2,7 +2,9 @@
 
 A page of another site can send requests to this machine from the browser that shows it, under a name of its own that
 leads here as well (DNS rebinding). So every request, of a page or of a websocket, must name this machine as its host,
-come from a page of that host if it comes from one, and bear the secret: once in the address, from then on in a cookie.
+come from a page of that host if it comes from one, and bear the secret: once that of the address, from then on another
+one in a cookie, so that neither tells the other. A page takes scripts, styles and pictures from here alone, and talks
+to nobody else.
 """
 
 from __future__ import annotations
@@ -11,6 +13,8 @@ import hmac
 import re
 import secrets
 from typing import TYPE_CHECKING
+
+from squama.web.connections import KNOWN
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,17 +39,24 @@ _SHUT = [
     (b"x-frame-options", b"DENY"),
 ]
 """What every answer says to browsers: nothing of it is for other pages."""
+POLICY = (
+    "default-src 'none'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws://{host} wss://{host}; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""What a page at a host may load and talk to. NiceGUI writes scripts into its pages and compiles templates there."""
 
 
 class Guard:
     """An ASGI application that lets through to another one what may pass, and answers the rest with 403.
 
-    ``port`` tells the cookies of several explorers on a machine apart.
+    ``port`` tells the cookies of several explorers on a machine apart; ``secret`` is that of the address, ``pass_``
+    that of the cookie.
     """
 
     def __init__(self, app: ASGIApp, port: int) -> None:
         self.app = app
-        self.secret = secrets.token_urlsafe(32)
+        self.secret, self.pass_ = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
         self.cookie = f"squama-{port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -63,16 +74,20 @@ class Guard:
         async def shut(message: Message) -> None:
             if message["type"] == "http.response.start":
                 kept = (one for one in message["headers"] if not one[0].lower().startswith(b"access-control-"))
-                message = {**message, "headers": [*kept, *_SHUT]}
+                message = {**message, "headers": [*kept, *_SHUT, (b"content-security-policy", policy)]}
             await send(message)
 
+        # a host that is no name of this machine is refused below
+        host = b"".join(_values(scope, b"host")).decode("latin-1")
+        policy = POLICY.format(host=host if HOSTS.fullmatch(host) else "localhost").encode()
         given, rest = _parted(scope["query_string"] if scope["path"] == "/" else b"")
-        known = self._known(scope)
+        if known := self._known(scope):
+            scope[KNOWN] = True
         if refusal := self._refusal(scope, known or _same(given, self.secret)):
             await _answer(shut, 403, _HEADERS, refusal)
         elif given:
             place = (b"location", b"/" + (b"?" + rest if rest else b""))
-            cookie = f"{self.cookie}={self.secret}; Path=/; HttpOnly; SameSite=Strict".encode()
+            cookie = f"{self.cookie}={self.pass_}; Path=/; HttpOnly; SameSite=Strict".encode()
             await _answer(shut, 303, [*_HEADERS, place, (b"set-cookie", cookie)], "")
         else:
             await self.app(scope, receive, shut)
@@ -81,7 +96,7 @@ class Guard:
         """Say whether a request has the cookie."""
         start = f"{self.cookie}=".encode()
         pairs = (pair.strip() for one in _values(scope, b"cookie") for pair in one.split(b";"))
-        return any(_same(pair[len(start) :], self.secret) for pair in pairs if pair.startswith(start))
+        return any(_same(pair[len(start) :], self.pass_) for pair in pairs if pair.startswith(start))
 
     def _refusal(self, scope: Scope, known: bool) -> str:
         """Return why a request is not answered; nothing if it is."""

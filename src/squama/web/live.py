@@ -290,7 +290,7 @@ def _differing(states: Sequence[State]) -> list[str]:
 
 
 def _described(state: State, names: Sequence[str], states: Sequence[State]) -> str:
-    """Return fields of one of some designs as "η = 3, θ₀ = 15°", and its sense where that differs."""
+    """Return fields of one of some designs as symbol and value, and its sense where that differs."""
     words = []
     for name in names:
         field = FIELDS[name]

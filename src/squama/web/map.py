@@ -115,8 +115,7 @@ def key(state: State, x: str, y: str) -> Key:
     """Return what the map of a state depends on; values of its own axes are left out."""
     fixed = [state.value(name) for name in (*AXES, *_STIFF) if name not in (x, y)]
     ideal = thin(LOADS[state.load], state.law, "hinge", ideal=live.motion(state.setting).ideal)
-    fixed += [state.beam.joint.matrix, state.beam.neutral]
-    return Key(x, y, (*fixed,), *state[2:6], ideal, state.beam)
+    return Key(x, y, (*fixed, state.beam.joint.matrix, state.beam.neutral), *state[2:6], ideal, state.beam)
 
 
 @functools.lru_cache(maxsize=8)
@@ -126,8 +125,8 @@ def grid(wanted: Key) -> Grid:
     over = {wanted.x: x[None, :], wanted.y: y[:, None]}
     values = dict(placed(wanted.beam, name, FIELDS[name].factor * v) for name, v in over.items())
     cells = columns.columns(wanted.beam, values, load=wanted.load)
-    how = {"law": wanted.law, "sense": wanted.sense, "margin": wanted.margin, "load": wanted.load}
-    done = columns.solved(cells, **how, ideal=wanted.ideal)
+    w = wanted
+    done = columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
     return Grid(x, y, *(np.broadcast_to(v, SIZE[::-1]) for v in (done.code, done.load_e, done.load_end, done.RED)))
 
 

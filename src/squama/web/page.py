@@ -16,7 +16,7 @@ from squama.plot.palette import THEMES, variables
 from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
-from squama.web.elements import BeamView, Chart, FileButton, button, put, text, write
+from squama.web.elements import BeamView, Chart, FileButton, button, put, received, text, write
 from squama.web.state import State, query
 from squama.web.tables import Table
 
@@ -188,9 +188,10 @@ class Explorer:
 
     def clicked(self, event: Any) -> None:
         """Take the design of a cell of the map."""
-        value = event.args.get("value")
-        if event.args.get("seriesId") == "cells" and isinstance(value, list):
-            self.attempt(lambda now: map.take(now, *self.map_axes, (int(value[0]), int(value[1]))))
+        sent = received(event.args, value=list, seriesId=str)
+        cell = sent["value"][:2] if sent else []
+        if all(type(i) is int and 0 <= i < n for i, n in zip(cell, map.SIZE, strict=False)) and len(cell) == 2:
+            self.attempt(lambda now: map.take(now, *self.map_axes, (cell[0], cell[1])))
 
     def choose_axis(self, i: int, name: str) -> None:
         """Draw the map over another parameter; the one that is there already changes places."""

@@ -14,7 +14,6 @@ from types import FrameType
 from squama.errors import InputError, refuse
 from squama.web import aside, live
 from squama.web.aside import Aside
-from squama.web.guard import TOKEN, Guard
 from squama.web.state import State
 
 HOST = "127.0.0.1"
@@ -53,7 +52,9 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     from nicegui import app, background_tasks, ui
     from threadpoolctl import threadpool_limits
 
-    from squama.web import map, memory  # noqa: A004 - the module is named after what it draws
+    from squama.web import map, memory, messages  # noqa: A004 - the module is named after what it draws
+    from squama.web.connections import MOST, Patient
+    from squama.web.guard import TOKEN, Guard
     from squama.web.page import Explorer
 
     reading = Aside(live.taken, most=2, limit=LIMIT)
@@ -94,6 +95,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
 
     app.on_startup(lambda: background_tasks.create(announce()))
     app.on_startup(map.warm_up)
+    messages.bear()
     app.on_delete(memory.Sweep().soon)
     ui.run_with(
         outer, title=TITLE, favicon=ICON, tailwind=False, show_welcome_message=False, dark=None, language="en-US"
@@ -112,16 +114,17 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         guard,
         host=HOST,
         port=port,
-        http="h11",
+        http=Patient,
         ws="wsproto",
         # bytes of a request's head and of a message, connections, seconds for what is under way at the end
         h11_max_incomplete_event_size=2**16,
         ws_max_size=2**20,
-        limit_concurrency=256,
+        limit_concurrency=MOST,
         timeout_graceful_shutdown=1,
         proxy_headers=False,
         server_header=False,
-        log_level="warning",
+        # what strangers send fills no terminal
+        log_level="error",
     )
     try:
         # the browser draws on the other cores: a second thread of BLAS waits for one longer than the work takes

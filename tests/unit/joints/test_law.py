@@ -40,10 +40,10 @@ def test_one_shape_and_many_are_the_same() -> None:
     for i in (0, 150, 299):
         one = law.Shape(*(float(x[i]) for x in shape))
         assert law.stiffness(one).shape == (9, 9)
-        np.testing.assert_allclose(law.stiffness(one), K[i], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(law.stiffness(one), K[i], rtol=1e-7, atol=1e-10)
     # numbers beside arrays
     nu = law.stiffness(one._replace(nu=np.array([one.nu, 0.3])))
-    np.testing.assert_allclose(nu[0], K[299], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(nu[0], K[299], rtol=1e-7, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", law.Shape._fields)
@@ -52,7 +52,7 @@ def test_complex_steps_are_the_derivatives(name: str) -> None:
     x, h = getattr(shape, name), 1e-5
     slope = law.stiffness(shape._replace(**{name: x + 1e-30j})).imag / 1e-30
     ahead, behind = (law.stiffness(shape._replace(**{name: x + step})) for step in (h, -h))
-    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=5e-5, atol=5e-5 * np.abs(slope).max())
 
 
 def test_steps_in_many_ways_at_once() -> None:

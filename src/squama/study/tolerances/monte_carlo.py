@@ -125,6 +125,7 @@ def uncertainty(
     >>> print(f"{float(u['mean'].sel(figure='phi_end')):.3f} +- {float(u['sd'].sel(figure='phi_end')):.3f} rad/pitch")
     0.283 +- 0.006 rad/pitch
     """
+    arguments.beam(beam)
     only_one(beam.faces, "tolerances")
     arguments.load(load)
     arguments.law(law)
@@ -186,7 +187,7 @@ def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
     if model.real:
         refuse("before", shown(given), "is for locks, which compliant joints have none of", "give at, or take hinges")
     twist = Twist.read("before", given, load, beam)
-    text = given if isinstance(given, str) else twist.shown
+    text = given if isinstance(given, str) else twist.words(beam.scales)
     return Limit(text, twist.value, "rate_end" if twist.unit == "rad/m" else "load_end")
 
 

@@ -1,0 +1,142 @@
+"""The slope of a record before engagement over the beam's own: it tells wrong units and a bar that is not the file's.
+
+Before engagement the torque is the bar's alone, R times the twist, whatever friction and joint are. R stands in the
+beam file by modulus, section and inclusion factor, so that a record that begins there checks file and units.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.identify import noise
+from squama.identify.parameters import with_error
+from squama.types import Array
+
+if TYPE_CHECKING:
+    from squama.identify.prepare import Prepared
+    from squama.identify.search import Found
+
+_FEWEST = 6
+"""Spare points from which on the residual of the slope's own line tells its error; below that the fit's noise does."""
+_OFF, _LEAST = 3.0, 0.01
+"""Errors, and part of the slope, from which on it is another one."""
+_UNIT, _NEAR = 5.0, 1.25
+"""Factor from which on no bar explains a slope, and factor within which a unit is named."""
+_FIRST = 0.25
+"""Part of the twist that is taken to lie before engagement where that is not known."""
+_HALVES, _BENT = 2, 3.0
+"""How often the first half may be taken, and errors from which on its slope is another one."""
+BAR = ("C_f", "E_B")
+"""Parameters with which a fit follows the slope."""
+
+
+class Slope(NamedTuple):
+    """Slope of the torque before engagement over that of the beam as given, its standard error, number of points."""
+
+    ratio: float
+    error: float
+    points: int
+
+    @property
+    def text(self) -> str:
+        """The ratio and its error: "0.850 +- 0.004"."""
+        return with_error(self.ratio, self.error, "1")
+
+    @property
+    def sentence(self) -> str:
+        """What a summary says."""
+        return f"slope before engagement: {self.text} of the beam's own ({self.points} points)"
+
+    def cause(self, names: tuple[str, ...], scales: int) -> str:
+        """Say why the slope is off by more than its error; empty where it is not, or where the fit follows it."""
+        if not self.wrong_unit and (set(names) & set(BAR) or abs(self.ratio - 1) < max(_OFF * self.error, _LEAST)):
+            return ""
+        off = f"the slope before engagement is {self.text} of the beam's own"
+        if self.wrong_unit:
+            return f"{off}: {unit(self.ratio, scales)}; check the units of torque and twist"
+        kind = "softer" if self.ratio < 1 else "stiffer"
+        percent = 100 * abs(self.ratio - 1)
+        much = f"{percent:.{0 if percent >= 10 else 1}f} %"
+        return (
+            f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor), which moves "
+            "the other estimates; correct the file, or find E_B or C_f too"
+        )
+
+    @property
+    def wrong_unit(self) -> bool:
+        """Whether no bar explains it."""
+        return not 1 / _UNIT < self.ratio < _UNIT
+
+
+def unit(ratio: float, scales: int) -> str:
+    """Name the unit that a slope this many times too steep speaks of."""
+    known = {1.0: "a sign is wrong"}
+    for factor, small, large in (
+        (1000.0, "a torque in N mm", "N m"),
+        (100.0, "a torque in N cm", "N m"),
+        (180 / math.pi, "a twist in rad", "deg"),
+        (2 * math.pi, "a twist in revolutions", "rad"),
+        (float(scales), "a twist per pitch", "the twist of the whole beam"),
+    ):
+        known[factor] = f"a unit is wrong, as of {small} taken as {large}"
+        what, _, name = small.partition(" in ")
+        other = f"{what} in {large} taken as {name}" if name else f"{large} taken as {small}"
+        known[1 / factor] = f"a unit is wrong, as of {other}"
+    nearest = min(known, key=lambda factor: abs(math.log(abs(ratio) / factor))) if ratio > 0 else 1.0
+    return known[nearest] if ratio < 0 or max(ratio / nearest, nearest / ratio) < _NEAR else "a unit is wrong"
+
+
+def slope(test: Prepared, found: Found | None = None) -> Slope | None:
+    """Return the slope before engagement of the points that a fit is made from; None where two points hardly show it.
+
+    Without what is ``found``: of the first part of the twist, since no engagement in a wrong unit is known. Where the
+    slope of the first half is another one the scales touch before the model's do, and that half is told.
+    """
+    asked, points, readings = test.asked, test.points, test.points.readings
+    at = asked.physical(asked.start) if found is None else found.asked.physical(found.best.values)
+    usable = test.usable if found is None else found.usable
+    straight = usable & ~points.touching(at)
+    size = np.abs(test.record.load)
+    if found is None:
+        straight &= size <= _FIRST * float(np.max(size, where=usable, initial=0.0))
+    twist = readings.placed(at.twist_zero, at.backlash)[0]
+    torque = test.record.torque - at.drift * readings.order
+    least = 0.0 if found is None else found.noise
+
+    def of(part: NDArray[np.bool_]) -> Slope | None:
+        line = _line(twist[part], torque[part], readings.numbers[part], least)
+        unit = asked.base.rigidity / asked.beam.pitch
+        return None if line is None else Slope(line[0] / unit, line[1] / unit, int(np.count_nonzero(part)))
+
+    told = of(straight)
+    for _ in range(_HALVES):
+        straight = straight & (size <= float(np.max(size, where=straight, initial=0.0)) / 2)
+        first = of(straight)
+        if told is None or first is None or abs(first.ratio - told.ratio) < _BENT * first.error:
+            break
+        told = first
+    return told
+
+
+def _line(x: Array, y: Array, way: NDArray[np.int64], least: float) -> tuple[float, float] | None:
+    """Return the slope of y over x and its error, a zero of its own for each way; None where too few points show it.
+
+    Play and zeros change no slope. ``least``: noise of a point, where few points tell it.
+    """
+    numbers, place = np.unique(way, return_inverse=True)
+    spare = x.size - numbers.size - 1
+    if spare < 0:
+        return None
+    apart = [v - (np.bincount(place, v) / np.bincount(place))[place] for v in (x, y)]
+    square = float(apart[0] @ apart[0])
+    if not square > 0:
+        return None
+    steep = float(apart[0] @ apart[1]) / square
+    residual = apart[1] - steep * apart[0]
+    own = math.sqrt(float(residual @ residual) / max(spare, 1))
+    sigma = own if spare >= _FEWEST else max(own, least)
+    return steep, sigma * math.sqrt(noise.dependence(residual, way)) / math.sqrt(square)

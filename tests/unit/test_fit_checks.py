@@ -1,0 +1,189 @@
+"""What a fit says of its record: wrong units, another bar, too few rows, sorted rows, the beam's own ends, a rival."""
+
+from __future__ import annotations
+
+import functools
+import json
+
+import numpy as np
+import pytest
+
+import squama
+from squama.cli import main
+from squama.identify import doubts, fitting, noise, slope
+from squama.identify.slope import Slope
+
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml")
+TOP = 0.12
+
+
+@functools.cache
+def loop(modulus=1.0, joint="compliant"):
+    """Twists and torques of a loop with noise, of a beam whose bar is another one."""
+    beam = BEAM.replace(substrate={"youngs_modulus": modulus * BEAM.substrate.youngs_modulus})
+    c = squama.cycle(beam, f"{TOP} rad/pitch", mu=0.32, points=80, joint=joint)
+    x, T = c.phi.values, c["T"].values
+    return x, T + np.random.default_rng(3).normal(0, 2e-3 * T.max(), T.size)
+
+
+def fitted(x, T, names="mu,K_theta", **given):
+    return squama.fit({"phi": x, "T": T}, BEAM, names, nuisances="none", **given)
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """Without the fit by the other model."""
+    monkeypatch.setattr(fitting, "_rival", lambda *_: None)
+
+
+@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize("joint", ["compliant", "hinge"])
+def test_the_slope_before_engagement_is_always_told(joint):
+    fit = fitted(*loop(joint=joint), joint=joint)
+    assert abs(fit.slope.ratio - 1) < 4 * fit.slope.error
+    assert fit.slope.error < 0.1
+    straight = (fit.branch == "straight") & fit.used
+    assert fit.slope.points == np.count_nonzero(straight)
+    # by hand: lines of one slope through the points of either way
+    x, T = (values[straight] for values in loop(joint=joint))
+    way = fit.forward.readings.numbers[straight]
+    A = np.column_stack([x, *(way == number for number in np.unique(way))]).astype(float)
+    expected = np.linalg.lstsq(A, T, rcond=None)[0][0] / (fit.asked.base.rigidity / BEAM.pitch)
+    assert fit.slope.ratio == pytest.approx(expected, rel=1e-9)
+    assert f"slope before engagement: {fit.slope.text} of the beam's own" in fit.summary()
+    assert fit.holds
+
+
+@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize(
+    ("twists", "torques", "words"),
+    [
+        (1, 1000, "as of a torque in N mm taken as N m"),
+        (1, 1e-3, "as of a torque in N m taken as N mm"),
+        (1, 100, "as of a torque in N cm taken as N m"),
+    ],
+)
+def test_a_wrong_unit_of_the_torque_is_named(twists, torques, words):
+    x, T = loop()
+    fit = fitted(twists * x, torques * T, starts=1)
+    assert words in fit.doubts[0]
+    assert "check the units of torque and twist" in fit.doubts[0]
+    assert not fit.holds
+
+
+@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize(
+    ("twists", "words"),
+    [
+        (np.pi / 180, "as of a twist in rad taken as deg"),
+        (1 / 25, "as of a twist per pitch taken as the twist of the whole beam"),
+        (180 / np.pi, "check the unit of the twist"),
+        (-1, "opposite signs"),
+    ],
+)
+def test_a_wrong_unit_of_the_twist_is_named(twists, words):
+    x, T = loop()
+    with pytest.raises(squama.InputError, match=words):
+        fitted(twists * x, T)
+
+
+@pytest.mark.usefixtures("alone")
+def test_a_softer_bar_is_named_and_found():
+    x, T = loop(modulus=0.7)
+    fit = fitted(x, T)
+    assert fit.slope.ratio == pytest.approx(0.7, abs=4 * fit.slope.error)
+    assert "softer than its file says (modulus, section or inclusion factor)" in fit.doubts[0]
+    found = fitted(x, T, "mu,K_theta,E_B")
+    assert found.slope.ratio == pytest.approx(fit.slope.ratio, abs=fit.slope.error)
+    assert found.values["E_B"] == pytest.approx(0.7 * BEAM.substrate.youngs_modulus, rel=0.05)
+    assert not any("slope" in doubt for doubt in found.doubts)
+
+
+def test_causes():
+    assert Slope(0.85, 0.004, 30).cause(("mu",), 25).startswith("the slope before engagement is 0.8500 +- 0.0040 of")
+    assert "15 % softer" in Slope(0.85, 0.004, 30).cause(("mu",), 25)
+    assert "5 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25)
+    # within its error, and within what no file knows
+    assert not Slope(0.85, 0.06, 30).cause(("mu",), 25)
+    assert not Slope(1.005, 1e-5, 30).cause(("mu",), 25)
+    assert not Slope(0.85, 0.004, 30).cause(("mu", "C_f"), 25)
+    assert slope.unit(2 * np.pi, 25).endswith("a twist in revolutions taken as rad")
+    assert slope.unit(1 / 24, 25).endswith("the twist of the whole beam taken as a twist per pitch")
+    assert slope.unit(-1.1, 25) == "a sign is wrong"
+    assert slope.unit(333, 25) == "a unit is wrong"
+
+
+@pytest.mark.usefixtures("alone")
+def test_rows_that_are_sorted_by_the_twist_are_doubted():
+    x, T = loop()
+    order = np.argsort(x, kind="stable")
+    fit = fitted(x[order], T[order])
+    assert fit.doubts[0].startswith("the rows are sorted by the twist: the torque jumps between two branches")
+    assert not fit.holds
+    # either way alone is none
+    up = np.arange(x.size) <= np.argmax(x)
+    assert not any("sorted" in doubt for doubt in fitted(x[up], T[up]).doubts)
+
+
+def test_noise_and_coarse_readings_are_no_branches():
+    r = np.random.default_rng(5)
+    x, way = np.linspace(0, 1, 120), np.zeros(120, int)
+    clean = x + np.maximum(x - 0.5, 0) ** 1.5 * 5
+    for size in (0.0, 1e-3, 3e-2):
+        assert not noise.interleaved(x, clean + r.normal(0, size, x.size), way)
+    for digit in (0.01, 0.1):
+        assert not noise.interleaved(x, np.round(clean / digit) * digit, way)
+    gap = np.where(r.random(x.size) < 0.5, 0.3 * np.maximum(x - 0.4, 0), 0.0)
+    assert noise.interleaved(x, clean - gap + r.normal(0, 1e-3, x.size), way)
+
+
+@pytest.mark.usefixtures("alone")
+def test_too_few_points_are_doubted():
+    x, T = loop()
+    up = np.flatnonzero(np.arange(x.size) <= np.argmax(x))
+    few = fitted(x[up[[30, -10, -1]]], T[up[[30, -10, -1]]])
+    assert few.doubts[0] == ("too few points: 3 for 2 parameters hardly tell the noise; measure 8 or more, better 20")
+    assert few.slope is None
+    assert "slope before engagement: too few points there" in few.summary()
+    some = up[np.linspace(5, up.size - 1, 8).astype(int)]
+    assert not any("too few" in doubt for doubt in fitted(x[some], T[some]).doubts)
+    # a noise that is given leaves to be seen whether the model holds
+    given = fitted(x[up[[-10, -1]]], T[up[[-10, -1]]], noise="0.2 N mm")
+    assert "hardly tell whether the model holds" in given.doubts[0]
+
+
+@pytest.mark.usefixtures("alone")
+def test_the_ends_of_the_beam_are_told():
+    fit = fitted(*loop())
+    row = squama.row(fit.beam, to=f"{TOP} rad/pitch", points=200)
+    T, endless = row["T"].values, row.T_periodic.values
+    assert fit.ends.scales == 25
+    assert fit.ends.load == pytest.approx(TOP)
+    assert fit.ends.torque == pytest.approx(T[-1] / endless[-1], rel=1e-3)
+    assert fit.ends.tangent == pytest.approx((T[-1] - T[-2]) / (endless[-1] - endless[-2]), rel=0.1)
+    line = next(line for line in fit.summary().splitlines() if line.startswith("25 scales have"))
+    assert line.endswith("(squama row): mu and K_theta are those of an endless beam and biased by it")
+    assert fit.dataset().attrs["checked"].splitlines()[0] == line
+    # of a long beam the ends take the less
+    long = fitting.finite_rows.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
+    assert 1 - long.torque == pytest.approx((1 - fit.ends.torque) / 40, rel=0.3)
+
+
+def test_a_rival_that_does_not_describe_the_points_is_not_told(tmp_path, capsys):
+    x, T = loop()
+    fit = fitted(x, T)
+    assert fit.rival.found.rms > doubts._AS_WELL * fit.rms
+    assert not fit.disagreement
+    assert "disagree" not in fit.summary()
+    assert fit.summary().startswith("mu ")
+    rows = "".join(f"{a:.9g},{b:.9g}\n" for a, b in zip(x, T, strict=True))
+    (tmp_path / "test.csv").write_text("phi (rad),T (N m)\n" + rows)
+    given = ["fit", str(tmp_path / "test.csv"), "examples/stiff_skin.toml", "--nuisances", "none"]
+    assert main(given) == 0
+    first, second = capsys.readouterr().out.splitlines()[:2]
+    assert "as an endless beam" in first
+    assert second.startswith("mu ")
+    assert main([*given, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["slope"]["ratio"] == pytest.approx(fit.slope.ratio)
+    assert told["ends"]["scales"] == 25

@@ -1,0 +1,110 @@
+"""Vibration in bending of thick, elastic scales on joints: the model of squama.cycle; in modes place by place."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import squama
+from squama.cli import main
+from squama.dynamics import bent
+from squama.dynamics.modes import SHAPES
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+HOW = {"load": "bending", "rotor": "0.1 kg m2"}
+
+
+@pytest.fixture(scope="module")
+def swung():
+    return squama.vibrate(SKIN, release="0.1 rad/pitch", swings=3, **HOW)
+
+
+def test_it_is_the_beam_of_cycle(swung):
+    c = squama.cycle(SKIN, "0.1 rad/pitch", load="bending", points=200)
+    for name in ("joint", "scales", "neutral", "load"):
+        assert swung.attrs[name] == c.attrs[name], name
+    assert swung.attrs["joint"] == "compliant"
+    assert float(swung.psi_e) == pytest.approx(float(c.psi_e[0]), rel=1e-6)
+    L = SKIN.length
+    assert 2 * math.pi * float(swung.f_0) == pytest.approx(
+        math.sqrt(2 * c.attrs["rigidity"] / (L * swung.attrs["inertia"])), rel=1e-9
+    )
+    assert float(swung.U_turn[0]) == pytest.approx(float(c.U_el.max()) * L, rel=1e-5)
+
+
+def test_what_a_swing_loses_is_what_cycle_rubs_away(swung):
+    first, second = swung.psi_turn.values[[0, 2]]
+    lost = float(swung.U_turn[0] - swung.U_turn[2])
+    # down from the first peak, and up to the second one
+    histories = [squama.cycle(SKIN, f"{top:.12g} rad/pitch", load="bending", points=200) for top in (first, second)]
+    down = float(histories[0].W_fr[-1] - histories[0].W_fr[int(np.argmax(histories[0].psi.values))])
+    up = float(histories[1].W_fr[int(np.argmax(histories[1].psi.values))])
+    assert lost == pytest.approx((down + up) * SKIN.length, rel=1e-3)
+    # away from the scales the bar swings alone
+    bar = float(2 * math.pi * swung.f_0) ** 2 * swung.attrs["inertia"] / 2
+    assert float(swung.U_turn[1]) == pytest.approx(bar * (float(swung.psi_turn[1]) * SKIN.scales) ** 2 / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("mode", ["simply supported", "cantilever"])
+def test_in_a_mode_each_place_follows_its_own_bend(mode):
+    top, m = 0.11, SHAPES[mode]
+    v = squama.vibrate(SKIN, load="bending", mode=mode, release=f"{top} rad/pitch", swings=1)
+    assert v.attrs["joint"] == "compliant"
+    # places by a rule of other nodes, each with its own history
+    nodes, weights = np.polynomial.legendre.leggauss(10)
+    far = float(m.far(np.array([float(v.psi_e) / top]))[0])
+    chi = m.shape(far * (nodes + 1) / 2)
+    stored = rubbed = 0.0
+    for one, share in zip(chi, far * m.weight * weights / 2 * SKIN.length, strict=True):
+        c = squama.cycle(SKIN, f"{top * one:.12g} rad/pitch", load="bending", points=60)
+        at = int(np.argmax(c.psi.values))
+        bar = c.attrs["rigidity"] * float(c.kappa[at]) ** 2 / 2
+        stored += share * (float(c.U_el[at]) - bar)
+        rubbed += share * float(c.W_fr[-1] - c.W_fr[at])
+    whole = float(squama.cycle(SKIN, "0.05 rad/pitch", load="bending").attrs["rigidity"]) * (top / SKIN.pitch) ** 2 / 2
+    assert float(v.U_turn[0]) == pytest.approx(whole * m.square * SKIN.length + stored, rel=1e-2)
+    # at the trough the bar alone is bent
+    assert float(v.U_turn[0] - v.U_turn[1]) == pytest.approx(rubbed, rel=2e-2)
+
+
+def test_scales_on_both_faces_swing_alike():
+    both = SKIN.replace(faces="mirrored")
+    one, other = (squama.vibrate(both, release=f"{a} rad/pitch", swings=1, **HOW) for a in (0.09, -0.09))
+    np.testing.assert_allclose(one.psi_turn, -other.psi_turn, rtol=1e-9)
+    c = squama.cycle(both, "0.05 rad/pitch", load="bending")
+    # before contact it is the bar, with the tabs of both faces
+    np.testing.assert_allclose(c.stiffness_ratio[1:], 1.0, rtol=1e-9)
+    assert c.attrs["rigidity"] == pytest.approx(bent.rigidity(both, "middle"), rel=1e-9)
+
+
+def test_without_friction_it_comes_back():
+    v = squama.vibrate(SKIN, release="0.1 rad/pitch", mu=0, swings=2, **HOW)
+    assert v.psi_turn.values[::2] == pytest.approx([0.1] * 3, rel=1e-5)
+
+
+def test_it_is_shaken_and_damped():
+    s = squama.shake(SKIN, [0.036], static="0.05 rad/pitch", damping=0.05, **HOW)
+    assert s.attrs["joint"] == "compliant"
+    assert float(s.psi_high[0, 0]) > float(s.psi_e)
+    assert s.W_fed.values == pytest.approx((s.W_rubbed + s.W_damped).values, rel=1e-4)
+
+
+def test_where_the_joint_is_not_known_a_warning_says_so_and_hinges_are_asked_for():
+    hinge = squama.vibrate(SKIN, release="0.1 rad/pitch", joint="hinge", swings=1, **HOW)
+    assert hinge.attrs["joint"] == "hinge"
+    tiny = SKIN.replace(scale={"embedded": "0.1 mm"})
+    v = squama.vibrate(tiny, release="0.1 rad/pitch", swings=1, **HOW)
+    assert v.attrs["joint"] == "hinge"
+    assert "joint" in v.attrs["warnings"]
+
+
+def test_beyond_the_contact_it_is_refused(capsys):
+    given = ["vibrate", "examples/pla_on_vps.toml", "--load", "bending", "--rotor", "0.1 kg m2", "--release"]
+    assert main([*given, "0.3 rad/pitch"]) == 2
+    assert "is beyond 0.2" in capsys.readouterr().err
+    assert main([*given, "0.1 rad/pitch", "--swings", "1"]) == 0
+    assert (
+        "swings in bending (uniform): mu = 0.25, thick, elastic scales on compliant joints" in capsys.readouterr().out
+    )
