@@ -286,11 +286,9 @@ _MODE = "uniform; in bending also simply supported or cantilever, the first mode
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
 _HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; {} it)."
-Joint = Annotated[str | None, flag(_HELD.format("the plate law means"), read=one_of("hinge", "compliant"))]
-JointTwisted = Annotated[
-    str | None, flag(_HELD.format("bending and the plate law mean"), read=one_of("hinge", "compliant"))
-]
-"""Of commands whose compliant joint is twisted only."""
+_KINDS = one_of("hinge", "compliant")
+Joint = Annotated[str | None, flag(_HELD.format("the plate law means"), read=_KINDS)]
+JointTwisted = Annotated[str | None, flag(_HELD.format("bending and the plate law mean"), read=_KINDS)]
 Ideal = Annotated[bool, Parameter(help="Thin, rigid scales; else as thick, and as elastic, as the beam says.")]
 _CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]

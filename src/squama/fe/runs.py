@@ -318,7 +318,7 @@ def print_progress(at: Progress) -> None:
         words = f"{place}: {at.iterations} iterations, largest force left {at.unbalanced:.1e}{left}"
     else:
         # the time left is that of the pace so far, this increment included
-        halved = f", increments halved {at.halvings} times" * (at.halvings > 0)
+        halved = f", increments halved so far: {at.halvings}" * (at.halvings > 0)
         words = (
             f"{place}, on the way to {at.toward:.4f}: iteration {at.iterations}, {at.rounds} contact steps, "
             f"{at.increment_s:.0f} s in this increment{halved}{left}"
