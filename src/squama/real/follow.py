@@ -368,7 +368,7 @@ def next_contact(
 
     It is looked for on all of the way that is left: what has just touched, or is about to, is known at each target.
     """
-    first, second, k, phi, x, y = met_along(d, here, here + _AGAIN, i, targets, corners, 0.0)
+    first, second, k, phi, x, y = met_along(d, here + _AGAIN, here + _AGAIN, i, targets, corners, 0.0)
     onto(d, targets[i - 1] if i > 0 else 0.0, targets[i], corners, i)
     if first >= 0:
         d = meeting(d, first, second, k)
