@@ -369,10 +369,10 @@ def next_contact(
     It is looked for on all of the way that is left: what has just touched, or is about to, is known at each target.
     """
     if len(corners) > 0:
-        first, second, k, phi, x, y = met_along(d, here, here + _AGAIN, i, targets, corners, 0.0)
+        first, second, k, phi, x, y = met_along(d, here + _AGAIN, here + _AGAIN, i, targets, corners, 0.0)
         onto(d, targets[i - 1] if i > 0 else 0.0, targets[i], corners, i)
     else:
-        first, second, k, phi, x, y = first_contact(d, here, targets[i:].max(), here + _AGAIN)
+        first, second, k, phi, x, y = first_contact(d, here + _AGAIN, targets[i:].max(), here + _AGAIN)
     if first >= 0:
         d = meeting(d, first, second, k)
         if d.elastic and not on_face(d):
