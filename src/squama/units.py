@@ -207,13 +207,7 @@ def shown(value: object, limit: int = 60) -> str:
 
 
 def change(share: float, sign: str = "") -> str:
-    """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more.
-
-    Examples
-    --------
-    >>> change(0.123), change(-0.05), change(0.123, "+"), change(1783.316)
-    ('12.3%', '-5.0%', '+12.3%', 'a factor of 1.78e+03')
-    """
+    """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more."""
     return f"{share:{sign}.1%}" if abs(share) < 1 else f"a factor of {1 + share:.3g}"
 
 

@@ -1,7 +1,6 @@
 """squama.twist of the real beam and its command: units, senses, families, ends, and the distance of simpler models."""
 
 import json
-import math
 import re
 
 import numpy as np
@@ -452,13 +451,3 @@ def test_engagement_is_told_though_the_curve_ends_before() -> None:
     assert near.end.item() == "range end"
     cycle = squama.cycle(BEAM, "0.01 rad/pitch")
     assert float(cycle.phi_e.sel(sense="+")) == pytest.approx(float(far.phi_e), rel=1e-12)
-
-
-@pytest.mark.xfail(strict=True, reason="no stiffness where general contact takes over: one contact solver (next issue)")
-def test_the_stiffness_is_known_where_general_contact_takes_over():
-    pytest.importorskip("ipctk", reason="needs the extra fe")
-    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
-    r = squama.twist(beam, mu=0.5, to="0.212 rad/pitch", points=10)
-    assert math.isfinite(float(r.phi_general))
-    assert np.isfinite(r["T"].values).all()
-    assert np.isfinite(r["K_t"].values).all()

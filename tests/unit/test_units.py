@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from squama.errors import InputError
-from squama.units import Bounds, Dimension, as_text, bounded, curvature, is_number, moment, quantity, twist
+from squama.units import Bounds, Dimension, as_text, bounded, change, curvature, is_number, moment, quantity, twist
 
 DEG = math.pi / 180
 
@@ -198,3 +198,8 @@ def test_pint_is_imported_only_when_needed():
         "quantity('1 inch', 'length'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_change_is_told_in_per_cent_or_as_a_factor():
+    assert [change(x) for x in (0.123, -0.05, 1783.316)] == ["12.3%", "-5.0%", "a factor of 1.78e+03"]
+    assert change(0.123, "+") == "+12.3%"

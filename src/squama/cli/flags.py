@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, NamedTuple, TypeVar, 
 from cyclopts import Parameter
 
 from squama.beam import beamfile
-from squama.errors import InputError, Problem, Problems, naming, refuse
+from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label
 from squama.loads import LINES, LOADS, MODES
 from squama.progress import LOG
@@ -334,14 +334,15 @@ class Base:
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
         found: dict[str, dict[str, object]] = {}
-        names = [f"{s.table}.{s.key}" for s in self.set_] + ["friction.mu"] * (mu is not None)
-        twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
-        if twice:
-            other = "is given twice", "keep one of them"
-            also = "is given by --mu, too", "leave one of them out"
-            by_mu = "friction.mu" if mu is not None else ""
-            raise InputError(*(Problem(f"--set {name}", "", *(also if name == by_mu else other)) for name in twice))
         for table, key, value in self.set_:
+            by_mu = mu is not None and (table, key) == ("friction", "mu")
+            if by_mu or key in found.get(table, {}):
+                refuse(
+                    f"--set {table}.{key}",
+                    "",
+                    "is given by --mu, too" if by_mu else "is given twice",
+                    "keep one of them",
+                )
             found.setdefault(table, {})[key] = value
         if mu is not None:
             found.setdefault("friction", {})["mu"] = mu
@@ -406,13 +407,6 @@ class Tables:
 
     decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
     columns: Annotated[str | None, flag(_COLUMNS)] = None
-
-    def without(self) -> None:
-        """Keep it as a mistake where a flag says how a table is read, and there is none."""
-        for name, given in (("--decimal", self.decimal), ("--columns", self.columns)):
-            if given is not None:
-                remedy = "give --data too, e.g. --data test.csv, or leave it out"
-                problems().add(name, shown(given), "says how --data is read", remedy)
 
     def swings(self, path: str) -> bool:
         """Tell whether a table is the record of a decay."""

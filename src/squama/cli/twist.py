@@ -11,7 +11,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, settled
 from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End
-from squama.units import moment, number
+from squama.units import moment, number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,7 +92,7 @@ def respond(
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
     if data is None:
-        tables.without()
+        _without(tables)
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
@@ -121,6 +121,14 @@ def respond(
     return output.report(
         common.json, path, written, lambda: record(beam, law, laws, found), lambda: shown(beam, law, laws, found)
     )
+
+
+def _without(tables: flags.Tables) -> None:
+    """Keep it as a mistake where a flag says how a table is read, and there is none."""
+    remedy = "give --data too, e.g. --data test.csv, or leave it out"
+    for name, given in (("--decimal", tables.decimal), ("--columns", tables.columns)):
+        if given is not None:
+            flags.problems().add(name, shown(given), "says how --data is read", remedy)
 
 
 def row(
