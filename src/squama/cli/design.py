@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.places import check_places
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.units import for_people
@@ -55,7 +56,7 @@ def design(
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
     """
-    flags.check_places([(path, flags.PLOTS) for path in plot], [target])
+    check_places([(path, flags.PLOTS) for path in plot], [target])
     read = settled(read_target(base, target, out, force=force))
 
     from squama.inverse import designing as inverse

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -398,6 +397,8 @@ class Common(Base):
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
+        from squama.cli.places import check_places
+
         check_places([*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
@@ -439,19 +440,3 @@ def check_friction(path: str, beam: Beam) -> None:
     if beam.friction.mu is None and "--mu" not in problems().flags:
         remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
         problems().add("friction.mu", "", "is missing", remedy, source=label(path))
-
-
-def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str]) -> None:
-    """Look at paths that are to be written, if given, each with the endings it may have; mistakes are kept."""
-    from squama.io.datasets import check_place
-
-    seen = {os.path.realpath(path): "is read too" for path in inputs}
-    for path, allowed in wanted:
-        if path is None:
-            continue
-        with problems().caught():
-            check_place(path, allowed)
-            place = os.path.realpath(path)
-            if place in seen:
-                refuse(label(path), "", seen[place], "give the output another name")
-            seen[place] = "is given twice"

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.places import check_places
 from squama.interrupt import kept
 from squama.units import change, moment
 
@@ -54,7 +55,7 @@ def joint(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe."""
-    flags.check_places([(toml, (".toml",)), (matrix, (".csv",))], [])
+    check_places([(toml, (".toml",)), (matrix, (".csv",))], [])
     described = settled(base.beam(beam, friction=False))
 
     from squama.beam import matrixfile

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, whole, words_of
+from squama.cli.places import check_places
 from squama.errors import refuse
 from squama.io.files import exists, label
 
@@ -58,7 +59,7 @@ def ends(
     json: flags.Json = False,
 ) -> int:
     """Find where many designs of hinged scales engage and how they end, from a table."""
-    flags.check_places([(out, (".csv",))], [designs])
+    check_places([(out, (".csv",))], [designs])
     flags.problems().settle()
 
     from squama.arrays import designs_table as table

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
+from squama.cli.places import check_places
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
@@ -121,7 +122,7 @@ def map(  # noqa: A001 - the command's name
     held = flags.once("--at", at)
     if not plot and csv is None:
         flags.problems().add("", "", "there is nothing to write", "give --plot map.png or --csv map.csv")
-    flags.check_places([*((path, flags.PLOTS) for path in plot), (csv, (".csv",))], [])
+    check_places([*((path, flags.PLOTS) for path in plot), (csv, (".csv",))], [])
     for name, text in (("lines", lines), ("paths", paths)):
         if text is not None and variable != "lock":
             flags.problems().add(f"--{name}", "", "belongs to --variable lock", "leave it out")

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.places import check_places
 
 if TYPE_CHECKING:
     from squama.scene.picture import View
@@ -39,7 +40,7 @@ def view(
 
     if not out:
         flags.problems().add("--out", "", "is not given", "write e.g. -o beam.png, beam.gif or beam.html")
-    flags.check_places([(path, picture.FORMATS) for path in out], [beam])
+    check_places([(path, picture.FORMATS) for path in out], [beam])
     with flags.problems().caught():
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()

@@ -14,8 +14,8 @@ from squama.real.contact import (  # isort: skip
     SLOPE, SPEED, STATES, STRETCH, TALLY, TORQUE, WIDTH, Step, angle, residual,
 )  # fmt: skip
 from squama.real.design import LEG, MOTIONS, Design, _in, _jit, frame, load, onto, strains
-from squama.real.features import compliances, deflection, on_face, raised, spots
-from squama.real.start import first_contact, meeting, met_along
+from squama.real.features import deflection, on_face, raised, spots
+from squama.real.start import next_contact
 from squama.real.steps import free_rates, rates_engaging, solve
 from squama.real.vectors import copy, magnitude, put
 from squama.types import Array
@@ -33,7 +33,7 @@ STRAINED = (
 """The same of a beam that is bent, whose phi is the way and T the work per way; its strains, the contact's force on the
 first scale along its axes at rest, the deflection of the second one there, what meets (-1: nothing), the place on a tip
 edge that lies on a face, the way since which it does, and the neighbour's number."""
-_LEAST, _SMALLEST, _HELD, _AGAIN = 1e-7, 1e-15, 1e-7, 1e-5
+_LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
 NEAR = 1e-6
 """Increment, rad per pitch, below which a target is not stepped to: its rates would be those of rounding."""
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
@@ -358,26 +358,6 @@ def set_out(d: Design, goal: float, corner: bool, step: float, room: Array) -> N
             begin(tally, STICK, step * _GENTLE)
         tally[ONSET] = last[TORQUE]
     tally[WAY] = way
-
-
-@_jit
-def next_contact(
-    d: Design, here: float, targets: Array, corners: Array, i: int
-) -> tuple[Design, int, int, int, tuple[float, float, float]]:
-    """Return the design with what touches next once a contact has parted before target i, and where, as for the first.
-
-    It is looked for on all of the way that is left: what has just touched, or is about to, is known at each target.
-    """
-    if len(corners) > 0:
-        first, second, k, phi, x, y = met_along(d, here + _AGAIN, here + _AGAIN, i, targets, corners, 0.0)
-        onto(d, targets[i - 1] if i > 0 else 0.0, targets[i], corners, i)
-    else:
-        first, second, k, phi, x, y = first_contact(d, here + _AGAIN, targets[i:].max(), here + _AGAIN)
-    if first >= 0:
-        d = meeting(d, first, second, k)
-        if d.elastic and not on_face(d):
-            compliances(d)
-    return d, first, second, k, (phi, x, y)
 
 
 @_jit

@@ -9,14 +9,14 @@ import numpy as np
 from squama.model.elastic_plate import BASE, SIDE_D, TIP
 from squama.real.design import LEG, Design, _in, _jit, onto
 from squama.real.faces import others, tilt, tip_over
-from squama.real.features import CORNERS, FACE, high, lengthwise, low, on_face
+from squama.real.features import CORNERS, FACE, compliances, high, lengthwise, low, on_face
 from squama.real.steps import engagement, free_rates, unloaded
 from squama.types import Array
 
-_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART, _FLUSH, _SEEN = 8, 24, 0.02, 0.7, 5e-3, 1e-9, 1e-5
+_SAMPLES, _HALVINGS, _NEAR, _EARLIER, _APART, _FLUSH, _SEEN, _AGAIN = 8, 24, 0.02, 0.7, 5e-3, 1e-9, 1e-5, 1e-5
 """Twists at which plates are looked at, halvings; where edges may have met, as parts of the twist at which one is seen
 in a face; distance of places on a leg, rad; slope of a tip edge that comes to a face all along; how far behind the end
-of a leg is looked, rad."""
+of a leg is looked, and from how far behind a place of parting on, rad."""
 
 
 @_in
@@ -115,6 +115,26 @@ def met_along(
     if found[0] == -1 and here < most:
         found = first_contact(d, here, most, since)
     return found
+
+
+@_jit
+def next_contact(
+    d: Design, here: float, targets: Array, corners: Array, i: int
+) -> tuple[Design, int, int, int, tuple[float, float, float]]:
+    """Return the design with what touches next once a contact has parted before target i, and where, as for the first.
+
+    It is looked for on all of the way that is left: what has just touched, or is about to, is known at each target.
+    """
+    if len(corners) > 0:
+        first, second, k, phi, x, y = met_along(d, here + _AGAIN, here + _AGAIN, i, targets, corners, 0.0)
+        onto(d, targets[i - 1] if i > 0 else 0.0, targets[i], corners, i)
+    else:
+        first, second, k, phi, x, y = first_contact(d, here + _AGAIN, targets[i:].max(), here + _AGAIN)
+    if first >= 0:
+        d = meeting(d, first, second, k)
+        if d.elastic and not on_face(d):
+            compliances(d)
+    return d, first, second, k, (phi, x, y)
 
 
 @_jit
