@@ -51,7 +51,7 @@ def test_names_given_twice_are_kept_as_mistakes(command_line):
     assert flags.once("--over", given) == {"alpha": "1", "scale.alpha": "2", "mu": "3"}
     assert not command_line
     assert flags.once("--over", given, {"alpha": "scale.alpha"}) == {"alpha": "1", "mu": "3"}
-    assert [str(p) for p in command_line] == ["--over scale.alpha: is given twice; keep one of them"]
+    assert [str(p) for p in command_line] == ["--over scale.alpha: is given twice, or by --mu, too; keep one of them"]
 
 
 def test_mistakes_are_laid_to_flags():
@@ -85,14 +85,16 @@ TABLE = "says how --data is read; give --data too, e.g. --data test.csv, or leav
 
 @pytest.mark.parametrize("command", ["twist", "bend", "vibrate", "joint"])
 def test_a_value_set_twice_is_refused_by_its_name(command, capsys):
-    refused([command, EXAMPLE, *ALPHA], [["--set scale.alpha: is given twice; keep one of them"]], capsys)
+    refused(
+        [command, EXAMPLE, *ALPHA], [["--set scale.alpha: is given twice, or by --mu, too; keep one of them"]], capsys
+    )
 
 
 def test_a_value_set_twice_is_refused_in_a_target_and_by_mu(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with flags.collecting(), pytest.raises(InputError, match=r"--set scale\.alpha: is given twice"):
         flags.Base(set_=(flags.Setting("scale", "alpha", 1), flags.Setting("scale", "alpha", 1))).overrides()
-    said = "--set friction.mu: is given by --mu, too; keep one of them"
+    said = "--set friction.mu: is given twice, or by --mu, too; keep one of them"
     refused(["cycle", EXAMPLE, "--to", "0.1 rad/pitch", "--mu", "0.2", "--set", "friction.mu=0.3"], [[said]], capsys)
 
 
