@@ -334,14 +334,8 @@ class Base:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
         found: dict[str, dict[str, object]] = {}
         for table, key, value in self.set_:
-            by_mu = mu is not None and (table, key) == ("friction", "mu")
-            if by_mu or key in found.get(table, {}):
-                refuse(
-                    f"--set {table}.{key}",
-                    "",
-                    "is given by --mu, too" if by_mu else "is given twice",
-                    "keep one of them",
-                )
+            if key in found.get(table, {}) or (mu is not None and (table, key) == ("friction", "mu")):
+                refuse(f"--set {table}.{key}", "", "is given twice, or by --mu, too", "keep one of them")
             found.setdefault(table, {})[key] = value
         if mu is not None:
             found.setdefault("friction", {})["mu"] = mu
