@@ -36,6 +36,8 @@ edge that lies on a face, the way since which it does, and the neighbour's numbe
 _LEAST, _SMALLEST, _HELD = 1e-7, 1e-15, 1e-7
 NEAR = 1e-6
 """Increment, rad per pitch, below which a target is not stepped to: its rates would be those of rounding."""
+_HARDLY = 1e-6
+"""Force, E d^2, of a contact that is let go where it can no longer be followed."""
 _START, _SOFTLY, _GENTLE = 1 / 16, 1 / 8, 1e-5
 """First steps at engagement, when a contact begins to slide, and to stick; shares of the largest step."""
 _TURN, _BENDS, _TURNING = 0.9, 0.98, 1 / 64
@@ -420,7 +422,9 @@ def follow(
                     tally[SINCE], tally[MISSES], tally[HANDED] = last[PHI], 0.0, tally[HANDED] + 1.0
                     # (derivatives are those of the first contact)
                     tally[NOTED] = len(notes)
-                    if why == PARTED and d.bent:
+                    # (it may hardly press where the path has just turned)
+                    lost = why == STOPPED and len(corners) > 0 and last[NORMAL] < _HARDLY
+                    if d.bent and (why == PARTED or lost):
                         at_rest(d, rates, last[PHI], last)
                         begin(tally, FREE, step)
                         start, parted = (math.inf, 0.0, 0.0), True
