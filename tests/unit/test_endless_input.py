@@ -81,11 +81,20 @@ def test_more_than_a_command_takes(capsys):
     _refused(capsys, "Unknown option", "twist", "beam.toml", f"--{'x' * 5000}")
 
 
-@pytest.mark.parametrize("arguments", ["twist loop.toml", "twist beam.toml --csv loop.csv", "design loop.toml -o loop"])
+@pytest.mark.parametrize("arguments", ["twist loop.toml", "twist beam.toml --csv loop.csv"])
 def test_loops_of_links(arguments, capsys):
-    for name in ("loop.toml", "loop.csv", "loop"):
+    for name in ("loop.toml", "loop.csv"):
         Path(name).symlink_to(name)
-    _refused(capsys, "loop", *arguments.split())
+    _refused(capsys, "is a loop of symbolic links", *arguments.split())
+
+
+def test_loops_of_links_are_told_all_at_once(capsys):
+    for name in ("loop.toml", "loop"):
+        Path(name).symlink_to(name)
+    assert main(["design", "loop.toml", "-o", "loop"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(": ")[2] for line in lines] == ["loop", "loop.toml"]
+    assert all("is a loop of symbolic links" in line for line in lines)
 
 
 def test_null_characters(capsys):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fig6b import BEAM
 
 import squama
 from squama.errors import InputError
@@ -39,6 +40,18 @@ def test_real_and_hinge_curves_stand_together() -> None:
         assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=1e-2)
     # it is not there beside a joint that is not known at once
     assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", "this design"]
+
+
+def test_the_explorer_takes_the_compliant_joint() -> None:
+    now = state.of(BEAM).change("joint", "compliant").change("twist", "0.2")
+    assert state.read(state.query(now)) == now
+    live.prepare(now)
+    shown = live.scene(now)
+    assert np.shape(shown["state"]["pose"]) == (3, 3)
+    json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
+    assert live.outcome(now)[1].startswith("engagement at φ = 0.05")
+    assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
+    assert "compliant" in live.compared(now)[0]["model"]
 
 
 def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:

@@ -119,3 +119,22 @@ export function bar(d, load) {
 
 // Place of the first scale; the others follow at distances of one pitch.
 export const first = (d) => -(d.scales - 1) / 2 + d.shift;
+
+// Design and state of each face that has scales.
+export const faces = (design, state) => [[design, state], ...(design.other ? [[design.other, state.other]] : [])];
+
+// Design, state and place of every scale of both faces; at another load if one is given.
+export const scales = (every, load) =>
+  every.flatMap(([d, state]) =>
+    Array.from({ length: d.scales }, (_, i) => [
+      d,
+      state,
+      scale(d, load ?? state.load, state.pose ?? state.theta, first(d) + i),
+    ]),
+  );
+
+// Points around bar and scales.
+export const around = (every, load) => [
+  ...bar(every[0][0], load ?? every[0][1].load).flat(),
+  ...scales(every, load).flatMap(([, , one]) => one.corners),
+];

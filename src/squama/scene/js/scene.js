@@ -1,30 +1,11 @@
 // The beam as a three.js scene. It gets a design and a state and makes every vertex from them (geometry.js).
 // It draws when something has changed, never on its own.
 import { OrbitControls, THREE } from "nicegui-scene";
-import { arrow, bar, contact, cross, directions, first, scale } from "./geometry.js";
+import { around, arrow, bar, contact, cross, directions, faces, first, scales } from "./geometry.js";
 
 const MOST = 128; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
 const [HEAD, SHAFT, DOT] = [0.13, 0.042, 0.07];
-
-// Design and state of each face that has scales.
-const faces = (design, state) => [[design, state], ...(design.other ? [[design.other, state.other]] : [])];
-
-// Design, state and place of every scale of both faces; at another load if one is given.
-const placed = (every, load) =>
-  every.flatMap(([d, state]) =>
-    Array.from({ length: d.scales }, (_, i) => [
-      d,
-      state,
-      scale(d, load ?? state.load, state.pose ?? state.theta, first(d) + i),
-    ]),
-  );
-
-// Points around bar and scales.
-const around = (every, load) => [
-  ...bar(every[0][0], load ?? every[0][1].load).flat(),
-  ...placed(every, load).flatMap(([, , one]) => one.corners),
-];
 
 // turns around and over (rad) and zooms by key
 const KEYS = {
@@ -154,7 +135,7 @@ export class BeamScene {
   }
 
   moveScales() {
-    const all = placed(this.faces);
+    const all = scales(this.faces);
     const rims = new Float32Array(24 * all.length);
     const matrix = new THREE.Matrix4();
     all.forEach(([d, state, one], i) => {
