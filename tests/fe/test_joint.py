@@ -257,7 +257,7 @@ def test_bad_levels_and_beams():
     beam = squama.Beam.from_ratios(**FIG6B)
     with pytest.raises(squama.InputError, match="levels = 0: must be 1 to 6"):
         joint.joint(beam, levels=0)
-    with pytest.raises(squama.InputError, match="neighbours meet"):
+    with pytest.raises(squama.InputError, match="longer than the law of the joint and the mesher reach"):
         joint.joint(squama.Beam.from_ratios(**(FIG6B | {"zeta": 0.8})))
 
 
@@ -290,7 +290,7 @@ def test_the_command(cache, tmp_path, monkeypatch, capsys):
         (["--levels", "9"], "--levels"),
         (["--edge-size", "big"], "--edge-size"),
         (["--toml", "x.txt"], "x.txt"),
-        (["--set", "scale.embedded=20 mm"], "neighbours meet"),
+        (["--set", "scale.embedded=20 mm"], "longer than the law of the joint and the mesher reach"),
     ],
 )
 def test_bad_flags(flags, words, cache, tmp_path, monkeypatch, capsys):

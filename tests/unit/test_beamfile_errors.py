@@ -211,7 +211,7 @@ def test_python_gets_the_same_words():
         'scale.thickness = nan: is not a finite number; write e.g. "0.2 mm"',
         'scale.alpha = 45 rad: is out of range (0 or more, below 90 deg); write "45 deg"',
         "scale.tetha0: unknown key; did you mean theta0? allowed: length, embedded, width, thickness, alpha, theta0, "
-        "youngs_modulus, poisson_ratio, strength",
+        "youngs_modulus, poisson_ratio, strength, density",
     ]
     with pytest.raises(InputError) as caught:
         Beam(scale=3, substrat={}, pitch="20 mm")

@@ -137,7 +137,7 @@ def test_a_family_and_bad_input():
     r = bend(MAIN, mu=[0, 0.3, 9], points=12)
     assert r.M.shape == (3, 12)
     assert r.end.values.tolist()[-1] == "static lock"
-    with pytest.raises(squama.InputError, match='neutral = "top": must be "middle" or "face"'):
+    with pytest.raises(squama.InputError, match='neutral = "top": must be "free" or "middle" or "face"'):
         bend(MAIN, mu=0, neutral="top")
 
 

@@ -119,7 +119,7 @@ def _completion(shell, folder, monkeypatch, capsys):
     ("typed", "offered"),
     [
         (["unc"], ["uncertainty"]),
-        (["twist", "--ne"], ["--netcdf"]),
+        (["twist", "--ne"], ["--neutral", "--netcdf"]),
         (["twist", "be"], ["beam.toml"]),
         (["twist", "beam.toml", "--plot", "pic"], ["pictures"]),
         (["fit", "beam.toml", "te"], ["test.csv"]),

@@ -114,7 +114,7 @@ def test_modulus_to_infinity_is_rigid() -> None:
         ({"nu": 0.5}, "nu = 0.5: must be above 0 and below 0.5"),
         ({"scale_nu": 0.7}, "scale_nu = 0.7: must be above 0 and below 0.5"),
         ({"modulus_ratio": np.nan}, "modulus_ratio = nan: must be a finite number"),
-        ({"modulus_ratio": "PLA"}, 'modulus_ratio = "PLA": give a number'),
+        ({"modulus_ratio": "PLA"}, 'modulus_ratio = "PLA": is a text; give a number or an array'),
         ({"modulus_ratio": -np.inf}, "modulus_ratio = -inf: must be a finite number"),
         ({"zeta": 0}, "zeta = 0: must be above 0"),
         ({"zeta": [0.1, 0.2], "width": [1, 2, 3]}, "shapes do not fit each other"),
