@@ -69,10 +69,11 @@ def test_the_map_takes_the_matrix():
     red = regimes.grid(key).RED
     assert red.shape == (29, 37)
     assert not np.array_equal(red, regimes.grid(plain).RED)
-    ratio = OTHER.torsional_rigidity / (OTHER.joint_stiffness * D)
+    ratio, thick = OTHER.torsional_rigidity / (OTHER.joint_stiffness * D), OTHER.scale.thickness / OTHER.pitch
     mu, alpha = (axis.values * FIELDS[axis.name].factor for axis in regimes.drawn("mu", "alpha"))
     assert red[14, 9] == pytest.approx(
-        squama.solve(**OTHER.ratios | {"alpha": alpha[14]}, mu=mu[9], stiffness_ratio=ratio).RED, rel=1e-9
+        squama.solve(**OTHER.ratios | {"alpha": alpha[14]}, thickness=thick, mu=mu[9], stiffness_ratio=ratio).RED,
+        rel=1e-9,
     )
     design = squama.solve(**OTHER.ratios, mu=0.5, stiffness_ratio=ratio)
     assert float(design.RED) == pytest.approx(float(twist.RED_c), rel=1e-9)

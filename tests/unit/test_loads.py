@@ -25,7 +25,7 @@ def test_variables_are_symbols_of_the_right_unit(load):
     assert len(set(names.values())) == len(names)
     for role, name in names.items():
         unit = SYMBOLS[name].unit
-        expected = {"load": "rad", "rate": "rad/m", "torque": "N m", "scales": "N m", "tangent": "N m2"}
+        expected = {"load": "rad", "rate": "rad/m", "torque": "N m", "scales": "N m", "tangent": "N m^2"}
         assert unit == expected.get(role.partition("_")[0], unit)
     shown = [SYMBOLS[name].long_name for name in (load.angle, load.rate, load.torque)]
     assert [shown[0], shown[1], shown[2].split()[-1]] == [load.angle_words, load.rate_words, load.torque_words]

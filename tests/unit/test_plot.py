@@ -179,7 +179,7 @@ def test_a_place_that_cannot_be_written(name, words, tmp_path):
 def test_labels_have_the_unit_of_the_table():
     for name, symbol in SYMBOLS.items():
         if symbol.unit not in ("", "1"):
-            assert f"({symbol.unit.replace('N m2', 'N m$^2$')})" in label(name), name
+            assert f"({symbol.unit.replace('N m^2', 'N m$^2$')})" in label(name), name
     assert label("theta", "deg").endswith("(deg)")
 
 

@@ -28,7 +28,7 @@ def work(r):
 @pytest.mark.parametrize("ideal", [None, True])
 def test_without_bend_and_with_its_length_held_it_is_the_twisted_beam(ideal):
     both = squama.bend_twist(PLA, "twist 0.1 rad/pitch", ideal=ideal, neutral="middle", points=80)
-    alone = squama.twist(PLA, at=both.Phi.values, ideal=ideal)
+    alone = squama.twist(PLA, at=both.Phi.values, ideal=ideal, neutral="middle")
     assert both.end.item() == "range end"
     assert float(both.phi_e) == pytest.approx(float(alone.phi_e), rel=1e-9)
     np.testing.assert_array_equal(both.stretch, 0)

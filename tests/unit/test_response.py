@@ -18,7 +18,7 @@ from squama.curves.path import Case
 BEAM = squama.Beam.from_ratios(mu=0.5)
 BEAM_THICK = squama.Beam.from_ratios(slenderness=10, mu=0.5)
 BENT = squama.Beam.from_ratios(eta=5, theta0="5 deg", mu=0.3)
-DIMENSIONS = {"Phi": "rad/m", "phi": "rad", "theta": "rad", "T": "N m", "T_scales": "N m", "K_t": "N m2", "f0": "1"}
+DIMENSIONS = {"Phi": "rad/m", "phi": "rad", "theta": "rad", "T": "N m", "T_scales": "N m", "K_t": "N m^2", "f0": "1"}
 DIMENSIONS |= {"N": "N", "f": "N", "p": "m", "s": "m", "U_el": "J/m", "W_fr": "J/m", "RED": "1", "mu_lock": "1"}
 both = pytest.mark.parametrize(
     ("load", "rate", "torque", "tangent"), [("twist", "Phi", "T", "K_t"), ("bend", "kappa", "M", "K_b")]

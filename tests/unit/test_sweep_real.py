@@ -93,7 +93,7 @@ def test_labels_and_attributes(tmp_path: Path) -> None:
     units = {
         name: data[name].attrs["units"] for name in ("phi_e", "torque", "tangent", "stress", "K_theta", "rigidity")
     }
-    assert list(units.values()) == ["rad", "N m", "N m2", "Pa", "N m", "N m2"]
+    assert list(units.values()) == ["rad", "N m", "N m^2", "Pa", "N m", "N m^2"]
     meanings = data.end.attrs["flag_meanings"].split()
     assert (meanings[0], meanings[-1]) == ("not_computed", "joint_unknown")
     assert (data.attrs["joint"], data.attrs["scales"]) == ("compliant", "thick, elastic scales")

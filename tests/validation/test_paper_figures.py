@@ -161,8 +161,10 @@ def test_claim_4_torque_and_stiffness_rise_with_mu(table):
 
 def test_fig6b_the_hinge_agrees_with_elements_early_and_the_compliant_joint_throughout(table):
     rows = [r for r in table if r["figure"] == "fig6b"]
-    assert len(rows) == 36
-    assert {(r["law"], r["holds"]) for r in rows} == {("plate", "in part"), ("edge", "in part"), ("compliant", "yes")}
+    held = [r for r in rows if "pure twist" in r["claim"]]
+    assert (len(rows), len(held), {r["holds"] for r in held}) == (48, 12, {"no"})
+    found = {(r["law"], r["holds"]) for r in rows if r not in held}
+    assert found == {("plate", "in part"), ("edge", "in part"), ("compliant", "yes")}
     stored = elements.stored()
     # tolerance: four digits here; 2 % of another program; 6 % is the band of the joint's law (5.5 % measured)
     assert stored.joint == pytest.approx((0.01265, 1.431), rel=1e-3)

@@ -56,7 +56,7 @@ def design(
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
     """
-    check_places([(path, flags.PLOTS) for path in plot], [target])
+    check_places(flags.problems(), [(path, flags.PLOTS) for path in plot], [target])
     read = settled(read_target(base, target, out, force=force))
 
     from squama.inverse import designing as inverse

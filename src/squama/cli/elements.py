@@ -107,7 +107,7 @@ def cell(
 ) -> int:
     """Twist one pitch of finite elements with helical periodicity, or a finite beam; needs the extra fe."""
     common.check(beam, plots=picture)
-    check_places([(vtk, (".vtu",))] if vtk is not None else [], [])
+    check_places(flags.problems(), [(vtk, (".vtu",))] if vtk is not None else [], [])
     if scales is None and ends != "free" and "--scales" not in flags.problems().flags:
         flags.problems().add("--ends", "", "is for finite beams", "give --scales too")
     if scales is not None and (vtk is not None or picture):
@@ -351,7 +351,7 @@ def deck(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write an input deck of a finite beam for CalculiX or Abaqus."""
-    check_places([(out, (".inp",))], [])
+    check_places(flags.problems(), [(out, (".inp",))], [])
     described, rate = base.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)
     twist = settled(rate) * described.pitch

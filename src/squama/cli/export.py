@@ -79,8 +79,8 @@ def export(
     folder = Path(os.path.realpath(out))
     into = {path: Path(os.path.realpath(path)).parent == folder for path in picture}
     inside = () if exists(folder) else tuple(path for path in picture if into[path])
-    check_places([(path, flags.PLOTS) for path in picture if path not in inside], [beam])
-    check_places([(Path(path).name, flags.PLOTS) for path in inside], [])
+    check_places(flags.problems(), [(path, flags.PLOTS) for path in picture if path not in inside], [beam])
+    check_places(flags.problems(), [(Path(path).name, flags.PLOTS) for path in inside], [])
     if picture and not {"assembly", "mould"} & set(made.parts):
         flags.problems().add("--picture", "", "shows the assembly and the mould", "write one of them in --parts")
     described = settled(base.beam(beam, friction=False))

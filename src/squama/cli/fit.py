@@ -115,7 +115,7 @@ def fit(
     if corner is not None and not search.posterior and "--posterior" not in flags.problems().flags:
         flags.problems().add("--corner", corner, "draws posterior samples", "ask for them too, e.g. --posterior 4000")
     common.check(*files, plots=[corner] if corner else [])
-    check_places([(out, (".toml",))], files)
+    check_places(flags.problems(), [(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
     from squama.identify import decay, fitting, sentences

@@ -393,7 +393,7 @@ class Common(Base):
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
         from squama.cli.places import check_places
 
-        check_places([*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
+        check_places(problems(), [*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
 @group

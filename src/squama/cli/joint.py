@@ -55,7 +55,7 @@ def joint(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe."""
-    check_places([(toml, (".toml",)), (matrix, (".csv",))], [])
+    check_places(flags.problems(), [(toml, (".toml",)), (matrix, (".csv",))], [])
     described = settled(base.beam(beam, friction=False))
 
     from squama.beam import matrixfile

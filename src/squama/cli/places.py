@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 
-from squama.cli.flags import problems
-from squama.errors import refuse
+from squama.errors import Problems, refuse
 from squama.io.files import label
 
 
-def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str]) -> None:
+def check_places(
+    mistakes: Problems, wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str]
+) -> None:
     """Look at paths that are to be written, if given, each with the endings it may have; mistakes are kept."""
     from squama.io.datasets import check_place
 
@@ -18,7 +19,7 @@ def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: I
     for path, allowed in wanted:
         if path is None:
             continue
-        with problems().caught():
+        with mistakes.caught():
             check_place(path, allowed)
             place = os.path.realpath(path)
             if place in seen:

@@ -59,7 +59,7 @@ def ends(
     json: flags.Json = False,
 ) -> int:
     """Find where many designs of hinged scales engage and how they end, from a table."""
-    check_places([(out, (".csv",))], [designs])
+    check_places(flags.problems(), [(out, (".csv",))], [designs])
     flags.problems().settle()
 
     from squama.arrays import designs_table as table

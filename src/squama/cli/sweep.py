@@ -122,7 +122,7 @@ def map(  # noqa: A001 - the command's name
     held = flags.once("--at", at)
     if not plot and csv is None:
         flags.problems().add("", "", "there is nothing to write", "give --plot map.png or --csv map.csv")
-    check_places([*((path, flags.PLOTS) for path in plot), (csv, (".csv",))], [])
+    check_places(flags.problems(), [*((path, flags.PLOTS) for path in plot), (csv, (".csv",))], [])
     for name, text in (("lines", lines), ("paths", paths)):
         if text is not None and variable != "lock":
             flags.problems().add(f"--{name}", "", "belongs to --variable lock", "leave it out")

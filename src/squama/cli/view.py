@@ -40,7 +40,7 @@ def view(
 
     if not out:
         flags.problems().add("--out", "", "is not given", "write e.g. -o beam.png, beam.gif or beam.html")
-    check_places([(path, picture.FORMATS) for path in out], [beam])
+    check_places(flags.problems(), [(path, picture.FORMATS) for path in out], [beam])
     with flags.problems().caught():
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()

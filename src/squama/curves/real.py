@@ -195,6 +195,11 @@ class Path(NamedTuple):
             own["torque"][beyond] += held.more * rate
             own["U_el"][beyond] += held.more * rate**2 / 2
             own["tangent"][beyond] += held.more
+        (reached,) = np.nonzero(np.isfinite(own["torque"][beyond]))
+        if reached.size == 1:
+            # a single point has no slope of its own
+            i = beyond[reached[0]]
+            own["tangent"][i] = np.diff(own["torque"][i - 1 : i + 1])[0] / np.diff(own["rate"][i - 1 : i + 1])[0]
         own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
         q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
         q[:, :3] /= self.beam.pitch
