@@ -1,5 +1,6 @@
 """Settings of hypothesis: the same examples in every run, no clock, no files left behind; what is tested first."""
 
+import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 settings.register_profile(
@@ -12,6 +13,14 @@ settings.register_profile(
 )
 settings.register_profile("mutants", settings.get_profile("squama"), phases=(Phase.explicit, Phase.generate))
 settings.load_profile("squama")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def compiled():
+    """What commands say in the process of the tests does not depend on which code has been compiled before."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("squama.batch.keeping.is_ready", lambda _: True)
+        yield
 
 
 def pytest_collection_modifyitems(items):
