@@ -39,7 +39,7 @@ BEAM_FILES = [
     ('embedded = "6 mm"', "", [["scale.embedded: is missing", "write embedded ="]]),
     ("[substrate]", "[substrat]", [["[substrat]", "did you mean [substrate]?"]]),
     ("pitch =", "ptch =", [["beam.ptch: unknown key", "did you mean pitch?"]]),
-    ("scales = 25", "scales = 25\nscales = 26", [["line 29", "scales is given twice"]]),
+    ("scales = 25", "scales = 25\nscales = 26", [["line 30", "scales is given twice"]]),
     ("[friction]", "[scale]", [["the table [scale] is given twice"]]),
     ("mu = 0.25", "", [["friction.mu: is missing", "mu = 0.25", "--mu 0.25"]]),
     # types
