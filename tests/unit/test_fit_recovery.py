@@ -14,6 +14,7 @@ from squama.identify import fitting
 from squama.identify.estimate import derivatives
 from squama.identify.prepare import Wanted, prepared
 from squama.identify.records import read
+from squama.loads import LOADS
 
 BEAM = squama.Beam.from_toml("examples/stiff_skin.toml")
 HISTORY = {"twisting": "0.1, 0.06 rad/pitch", "bending": "0.2, 0.12 rad/pitch"}
@@ -33,11 +34,10 @@ def sets(names):
 def begun(joint, load):
     """The beam that a fit starts from, and the true value of each parameter."""
     held = real.Held.of(BEAM)
-    twisted = load == "twisting"
     own = {
         "mu": 0.25,
-        "K_theta": BEAM.joint_stiffness if twisted else BEAM.bending_joint_stiffness,
-        "C_f": BEAM.C_f if twisted else BEAM.bending_rigidity / (BEAM.substrate.youngs_modulus * BEAM.I),
+        "K_theta": BEAM.joint_stiffness,
+        "C_f": LOADS[load].inclusion(BEAM),
         "E_B": BEAM.substrate.youngs_modulus,
         "theta0": BEAM.scale.theta0,
     }
@@ -66,7 +66,16 @@ def measured(names, joint, load):
     """The true values of some parameters, and the loop of a beam that has them."""
     truth = {name: value for name, value in begun(joint, load).items() if name in names}
     beam = BEAM._with({PLACES[name]: value for name, value in truth.items()})
-    return truth, squama.cycle(beam, HISTORY[load], load=load, joint=joint, points=25)
+    return truth, solved(squama.cycle(beam, HISTORY[load], load=load, joint=joint, points=25))
+
+
+def solved(loop):
+    """A loop without the points at which scales begin to slide, to which the compliant joint's is continued.
+
+    Their torque is 3e-4 of the largest off that of a beam that is walked to their twist.
+    """
+    onset = (loop.branch.values[:-1] == "stick") & (loop.branch.values[1:] != "stick")
+    return loop.isel(point=np.flatnonzero(~np.append(onset, False) | (loop.joint != "compliant")))
 
 
 @pytest.mark.parametrize("names", sets(COMPLIANT), ids=",".join)
@@ -88,7 +97,7 @@ def _gives_back(names, joint, load):
         assert fit.values[name] == pytest.approx(value, rel=near), name
     assert fit.holds
     # the fitted beam is the specimen, so that every answer about it has the fitted curve
-    again = squama.cycle(fit.beam, HISTORY[load], load=load, joint=joint, points=25)
+    again = solved(squama.cycle(fit.beam, HISTORY[load], load=load, joint=joint, points=25))
     torque = "T" if load == "twisting" else "M"
     size = float(loop[torque].max())
     up, down = (fit.used & (loop.leg.values == leg) for leg in (1, 2))

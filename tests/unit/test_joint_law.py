@@ -9,6 +9,7 @@ import pytest
 
 import squama
 from squama.beam import joint_law, matrixfile
+from squama.curves import real
 from squama.inverse.space import Space, Variable, stepped
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
@@ -32,6 +33,18 @@ def with_matrix(K_theta, rigidity):
 BEAM = with_matrix(3 * PLAIN.joint_stiffness, PLAIN.torsional_rigidity)
 """Three times the law's K_theta."""
 OTHER = with_matrix(2 * PLAIN.joint_stiffness, 1.5 * PLAIN.torsional_rigidity)
+
+
+@pytest.mark.parametrize("neutral", ["free", "middle"])
+def test_the_rigidity_of_a_matrix_of_nine_is_that_of_the_curve(neutral):
+    """Of a bar that is free to stretch by default; the same figures given by themselves change nothing."""
+    beam = PLAIN.replace(substrate={"neutral": None if neutral == "free" else neutral})
+    beam = beam.replace(joint={"matrix": matrixfile.stored(beam, real.Held.of(beam).K)})
+    assert beam.given.line == neutral
+    held = real.Held.of(beam)
+    assert held.rigidity == pytest.approx(beam.torsional_rigidity, rel=1e-12)
+    given = beam.replace(joint={"stiffness": beam.joint_stiffness, "inclusion_factor": beam.C_f})
+    np.testing.assert_allclose(real.Held.of(given).K, held.K, rtol=0, atol=1e-12 * held.K.max())
 
 
 @pytest.fixture(scope="module")

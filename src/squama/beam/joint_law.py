@@ -107,7 +107,8 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
-        return given.gathered(each(_scaled, given.matrix.rigidity, s.modulus, s.pitch, 4) / bare(load, s, each))
+        figure = given.matrix.rigidity(stretched=given.line == "free")
+        return given.gathered(each(_scaled, figure, s.modulus, s.pitch, 4) / bare(load, s, each))
     return given.gathered(each(joint.LAWS[f"inclusion {load}"].value, s.zeta, s.beta, s.lam))
 
 

@@ -106,10 +106,9 @@ class StoredMatrix:
         """Stiffness against inclination, E d^3."""
         return inclination_stiffness(self.K[:7, :7])
 
-    @functools.cached_property
-    def rigidity(self) -> float:
-        """Torque over the twist per pitch without contact, E d^3."""
-        return twisting_stiffness(self.K[:7, :7])
+    def rigidity(self, *, stretched: bool) -> float:
+        """Return the torque over the twist per pitch without contact, E d^3, see :func:`twisting_stiffness`."""
+        return twisting_stiffness(self.K, stretched=stretched)
 
     @property
     def text(self) -> str:
