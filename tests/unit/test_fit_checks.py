@@ -73,6 +73,8 @@ def test_a_wrong_unit_of_the_torque_is_named(twists, torques, words):
     assert words in fit.doubts[0]
     assert "check the units of torque and twist" in fit.doubts[0]
     assert not fit.holds
+    # no friction makes so large a torque: scales stick all along, and that is said
+    assert any(note.startswith("mu is 1.") and "stick all along" in note for note in fit.notes) == (torques > 1)
 
 
 @pytest.mark.usefixtures("alone")

@@ -31,6 +31,8 @@ _SPREAD = (0.3, 0.6, 0.1, 0.8, 0.45, 0.93, 0.02)
 _AGREE = 1e-4
 _ROUGH = 1e-6
 _AT_BOUND = 1e-6
+EDGE = 1e-4
+"""How near the least friction is found from which on scales stick all along."""
 SINGULAR = 1e-9
 """Smallest singular value of the scaled derivatives, over the largest, below which parameters are one."""
 HARDLY = 0.95
@@ -94,10 +96,43 @@ def solve(
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
     best, u = min(found, key=lambda pair: pair[0])
     agreed = sum(cost <= best * (1 + _AGREE) + 1e-28 for cost, _ in found)
-    p = u * scale
-    r = torque - points.torque(asked.physical(p))
     near = (u - low < _AT_BOUND * np.maximum(np.abs(u), 1)) | (high - u < _AT_BOUND * np.maximum(np.abs(u), 1))
-    return Estimate(p, r, float(r @ r), derivatives(points, asked, p), len(found), agreed, near)
+    return _at(points, torque, asked, u * scale, near)._replace(starts=len(found), agreed=agreed)
+
+
+def _at(points: Points, torque: Array, asked: Asked, p: Array, near: NDArray[np.bool_]) -> Estimate:
+    """Return what holds at values of the parameters, as found from one start."""
+    r = torque - points.torque(asked.physical(p))
+    return Estimate(p, r, float(r @ r), derivatives(points, asked, p), 1, 1, near)
+
+
+def sliding(points: Points, torque: Array, asked: Asked, best: Estimate) -> Estimate:
+    """Return the least squares where scales slide, for an estimate whose friction makes them stick all along.
+
+    From some friction on they do, and the torque is the same. A search that has stepped there goes on from the least
+    such friction; where it comes back, the estimate is that friction, as if it were a bound.
+    """
+    mu = asked.place("mu")
+    if mu is None or best.jacobian[:, mu].any():
+        return best
+    again = solve(points, torque, asked, [_sticking(points, asked, best.values, mu)])
+    if again.jacobian[:, mu].any() and again.square < best.square:
+        return again
+    near = again.at_bound.copy()
+    near[mu] = True
+    return _at(points, torque, asked, _sticking(points, asked, again.values, mu), near)
+
+
+def _sticking(points: Points, asked: Asked, p: Array, mu: int) -> Array:
+    """Return the values with the least friction from which on scales stick all along: the torque is the same."""
+    at, low, high = p.copy(), float(asked.low[mu]), float(p[mu])
+    stuck = points.torque(asked.physical(p))
+    while high - low > EDGE:
+        at[mu] = (low + high) / 2
+        same = np.allclose(points.torque(asked.physical(at)), stuck, rtol=0, atol=1e-9 * float(np.abs(stuck).max()))
+        low, high = (low, at[mu]) if same else (at[mu], high)
+    at[mu] = low
+    return at
 
 
 def derivatives(points: Points, asked: Asked, p: Array) -> Array:

@@ -119,7 +119,7 @@ def _rounding(test: Prepared) -> float:
 def settle(test: Prepared, start: Array) -> Found:
     """Find the least squares from a start, with the covariance that the residual asks for."""
     asked, (index, points, torque, way) = test.asked, test.used
-    best = estimate.solve(points, torque, asked, [start])
+    best = estimate.sliding(points, torque, asked, estimate.solve(points, torque, asked, [start]))
     sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
     covariance = estimate.covariance(best.jacobian, sigma, asked.names)
     tau, skew = 1.0, False

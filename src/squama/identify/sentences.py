@@ -32,6 +32,11 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
         out.append(f'joint="{fit.rival.joint}" has no fit to compare with: {fit.rival.problem}')
     for i in np.flatnonzero(fit.at_bound):
         low, high, value = fit.asked.low[i], fit.asked.high[i], fit.estimates[i]
+        if fit.parameters[i] == "mu" and low + 2 * estimate.EDGE < value < high - 2 * estimate.EDGE:
+            out.append(
+                f"mu is {value:.3g} or more: from there on the scales stick all along, and the torque is the same"
+            )
+            continue
         nearer = low if value - low < high - value else high
         out.append(f"{fit.parameters[i]} is at its bound {nearer:.6g}: errors are as without bounds")
     asked = [i for i, name in enumerate(fit.parameters) if name not in fit.added]
