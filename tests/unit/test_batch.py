@@ -304,12 +304,12 @@ def test_a_damaged_copy_of_compiled_code_is_made_anew(
 ) -> None:
     assert double()(1.5) == 3.0
     (place,) = tmp_path.rglob(f"*.{ending}")
-    whole = place.stat().st_size
     place.write_bytes(place.read_bytes()[:left])
     again = double()
     assert again(2.5) == 5.0
     assert not again.stats.cache_hits
-    assert place.stat().st_size == whole
+    # no fixed size: Numba numbers its functions, and numbers grow
+    assert place.stat().st_size > left
     third = double()
     assert third(3.5) == 7.0
     assert third.stats.cache_hits
