@@ -9,6 +9,12 @@ from squama.cli import flags
 from squama.errors import InputError, refuse
 
 
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    """No other test writes where files are compared."""
+    monkeypatch.chdir(tmp_path)
+
+
 def _said(read, text):
     with pytest.raises(InputError) as caught:
         read("--x", text)
