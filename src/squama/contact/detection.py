@@ -1,0 +1,318 @@
+"""Where plates that overlap would touch: vertices of the overlap and their gaps; compiled.
+
+The lower sheet of a scale lies over the upper sheet of its neighbour. Seen along the neighbour's normal they overlap in
+a polygon. Between rigid plates the gap is linear over it, so the least one is at a vertex: a corner of the one over the
+other, or a crossing of two edges. A bent edge may come nearest between its ends as well.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.contact.equations import Work
+from squama.contact.geometry import back, lift, turn
+from squama.contact.system import (
+    APART,
+    BETA,
+    EE,
+    EF,
+    ELASTIC,
+    ETA,
+    FE,
+    FIRST,
+    FV,
+    H,
+    KIND,
+    ONE,
+    OTHER,
+    VF,
+    State,
+    System,
+    corner,
+    high,
+    lengthwise,
+    low,
+    on_edge,
+    partner,
+    spots,
+)
+from squama.real.vectors import Vector, add, mixed
+from squama.types import Array
+
+GAP, AT = 5, 6
+"""Columns of a vertex after those of a contact: its gap, and its places (3)."""
+VERTEX = 9
+DIP = 1e-3
+"""Depth, in pitches, to which a bent edge may dip into a face beside a place where it touches and is one contact."""
+SAMPLES = 16
+"""Places that are looked at along a bent edge."""
+_PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.13, 6
+
+
+@_jit
+def view(S: System, W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
+    """Write scale i in the axes of j or, ``other``, j in those of i: origin, x, y, z (12,)."""
+    P, E1, E2 = W.pairs[i, k - 1], W.E[i], W.E[j]
+    x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    if other:
+        o = add(add(turn(P, (E2[9], E2[10], E2[11])), 1.0, (P[9], P[10], P[11])), -1.0, (E1[9], E1[10], E1[11]))
+        o = back(E1, o)
+        x, y, z = back(E1, turn(P, turn(E2, x))), back(E1, turn(P, turn(E2, y))), back(E1, turn(P, turn(E2, z)))
+    else:
+        o = back(P, (E1[9] - P[9], E1[10] - P[10], E1[11] - P[11]))
+        o = back(E2, (o[0] - E2[9], o[1] - E2[10], o[2] - E2[11]))
+        x, y, z = back(E2, back(P, turn(E1, x))), back(E2, back(P, turn(E1, y))), back(E2, back(P, turn(E1, z)))
+    for a in range(3):
+        out[a], out[3 + a], out[6 + a], out[9 + a] = o[a], x[a], y[a], z[a]
+
+
+@_jit
+def seen(v: Array, x: float, y: float, z: float) -> Vector:
+    """Return a place of a scale in the other one's axes."""
+    return (v[0] + v[3] * x + v[6] * y + v[9] * z, v[1] + v[4] * x + v[7] * y + v[10] * z,
+            v[2] + v[5] * x + v[8] * y + v[11] * z)  # fmt: skip
+
+
+@_jit
+def height(S: System, i: int, b: Array, x: float, y: float) -> float:
+    """Return the deflection of scale i at a place, 0 of a rigid one."""
+    return lift(S, i, b, x, y)[0] if S.shapes[i, ELASTIC].real > 0 else 0.0 * x
+
+
+@_jit
+def over(S: System, st: State, v: Array, own: int, other: int, upper: bool, x: float, y: float) -> tuple[Vector, float]:
+    """Return a place of a sheet in the other scale's axes, and its gap there.
+
+    ``upper``: of the upper sheet below the other's lower one; else of the lower sheet over the other's upper one.
+    """
+    half = S.shapes[own, H] / 2 if upper else -S.shapes[own, H] / 2
+    p = seen(v, x, y, height(S, own, st.b[own], x, y) + half)
+    face = height(S, other, st.b[other], p[0], p[1]) + (-1.0 if upper else 1.0) * S.shapes[other, H] / 2
+    return p, face - p[2] if upper else p[2] - face
+
+
+@_jit
+def covers(S: System, i: int, x: float, y: float) -> bool:
+    """Say whether a place lies on scale i."""
+    return 0.0 <= x.real <= S.shapes[i, ETA].real and abs(y.real) <= S.shapes[i, BETA].real
+
+
+@_jit
+def note(out: Array, n: int, i: int, k: int, kind: int, one: int, other: int) -> None:
+    """Write what a vertex is."""
+    out[n, FIRST], out[n, APART], out[n, KIND], out[n, ONE], out[n, OTHER] = i, k, kind, one, other
+
+
+@_jit
+def place(out: Array, n: int, gap: float, a: float, b: float, c: float) -> None:
+    """Write the gap of a vertex and its places."""
+    out[n, GAP], out[n, AT], out[n, AT + 1], out[n, AT + 2] = gap, a, b, c
+
+
+@_jit
+def across(edge: int) -> int:
+    """Return the coordinate that does not change along an edge."""
+    return 1 if lengthwise(edge) else 0
+
+
+@_jit
+def bound(S: System, i: int, edge: int) -> float:
+    """Return the coordinate that does not change along an edge of scale i."""
+    x, y = on_edge(S, i, edge, 0.0 * S.shapes[i, ETA])
+    return y if lengthwise(edge) else x
+
+
+@_jit
+def crossing(
+    S: System, st: State, v: Array, i: int, j: int, e: int, f: int, start: float
+) -> tuple[float, float, float]:
+    """Return the places where edge e of scale i crosses edge f of scale j, and its gap, from a first place on."""
+    a, axis, goal = start, across(f), bound(S, j, f)
+    rate = (v[3 + axis] if lengthwise(e) else v[6 + axis])
+    p, gap = (0.0 * a, 0.0 * a, 0.0 * a), 0.0 * a
+    for _ in range(4 if S.shapes[i, ELASTIC].real > 0 else 1):
+        x, y = on_edge(S, i, e, a)
+        p, gap = over(S, st, v, i, j, False, x, y)
+        a += (goal - p[axis]) / rate
+    x, y = on_edge(S, i, e, a)
+    p, gap = over(S, st, v, i, j, False, x, y)
+    return a, p[0] if axis == 1 else p[1], gap
+
+
+@_jit
+def dip(
+    S: System, st: State, v: Array, own: int, other: int, upper: bool, e: int, a: float
+) -> tuple[float, float, float, float, bool]:
+    """Return how a gap rises along an edge at a place: its slope, the place on the face, the gap, whether it is over."""
+    x, y = on_edge(S, own, e, a)
+    p, gap = over(S, st, v, own, other, upper, x, y)
+    _, wx, wy = lift(S, own, st.b[own], x, y)
+    _, fx, fy = lift(S, other, st.b[other], p[0], p[1])
+    o, w = (3, wx) if lengthwise(e) else (6, wy)
+    rise = v[o + 2] + w * v[11] - fx * (v[o] + w * v[9]) - fy * (v[o + 1] + w * v[10])
+    return -rise if upper else rise, p[0], p[1], gap, covers(S, other, p[0], p[1])
+
+
+@_jit
+def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Array, n: int) -> int:
+    """Write all vertices of a scale and its neighbour k whose gap is below ``cap``; return how many there are in all."""
+    N = len(S.shapes)
+    j, room = (i + k) % N, len(out)
+    bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
+    v, u, corners = np.empty(12), np.empty(12), np.empty((4, 3))
+    view(S, W, i, j, k, False, v)
+    view(S, W, i, j, k, True, u)
+    for c in range(4):
+        x, y = corner(S, i, c)
+        p, gap = over(S, st, v, i, j, False, x, y)
+        corners[c, 0], corners[c, 1], corners[c, 2] = p
+        if covers(S, j, p[0], p[1]) and gap < cap and n < room:
+            note(out, n, i, k, VF, c, 0)
+            place(out, n, gap, p[0], p[1], 0.0)
+            n += 1
+        x, y = corner(S, j, c)
+        p, gap = over(S, st, u, j, i, True, x, y)
+        if covers(S, i, p[0], p[1]) and gap < cap and n < room:
+            note(out, n, i, k, FV, 0, c)
+            place(out, n, gap, p[0], p[1], 0.0)
+            n += 1
+    for e in range(4):
+        first = 0 if e == 0 else (2 if e == 1 else (3 if e == 2 else 2))
+        last = 1 if e == 0 else (0 if e == 1 else (1 if e == 2 else 3))
+        for f in range(4):
+            axis, goal = across(f), bound(S, j, f)
+            way = corners[last, axis] - corners[first, axis]
+            if abs(way) < _PARALLEL:
+                continue
+            t = (goal - corners[first, axis]) / way
+            if not -0.05 < t < 1.05:
+                continue
+            a0, a1 = low(S, i, e), high(S, i, e)
+            if bent:
+                a, b, gap = crossing(S, st, v, i, j, e, f, a0 + t * (a1 - a0))
+            else:
+                a = a0 + t * (a1 - a0)
+                b = corners[first, 1 - axis] + t * (corners[last, 1 - axis] - corners[first, 1 - axis])
+                gap = corners[first, 2] + t * (corners[last, 2] - corners[first, 2]) - S.shapes[j, H] / 2
+            if a0 <= a <= a1 and low(S, j, f) <= b <= high(S, j, f) and gap < cap and n < room:
+                note(out, n, i, k, EE, e, f)
+                place(out, n, gap, a, b, 0.0)
+                n += 1
+    if not bent:
+        return n
+    for upper in range(2):
+        own, other, s = (j, i, u) if upper else (i, j, v)
+        half = S.shapes[own, H] / 2 if upper else -S.shapes[own, H] / 2
+        most = 0.0
+        for b in range(len(st.b[own])):
+            most += abs(st.b[own, b])
+        for e in range(4):
+            a0, a1 = low(S, own, e), high(S, own, e)
+            begin, stop = overhang(S, s, own, other, e, half, most)
+            if begin >= stop:
+                continue
+            here, there = max(0, math.floor(begin * SAMPLES)), min(SAMPLES, math.ceil(stop * SAMPLES))
+            before, inside = 0.0, False
+            for g in range(here, there + 1):
+                a = a0 + (a1 - a0) * g / SAMPLES
+                slope, x, y, gap, on = dip(S, st, s, own, other, upper == 1, e, a)
+                if on and inside and before < 0.0 <= slope and gap < cap + DIP and n < room:
+                    # a minimum between two places: a root of the slope
+                    l, r, sl, sr = a - (a1 - a0) / SAMPLES, a, before, slope
+                    for _ in range(_REFINED):
+                        a = l - sl * (r - l) / (sr - sl) if sr != sl else (l + r) / 2
+                        slope_, x, y, gap, on = dip(S, st, s, own, other, upper == 1, e, a)
+                        if slope_ < 0.0:
+                            l, sl = a, slope_
+                            sr /= 2
+                        else:
+                            r, sr = a, slope_
+                            sl /= 2
+                        if abs(slope_) < 1e-13:
+                            break
+                    if gap < cap and on:
+                        note(out, n, i, k, FE if upper else EF, e, e)
+                        place(out, n, gap, x, y, a)
+                        n += 1
+                before, inside = slope, on
+    return n
+
+
+@_jit
+def overhang(S: System, s: Array, own: int, other: int, e: int, half: float, most: float) -> tuple[float, float]:
+    """Return between which shares of an edge it may lie over the other scale's face, if it is bent by ``most``."""
+    x, y = on_edge(S, own, e, low(S, own, e))
+    p = seen(s, x, y, half)
+    x, y = on_edge(S, own, e, high(S, own, e))
+    q = seen(s, x, y, half)
+    aside, along = most * abs(s[9]), most * abs(s[10])
+    begin, stop = narrowed(-aside, S.shapes[other, ETA] + aside, p[0], q[0], 0.0, 1.0)
+    return narrowed(-S.shapes[other, BETA] - along, S.shapes[other, BETA] + along, p[1], q[1], begin, stop)
+
+
+@_jit
+def narrowed(least: float, most: float, start: float, end: float, first: float, last: float) -> tuple[float, float]:
+    """Narrow a range of shares to where what runs from start to end is between two bounds."""
+    if abs(end - start) > _PARALLEL:
+        one, two = (least - start) / (end - start), (most - start) / (end - start)
+        return max(first, min(one, two)), min(last, max(one, two))
+    return (first, last) if least <= start <= most else (1.0, 0.0)
+
+
+@_jit
+def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
+    """Return the edges of a scale (0: the first one) on which a contact lies; -1 for none."""
+    feature = one if side == 0 else other
+    if kind == EE or (kind == EF and side == 0) or (kind == FE and side == 1):
+        return feature, -1
+    if (kind == VF and side == 0) or (kind == FV and side == 1):
+        return (0 if feature < 2 else 3), (1 if feature % 2 == 0 else 2)
+    return -1, -1
+
+
+@_jit
+def known(S: System, st: State, con: Array, m: int, row: Array) -> bool:
+    """Say whether a vertex is a contact already, or one bent edge's dip beside a contact of it."""
+    kind, one, other = int(row[KIND]), int(row[ONE]), int(row[OTHER])
+    c = np.empty(7, np.int64)
+    for a in range(5):
+        c[a] = int(row[a])
+    x1, y1, x2, y2 = spots(S, c, row[AT:])
+    i, j = c[FIRST], partner(S, c)
+    bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
+    for a in range(m):
+        if con[a, FIRST] != c[FIRST] or con[a, APART] != c[APART]:
+            continue
+        k, o, t = con[a, KIND], con[a, ONE], con[a, OTHER]
+        if k == kind and o == one and t == other and k < EF:
+            return True
+        X1, Y1, X2, Y2 = spots(S, con[a], st.s[a])
+        near = _NEAR if kind >= EF or k >= EF else _SAME
+        if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
+                and abs(X2 - x2) < near * S.shapes[j, ETA] and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
+            return True
+        if bent and row[GAP] > -DIP:
+            for side in range(2):
+                p, q = edges_of(kind, one, other, side)
+                r, s = edges_of(k, o, t, side)
+                if (p >= 0 and (p == r or p == s)) or (q >= 0 and (q == r or q == s)):
+                    return True
+    return False
+
+
+@_jit
+def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, out: Array) -> int:
+    """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none."""
+    n, N, best = 0, len(S.shapes), -1
+    for i in range(N):
+        for k in range(1, S.reach + 1):
+            if S.periodic or i + k < N:
+                n = vertices(S, st, W, i, k, cap, out, n)
+    for a in range(n):
+        if (best < 0 or out[a, GAP] < out[best, GAP]) and not known(S, st, con, m, out[a]):
+            best = a
+    return best

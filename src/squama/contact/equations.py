@@ -1,0 +1,601 @@
+r"""The equations of N scales in contact, and their derivatives; compiled.
+
+Contact c presses scale i from its neighbour j at places r1 and p2, both seen from scale i, by the force F:
+
+    scale      K_q . (q, e) = sum F - R'^T F,  and the moments of both about the scales' base midpoints
+    plate      b = C sum [Phi(x1, y1) F.n_1 - Phi(x2, y2) F.n_2]                 (explicit: no unknowns of its own)
+    contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
+    friction   y = f - k v:  |y| <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/|y| = 0 (slips)
+    strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed
+
+with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
+increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states before,
+by the backward difference of second order. It is the same law for each kind of contact (contact.md, section 3).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.contact.geometry import (
+    PAIR,
+    attitudes,
+    back,
+    beside,
+    bow,
+    lift,
+    neighbours,
+    normal,
+    powers,
+    press,
+    turn,
+    vector,
+)
+from squama.contact.system import (
+    APART,
+    EE,
+    EF,
+    ELASTIC,
+    FE,
+    FIRST,
+    FV,
+    H,
+    KIND,
+    MOTIONS,
+    MU,
+    ONE,
+    OTHER,
+    POWERS,
+    STRAINS,
+    STUCK,
+    VF,
+    Past,
+    State,
+    System,
+    lengthwise,
+    partner,
+    places_of,
+    spots,
+    strain_columns,
+    unknown,
+)
+from squama.real.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
+from squama.types import Array
+
+N_, F_, V_, MARGIN, SLOPE1, SLOPE2, TOLD = range(7)
+"""What is known of a contact (C, 7): N, friction, slip over the increment, |y| - mu N, slopes of the gap inwards."""
+STIFF = 0.2
+"""Stiffness k, E d, by which slip enters the law of friction; its solutions do not depend on it."""
+_INPUTS, _OUTPUTS = 28, 22
+_I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
+"""Local variables of a contact: motions of both scales, strains, places, lifts and slopes of both plates, force."""
+
+
+class Work(NamedTuple):
+    """Room of a path: attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places
+    and what they do to their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
+    derivatives (22, 28), and what is known of contacts (C, 7).
+    """
+
+    E: Array
+    pairs: Array
+    load: Array
+    powers: Array
+    bent: Array
+    side: Array
+    lifts: Array
+    local: Array
+    told: Array
+
+
+class Meeting(NamedTuple):
+    """A contact: both places from the base midpoint (turned, the second one as the first scale sees it), the second
+    place itself, D, tangents along x and y of both plates, their normals, the common normal and its length before it
+    was made a unit vector.
+    """
+
+    arm1: Vector
+    arm2: Vector
+    p2: Vector
+    D: Vector
+    tx1: Vector
+    ty1: Vector
+    tx2: Vector
+    ty2: Vector
+    up1: Vector
+    up2: Vector
+    n: Vector
+    length: float
+
+
+@_jit
+def clear(a: Array) -> None:
+    """Write zeros into an array."""
+    x = a.ravel()
+    for i in range(x.size):
+        x[i] = 0.0
+
+
+@_jit
+def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
+    """Write the deflections of all plates by the forces on them."""
+    if m == 0:
+        clear(st.b)
+        return
+    N = len(S.shapes)
+    clear(W.load)
+    for c in range(m):
+        i, j = con[c, FIRST], partner(S, con[c])
+        x1, y1, x2, y2 = spots(S, con[c], st.s[c])
+        F = vector(st.F[c], 0)
+        if S.shapes[i, ELASTIC].real > 0:
+            press(S, i, x1, y1, dot(F, normal(W.E[i])), W.load[i])
+        if S.shapes[j, ELASTIC].real > 0:
+            press(S, j, x2, y2, -dot(F, turn(W.pairs[i, con[c, APART] - 1], normal(W.E[j]))), W.load[j])
+    for i in range(N):
+        b = st.b[i]
+        clear(b)
+        if S.shapes[i, ELASTIC].real > 0:
+            for p in range(POWERS):
+                load = W.load[i, p]
+                for o in range(POWERS):
+                    b[o] += S.plates[i, p, o] * load
+
+
+@_jit
+def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
+    """Return where a contact's places are, and their common normal."""
+    i, j = c[FIRST], partner(S, c)
+    P, E1, E2 = W.pairs[i, c[APART] - 1], W.E[i], W.E[j]
+    x1, y1, x2, y2 = spots(S, c, s)
+    w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
+    if S.shapes[i, ELASTIC].real > 0:
+        w1, wx1, wy1 = lift(S, i, st.b[i], x1, y1)
+    if S.shapes[j, ELASTIC].real > 0:
+        w2, wx2, wy2 = lift(S, j, st.b[j], x2, y2)
+    arm1 = turn(E1, (x1, y1, w1 - S.shapes[i, H] / 2))
+    arm = turn(E2, (x2, y2, w2 + S.shapes[j, H] / 2))
+    arm2, inner = turn(P, arm), (arm[0] + E2[9], arm[1] + E2[10], arm[2] + E2[11])
+    p2 = add(turn(P, inner), 1.0, vector(P, 9))
+    D = (arm1[0] + E1[9] - p2[0], arm1[1] + E1[10] - p2[1], arm1[2] + E1[11] - p2[2])
+    one, none = 1.0 + 0.0 * x1, 0.0 * x1
+    tx1, ty1, up1 = turn(E1, (one, none, wx1)), turn(E1, (none, one, wy1)), normal(E1)
+    tx2, ty2 = turn(P, turn(E2, (one, none, wx2))), turn(P, turn(E2, (none, one, wy2)))
+    up2 = turn(P, normal(E2))
+    kind = c[KIND]
+    if kind == EE:
+        t1 = tx1 if lengthwise(c[ONE]) else ty1
+        t2 = tx2 if lengthwise(c[OTHER]) else ty2
+        n = cross(t2, t1)
+        if dot(n, up2).real < 0.0:
+            n = scaled(-1.0, n)
+    elif kind == VF or kind == EF:
+        n = cross(tx2, ty2)
+    else:
+        n = cross(tx1, ty1)
+    length = np.sqrt(dot(n, n))
+    return Meeting(arm1, arm2, p2, D, tx1, ty1, tx2, ty2, up1, up2, scaled(1 / length, n), length)
+
+
+@_in
+def along_edges(c: Array, g: Meeting) -> tuple[Vector, Vector]:
+    """Return the tangents of the edges that a contact's features name, on both scales."""
+    return g.tx1 if lengthwise(c[ONE]) else g.ty1, g.tx2 if lengthwise(c[OTHER]) else g.ty2
+
+
+@_jit
+def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
+    """Return two directions along the plates at a contact, across each other."""
+    t1, t2 = along_edges(c, g)
+    kind = c[KIND]
+    a = t2 if kind == FE else (g.tx2 if kind == VF else (g.tx1 if kind == FV else t1))
+    a = add(a, -dot(a, g.n), g.n)
+    a = scaled(1 / np.sqrt(dot(a, a)), a)
+    return a, cross(g.n, a)
+
+
+@_jit
+def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+    """Return D of a contact's material places at a state before, and its rates with x1, y1, x2 and y2."""
+    i, j = c[FIRST], partner(S, c)
+    P, E1, E2 = past.pairs[which, i, c[APART] - 1], past.E[which, i], past.E[which, j]
+    x1, y1, x2, y2 = spots(S, c, s)
+    w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
+    if S.shapes[i, ELASTIC].real > 0:
+        w1, wx1, wy1 = lift(S, i, past.b[which, i], x1, y1)
+    if S.shapes[j, ELASTIC].real > 0:
+        w2, wx2, wy2 = lift(S, j, past.b[which, j], x2, y2)
+    r1 = beside(E1, x1, y1, w1 - S.shapes[i, H] / 2)
+    p2 = add(turn(P, beside(E2, x2, y2, w2 + S.shapes[j, H] / 2)), 1.0, vector(P, 9))
+    one, none = 1.0 + 0.0 * x1, 0.0 * x1
+    tx1, ty1 = turn(E1, (one, none, wx1)), turn(E1, (none, one, wy1))
+    tx2, ty2 = turn(P, turn(E2, (one, none, wx2))), turn(P, turn(E2, (none, one, wy2)))
+    return add(r1, -1.0, p2), tx1, ty1, scaled(-1.0, tx2), scaled(-1.0, ty2)
+
+
+@_jit
+def prepared(S: System, st: State, con: Array, m: int, moved: bool, W: Work) -> None:
+    """Bring attitudes, neighbours and deflections to a state; ``moved``: strains are not those of the last call."""
+    if moved:
+        neighbours(S, st.strains, W.pairs)
+    attitudes(st.q, W.E)
+    deflect(S, st, con, m, W)
+
+
+@_jit
+def elastic(S: System, st: State, at: Array, n: int, r: Array, loads: Array) -> None:
+    """Write what joints and bar oppose to a state: residual of the scales, and M, T, B, P of one scale in the mean."""
+    N = len(S.shapes)
+    for e in range(STRAINS):
+        loads[e] = 0.0
+    for i in range(N):
+        K, q = S.K[i], st.q[i]
+        for a in range(MOTIONS + STRAINS):
+            out = 0.0 * q[0]
+            for b in range(MOTIONS):
+                out += K[a, b] * q[b]
+            for e in range(STRAINS):
+                out += K[a, MOTIONS + e] * st.strains[e]
+            if a < MOTIONS:
+                r[at[i] + a] = out
+            else:
+                loads[a - MOTIONS] += out / N
+
+
+@_jit
+def residual(
+    S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, r: Array, loads: Array
+) -> None:
+    """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
+    N = len(S.shapes)
+    elastic(S, st, at, n, r, loads)
+    for c in range(m):
+        row, o, g = con[c], at[N + c], meet(S, st, con[c], st.s[c], W)
+        i, j, kind = row[FIRST], partner(S, row), row[KIND]
+        P, F, mu, told = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], W.told[c]
+        normal_force = dot(F, g.n)
+        f = add(F, -normal_force, g.n)
+        A, B = frame(row, g)
+        size = np.sqrt(dot(f, f))
+        told[N_], told[F_], told[V_], told[MARGIN] = normal_force, size, 0.0, 0.0
+        if mu.real > 0.0 and past.weights[0] != 0.0:
+            D1, _, _, _, _ = before(S, row, st.s[c], past, 0)
+            v = scaled(past.weights[1], D1)
+            if past.weights[2] != 0.0:
+                D2, _, _, _, _ = before(S, row, st.s[c], past, 1)
+                v = add(v, past.weights[2], D2)
+            v = add(v, -dot(v, g.n), g.n)
+            y = add(f, -STIFF, v)
+            reach, most = np.sqrt(dot(y, y)), mu * normal_force if normal_force.real > 0.0 else 0.0 * normal_force
+            told[V_], told[MARGIN] = np.sqrt(dot(v, v)), reach - most
+            if row[STUCK] > 0:
+                told[MARGIN] = size - most
+                held = add(scaled(-1.0, D1), S.grip, add(f, -1.0, vector(past.F[c], 0)))
+                r[o + 3], r[o + 4] = dot(held, A) * STIFF, dot(held, B) * STIFF
+            else:
+                share = most / reach if reach.real > 0.0 else 0.0 * most
+                r[o + 3], r[o + 4] = dot(f, A) - share * dot(y, A), dot(f, B) - share * dot(y, B)
+        else:
+            r[o + 3], r[o + 4] = dot(f, A), dot(f, B)
+        r[o], r[o + 1], r[o + 2] = g.D
+        t1, t2 = along_edges(row, g)
+        if kind == EF:
+            r[o + 5] = dot(t1, g.n)
+        elif kind == FE:
+            r[o + 5] = dot(t2, g.n)
+        e1, e2 = turned(vector(st.q[i], 3)), turned(vector(st.q[j], 3))
+        moment1, moment2 = by_vector(e1, cross(g.arm1, F)), by_vector(e2, back(P, cross(g.arm2, F)))
+        behind = back(P, F)
+        for a in range(3):
+            r[at[i] + a] -= F[a]
+            r[at[i] + 3 + a] -= moment1[a]
+            r[at[j] + a] += behind[a]
+            r[at[j] + 3 + a] += moment2[a]
+        for e in range(STRAINS):
+            rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
+            loads[e] += dot(F, rate) / N
+    columns = strain_columns(S, n)
+    for e in range(STRAINS):
+        if columns[e] >= 0:
+            r[columns[e]] = loads[e] * N
+
+
+@_jit
+def axis(a: int, like: float) -> Vector:
+    """Return a unit vector of the kind of a number."""
+    one, none = 1.0 + 0.0 * like, 0.0 * like
+    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
+
+
+@_jit
+def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:
+    """Write the derivatives (22, 28) of what a contact brings to the equations, by its local variables.
+
+    Rows: D, friction (2), tangency, force and moment on both scales, F . dp2/de; the moments without the rate of the
+    rotation vector's own map. Terms of the order of an increment are left out: they cost Newton's method nothing.
+    """
+    L, s, g = W.local, st.s[c], meet(S, st, row, st.s[c], W)
+    i, j, kind = row[FIRST], partner(S, row), row[KIND]
+    P, F, mu = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU]
+    x1, y1, x2, y2 = spots(S, row, s)
+    xx1 = xy1 = yy1 = xx2 = xy2 = yy2 = 0.0
+    if S.shapes[i, ELASTIC] > 0:
+        xx1, xy1, yy1 = bow(S, i, st.b[i], x1, y1)
+    if S.shapes[j, ELASTIC] > 0:
+        xx2, xy2, yy2 = bow(S, j, st.b[j], x2, y2)
+    N = dot(F, g.n)
+    f = add(F, -N, g.n)
+    A, B = frame(row, g)
+    rubs = mu > 0.0 and past.weights[0] != 0.0
+    most, reach, y, hat = 0.0, 1.0, f, f
+    a1 = b1 = c1 = d1 = (0.0, 0.0, 0.0)
+    if rubs:
+        v, a1, b1, c1, d1 = before(S, row, s, past, 0)
+        if row[STUCK] > 0:
+            a1, b1, c1, d1 = scaled(-1.0, a1), scaled(-1.0, b1), scaled(-1.0, c1), scaled(-1.0, d1)
+        else:
+            w1, w2 = past.weights[1], past.weights[2]
+            v, a1, b1, c1, d1 = scaled(w1, v), scaled(w1, a1), scaled(w1, b1), scaled(w1, c1), scaled(w1, d1)
+            if w2 != 0.0:
+                v2, a2, b2, c2, d2 = before(S, row, s, past, 1)
+                v, a1, b1 = add(v, w2, v2), add(a1, w2, a2), add(b1, w2, b2)
+                c1, d1 = add(c1, w2, c2), add(d1, w2, d2)
+            v = add(v, -dot(v, g.n), g.n)
+            y = add(f, -STIFF, v)
+            reach, most = max(np.sqrt(dot(y, y)), 1e-300), mu * max(N, 0.0)
+            hat = scaled(1 / reach, y)
+    k1, k2, k3, k4 = unknown(kind, row[ONE], row[OTHER])
+    t1, t2 = along_edges(row, g)
+    none = (0.0, 0.0, 0.0)
+    sign = 1.0
+    if kind == EE and dot(cross(t2, t1), g.n) < 0.0:
+        sign = -1.0
+    for v_ in range(_INPUTS):
+        dr1, dp2, darm1, darm2 = none, none, none, none
+        dtx1, dty1, dtx2, dty2, dF, dFj = none, none, none, none, none, none
+        dv = none
+        if v_ < 3:
+            dr1 = axis(v_, 0.0)
+        elif v_ < _J:
+            o = axis(v_ - 3, 0.0)
+            dr1 = cross(o, g.arm1)
+            darm1, dtx1, dty1 = dr1, cross(o, g.tx1), cross(o, g.ty1)
+        elif v_ < _J + 3:
+            dp2 = turn(P, axis(v_ - _J, 0.0))
+        elif v_ < _E:
+            o = turn(P, axis(v_ - _J - 3, 0.0))
+            dp2 = cross(o, g.arm2)
+            darm2, dtx2, dty2 = dp2, cross(o, g.tx2), cross(o, g.ty2)
+        elif v_ < _S:
+            e = v_ - _E
+            o = vector(P, 12 + 6 * e)
+            dp2 = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
+            dtx2, dty2, dFj = cross(o, g.tx2), cross(o, g.ty2), cross(F, o)
+        elif v_ < _W:
+            p = v_ - _S
+            dx1, dy1 = 1.0 if k1 == p else 0.0, 1.0 if k2 == p else 0.0
+            dx2, dy2 = 1.0 if k3 == p else 0.0, 1.0 if k4 == p else 0.0
+            darm1 = add(scaled(dx1, g.tx1), dy1, g.ty1)
+            darm2 = add(scaled(dx2, g.tx2), dy2, g.ty2)
+            dr1, dp2 = darm1, darm2
+            dtx1, dty1 = scaled(xx1 * dx1 + xy1 * dy1, g.up1), scaled(xy1 * dx1 + yy1 * dy1, g.up1)
+            dtx2, dty2 = scaled(xx2 * dx2 + xy2 * dy2, g.up2), scaled(xy2 * dx2 + yy2 * dy2, g.up2)
+            if rubs:
+                dv = add(add(add(scaled(dx1, a1), dy1, b1), dx2, c1), dy2, d1)
+        elif v_ == _W:
+            dr1, darm1 = g.up1, g.up1
+        elif v_ == _W + 1:
+            dtx1 = g.up1
+        elif v_ == _W + 2:
+            dty1 = g.up1
+        elif v_ == _W + 3:
+            dp2, darm2 = g.up2, g.up2
+        elif v_ == _W + 4:
+            dtx2 = g.up2
+        elif v_ == _W + 5:
+            dty2 = g.up2
+        else:
+            dF = axis(v_ - _F, 0.0)
+        dt1, dt2 = (dtx1 if lengthwise(row[ONE]) else dty1), (dtx2 if lengthwise(row[OTHER]) else dty2)
+        if kind == EE:
+            dm = scaled(sign, add(cross(dt2, t1), 1.0, cross(t2, dt1)))
+        elif kind == VF or kind == EF:
+            dm = add(cross(dtx2, g.ty2), 1.0, cross(g.tx2, dty2))
+        else:
+            dm = add(cross(dtx1, g.ty1), 1.0, cross(g.tx1, dty1))
+        dn = scaled(1 / g.length, add(dm, -dot(g.n, dm), g.n))
+        dN = dot(dF, g.n) + dot(F, dn)
+        df = add(add(dF, -dN, g.n), -N, dn)
+        L[0, v_], L[1, v_], L[2, v_] = add(dr1, -1.0, dp2)
+        if rubs and row[STUCK] > 0:
+            dg = scaled(STIFF, add(dv, S.grip, df))
+        elif rubs:
+            dy = add(df, -STIFF, dv)
+            rest = add(dy, -dot(hat, dy), hat)
+            dg = add(add(df, -mu * dN if N > 0.0 else 0.0, hat), -most / reach, rest)
+        else:
+            dg = df
+        L[3, v_], L[4, v_] = dot(dg, A), dot(dg, B)
+        L[5, v_] = 0.0
+        if kind == EF:
+            L[5, v_] = dot(dt1, g.n) + dot(t1, dn)
+        elif kind == FE:
+            L[5, v_] = dot(dt2, g.n) + dot(t2, dn)
+        L[6, v_], L[7, v_], L[8, v_] = dF
+        L[9, v_], L[10, v_], L[11, v_] = add(cross(darm1, F), 1.0, cross(g.arm1, dF))
+        dFj = add(dFj, 1.0, dF)
+        L[12, v_], L[13, v_], L[14, v_] = back(P, dFj)
+        L[15, v_], L[16, v_], L[17, v_] = back(P, add(cross(darm2, F), 1.0, cross(g.arm2, dFj)))
+        for e in range(STRAINS):
+            o = vector(P, 12 + 6 * e)
+            rate = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
+            change = dot(F, cross(o, dp2))
+            if _E <= v_ < _S:
+                # the screw's own second rates, as if turns about two axes could be exchanged
+                other = vector(P, 12 + 6 * (v_ - _E))
+                change = (change + dot(F, cross(other, rate))) / 2
+            L[18 + e, v_] = dot(dF, rate) + change
+
+
+@_jit
+def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
+    """Return how the gradient by a rotation vector, of the work of a moment m, changes as the vector does by d."""
+    e = turned(w)
+    g, s = dot(w, w), 2 * dot(w, d)
+    if g < 0.05:
+        da = -1 / 6 * (1 - g / 10 * (1 - g / 28 * (1 - g / 54)))
+    else:
+        da = (np.cos(np.sqrt(g)) - e.a) / (2 * g)
+    db, dc = (-1 / 24, -1 / 120) if g < 1e-4 else ((e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g))
+    out = add(add(scaled(da * s, m), -db * s, cross(w, m)), -e.b, cross(d, m))
+    out = add(add(out, dc * s * dot(w, m), w), e.c * dot(d, m), w)
+    return add(out, e.c * dot(w, m), d)
+
+
+@_jit
+def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) -> bool:
+    """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
+    any_ = False
+    for c in range(m):
+        row = con[c]
+        i, j = row[FIRST], partner(S, row)
+        x1, y1, x2, y2 = spots(S, row, st.s[c])
+        F = vector(st.F[c], 0)
+        for side in range(2):
+            a, x, y, o = (i, x1, y1, 2 * c) if side == 0 else (j, x2, y2, 2 * c + 1)
+            if not S.shapes[a, ELASTIC] > 0:
+                continue
+            any_ = True
+            powers(S, a, x, y, W.powers[o])
+            for l in range(3):
+                out = W.bent[o, l]
+                clear(out)
+                for p in range(POWERS):
+                    v = W.powers[o, l, p]
+                    for b in range(POWERS):
+                        out[b] += S.plates[a, p, b] * v
+            up = normal(W.E[a])
+            W.side[o] = dot(F, up) if side == 0 else -dot(F, turn(W.pairs[i, row[APART] - 1], up))
+    return any_
+
+
+@_jit
+def lifted(S: System, st: State, con: Array, m: int, at: Array, n: int, c: int, side: int, W: Work) -> None:
+    """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts."""
+    N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
+    clear(own)
+    a = con[c, FIRST] if side == 0 else partner(S, con[c])
+    if not S.shapes[a, ELASTIC] > 0:
+        return
+    columns = strain_columns(S, n)
+    for d in range(m):
+        row = con[d]
+        i, j = row[FIRST], partner(S, row)
+        P, F = W.pairs[i, row[APART] - 1], vector(st.F[d], 0)
+        places = unknown(row[KIND], row[ONE], row[OTHER])
+        for other in range(2):
+            if (i if other == 0 else j) != a:
+                continue
+            q, first = 2 * d + other, at[N + d]
+            up = normal(W.E[a])
+            up = up if other == 0 else scaled(-1.0, turn(P, up))
+            # the load is F . up, so that a turn o changes it by o . (up x F)
+            moment = cross(up, F)
+            by_w = by_vector(turned(vector(st.q[a], 3)), moment if other == 0 else back(P, moment))
+            ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
+            for l in range(3):
+                v = vx = vy = 0.0
+                for p in range(POWERS):
+                    v += W.powers[o, l, p] * W.bent[q, 0, p]
+                    vx += W.powers[o, l, p] * W.bent[q, 1, p]
+                    vy += W.powers[o, l, p] * W.bent[q, 2, p]
+                for b in range(3):
+                    own[l, first + b] += v * up[b]
+                    own[l, at[a] + 3 + b] += v * by_w[b]
+                if other == 1:
+                    for e in range(STRAINS):
+                        if columns[e] >= 0:
+                            own[l, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
+                if ix >= 0:
+                    own[l, first + 3 + ix] += vx * W.side[q]
+                if iy >= 0:
+                    own[l, first + 3 + iy] += vy * W.side[q]
+
+
+@_jit
+def jacobian(S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, A: Array) -> None:
+    """Write the derivatives (n, n) of the residual by the unknowns at a state to which W was brought."""
+    N, L = len(S.shapes), W.local
+    for a in range(n):
+        for b in range(n):
+            A[a, b] = 0.0
+    columns = strain_columns(S, n)
+    for i in range(N):
+        for a in range(MOTIONS):
+            for b in range(MOTIONS):
+                A[at[i] + a, at[i] + b] = S.K[i, a, b]
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                for a in range(MOTIONS):
+                    A[at[i] + a, columns[e]] = S.K[i, a, MOTIONS + e]
+                    A[columns[e], at[i] + a] = S.K[i, a, MOTIONS + e]
+                for o in range(STRAINS):
+                    if columns[o] >= 0:
+                        A[columns[e], columns[o]] += S.K[i, MOTIONS + e, MOTIONS + o]
+    bent = lifts(S, st, con, m, at, n, W) if m > 0 else False
+    column, out, rows = np.empty(_INPUTS, np.int64), np.empty(_OUTPUTS), np.empty(_OUTPUTS, np.int64)
+    for c in range(m):
+        row, o = con[c], at[N + c]
+        i, j, k = row[FIRST], partner(S, row), places_of(row[KIND])
+        locally(S, st, past, c, row, W)
+        if bent:
+            lifted(S, st, con, m, at, n, c, 0, W)
+            lifted(S, st, con, m, at, n, c, 1, W)
+        # from turns of the scales to their rotation vectors: columns, then the rows of the moments
+        P, F, g = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), meet(S, st, row, st.s[c], W)
+        for side in range(2):
+            a = i if side == 0 else j
+            w, first, moments = vector(st.q[a], 3), 3 + 6 * side, 9 + 6 * side
+            turning = turned(w)
+            for z in range(_OUTPUTS):
+                v = by_vector(turning, (L[z, first], L[z, first + 1], L[z, first + 2]))
+                L[z, first], L[z, first + 1], L[z, first + 2] = v
+            for z in range(_INPUTS):
+                v = by_vector(turning, (L[moments, z], L[moments + 1, z], L[moments + 2, z]))
+                L[moments, z], L[moments + 1, z], L[moments + 2, z] = v
+            moment = cross(g.arm1, F) if side == 0 else back(P, cross(g.arm2, F))
+            for z in range(3):
+                v = map_rate(w, moment, axis(z, 0.0))
+                for b in range(3):
+                    L[moments + b, first + z] += v[b]
+        for z in range(6):
+            column[z], column[_J + z] = at[i] + z, at[j] + z
+        for e_ in range(STRAINS):
+            column[_E + e_] = columns[e_]
+        for z in range(3):
+            column[_S + z] = o + 3 + z if z < k else -1
+            column[_F + z] = o + z
+        for z in range(6):
+            column[_W + z] = -2 if bent else -1
+            rows[z] = o + z if z < 3 + k else -1
+            rows[6 + z], rows[12 + z] = at[i] + z, at[j] + z
+        for e_ in range(STRAINS):
+            rows[18 + e_] = columns[e_]
+        for z in range(_OUTPUTS):
+            to = rows[z]
+            if to < 0:
+                continue
+            sign = -1.0 if 6 <= z < 12 else 1.0
+            for v_ in range(_INPUTS):
+                x = sign * L[z, v_]
+                if x == 0.0 or column[v_] == -1:
+                    continue
+                if column[v_] >= 0:
+                    A[to, column[v_]] += x
+                else:
+                    for b in range(n):
+                        A[to, b] += x * W.lifts[v_ - _W, b]

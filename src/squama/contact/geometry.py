@@ -1,0 +1,192 @@
+"""Where scales and their neighbours are: screws between cells and their rates, attitudes, deflected plates; compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.contact.system import BETA, CHI, EPS, ETA, MOTIONS, PHI, POWERS, PSI, System, State
+from squama.real.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
+from squama.types import Array
+
+PLACED, PAIR = 12, 36
+"""Columns of a neighbour: its turn, row by row, and shift; then of each strain the turn and the shift per strain."""
+
+
+@_in
+def vector(a: Array, at: int) -> Vector:
+    """Return three numbers of an array."""
+    return a[at], a[at + 1], a[at + 2]
+
+
+@_in
+def put(v: Vector, a: Array, at: int) -> None:
+    """Write a vector into an array."""
+    a[at], a[at + 1], a[at + 2] = v
+
+
+@_in
+def turn(R: Array, v: Vector) -> Vector:
+    """Return R v, R in the first nine entries of an array."""
+    return (R[0] * v[0] + R[1] * v[1] + R[2] * v[2], R[3] * v[0] + R[4] * v[1] + R[5] * v[2],
+            R[6] * v[0] + R[7] * v[1] + R[8] * v[2])  # fmt: skip
+
+
+@_in
+def back(R: Array, v: Vector) -> Vector:
+    """Return R^T v."""
+    return (R[0] * v[0] + R[3] * v[1] + R[6] * v[2], R[1] * v[0] + R[4] * v[1] + R[7] * v[2],
+            R[2] * v[0] + R[5] * v[1] + R[8] * v[2])  # fmt: skip
+
+
+@_in
+def rowwise(A: Array, v: Vector) -> Vector:
+    """Return A v for a matrix."""
+    return (A[0, 0] * v[0] + A[0, 1] * v[1] + A[0, 2] * v[2], A[1, 0] * v[0] + A[1, 1] * v[1] + A[1, 2] * v[2],
+            A[2, 0] * v[0] + A[2, 1] * v[1] + A[2, 2] * v[2])  # fmt: skip
+
+
+@_in
+def columnwise(A: Array, v: Vector) -> Vector:
+    """Return A^T v for a matrix."""
+    return (A[0, 0] * v[0] + A[1, 0] * v[1] + A[2, 0] * v[2], A[0, 1] * v[0] + A[1, 1] * v[1] + A[2, 1] * v[2],
+            A[0, 2] * v[0] + A[1, 2] * v[1] + A[2, 2] * v[2])  # fmt: skip
+
+
+@_in
+def slopes(e: Turned) -> tuple[float, float]:
+    """Return the rates of (1 - cos t)/t^2 and (t - sin t)/t^3 with w.w."""
+    g = dot(e.w, e.w)
+    if g.real < 0.05:
+        b = -1 / 24 * (1 - g / 15 * (1 - 3 * g / 112 * (1 - 2 * g / 135)))
+        return b, -1 / 120 * (1 - g / 21 * (1 - g / 48 * (1 - 2 * g / 165)))
+    return (e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g)
+
+
+@_jit
+def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> None:
+    """Write scale j as scale i, k scales before it, sees it (combined.md, section 1): turn, shift, and their rates."""
+    w = (-k * strains[PSI], -k * strains[CHI], -k * strains[PHI])
+    e, v = turned(w), (0.0 * w[0], 0.0 * w[0], 1.0 + strains[EPS])
+    once = cross(w, v)
+    twice = cross(w, once)
+    T = scaled(k, mixed(1.0, v, e.b, once, e.c, twice))
+    A, B = S.axes[i], S.axes[j]
+    o, p = vector(S.bases[i], 0), vector(S.bases[j], 0)
+    for column in range(3):
+        y = rowwise(A, rotated(e, (B[column, 0], B[column, 1], B[column, 2])))
+        out[column], out[3 + column], out[6 + column] = y
+    put(rowwise(A, add(add(rotated(e, p), 1.0, T), -1.0, o)), out, 9)
+    db, dc = slopes(e)
+    for strain in range(4):
+        if strain == EPS:
+            z = (0.0 * w[0], 0.0 * w[0], 1.0 + 0.0 * w[0])
+            o1 = (0.0 * w[0], 0.0 * w[0], 0.0 * w[0])
+            zw = cross(w, z)
+            dT = scaled(k, mixed(1.0, z, e.b, zw, e.c, cross(w, zw)))
+        else:
+            dw = (-k * (1.0 if strain == PSI else 0.0), -k * (1.0 if strain == CHI else 0.0), -k * (1.0 if strain == PHI else 0.0))
+            o1 = spin(e, dw)
+            s = 2 * dot(w, dw)
+            donce = cross(dw, v)
+            dtwice = add(cross(dw, once), 1.0, cross(w, donce))
+            dT = scaled(k, add(mixed(db * s, once, e.b, donce, dc * s, twice), e.c, dtwice))
+        v1 = add(dT, -1.0, cross(o1, T))
+        put(rowwise(A, o1), out, 12 + 6 * strain)
+        put(rowwise(A, add(v1, 1.0, cross(o1, o))), out, 15 + 6 * strain)
+
+
+@_jit
+def neighbours(S: System, strains: Array, pairs: Array) -> None:
+    """Write all neighbours (N, reach, 36) that scales may meet."""
+    N = len(S.shapes)
+    for i in range(N):
+        for k in range(1, S.reach + 1):
+            if S.periodic or i + k < N:
+                neighbour(S, strains, i, (i + k) % N, k, pairs[i, k - 1])
+
+
+@_jit
+def attitudes(q: Array, E: Array) -> None:
+    """Write attitudes, row by row, and places (N, 12) of scales by their motions."""
+    for i in range(len(q)):
+        e = turned(vector(q[i], 3))
+        one = (1.0 + 0.0 * q[i, 0], 0.0 * q[i, 0], 0.0 * q[i, 0])
+        x, y, z = rotated(e, one), rotated(e, (one[1], one[0], one[1])), rotated(e, (one[1], one[1], one[0]))
+        for r in range(3):
+            E[i, 3 * r], E[i, 3 * r + 1], E[i, 3 * r + 2] = x[r], y[r], z[r]
+            E[i, 9 + r] = q[i, r]
+
+
+@_in
+def normal(R: Array) -> Vector:
+    """Return the third column of a turn."""
+    return R[2], R[5], R[8]
+
+
+@_jit
+def lift(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float, float]:
+    """Return the deflection (24 powers) at a place of scale i, and its slopes."""
+    X, Y = x / S.shapes[i, ETA], y / S.shapes[i, BETA]
+    w, wx, wy = 0.0 * X, 0.0 * X, 0.0 * X
+    for m in range(5, -1, -1):
+        o = 4 * m
+        row = b[o] + Y * (b[o + 1] + Y * (b[o + 2] + Y * b[o + 3]))
+        wx = wx * X + w
+        w = w * X + row
+        wy = wy * X + b[o + 1] + Y * (2 * b[o + 2] + 3 * Y * b[o + 3])
+    return w * X * X, (wx * X + 2 * w) * X / S.shapes[i, ETA], wy * X * X / S.shapes[i, BETA]
+
+
+@_jit
+def bow(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float, float]:
+    """Return the curvatures w_xx, w_xy, w_yy of a deflection."""
+    eta, beta = S.shapes[i, ETA], S.shapes[i, BETA]
+    X, Y = x / eta, y / beta
+    xx, xy, yy, p = 0.0 * X, 0.0 * X, 0.0 * X, 1.0 + 0.0 * X
+    for m in range(6):
+        o = 4 * m
+        xx += (m + 2) * (m + 1) * p * (b[o] + Y * (b[o + 1] + Y * (b[o + 2] + Y * b[o + 3])))
+        xy += (m + 2) * p * X * (b[o + 1] + Y * (2 * b[o + 2] + 3 * Y * b[o + 3]))
+        yy += p * X * X * (2 * b[o + 2] + 6 * Y * b[o + 3])
+        p *= X
+    return xx / (eta * eta), xy / (eta * beta), yy / (beta * beta)
+
+
+@_jit
+def powers(S: System, i: int, x: float, y: float, out: Array) -> None:
+    """Write the powers (3, 24) of a place of scale i: their values, and slopes along x and y."""
+    eta, beta = S.shapes[i, ETA], S.shapes[i, BETA]
+    X, Y = x / eta, y / beta
+    p = X
+    for m in range(6):
+        for n in range(4):
+            o = 4 * m + n
+            v = 1.0 if n == 0 else Y ** n
+            dv = 0.0 * Y if n == 0 else n * Y ** (n - 1)
+            out[0, o] = p * X * v
+            out[1, o] = (m + 2) * p * v / eta
+            out[2, o] = p * X * dv / beta
+        p *= X
+
+
+@_jit
+def press(S: System, i: int, x: float, y: float, force: float, load: Array) -> None:
+    """Add what a force along the normal at a place of scale i does to each power (24,)."""
+    X, Y = x / S.shapes[i, ETA], y / S.shapes[i, BETA]
+    a = force * X * X
+    for m in range(6):
+        o = 4 * m
+        load[o] += a
+        load[o + 1] += a * Y
+        load[o + 2] += a * Y * Y
+        load[o + 3] += a * Y * Y * Y
+        a *= X
+
+
+@_in
+def beside(E: Array, x: float, y: float, z: float) -> Vector:
+    """Return a place of a scale, from its base midpoint at rest, by its attitude (12,)."""
+    r = turn(E, (x, y, z))
+    return r[0] + E[9], r[1] + E[10], r[2] + E[11]

@@ -1,0 +1,222 @@
+"""Scales on a bar, their joints and plates, and what a state of them holds; E = d = 1.
+
+An endless beam is one scale with its own images; a row has N scales, each with unknowns of its own.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.types import Array
+
+ETA, BETA, H, MU, ELASTIC = range(5)
+"""Columns of a scale's shape."""
+PSI, PHI, CHI, EPS = range(4)
+"""Strains of a cell: bend, twist, lateral bend, stretch; those conjugate to them are M, T, B and P."""
+MOTIONS, STRAINS, POWERS = 6, 4, 24
+"""Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
+EE, VF, FV, EF, FE = range(5)
+"""Kinds of contact, see :data:`KINDS`."""
+FIRST, APART, KIND, ONE, OTHER, STUCK, SINCE = range(7)
+"""Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
+the number of the increment since which it is there."""
+
+
+class System(NamedTuple):
+    """N scales and their bar.
+
+    ``shapes`` (N, 5): eta, beta, h, mu, elastic; ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the section;
+    ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates`` (N, 24, 24),
+    compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``: compliance by
+    which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour that is looked at;
+    ``periodic``: the N scales repeat for ever.
+    """
+
+    shapes: Array
+    axes: Array
+    bases: Array
+    K: Array
+    plates: Array
+    free: Array
+    grip: float
+    reach: int
+    periodic: bool
+
+
+class State(NamedTuple):
+    """A state: motions ``q`` (N, 6), ``strains`` (4,), deflections ``b`` (N, 24); of each contact its force ``F`` (C, 3)
+    on the first scale along that one's axes at rest, and its places ``s`` (C, 3).
+    """
+
+    q: Array
+    strains: Array
+    b: Array
+    F: Array
+    s: Array
+
+
+class Past(NamedTuple):
+    """Two states before: ``E`` (2, N, 12) attitudes and places of the scales, ``pairs`` (2, N, reach, 12) of their
+    neighbours, ``b`` (2, N, 24), forces ``F`` (C, 3) at the last one; ``weights`` (3,) of the backward difference.
+    """
+
+    E: Array
+    pairs: Array
+    b: Array
+    F: Array
+    weights: Array
+
+
+@_jit
+def copy(a: Array, b: Array) -> None:
+    """Write an array into another one; an assignment of slices takes long to compile."""
+    x, y = a.ravel(), b.ravel()
+    for i in range(x.size):
+        y[i] = x[i]
+
+
+@_jit
+def copied(a: State, b: State) -> None:
+    """Write a state into another one."""
+    copy(a.q, b.q)
+    copy(a.strains, b.strains)
+    copy(a.b, b.b)
+    copy(a.F, b.F)
+    copy(a.s, b.s)
+
+
+@_in
+def partner(S: System, c: Array) -> int:
+    """Return the number of a contact's other scale."""
+    j: int = c[FIRST] + c[APART]
+    return j % len(S.shapes) if S.periodic else j
+
+
+@_in
+def places_of(kind: int) -> int:
+    """Return how many unknown places a contact of a kind has."""
+    return 3 if kind >= EF else 2
+
+
+@_in
+def lengthwise(edge: int) -> bool:
+    """Say whether an edge runs along the length."""
+    return edge == 1 or edge == 2
+
+
+@_in
+def low(S: System, i: int, edge: int) -> float:
+    """Return the least place on an edge of scale i."""
+    return 0.0 * S.shapes[i, BETA] if lengthwise(edge) else -S.shapes[i, BETA]
+
+
+@_in
+def high(S: System, i: int, edge: int) -> float:
+    """Return the largest place on an edge of scale i."""
+    return S.shapes[i, ETA] if lengthwise(edge) else S.shapes[i, BETA]
+
+
+@_in
+def on_edge(S: System, i: int, edge: int, a: float) -> tuple[float, float]:
+    """Return x and y of a place on an edge of scale i."""
+    if edge == 0:
+        return S.shapes[i, ETA], a
+    if edge == 1:
+        return a, -S.shapes[i, BETA]
+    if edge == 2:
+        return a, S.shapes[i, BETA]
+    return 0.0 * a, a
+
+
+@_in
+def corner(S: System, i: int, v: int) -> tuple[float, float]:
+    """Return x and y of a corner of scale i: C, B at the tip, D, A at the base."""
+    x = S.shapes[i, ETA] if v < 2 else 0.0 * S.shapes[i, ETA]
+    return x, -S.shapes[i, BETA] if v % 2 == 0 else S.shapes[i, BETA]
+
+
+@_in
+def corner_at(edge: int, high_end: bool) -> int:
+    """Return the corner at an end of an edge."""
+    if edge == 0:
+        return 1 if high_end else 0
+    if edge == 1:
+        return 0 if high_end else 2
+    if edge == 2:
+        return 1 if high_end else 3
+    return 3 if high_end else 2
+
+
+@_jit
+def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
+    """Return x, y of a contact on its first scale and on the other one."""
+    i, j, kind = c[FIRST], partner(S, c), c[KIND]
+    if kind == EE:
+        x1, y1 = on_edge(S, i, c[ONE], s[0])
+        x2, y2 = on_edge(S, j, c[OTHER], s[1])
+    elif kind == VF:
+        x1, y1 = corner(S, i, c[ONE])
+        x2, y2 = s[0], s[1]
+    elif kind == FV:
+        x2, y2 = corner(S, j, c[OTHER])
+        x1, y1 = s[0], s[1]
+    elif kind == EF:
+        x1, y1 = on_edge(S, i, c[ONE], s[2])
+        x2, y2 = s[0], s[1]
+    else:
+        x2, y2 = on_edge(S, j, c[OTHER], s[2])
+        x1, y1 = s[0], s[1]
+    return x1, y1, x2, y2
+
+
+@_in
+def unknown(kind: int, one: int, other: int) -> tuple[int, int, int, int]:
+    """Return which unknown place x1, y1, x2, y2 of a contact are; -1 for those that do not change."""
+    if kind == EE:
+        x1, y1 = (0, -1) if lengthwise(one) else (-1, 0)
+        x2, y2 = (1, -1) if lengthwise(other) else (-1, 1)
+        return x1, y1, x2, y2
+    if kind == VF:
+        return -1, -1, 0, 1
+    if kind == FV:
+        return 0, 1, -1, -1
+    if kind == EF:
+        x1, y1 = (2, -1) if lengthwise(one) else (-1, 2)
+        return x1, y1, 0, 1
+    x2, y2 = (2, -1) if lengthwise(other) else (-1, 2)
+    return 0, 1, x2, y2
+
+
+@_jit
+def layout(S: System, con: Array, m: int, at: Array) -> int:
+    """Write the first unknown of each scale, then of each contact, into ``at`` (N + C,); return how many there are.
+
+    A scale's unknowns are followed by those of the contacts of which it is the first; free strains are the last ones.
+    """
+    n, N = 0, len(S.shapes)
+    for i in range(N):
+        at[i] = n
+        n += MOTIONS
+        for c in range(m):
+            if con[c, FIRST] == i:
+                at[N + c] = n
+                n += 3 + places_of(con[c, KIND])
+    for e in range(STRAINS):
+        if S.free[e] > 0:
+            n += 1
+    return n
+
+
+@_jit
+def strain_columns(S: System, n: int) -> tuple[int, int, int, int]:
+    """Return the unknown that each strain is, of n unknowns; -1 where it is imposed."""
+    at, out = n, np.full(STRAINS, -1)
+    for e in range(STRAINS - 1, -1, -1):
+        if S.free[e] > 0:
+            at -= 1
+            out[e] = at
+    return out[0], out[1], out[2], out[3]
