@@ -14,7 +14,7 @@ import numpy as np
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contact.equations import Work
-from squama.contact.geometry import back, lift, turn
+from squama.contact.geometry import back, lift, lifted_by, turn
 from squama.contact.system import (
     APART,
     BETA,
@@ -48,8 +48,8 @@ GAP, AT = 5, 6
 VERTEX = 9
 DIP = 1e-3
 """Depth, in pitches, to which a bent edge may dip into a face beside a place where it touches and is one contact."""
-SAMPLES = 16
-"""Places that are looked at along a bent edge."""
+ALONG, ACROSS = 16, 8
+"""Places that are looked at along a bent edge of the length, and of the width."""
 _PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.13, 6
 
 
@@ -80,7 +80,7 @@ def seen(v: Array, x: float, y: float, z: float) -> Vector:
 @_jit
 def height(S: System, i: int, b: Array, x: float, y: float) -> float:
     """Return the deflection of scale i at a place, 0 of a rigid one."""
-    return lift(S, i, b, x, y)[0] if S.shapes[i, ELASTIC].real > 0 else 0.0 * x
+    return lifted_by(S, i, b, x, y) if S.shapes[i, ELASTIC].real > 0 else 0.0 * x
 
 
 @_jit
@@ -149,12 +149,31 @@ def dip(
 ) -> tuple[float, float, float, float, bool]:
     """Return how a gap rises along an edge at a place: its slope, the place on the face, the gap, whether it is over."""
     x, y = on_edge(S, own, e, a)
-    p, gap = over(S, st, v, own, other, upper, x, y)
-    _, wx, wy = lift(S, own, st.b[own], x, y)
-    _, fx, fy = lift(S, other, st.b[other], p[0], p[1])
+    half, faced = S.shapes[own, H] / 2, S.shapes[other, H] / 2
+    lifted, wx, wy = lift(S, own, st.b[own], x, y)
+    p = seen(v, x, y, lifted + half if upper else lifted - half)
+    face, fx, fy = lift(S, other, st.b[other], p[0], p[1])
+    gap = face - faced - p[2] if upper else p[2] - face - faced
     o, w = (3, wx) if lengthwise(e) else (6, wy)
     rise = v[o + 2] + w * v[11] - fx * (v[o] + w * v[9]) - fy * (v[o + 1] + w * v[10])
     return -rise if upper else rise, p[0], p[1], gap, covers(S, other, p[0], p[1])
+
+
+@_jit
+def clear(S: System, st: State, v: Array, i: int, j: int) -> float:
+    """Return a gap that scale i keeps over all of j's face at least, both as far as they may be bent."""
+    half, det = S.shapes[i, H] / 2, v[3] * v[7] - v[4] * v[6]
+    if abs(det) < 0.05:
+        return -1.0
+    o, h = (v[0] - half * v[9], v[1] - half * v[10], v[2] - half * v[11]), S.shapes[j, H] / 2
+    # the height of its plane over that of j, along x and y of j
+    by_x, by_y = (v[5] * v[7] - v[8] * v[4]) / det, (v[8] * v[3] - v[5] * v[6]) / det
+    base = o[2] - by_x * o[0] - by_y * o[1] - h
+    least = base + min(0.0, by_x * S.shapes[j, ETA]) - abs(by_y) * S.shapes[j, BETA]
+    bends = 0.0
+    for b in range(len(st.b[i])):
+        bends += abs(st.b[i, b]) + abs(st.b[j, b])
+    return least - 2 * bends
 
 
 @_jit
@@ -163,8 +182,10 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
     N = len(S.shapes)
     j, room = (i + k) % N, len(out)
     bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
-    v, u, corners = np.empty(12), np.empty(12), np.empty((4, 3))
+    v, u, corners = W.views[0], W.views[1], W.corners
     view(S, W, i, j, k, False, v)
+    if clear(S, st, v, i, j) > cap:
+        return n
     view(S, W, i, j, k, True, u)
     for c in range(4):
         x, y = corner(S, i, c)
@@ -215,14 +236,15 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
             begin, stop = overhang(S, s, own, other, e, half, most)
             if begin >= stop:
                 continue
-            here, there = max(0, math.floor(begin * SAMPLES)), min(SAMPLES, math.ceil(stop * SAMPLES))
+            many = ALONG if lengthwise(e) else ACROSS
+            here, there = max(0, math.floor(begin * many)), min(many, math.ceil(stop * many))
             before, inside = 0.0, False
             for g in range(here, there + 1):
-                a = a0 + (a1 - a0) * g / SAMPLES
+                a = a0 + (a1 - a0) * g / many
                 slope, x, y, gap, on = dip(S, st, s, own, other, upper == 1, e, a)
                 if on and inside and before < 0.0 <= slope and gap < cap + DIP and n < room:
                     # a minimum between two places: a root of the slope
-                    l, r, sl, sr = a - (a1 - a0) / SAMPLES, a, before, slope
+                    l, r, sl, sr = a - (a1 - a0) / many, a, before, slope
                     for _ in range(_REFINED):
                         a = l - sl * (r - l) / (sr - sl) if sr != sl else (l + r) / 2
                         slope_, x, y, gap, on = dip(S, st, s, own, other, upper == 1, e, a)
@@ -275,10 +297,9 @@ def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
 
 
 @_jit
-def known(S: System, st: State, con: Array, m: int, row: Array) -> bool:
-    """Say whether a vertex is a contact already, or one bent edge's dip beside a contact of it."""
+def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> bool:
+    """Say whether a vertex is a contact already, or one bent edge's dip beside a contact of it; ``c`` is room."""
     kind, one, other = int(row[KIND]), int(row[ONE]), int(row[OTHER])
-    c = np.empty(7, np.int64)
     for a in range(5):
         c[a] = int(row[a])
     x1, y1, x2, y2 = spots(S, c, row[AT:])
@@ -313,6 +334,6 @@ def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, out: 
             if S.periodic or i + k < N:
                 n = vertices(S, st, W, i, k, cap, out, n)
     for a in range(n):
-        if (best < 0 or out[a, GAP] < out[best, GAP]) and not known(S, st, con, m, out[a]):
+        if (best < 0 or out[a, GAP] < out[best, GAP]) and not known(S, st, con, m, out[a], W.vertex):
             best = a
     return best

@@ -33,12 +33,13 @@ def walk(S: System, C: int) -> Walk:
     W = Work(
         np.zeros((N, 12)), np.zeros((N, k, PAIR)), np.zeros((N, 24)), np.zeros((2 * C, 3, 24)),
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7)),
+        np.zeros((2, 12)), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
     )  # fmt: skip
     J = Linear(np.zeros((n, n)), np.zeros(n, np.int64), np.zeros(n), np.zeros(N + C, np.int64), np.zeros(2, np.int64))
     past = Past(np.zeros((2, N, 12)), np.zeros((2, N, k, PLACED)), np.zeros((2, N, 24)), np.zeros((C, 3)), np.zeros(3))
     return Walk(
-        S, W, J, state(N, C), state(N, C), state(N, C), state(N, C), past, np.zeros((C, 7), np.int64),
-        np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4), np.zeros(4, np.int64), np.zeros(8),
+        S, W, J, state(N, C), state(N, C), state(N, C), state(N, C), state(N, C), past, np.zeros((C, 7), np.int64),
+        np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4), np.zeros(4, np.int64), np.zeros(8),
         np.zeros(TALLY), np.zeros(VERTEX),
     )  # fmt: skip
 

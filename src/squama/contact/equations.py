@@ -51,6 +51,7 @@ from squama.contact.system import (
     OTHER,
     POWERS,
     STRAINS,
+    STIFF,
     STUCK,
     VF,
     Past,
@@ -68,8 +69,6 @@ from squama.types import Array
 
 N_, F_, V_, MARGIN, SLOPE1, SLOPE2, TOLD = range(7)
 """What is known of a contact (C, 7): N, friction, slip over the increment, |y| - mu N, slopes of the gap inwards."""
-STIFF = 0.2
-"""Stiffness k, E d, by which slip enters the law of friction; its solutions do not depend on it."""
 _INPUTS, _OUTPUTS = 28, 22
 _I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
 """Local variables of a contact: motions of both scales, strains, places, lifts and slopes of both plates, force."""
@@ -78,7 +77,8 @@ _I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
 class Work(NamedTuple):
     """Room of a path: attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places
     and what they do to their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
-    derivatives (22, 28), and what is known of contacts (C, 7).
+    derivatives (22, 28), what is known of contacts (C, 7); views of a pair (2, 12), its corners (4, 3), a vertex (7,) and
+    the unknowns of a contact's variables and rows (2, 28).
     """
 
     E: Array
@@ -90,6 +90,10 @@ class Work(NamedTuple):
     lifts: Array
     local: Array
     told: Array
+    views: Array
+    corners: Array
+    vertex: Array
+    columns: Array
 
 
 class Meeting(NamedTuple):
@@ -257,6 +261,7 @@ def residual(
         row, o, g = con[c], at[N + c], meet(S, st, con[c], st.s[c], W)
         i, j, kind = row[FIRST], partner(S, row), row[KIND]
         P, F, mu, told = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], W.told[c]
+        k = S.shapes[i, STIFF]
         normal_force = dot(F, g.n)
         f = add(F, -normal_force, g.n)
         A, B = frame(row, g)
@@ -269,13 +274,13 @@ def residual(
                 D2, _, _, _, _ = before(S, row, st.s[c], past, 1)
                 v = add(v, past.weights[2], D2)
             v = add(v, -dot(v, g.n), g.n)
-            y = add(f, -STIFF, v)
+            y = add(f, -k, v)
             reach, most = np.sqrt(dot(y, y)), mu * normal_force if normal_force.real > 0.0 else 0.0 * normal_force
             told[V_], told[MARGIN] = np.sqrt(dot(v, v)), reach - most
             if row[STUCK] > 0:
                 told[MARGIN] = size - most
                 held = add(scaled(-1.0, D1), S.grip, add(f, -1.0, vector(past.F[c], 0)))
-                r[o + 3], r[o + 4] = dot(held, A) * STIFF, dot(held, B) * STIFF
+                r[o + 3], r[o + 4] = k * dot(held, A), k * dot(held, B)
             else:
                 share = most / reach if reach.real > 0.0 else 0.0 * most
                 r[o + 3], r[o + 4] = dot(f, A) - share * dot(y, A), dot(f, B) - share * dot(y, B)
@@ -320,7 +325,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     """
     L, s, g = W.local, st.s[c], meet(S, st, row, st.s[c], W)
     i, j, kind = row[FIRST], partner(S, row), row[KIND]
-    P, F, mu = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU]
+    P, F, mu, k = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], S.shapes[i, STIFF]
     x1, y1, x2, y2 = spots(S, row, s)
     xx1 = xy1 = yy1 = xx2 = xy2 = yy2 = 0.0
     if S.shapes[i, ELASTIC] > 0:
@@ -345,7 +350,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
                 v, a1, b1 = add(v, w2, v2), add(a1, w2, a2), add(b1, w2, b2)
                 c1, d1 = add(c1, w2, c2), add(d1, w2, d2)
             v = add(v, -dot(v, g.n), g.n)
-            y = add(f, -STIFF, v)
+            y = add(f, -k, v)
             reach, most = max(np.sqrt(dot(y, y)), 1e-300), mu * max(N, 0.0)
             hat = scaled(1 / reach, y)
     k1, k2, k3, k4 = unknown(kind, row[ONE], row[OTHER])
@@ -412,9 +417,9 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
         df = add(add(dF, -dN, g.n), -N, dn)
         L[0, v_], L[1, v_], L[2, v_] = add(dr1, -1.0, dp2)
         if rubs and row[STUCK] > 0:
-            dg = scaled(STIFF, add(dv, S.grip, df))
+            dg = scaled(k, add(dv, S.grip, df))
         elif rubs:
-            dy = add(df, -STIFF, dv)
+            dy = add(df, -k, dv)
             rest = add(dy, -dot(hat, dy), hat)
             dg = add(add(df, -mu * dN if N > 0.0 else 0.0, hat), -most / reach, rest)
         else:
@@ -547,7 +552,7 @@ def jacobian(S: System, st: State, past: Past, con: Array, m: int, at: Array, n:
                     if columns[o] >= 0:
                         A[columns[e], columns[o]] += S.K[i, MOTIONS + e, MOTIONS + o]
     bent = lifts(S, st, con, m, at, n, W) if m > 0 else False
-    column, out, rows = np.empty(_INPUTS, np.int64), np.empty(_OUTPUTS), np.empty(_OUTPUTS, np.int64)
+    column, rows = W.columns[0], W.columns[1]
     for c in range(m):
         row, o = con[c], at[N + c]
         i, j, k = row[FIRST], partner(S, row), places_of(row[KIND])

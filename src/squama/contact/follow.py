@@ -14,7 +14,7 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.detection import AT, GAP, VERTEX, deepest, known, seen, vertices, view
+from squama.contact.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
 from squama.contact.equations import (
     F_,
     MARGIN,
@@ -46,7 +46,7 @@ from squama.contact.system import (
     ONE,
     OTHER,
     POWERS,
-    SINCE,
+    ENDED,
     STRAINS,
     STUCK,
     VF,
@@ -76,8 +76,8 @@ PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
 CONTACT, EVENT, LINE = 16, 14, 24
 """Columns of a contact, an event and a row that are written."""
-_TOUCH, _PULL, _PAST = 1e-10, 1e-12, 1e-12
-"""Gap, force and place by which a condition may be missed."""
+_TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
+"""Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
 _LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
@@ -104,9 +104,11 @@ class Walk(NamedTuple):
     new: State
     old: State
     older: State
+    trial: State
     past: Past
     con: Array
     kept: Array
+    stuck: Array
     found: Array
     loads: Array
     count: Array
@@ -161,6 +163,60 @@ def weigh(w: Walk, h: float) -> None:
 
 
 @_jit
+def unfold(w: Walk, st: State) -> bool:
+    """Let the end of an edge with the least gap take over from the edge, which is tangent nowhere; False for none."""
+    prepared(w.S, st, w.con, w.count[0], True, w.W)
+    for c in range(w.count[0]):
+        row = w.con[c]
+        if row[KIND] < EF:
+            continue
+        side = 0 if row[KIND] == EF else 1
+        own = row[ONE] if side == 0 else row[OTHER]
+        n, best = vertices(w.S, st, w.W, row[FIRST], row[APART], 5e-3, w.found, 0), -1
+        for a in range(n):
+            kind = int(w.found[a, KIND])
+            p, q = edges_of(kind, int(w.found[a, ONE]), int(w.found[a, OTHER]), side)
+            if kind < EF and (p == own or q == own) and (best < 0 or w.found[a, GAP] < w.found[best, GAP]):
+                best = a
+        if best >= 0:
+            v = w.found[best]
+            exchange(w, st, c, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], 0.0)
+            w.con[c, ENDED] = 1
+            return True
+    return False
+
+
+@_jit
+def tried(w: Walk, h: float, fresh: bool) -> bool:
+    """Solve for the state after an increment; where Newton's method fails all stick at first, or edges end."""
+    guess(w, h)
+    if solved(w, h, fresh):
+        return True
+    if w.S.shapes[0, MU] > 0.0 and not fresh and w.count[0] > 0:
+        keep_stuck(w, w.con, w.stuck)
+        guess(w, h)
+        for c in range(w.count[0]):
+            w.con[c, STUCK] = 1
+        if solved(w, h, True):
+            return True
+        keep_stuck(w, w.stuck, w.con)
+    for _ in range(2):
+        guess(w, h)
+        if not unfold(w, w.new):
+            return False
+        if solved(w, h, True):
+            return True
+    return False
+
+
+@_jit
+def keep_stuck(w: Walk, a: Array, b: Array) -> None:
+    """Write which contacts of a list stick into another one."""
+    for c in range(w.count[0]):
+        b[c, STUCK] = a[c, STUCK]
+
+
+@_jit
 def solved(w: Walk, h: float, fresh: bool) -> bool:
     """Solve for the state after an increment, by its guess; contacts that are new say themselves whether they stick."""
     weigh(w, h)
@@ -173,7 +229,7 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
     for _ in range(2 * m + 2):
         changed = False
         for c in range(m):
-            if w.con[c, STUCK] > 0 and w.W.told[c, MARGIN] > 0.0:
+            if w.con[c, STUCK] > 0 and w.W.told[c, MARGIN] > _CONE:
                 w.con[c, STUCK], changed = 0, True
         if not changed:
             break
@@ -215,7 +271,7 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or not (S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0):
+    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0):
         return 1e9, -1
     g = meet(S, st, c, st.s[k], w.W)
     n1 = (g.tx1[1] * g.ty1[2] - g.tx1[2] * g.ty1[1], g.tx1[2] * g.ty1[0] - g.tx1[0] * g.ty1[2], g.tx1[0] * g.ty1[1] - g.tx1[1] * g.ty1[0])
@@ -283,7 +339,7 @@ def violated(w: Walk, st: State, look: bool) -> tuple[int, int, float]:
         if mu > 0.0:
             margin = w.W.told[c, MARGIN]
             v = -margin if w.con[c, STUCK] > 0 else margin
-            if v < -1e-12 and v < worst:
+            if v < -_CONE and v < worst:
                 what, which, worst = FLIP, c, v
     if what >= 0 or not look:
         return what, which, worst
@@ -369,7 +425,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
         return False
     for a in range(FIRST, STUCK):
         w.con[m, a] = int(row[a])
-    w.con[m, STUCK] = 1 if w.S.shapes[0, MU] > 0.0 else 0
+    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU] > 0.0 else 0, 0
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
         st.s[m, a] = row[AT + a]
@@ -430,7 +486,7 @@ def succeed(w: Walk, st: State, c: int) -> bool:
     n = vertices(S, st, w.W, row[FIRST], row[APART], 1e-3, w.found, 0)
     best, least, k = -1, 0.1, np.empty(7, np.int64)
     for a in range(n):
-        if known(S, st, w.con, w.count[0], w.found[a]):
+        if known(S, st, w.con, w.count[0], w.found[a], w.W.vertex):
             continue
         for o in range(5):
             k[o] = int(w.found[a, o])
@@ -489,9 +545,15 @@ def restore(w: Walk) -> None:
 def regroup(w: Walk, h: float) -> int:
     """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
     lost = False
+    ends = 0
     for _ in range(_CHANGES):
+        copied(w.new, w.trial)
         if not solved(w, h, True):
-            return NO_EQUILIBRIUM
+            copied(w.trial, w.new)
+            ends += 1
+            if ends > 3 or not unfold(w, w.new):
+                return NO_EQUILIBRIUM
+            continue
         what, c, v = violated(w, w.new, True)
         if what < 0:
             return 0
@@ -574,8 +636,7 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
         if vl > 0.0 and vu < 0.0 and count % 4 != 3:
             x = low_ + (up - low_) * vl / (vl - vu)
             x = min(max(x, low_ + 0.3 * _LOCATED), up - 0.3 * _LOCATED)
-        guess(w, x)
-        if not solved(w, x, fresh):
+        if not tried(w, x, fresh):
             up, vu = x, math.nan
             continue
         w2, c2, v2 = violated(w, w.new, True)
@@ -592,8 +653,7 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2
-    guess(w, up)
-    ok = solved(w, up, fresh)
+    ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, True)
         if w2 >= 0:
@@ -618,11 +678,14 @@ def jump(w: Walk, events: Array, step: float) -> int:
             if way == 1:
                 # from the state without any contact
                 w.count[0], w.J.kept[0] = 0, 0
-            code = regroup(w, h)
-            if code == 0:
+            found = regroup(w, h)
+            code = found if trial == 0 and way == 0 else code
+            if found == 0:
                 after = energy(w, w.new)
-                t[T_POWER] = 0.0
+                rubbed, slid = t[T_RUBBED], t[T_SLID]
                 accept(w, h, True)
+                # what is rubbed in a snap is a part of what it loses
+                t[T_RUBBED], t[T_SLID] = rubbed, slid
                 t[T_LOST] += max(0.0, before - after)
                 tell(w, events, SNAP, 0 if w.count[0] > 0 else -1, before - after)
                 t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
@@ -647,10 +710,11 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     h = min(t[T_H], most)
     h = left / math.ceil(left / h * (1 - 1e-9))
     fresh = t[T_FRESH] < 1 and t[T_ZERO] >= 0
+    for c in range(m):
+        w.con[c, ENDED] = 0
     keep(w)
     while True:
-        guess(w, h)
-        if not solved(w, h, fresh):
+        if not tried(w, h, fresh):
             restore(w)
             h *= _SHRINK
             if h < _LEAST:
@@ -697,7 +761,7 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
     row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now)
     for c in range(min(m, len(contacts))):
         out = contacts[c]
-        for a in range(SINCE):
+        for a in range(ENDED):
             out[a] = w.con[c, a]
         out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
         for a in range(3):

@@ -140,6 +140,16 @@ def lift(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float,
 
 
 @_jit
+def lifted_by(S: System, i: int, b: Array, x: float, y: float) -> float:
+    """Return the deflection alone."""
+    X, Y, w = x / S.shapes[i, ETA], y / S.shapes[i, BETA], 0.0 * x
+    for m in range(5, -1, -1):
+        o = 4 * m
+        w = w * X + b[o] + Y * (b[o + 1] + Y * (b[o + 2] + Y * b[o + 3]))
+    return w * X * X
+
+
+@_jit
 def bow(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float, float]:
     """Return the curvatures w_xx, w_xy, w_yy of a deflection."""
     eta, beta = S.shapes[i, ETA], S.shapes[i, BETA]
@@ -161,13 +171,14 @@ def powers(S: System, i: int, x: float, y: float, out: Array) -> None:
     X, Y = x / eta, y / beta
     p = X
     for m in range(6):
+        v, dv = 1.0 + 0.0 * X, 0.0 * X
         for n in range(4):
             o = 4 * m + n
-            v = 1.0 if n == 0 else Y ** n
-            dv = 0.0 * Y if n == 0 else n * Y ** (n - 1)
             out[0, o] = p * X * v
             out[1, o] = (m + 2) * p * v / eta
             out[2, o] = p * X * dv / beta
+            dv = (n + 1) * v
+            v *= Y
         p *= X
 
 

@@ -13,9 +13,11 @@ from squama.types import Array
 
 TIGHT = 1e-11
 """Error of the unknowns that is left, estimated from the last two corrections."""
-_ROUNDS, _LARGEST, _LOST, _QUICK = 30, 0.4, 3.0, 0.2
+ROUNDED = 1e-8
+"""Corrections, mostly of places where plates are nearly tangent, that may stall at what rounding leaves."""
+_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
 """Iterations; largest correction that is taken, and that is given up at; by how much corrections must fall to keep a
-Jacobian."""
+Jacobian, and not to stall."""
 
 
 class Linear(NamedTuple):
@@ -123,13 +125,13 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
                 return False
             old = np.inf
             continue
-        shift(S, st, con, m, J.at, n, J.r, -min(1.0, _LARGEST / size))
+        shift(S, st, con, m, J.at, n, J.r, -min(1.0, _LARGEST / max(size, 1e-300)))
         rate = min(size / old, 1.0) if old < np.inf else 1.0
-        if size * rate < TIGHT:
+        if size * rate < TIGHT or (size < ROUNDED and rate > _STALLED):
             prepared(S, st, con, m, moved, W)
             residual(S, st, past, con, m, J.at, n, W, J.r, loads)
             return True
-        if size > _QUICK * old or size > _LARGEST:
+        if rate > _QUICK or size > _LARGEST:
             J.kept[0] = 0
         old, fresh = size, False
     J.kept[0] = 0

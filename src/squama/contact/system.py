@@ -7,13 +7,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.types import Array
 
-ETA, BETA, H, MU, ELASTIC = range(5)
+ETA, BETA, H, MU, ELASTIC, STIFF = range(6)
 """Columns of a scale's shape."""
 PSI, PHI, CHI, EPS = range(4)
 """Strains of a cell: bend, twist, lateral bend, stretch; those conjugate to them are M, T, B and P."""
@@ -21,15 +19,16 @@ MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
 EE, VF, FV, EF, FE = range(5)
 """Kinds of contact, see :data:`KINDS`."""
-FIRST, APART, KIND, ONE, OTHER, STUCK, SINCE = range(7)
+FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
 """Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
-the number of the increment since which it is there."""
+whether it stands, for this increment, for an edge that is tangent to the face nowhere any more."""
 
 
 class System(NamedTuple):
     """N scales and their bar.
 
-    ``shapes`` (N, 5): eta, beta, h, mu, elastic; ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the section;
+    ``shapes`` (N, 6): eta, beta, h, mu, elastic, and the stiffness by which slip
+    enters the law of friction, of the order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the section;
     ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates`` (N, 24, 24),
     compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``: compliance by
     which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour that is looked at;
@@ -214,9 +213,16 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
 @_jit
 def strain_columns(S: System, n: int) -> tuple[int, int, int, int]:
     """Return the unknown that each strain is, of n unknowns; -1 where it is imposed."""
-    at, out = n, np.full(STRAINS, -1)
-    for e in range(STRAINS - 1, -1, -1):
-        if S.free[e] > 0:
-            at -= 1
-            out[e] = at
-    return out[0], out[1], out[2], out[3]
+    at, psi, phi, chi, eps = n, -1, -1, -1, -1
+    if S.free[EPS] > 0:
+        at -= 1
+        eps = at
+    if S.free[CHI] > 0:
+        at -= 1
+        chi = at
+    if S.free[PHI] > 0:
+        at -= 1
+        phi = at
+    if S.free[PSI] > 0:
+        psi = at - 1
+    return psi, phi, chi, eps
