@@ -377,6 +377,13 @@ def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
     return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
 
 
+def bent(scale: Scale, rows: Array) -> Array:
+    """Return the largest deflection of the tip's corners over the length (n,), of states."""
+    b = deflections(rows).reshape(len(rows), 6, 4)
+    even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
+    return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
+
+
 def _turns(w: Array) -> Array:
     """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there, by vectors (n, 3)."""
     from scipy.spatial.transform import Rotation
