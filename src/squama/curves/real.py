@@ -1,7 +1,7 @@
 """The real beam in SI units: thick, elastic scales on a joint that gives, by the model of :mod:`squama.real`.
 
 A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
-makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:`squama.contact`).
+makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:`squama.contacts`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.contact import follow, path
+from squama.contacts import follow, path
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
@@ -171,7 +171,7 @@ class Path(NamedTuple):
         return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
     def states(self, twists: Array) -> tuple[Array, path.End]:
-        """Follow the model's path, see :meth:`squama.contact.path.Path.states`."""
+        """Follow the model's path, see :meth:`squama.contacts.path.Path.states`."""
         return self.way.states(twists)
 
 
@@ -256,7 +256,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
 
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:
-    """Return what acts on the embedded part, and strains around it, by :func:`squama.contact.path.motions`; by role."""
+    """Return what acts on the embedded part, and strains around it, by :func:`squama.contacts.path.motions`; by role."""
     force, moment = path.on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch
