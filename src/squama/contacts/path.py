@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contact import entry, follow
-from squama.contact.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
+from squama.contacts import entry, follow
+from squama.contacts.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -47,7 +47,7 @@ EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
-"""Ends in words: those of :mod:`squama.contact.follow` by number, then that of a path on which nothing touches."""
+"""Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
 _SCREW = (0, 1, 2, 3, 4, 5, 7, 6, 8)
 """Rows of a joint's matrix, which has the twist before the bend, in the order of the strains."""
 
@@ -113,7 +113,7 @@ class Answers(NamedTuple):
     """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 14), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contact.follow.write`.
+    all contacts, see :func:`squama.contacts.follow.write`.
     """
 
     contacts: Array
@@ -375,6 +375,13 @@ def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
         return told | dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(b), np.nan))
     stress, places = stresses(scale, bent)
     return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
+
+
+def bent(scale: Scale, rows: Array) -> Array:
+    """Return the largest deflection of the tip's corners over the length (n,), of states."""
+    b = deflections(rows).reshape(len(rows), 6, 4)
+    even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
+    return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
 
 
 def _turns(w: Array) -> Array:

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import kept
-from squama.contact import follow as following
-from squama.contact.detection import VERTEX
-from squama.contact.equations import Work
-from squama.contact.follow import TALLY, Walk
-from squama.contact.geometry import PAIR, PLACED, put
-from squama.contact.newton import Linear
-from squama.contact.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
+from squama.contacts import follow as following
+from squama.contacts.detection import VERTEX
+from squama.contacts.equations import Work
+from squama.contacts.follow import TALLY, Walk
+from squama.contacts.geometry import PAIR, PLACED, put
+from squama.contacts.newton import Linear
+from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
@@ -102,7 +102,7 @@ def _place(a: int) -> int:
 
 
 def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, events, end):
-    """Follow one system, see :func:`squama.contact.follow.follow`; room for C contacts."""
+    """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts."""
     _follow(walk(S, C), ways, corners, most, step, rows, motions, bends, contacts, events, end)
 
 

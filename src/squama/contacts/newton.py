@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contact.equations import Work, jacobian, prepared, residual
-from squama.contact.system import KIND, MOTIONS, STRAINS, Past, State, System, layout, places_of, strain_columns
+from squama.contacts.equations import Work, jacobian, prepared, residual
+from squama.contacts.system import KIND, MOTIONS, STRAINS, Past, State, System, layout, places_of, strain_columns
 from squama.types import Array
 
 TIGHT = 1e-11

@@ -21,7 +21,7 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.geometry import (
+from squama.contacts.geometry import (
     PAIR,
     attitudes,
     back,
@@ -35,7 +35,7 @@ from squama.contact.geometry import (
     turn,
     vector,
 )
-from squama.contact.system import (
+from squama.contacts.system import (
     APART,
     EE,
     EF,

@@ -14,8 +14,8 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
-from squama.contact.equations import (
+from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
+from squama.contacts.equations import (
     F_,
     MARGIN,
     N_,
@@ -26,9 +26,9 @@ from squama.contact.equations import (
     prepared,
     residual,
 )
-from squama.contact.geometry import PAIR, PLACED, back, turn
-from squama.contact.newton import Linear, solve
-from squama.contact.system import (
+from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.newton import Linear, solve
+from squama.contacts.system import (
     APART,
     BETA,
     EE,
