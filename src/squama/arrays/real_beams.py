@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.batch.threads import in_parts
 from squama.beam.parts import PLASTIC
-from squama.contact import path
+from squama.contacts import path
 from squama.errors import refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots

@@ -11,7 +11,7 @@ import numpy as np
 
 from squama.arrays.real_beams import Designs, follow
 from squama.beam.parts import PLASTIC
-from squama.contact import path
+from squama.contacts import path
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots, scaled
 from squama.model.outcome import End
