@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import kept
+from squama.batch.keeping import kept, making
 from squama.contacts import follow as following
 from squama.contacts.detection import VERTEX
 from squama.contacts.equations import Work
@@ -27,13 +27,13 @@ SLIDING = 0.2
 """Stiffness, E d, by which slip enters the law of friction."""
 
 
-@_jit
+@making
 def state(N: int, C: int) -> State:
     """Return a state at rest."""
     return State(np.zeros((N, 6)), np.zeros(4), np.zeros((N, 24)), np.zeros((C, 3)), np.zeros((C, 3)))
 
 
-@_jit
+@making
 def walk(S: System, C: int) -> Walk:
     """Return a path at rest with room for C contacts."""
     N, k = len(S.shapes), S.reach
@@ -69,7 +69,7 @@ class Beams(NamedTuple):
     aside: Array
 
 
-@_jit
+@making
 def system(b: Beams, i: int) -> System:
     """Return one endless beam: a scale and its images."""
     s, K = b.shapes[i], b.K[i]

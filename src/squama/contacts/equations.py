@@ -119,8 +119,8 @@ class Meeting(NamedTuple):
 @_jit
 def clear(a: Array) -> None:
     """Write zeros into an array."""
-    x = a.ravel()
-    for i in range(x.size):
+    x = a.flat
+    for i in range(a.size):
         x[i] = 0.0
 
 

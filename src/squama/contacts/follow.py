@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
@@ -26,7 +25,7 @@ from squama.contacts.equations import (
     prepared,
     residual,
 )
-from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.geometry import PLACED, back, put, vector
 from squama.contacts.newton import Linear, solve
 from squama.contacts.system import (
     APART,
@@ -480,31 +479,24 @@ def leave(w: Walk, st: State, c: int, which: int) -> bool:
 @_jit
 def succeed(w: Walk, st: State, c: int) -> bool:
     """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
-    S, row = w.S, w.con[c].copy()
+    S, row = w.S, w.con[c]
+    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
     x1, y1, x2, y2 = spots(S, row, st.s[c])
-    F = st.F[c].copy()
+    F = vector(st.F[c], 0)
     drop(w, st, c)
-    n = vertices(S, st, w.W, row[FIRST], row[APART], 1e-3, w.found, 0)
-    best, least, k = -1, 0.1, np.empty(7, np.int64)
+    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
+    best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
-        if known(S, st, w.con, w.count[0], w.found[a], w.W.vertex):
-            continue
-        for o in range(5):
-            k[o] = int(w.found[a, o])
-        if k[KIND] == row[KIND] and k[ONE] == row[ONE] and k[OTHER] == row[OTHER]:
+        # what it is gets into k
+        if known(S, st, w.con, w.count[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
             continue
         X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
         if far < least:
             best, least = a, far
-    if best < 0:
+    if best < 0 or not add_contact(w, st, w.found[best]):
         return False
-    vertex = w.found[best].copy()
-    if not add_contact(w, st, vertex):
-        return False
-    m = w.count[0] - 1
-    for a in range(3):
-        st.F[m, a] = F[a]
+    put(F, st.F[w.count[0] - 1], 0)
     return True
 
 
@@ -513,14 +505,11 @@ def energy(w: Walk, st: State) -> float:
     """Return the elastic energy of joints, bar and plates."""
     S, out = w.S, 0.0
     for i in range(len(S.shapes)):
-        z = np.empty(MOTIONS + STRAINS)
-        for a in range(MOTIONS):
-            z[a] = st.q[i, a]
-        for e in range(STRAINS):
-            z[MOTIONS + e] = st.strains[e]
+        K, q, e = S.K[i], st.q[i], st.strains
         for a in range(MOTIONS + STRAINS):
+            z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
-                out += z[a] * S.K[i, a, b] * z[b] / 2
+                out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
         if S.shapes[i, ELASTIC] > 0:
             for a in range(POWERS):
                 out += st.b[i, a] * w.W.load[i, a] / 2
