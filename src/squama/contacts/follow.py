@@ -21,12 +21,13 @@ from squama.contacts.equations import (
     V_,
     Work,
     along_edges,
+    jacobian,
     meet,
     prepared,
     residual,
 )
-from squama.contacts.geometry import PLACED, back, put, vector
-from squama.contacts.newton import Linear, solve
+from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.newton import Linear, factor, solve
 from squama.contacts.system import (
     APART,
     BETA,
@@ -83,17 +84,24 @@ _LOCATED = 1e-10
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
 _LEAST, _SHRINK, _EVENTS, _CHANGES = 1e-8, 0.35, 400, 24
-T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO = range(18)
-TALLY = 18
+T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO, T_NOTED = range(19)
+TALLY = 19
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip; rates of both works at the last two states; the load where a
-contact last began to slide; way since which the contacts are these; increments; events; events without an increment."""
+contact last began to slide; way since which the contacts are these; increments; events; events without an increment; where the last
+increment is noted, 0 for nowhere."""
+NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
+NOTED = NOTED_VERTEX + VERTEX
+"""What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
+contacts and unknowns; the vertex that came in."""
+NOTHING, LOST = -1, 5
+"""What ends an increment beside the violations: nothing, and a snap."""
 
 
 class Walk(NamedTuple):
     """A path on its way: what it follows, three states, contacts now and (``kept``) before a trial, and counters.
 
-    ``loads`` (4,) are M, T, B, P; ``count`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and
+    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``count`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and
     their rates; ``slope`` of the states' unknowns over the last increment.
     """
 
@@ -115,6 +123,7 @@ class Walk(NamedTuple):
     leg: Array
     tally: Array
     best: Array
+    notes: Array
 
 
 @_jit
@@ -130,10 +139,10 @@ def guess(w: Walk, h: float) -> None:
     """Write a guess of the state after an increment: as the last ones went on."""
     t, a, b, c, n = w.tally, w.now, w.old, w.older, w.new
     copied(a, n)
-    if t[T_FRESH] >= 1:
+    if t[T_FRESH].real >= 1:
         x = h / t[T_SIZE]
         y = 0.0
-        if t[T_FRESH] >= 2:
+        if t[T_FRESH].real >= 2:
             y = h * (h + t[T_SIZE]) / (t[T_SIZE] + t[T_BEFORE])
         for i in range(len(a.q)):
             for o in range(MOTIONS):
@@ -157,7 +166,7 @@ def weigh(w: Walk, h: float) -> None:
     """Write the weights of the backward difference over an increment."""
     t, weights = w.tally, w.past.weights
     weights[0], weights[1], weights[2] = 1.0, -1.0, 0.0
-    if t[T_FRESH] >= 1:
+    if t[T_FRESH].real >= 1:
         r = h / t[T_SIZE]
         weights[0], weights[1], weights[2] = (1 + 2 * r) / (1 + r), -(1 + r), r * r / (1 + r)
 
@@ -246,19 +255,19 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     By twos the ends of its first place, of its second one, and of an edge that lies along a face.
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
-    least, which = 1e9, 0
+    least, which = 1e9 + 0.0 * s[0], 0
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
     else:
         face = j if kind == VF or kind == EF else i
-        l0, h0, l1, h1 = 0.0, S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
+        l0, h0, l1, h1 = 0.0 * S.shapes[face, ETA], S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
     for a, v in enumerate((s[0] - l0, h0 - s[0], s[1] - l1, h1 - s[1])):
-        if v < least:
+        if v.real < least.real:
             least, which = v, a
     if kind >= EF:
         own, e = (i, c[ONE]) if kind == EF else (j, c[OTHER])
         for a, v in enumerate((s[2] - low(S, own, e), high(S, own, e) - s[2])):
-            if v < least:
+            if v.real < least.real:
                 least, which = v, 4 + a
     return least, which
 
@@ -271,8 +280,8 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0):
-        return 1e9, -1
+    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
+        return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
     n1 = (g.tx1[1] * g.ty1[2] - g.tx1[2] * g.ty1[1], g.tx1[2] * g.ty1[0] - g.tx1[0] * g.ty1[2], g.tx1[0] * g.ty1[1] - g.tx1[1] * g.ty1[0])
     n2 = (g.tx2[1] * g.ty2[2] - g.tx2[2] * g.ty2[1], g.tx2[2] * g.ty2[0] - g.tx2[0] * g.ty2[2], g.tx2[0] * g.ty2[1] - g.tx2[1] * g.ty2[0])
@@ -281,11 +290,11 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
         t1, t2 = along_edges(c, g)
         inner = back(E2, back(P, t1))
         v = inner[1] if lengthwise(c[OTHER]) else inner[0]
-        first = dot(t1, n2) * (1.0 if v > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
+        first = dot(t1, n2) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
         inner = back(E1, t2)
         v = inner[1] if lengthwise(c[ONE]) else inner[0]
-        second = -dot(t2, n1) * (1.0 if v > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
-        return (first, c[ONE]) if first <= second else (second, 4 + c[OTHER])
+        second = -dot(t2, n1) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
+        return (first, c[ONE]) if first.real <= second.real else (second, 4 + c[OTHER])
     v = c[ONE] if kind == VF else c[OTHER]
     sy, sx = (1.0 if v % 2 == 0 else -1.0), (-1.0 if v < 2 else 1.0)
     if kind == VF:
@@ -294,21 +303,27 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
         a, b = -sy * dot(g.ty2, n1), -sx * dot(g.tx2, n1)
     end, side = (0 if v < 2 else 3), (1 if v % 2 == 0 else 2)
     o = 0 if kind == VF else 4
-    return (a, o + end) if a <= b else (b, o + side)
+    return (a, o + end) if a.real <= b.real else (b, o + side)
 
 
 @_jit
-def value(w: Walk, st: State, what: int, c: int) -> float:
-    """Return a condition's value at a state that was just solved for; below 0 it is violated."""
+def condition(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of a contact's condition at a state that was just solved for; below 0 it is violated."""
     if what == PULL:
         return w.W.told[c, N_]
     if what == OFF:
         return beyond(w.S, st, w.con[c], c)[0]
     if what == SLOPE:
         return dips(w, st, c)[0]
-    if what == FLIP:
-        margin: float = w.W.told[c, MARGIN]
-        return -margin if w.con[c, STUCK] > 0 else margin
+    margin: float = w.W.told[c, MARGIN]
+    return -margin if w.con[c, STUCK] > 0 else margin
+
+
+@_jit
+def value(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
+    if what != MEET:
+        return condition(w, st, what, c)
     # a vertex of the overlap, if it is there
     n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
     for a in range(n):
@@ -362,12 +377,12 @@ def accept(w: Walk, h: float, event: bool) -> None:
     for e in range(STRAINS):
         if not S.free[e] > 0:
             load += w.loads[e] * w.leg[4 + e]
-    share = h / t[T_SIZE] if t[T_FRESH] >= 1 else 0.0
-    first = t[T_POWER] if t[T_FRESH] >= 1 else power
+    share = h / t[T_SIZE] if t[T_FRESH].real >= 1 else 0.0 * h
+    first = t[T_POWER] if t[T_FRESH].real >= 1 else power
     t[T_RUBBED] += h * mean(t[T_POWER2], first, power, share)
-    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH] >= 1 else h * (t[T_LOAD] + load) / 2
+    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH].real >= 1 else h * (t[T_LOAD] + load) / 2
     t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
-    if t[T_FRESH] < 1:
+    if t[T_FRESH].real < 1:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
     if w.count[0] > 0 and w.con[0, STUCK] == 0:
@@ -380,6 +395,59 @@ def accept(w: Walk, h: float, event: bool) -> None:
     t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
     t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
     t[T_COUNT] += 1
+
+
+@_jit
+def note(w: Walk, h: float) -> None:
+    """Note the increment just solved for, where there is room, so that it can be followed once more.
+
+    ``notes`` begin with the number of all that are written, below 0 where the room did not suffice. Then follow of each
+    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), row
+    exchanges (n,) and factors (n, n) of its Jacobian.
+    """
+    notes, S, st, m = w.notes, w.S, w.new, w.count[0]
+    w.tally[T_NOTED] = 0.0
+    if notes.size == 0 or notes[0] < 0:
+        return
+    n = layout(S, w.con, m, w.J.at)
+    at = int(max(notes[0], 1.0))
+    a = at + NOTED
+    end = a + m * (w.con.shape[1] + 6) + st.q.size + STRAINS + n + n * n
+    if end > notes.size:
+        notes[0] = -float(at)
+        return
+    notes[at + NOTED_H], notes[at + NOTED_WHAT], notes[at + NOTED_M], notes[at + NOTED_N] = h, NOTHING, m, n
+    a = put_down(w.con, m, notes, a)
+    a = put_down(st.q, len(st.q), notes, a)
+    for e in range(STRAINS):
+        notes[a + e] = st.strains[e]
+    a = put_down(st.F, m, notes, a + STRAINS)
+    a = put_down(st.s, m, notes, a)
+    A, order = notes[a + n : end].reshape((n, n)), np.empty(n, np.int64)
+    jacobian(S, st, w.past, w.con, m, w.J.at, n, w.W, A)
+    if not factor(A, order, n):
+        notes[at + NOTED_WHAT] = LOST
+    copy(order, notes[a : a + n])
+    notes[0], w.tally[T_NOTED] = end, at
+
+
+@_jit
+def put_down(a: Array, m: int, notes: Array, at: int) -> int:
+    """Write the first m rows of an array into the notes; return where they end."""
+    for i in range(m):
+        for b in range(a.shape[1]):
+            notes[at] = a[i, b]
+            at += 1
+    return at
+
+
+@_jit
+def remark(w: Walk, what: int, c: int) -> None:
+    """Note what ended the increment that was noted last."""
+    at = int(w.tally[T_NOTED].real)
+    if at > 0:
+        w.notes[at + NOTED_WHAT], w.notes[at + NOTED_WHICH] = what, c
+        copy(w.best, w.notes[at + NOTED_VERTEX : at + NOTED])
 
 
 @_jit
@@ -425,7 +493,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
         return False
     for a in range(FIRST, STUCK):
         w.con[m, a] = int(row[a])
-    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU] > 0.0 else 0, 0
+    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
         st.s[m, a] = row[AT + a]
@@ -503,14 +571,14 @@ def succeed(w: Walk, st: State, c: int) -> bool:
 @_jit
 def energy(w: Walk, st: State) -> float:
     """Return the elastic energy of joints, bar and plates."""
-    S, out = w.S, 0.0
+    S, out = w.S, 0.0 * w.S.K[0, 0, 0]
     for i in range(len(S.shapes)):
         K, q, e = S.K[i], st.q[i], st.strains
         for a in range(MOTIONS + STRAINS):
             z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
                 out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
-        if S.shapes[i, ELASTIC] > 0:
+        if S.shapes[i, ELASTIC].real > 0:
             for a in range(POWERS):
                 out += st.b[i, a] * w.W.load[i, a] / 2
     return out
@@ -568,7 +636,7 @@ def regroup(w: Walk, h: float) -> int:
 @_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
     """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, and its places."""
-    n = int(w.tally[T_EVENTS])
+    n = int(w.tally[T_EVENTS].real)
     if n < len(events):
         row = events[n]
         row[0], row[1] = kind, w.tally[T_WAY]
@@ -586,6 +654,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
 def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
     """Change the contacts at an event, at the last state; False where the path does not go on continuously."""
     t = w.tally
+    remark(w, what, c)
     if what == PULL:
         tell(w, events, OPEN, c, 0.0)
         drop(w, w.now, c)
@@ -679,6 +748,8 @@ def jump(w: Walk, events: Array, step: float) -> int:
             if found == 0:
                 after = energy(w, w.new)
                 rubbed, slid = t[T_RUBBED], t[T_SLID]
+                note(w, h)
+                remark(w, LOST, -1)
                 accept(w, h, True)
                 # what is rubbed in a snap is a part of what it loses
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
@@ -718,6 +789,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             continue
         what, c, v = violated(w, w.new, True)
         if what < 0:
+            note(w, h)
             accept(w, h, False)
             t[T_H], t[T_ZERO] = min(most, 2 * h), 0.0
             return 0
@@ -731,6 +803,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         break
     if what == MEET and v < -0.3 * w.S.shapes[0, H] - 5e-3 and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
+    note(w, where)
     accept(w, where, True)
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
@@ -780,7 +853,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     went = 0.0
     for e in range(STRAINS):
         went += leg[4 + e] ** 2
-    straight = i > 0 and turns > (1 - 1e-9) * math.sqrt(size * went)
+    straight = i > 0 and turns.real > (1 - 1e-9) * math.sqrt(size.real * went.real)
     load = 0.0
     for e in range(STRAINS):
         before = corners[i - 1, e] if i > 0 else 0.0
@@ -791,7 +864,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     if not straight:
         t[T_FRESH], t[T_ONSET], t[T_LOAD], t[T_POWER] = 0.0, load, load, 0.0
         t[T_H] = step if w.count[0] == 0 else step * _GENTLE
-        if w.S.shapes[0, MU] > 0.0:
+        if w.S.shapes[0, MU].real > 0.0:
             for c in range(w.count[0]):
                 w.con[c, STUCK] = 1
         w.J.kept[0] = 0
