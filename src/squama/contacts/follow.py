@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 
-from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
 from squama.contacts.equations import (
@@ -26,7 +27,7 @@ from squama.contacts.equations import (
     prepared,
     residual,
 )
-from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.geometry import PLACED, back, put, vector
 from squama.contacts.newton import Linear, factor, solve
 from squama.contacts.system import (
     APART,
@@ -397,7 +398,7 @@ def accept(w: Walk, h: float, event: bool) -> None:
     t[T_COUNT] += 1
 
 
-@_jit
+@making
 def note(w: Walk, h: float) -> None:
     """Note the increment just solved for, where there is room, so that it can be followed once more.
 
