@@ -58,8 +58,9 @@ class Response(NamedTuple):
 
     ``phi_e`` twist per pitch at engagement (inf where nothing touches), ``phi_end`` where the curve ends and ``end``
     why, in the words of :class:`squama.End`: range end, no engagement, no equilibrium, side entry, touching at rest.
-    A second contact, another pair of edges or a snap ends no curve. ``in_range``: whether the law of the joint knows the design; figures of the
-    others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without contact) over E d^3.
+    A second contact, another pair of edges or a snap ends no curve. ``in_range``: whether the law of the joint knows
+    the design; figures of the others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without
+    contact) over E d^3.
 
     At the twists (...): ``torque`` over E d^3, the bar's included; ``stiffness_ratio`` its slope between the twists
     over the rigidity; ``N``, ``f`` forces of a cell's contacts over E d^2; ``W_fr``, ``W_snap``, ``W`` frictional work,
@@ -169,9 +170,9 @@ def follow(
     """Follow beams along twists, rising, (m,) for all or (n, m); what :func:`response` returns, nothing checked.
 
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
-    is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken at some of
-    the twists, ``stressed``. ``stretch``: "free" without axial force, "held" where the length is held, joints
-    (i, 9, 9); empty where joints (i, 7, 7) know none. ``held`` (n,): bends per pitch in which the beams are held;
+    is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken
+    at some of the twists, ``stressed``. ``stretch``: "free" without axial force, "held" where the length is held,
+    joints (i, 9, 9); empty where joints (i, 7, 7) know none. ``held`` (n,): bends per pitch in which they are held;
     twists are above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come
     while a beam is bent. With ``load`` "bending" beams are bent alone, joints as well: twists are bends then, torques
     moments, the rigidity that of bending.
@@ -200,7 +201,7 @@ def follow(
             elif held is not None:
                 found = path.held_bent(beams, held[at], at_all[at], upto[at])
             elif copies:
-                found = path.moved(beams, at_all[at], copies, most=upto[at[::copies]])
+                found = path.moved(beams, at_all[at], copies, most=upto[at])
             else:
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
