@@ -22,12 +22,14 @@ from squama.contact.equations import (
     V_,
     Work,
     along_edges,
+    inclination,
     meet,
     prepared,
     residual,
 )
 from squama.contact.geometry import PAIR, PLACED, back, turn
-from squama.contact.newton import Linear, solve
+from squama.contact.linear import Linear
+from squama.contact.newton import solve
 from squama.contact.system import (
     APART,
     BETA,
@@ -41,6 +43,7 @@ from squama.contact.system import (
     FV,
     H,
     KIND,
+    LIES,
     MOTIONS,
     MU,
     ONE,
@@ -168,7 +171,7 @@ def unfold(w: Walk, st: State) -> bool:
     prepared(w.S, st, w.con, w.count[0], True, w.W)
     for c in range(w.count[0]):
         row = w.con[c]
-        if row[KIND] < EF:
+        if row[KIND] != EF and row[KIND] != FE:
             continue
         side = 0 if row[KIND] == EF else 1
         own = row[ONE] if side == 0 else row[OTHER]
@@ -247,6 +250,8 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
     least, which = 1e9, 0
+    if kind == LIES:
+        return least, which
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
     else:
@@ -309,6 +314,8 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
     if what == FLIP:
         margin: float = w.W.told[c, MARGIN]
         return -margin if w.con[c, STUCK] > 0 else margin
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W)
     # a vertex of the overlap, if it is there
     n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
     for a in range(n):
@@ -347,7 +354,38 @@ def violated(w: Walk, st: State, look: bool) -> tuple[int, int, float]:
     if a >= 0:
         copy(w.found[a], w.best)
         return MEET, -1, w.found[a, GAP]
-    return -1, -1, 0.0
+    return lain(w)
+
+
+@_jit
+def lain(w: Walk) -> tuple[int, int, float]:
+    """Return as :func:`violated` a scale that would be turned into the substrate, the farthest of them."""
+    worst, which = -_TOUCH, -1
+    for i in range(len(w.S.rests)):
+        theta = inclination(w.S, i, w.W)
+        if theta < worst and not lying(w, i):
+            worst, which = theta, i
+    if which < 0:
+        return -1, -1, 0.0
+    for a in range(VERTEX):
+        w.best[a] = 0.0
+    w.best[FIRST], w.best[KIND], w.best[GAP] = which, LIES, worst
+    return MEET, -1, worst
+
+
+@_jit
+def lying(w: Walk, i: int) -> bool:
+    """Say whether a scale lies on the substrate."""
+    for c in range(w.count[0]):
+        if w.con[c, KIND] == LIES and w.con[c, FIRST] == i:
+            return True
+    return False
+
+
+@_jit
+def sideways(w: Walk, gap: float) -> bool:
+    """Say whether a vertex that was just found is as deep as only one that came in from the side."""
+    return w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3
 
 
 @_jit
@@ -568,7 +606,7 @@ def regroup(w: Walk, h: float) -> int:
             if not leave(w, w.new, c, beyond(w.S, w.new, w.con[c], c)[1]):
                 succeed(w, w.new, c)
         else:
-            if v < -0.3 * w.S.shapes[0, H] - 5e-3:
+            if sideways(w, v):
                 return SIDE_ENTRY
             if not add_contact(w, w.new, w.best):
                 return MANY
@@ -733,7 +771,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
                 return jump(w, events, step)
             continue
         break
-    if what == MEET and v < -0.3 * w.S.shapes[0, H] - 5e-3 and w.best[GAP] < -1e-3:
+    if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
     accept(w, where, True)
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
@@ -753,6 +791,8 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
         row[1 + e], row[5 + e] = w.now.strains[e], w.loads[e]
     m, mode, N, f = w.count[0], 0, 0.0, 0.0
     for c in range(m):
+        if w.con[c, KIND] == LIES:
+            continue
         N += w.W.told[c, N_]
         f += w.W.told[c, F_]
         if c == 0 or w.con[c, STUCK] == 0:
@@ -763,7 +803,8 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
         out = contacts[c]
         for a in range(ENDED):
             out[a] = w.con[c, a]
-        out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
+        if w.con[c, KIND] != LIES:
+            out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
         for a in range(3):
             out[10 + a] = w.now.F[c, a]
         out[13], out[14], out[15] = w.W.told[c, N_], w.W.told[c, F_], w.now.s[c, 2]
