@@ -23,7 +23,8 @@ class End(StrEnum):
     RANGE = "range end"
     NONE = "no engagement"
     SNAP = "snap"
-    STOPPED = "stopped"
+    STOPPED = "no equilibrium"
+    SIDE = "side entry"
     TOUCHING = "touching at rest"
 
     @property
@@ -32,7 +33,7 @@ class End(StrEnum):
         return self in (End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC)
 
 
-CODES = (*(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED)), End.LINE)
+CODES = (*(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED, End.SIDE)), End.LINE)
 """Ends of one contact in the order of their integer codes (position = code); the others need general contact."""
 
 SENTENCES: dict[End, str] = {
@@ -47,6 +48,7 @@ SENTENCES: dict[End, str] = {
     End.RANGE: "the asked range ends (or half a turn of scale or beam is reached) before any lock",
     End.SNAP: "the contact slips off a corner or opens and the scales jump to another state; the curve ends there",
     End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock or jump",
+    End.SIDE: "a plate comes to lie beside another one's edge, face against thickness; the model ends there",
     End.TOUCHING: "the scales are thicker than the gap between them: they touch before anything is loaded",
     End.NONE: "the tip edge of a scale never rests on a side edge of a neighbour in this sense of loading",
 }

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contact.equations import Work, jacobian, prepared, residual
-from squama.contact.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
-from squama.contact.system import KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
+from squama.contacts.equations import Work, jacobian, prepared, residual
+from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
+from squama.contacts.system import KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
 from squama.types import Array
 
 TIGHT = 1e-11

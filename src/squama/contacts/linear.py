@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.system import STRAINS, System, layout
+from squama.contacts.system import STRAINS, System, layout
 from squama.types import Array
 
 SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE = range(6)

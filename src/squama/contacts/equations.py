@@ -23,7 +23,7 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.geometry import (
+from squama.contacts.geometry import (
     PAIR,
     attitudes,
     back,
@@ -37,8 +37,8 @@ from squama.contact.geometry import (
     turn,
     vector,
 )
-from squama.contact.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
-from squama.contact.system import (
+from squama.contacts.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
+from squama.contacts.system import (
     APART,
     EE,
     EF,

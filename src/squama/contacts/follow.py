@@ -14,8 +14,8 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
-from squama.contact.equations import (
+from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
+from squama.contacts.equations import (
     F_,
     MARGIN,
     N_,
@@ -27,10 +27,10 @@ from squama.contact.equations import (
     prepared,
     residual,
 )
-from squama.contact.geometry import PAIR, PLACED, back, turn
-from squama.contact.linear import Linear
-from squama.contact.newton import solve
-from squama.contact.system import (
+from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.linear import Linear
+from squama.contacts.newton import solve
+from squama.contacts.system import (
     APART,
     BETA,
     EE,
@@ -48,6 +48,7 @@ from squama.contact.system import (
     MU,
     ONE,
     OTHER,
+    PHI,
     POWERS,
     ENDED,
     STRAINS,
@@ -77,7 +78,7 @@ ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
-CONTACT, EVENT, LINE = 16, 14, 24
+CONTACT, EVENT, LINE = 16, 17, 21
 """Columns of a contact, an event and a row that are written."""
 _TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
 """Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
@@ -615,7 +616,7 @@ def regroup(w: Walk, h: float) -> int:
 
 @_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
-    """Write an event: kind, way, strains, load, the contact's features, energy lost."""
+    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, and its places."""
     n = int(w.tally[T_EVENTS])
     if n < len(events):
         row = events[n]
@@ -625,6 +626,8 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         for a in range(FIRST, STUCK):
             row[6 + a] = w.con[c, a] if c >= 0 else -1
         row[11], row[12], row[13] = w.loads[1], lost, w.count[0]
+        for a in range(3):
+            row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
         w.tally[T_EVENTS] += 1
 
 
@@ -691,6 +694,10 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2
+    if what == MEET and vl > 0.0 and vu < 0.0:
+        # to the last digits: where a beam engages is told
+        up = low_ + (up - low_) * vl / (vl - vu)
+        return (up if tried(w, up, fresh) else -1.0), what, c
     ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, True)
@@ -784,7 +791,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
 
 @_jit
 def write(w: Walk, row: Array, contacts: Array) -> None:
-    """Write the last state: way, strains, loads, works, contacts."""
+    """Write the last state: way, strains, loads, works, contacts and what is told of them, energy, work per way."""
     t, S = w.tally, w.S
     row[0] = t[T_WAY]
     for e in range(STRAINS):
@@ -799,6 +806,7 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
             mode = 2 if w.con[c, STUCK] > 0 else 1
     row[9], row[10], row[11], row[12], row[13], row[14], row[15] = t[T_WORK], t[T_RUBBED], t[T_LOST], m, mode, N, f
     row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now)
+    row[20] = t[T_LOAD]
     for c in range(min(m, len(contacts))):
         out = contacts[c]
         for a in range(ENDED):
@@ -843,13 +851,15 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
 
 @_jit
 def follow(
-    w: Walk, ways: Array, corners: Array, step: float, rows: Array, motions: Array, bends: Array, contacts: Array,
-    events: Array, end: Array,
+    w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
+    contacts: Array, events: Array, end: Array,
 ) -> None:  # fmt: skip
     """Follow a beam from rest along straight legs to corners (n, 4) in the strains, at rising ways (n,).
 
-    Written are ``rows`` (n, 24), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
-    (E, 14), and ``end`` (4,): why, way, events, rows.
+    Where nothing touches up to there, that is looked for straight on to the way ``most``.
+
+    Written are ``rows`` (n, 21), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
+    (E, 17), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
     t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step
@@ -880,4 +890,11 @@ def follow(
             copy(w.now.q, motions[i])
             copy(w.now.b, bends[i])
             done += 1
-    end[0], end[1], end[2], end[3] = code, t[T_WAY], t[T_EVENTS], done
+    end[0], end[1] = code, t[T_WAY]
+    while code == RANGE and t[T_EVENTS] == 0 and t[T_WAY] < most - 1e-13:
+        if len(ways) == 0 and t[T_WAY] == 0.0:
+            # twisted alone
+            w.leg[4 + PHI] = 1.0
+        if advance(w, most, step, events) != RANGE:
+            break
+    end[2], end[3] = t[T_EVENTS], done

@@ -1,0 +1,419 @@
+"""Many endless beams on load paths by the one contact solver: what touches first, states, figures of the plates; E = d = 1.
+
+Twists are magnitudes: the other sense is the mirror image, alpha -> -alpha.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import tell
+from squama.contacts import entry, follow
+from squama.contacts.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
+from squama.joints.factor import MIRROR
+from squama.model import elastic_plate as plate
+from squama.model.outcome import End as Outcome
+from squama.types import Array
+
+RANGE = 0.3
+"""Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
+STEP = 4e-3
+"""Largest increment, rad per pitch; a quarter of it changes a torque by some 1e-5."""
+ROOM, EVENTS = 8, 64
+"""Contacts at once, and events of a path, that are told."""
+THIN = 0.1
+"""Deflection over the length from which on a plate is bent beyond what the model of small deflections bears."""
+FREE, SLIP, STICK = range(3)
+"""Modes."""
+FACE, CORNERS = 4, 5
+"""Numbers of a face, and of the first of the corners C, B (tip), D, A (base), after those of the edges."""
+COLUMNS = (
+    "phi", "T", "N", "f", "x", "y", "W_fr", "W", "mode", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "T_slip", "slip",
+    "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W_snap", "contacts", "first", "second", "k", "along",
+    "since", "energy", "F_x", "F_y", "F_z",
+)  # fmt: skip
+"""What is written of each point: ``phi`` the way along the path (the twist of a beam that is only twisted), ``T`` the
+work per way; sums of N and friction over the contacts; of the first contact its places ``x``, ``y``, ``along`` and what
+meets (-1: nothing), and its force on the first scale along that one's axes at rest; ``T_slip``: T where a contact last
+began to slide, or the path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at
+which the contacts last changed."""
+_GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
+"""Where stresses are looked for: shares of length and half width."""
+_CURVED = plate.curvatures(*_GRID.T)
+EDGES = ("tip edge", "side edge", "side edge", "base edge")
+FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
+"""What may meet, by number."""
+WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
+"""Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
+_SCREW = (0, 1, 2, 3, 4, 5, 7, 6, 8)
+"""Rows of a joint's matrix, which has the twist before the bend, in the order of the strains."""
+
+
+class Scale(NamedTuple):
+    """A scale: lengths in pitches, angles in rad; ``D`` bending stiffness (E d^3, inf for rigid), Poisson's ratio.
+
+    Floats, or arrays (n,) of many scales.
+    """
+
+    eta: Any
+    beta: Any
+    lam: Any
+    alpha: Any
+    theta0: Any
+    h: Any
+    D: Any = math.inf
+    nu: Any = 0.3
+
+    @property
+    def elastic(self) -> Any:
+        """Whether it bends, or which of them do."""
+        return np.isfinite(self.D)
+
+
+class Contact(NamedTuple):
+    """What touches first: edges of scale 1 and of 1 + k, twist and places; ``first`` is -1 where nothing does, -2 where plates touch at rest."""
+
+    first: int
+    second: int
+    k: int
+    phi: float
+    x: float
+    y: float
+
+    @property
+    def words(self) -> str:
+        """The pair in words."""
+        return words(self.first, self.second, self.k)
+
+
+def words(first: int, second: int, k: int) -> str:
+    """Return what meets in words."""
+    return "" if first < 0 else f"{FEATURES[first]} on {FEATURES[second]} (k = {k})"
+
+
+def features(kind: Array, one: Array, other: Array) -> tuple[Array, Array]:
+    """Return the features that meet, by number, of contacts of a kind and of their edges or corners."""
+    one, other = np.where(kind == VF, CORNERS + one, one), np.where(kind == FV, CORNERS + other, other)
+    first = np.where((kind == FV) | (kind == FE), FACE, one)
+    return first, np.where((kind == VF) | (kind == EF), FACE, other)
+
+
+class End(NamedTuple):
+    """How a path ended: number, way, and how many targets were reached."""
+
+    code: int
+    phi: float
+    solved: int
+
+
+class Answers(NamedTuple):
+    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 14), ends (n, 4).
+
+    Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
+    all contacts, see :func:`squama.contacts.follow.write`.
+    """
+
+    contacts: Array
+    rows: Array
+    events: Array
+    ends: Array
+    touches: Array
+
+    def contact(self, i: int = 0) -> Contact:
+        """Return what touches first of one beam."""
+        return Contact(*(int(v) for v in self.contacts[i, :3]), *self.contacts[i, 3:].tolist())
+
+    def end(self, i: int = 0) -> End:
+        """Return how the path of one beam ends."""
+        code, phi, _, solved = self.ends[i].tolist()
+        return End(int(code), phi, int(solved))
+
+
+def beams(
+    scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "", aside: Array | float = 1.0
+) -> entry.Beams:
+    """Return beams for the compiled model.
+
+    Parameters
+    ----------
+    scale
+        Arrays (n,) in place of floats.
+    K
+        Matrices (n, 7, 7) or (n, 9, 9); of these the part that neither bends nor stretches unless ``stretch`` is given.
+    mu
+        Coefficients of friction (n,).
+    sense
+        -1 for the mirror image.
+    stretch
+        "free" where there is no axial force, "held" where the length is held; K (n, 9, 9). Without it the length is
+        held and K may be (n, 7, 7).
+    aside
+        Stiffness of the bar against lateral bend over that against bend (n,).
+    """
+    motions = 9 if stretch else 7
+    signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
+    alpha, theta0 = sense * scale.alpha, scale.theta0
+    shapes = np.column_stack([
+        scale.eta, scale.beta, scale.lam, np.sin(alpha), np.cos(alpha), np.sin(theta0), np.cos(theta0), scale.h, mu,
+    ])  # fmt: skip
+    elastic, n = np.isfinite(scale.D), len(K)
+    plates = np.zeros((n, 24, 24), shapes.dtype)
+    if elastic.any():
+        made = plate.compliances(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
+        plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
+    free = np.zeros((n, STRAINS))
+    free[:, EPS] = stretch == "free"
+    K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
+    return entry.Beams(shapes, K, elastic, plates, free, np.broadcast_to(np.asarray(aside, float), n).copy())
+
+
+def follow_all(
+    beams: entry.Beams, targets: Array, *, most: float | Array | None = None, step: float = STEP,
+    corners: Array | None = None, room: int = 1,
+) -> Answers:  # fmt: skip
+    """Follow beams to targets (n, m); first contacts are looked for below the twists ``most``.
+
+    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then, straight on to ``most``; it is 1 if not
+    given, and the last target where there are corners. Without corners targets are twists, which may go back as well.
+    ``room``: how many contacts are told of each state.
+    """
+    n, m = targets.shape
+    strains = np.zeros((n, m, STRAINS))
+    if corners is None:
+        strains[..., PHI] = targets
+        ways = np.cumsum(np.abs(np.diff(targets, axis=1, prepend=0.0)), axis=1)
+        # (a path that goes back is as long as its way)
+        most = 1.0 if most is None else most
+    else:
+        strains[..., [PSI, PHI]], ways = corners, np.ascontiguousarray(targets, float)
+        most = 0.0 if most is None else most
+    raw = np.full((n, m, follow.LINE), np.nan)
+    motions, bends = np.full((n, m, 1, 6), np.nan), np.full((n, m, 1, 24), np.nan)
+    touches, events, ends = np.zeros((n, m, room, follow.CONTACT)), np.zeros((n, EVENTS, follow.EVENT)), np.zeros((n, 4))
+    most = np.maximum(np.broadcast_to(np.asarray(most, float), n), ways[:, -1] if m else 0.0)
+    tell(entry.many, "scales in contact")
+    entry.many(beams, step, most, ROOM, ways, strains, raw, motions, bends, touches, events, ends)
+    return Answers(_first(events, ends), _rows(raw, motions, bends, touches, strains), events, ends, touches)
+
+
+def _first(events: Array, ends: Array) -> Array:
+    """Return the first contacts (n, 6) of paths by their events."""
+    met = (events[:, :, 0] == follow.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
+    first = events[np.arange(len(events)), met.argmax(axis=1)]
+    one, other = features(*first[:, 8:11].T)
+    out = np.column_stack([one, other, first[:, 7], first[:, 1], first[:, 14:16]])
+    out[~met.any(axis=1)] = (-1, -1, 0, np.inf, np.nan, np.nan)
+    out[ends[:, 0] == follow.AT_REST] = (-2, -1, 0, 0.0, 0.0, 0.0)
+    return out
+
+
+def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Array) -> Array:
+    """Return rows of :data:`COLUMNS` and deflections."""
+    out = np.empty((*raw.shape[:2], len(COLUMNS) + 24))
+    column = {name: out[..., i] for i, name in enumerate(COLUMNS)}
+    told = ("way", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap", "contacts",
+            "mode", "N", "f", "slip", "T_slip", "since", "energy", "T")  # fmt: skip
+    for i, name in enumerate(told):
+        column.get(name, column["phi"])[...] = raw[..., i]
+    out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = motions[:, :, 0], bends[:, :, 0]
+    first, there = touches[:, :, 0], raw[..., 12] > 0
+    kind = first[..., 2]
+    one, other = features(kind, first[..., 3], first[..., 4])
+    edges, tip = kind == EE, kind >= EF
+    column["first"][...], column["second"][...] = np.where(there, one, -1), np.where(there, other, -1)
+    column["k"][...] = np.where(there, first[..., 1], 1)
+    face = (first[..., 6], first[..., 7]), (first[..., 8], first[..., 9])
+    upper = (kind == FV) | (kind == FE)
+    a, b = along(one, *face[0]), along(other, *face[1])
+    column["x"][...] = np.where(there, np.where(edges, a, np.where(upper, face[0][0], face[1][0])), np.nan)
+    column["y"][...] = np.where(there, np.where(edges, b, np.where(upper, face[0][1], face[1][1])), np.nan)
+    column["along"][...] = np.where(tip & there, first[..., 15], 0.0)
+    for i, name in enumerate(("F_x", "F_y", "F_z")):
+        column[name][...] = np.where(there, first[..., 10 + i], 0.0)
+    return out
+
+
+def along(edge: Array, x: Array, y: Array) -> Array:
+    """Return the places on edges of places of the plate."""
+    return np.where((edge == plate.SIDE_D) | (edge == plate.SIDE_A), x, y)
+
+
+def held_bent(beams: entry.Beams, bends: Array, twists: Array, most: Array) -> Answers:
+    """Bend beams that may be bent by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these.
+
+    What touches first is looked for below the twists ``most`` (n,).
+    """
+    ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
+    # as far as the way goes, to the last digit
+    corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
+    found = follow_all(beams, ways, corners=corners, most=np.abs(bends) + most)
+    return found._replace(rows=found.rows[:, 1:])
+
+
+def bent_alone(beams: entry.Beams, bends: Array, most: Array) -> Answers:
+    """Bend beams that may be bent to rising bends (n, m) from 0 on, the twist held at 0; ``most`` as of twists."""
+    return follow_all(beams, bends, corners=np.stack([bends, 0 * bends], axis=-1), most=most)
+
+
+def endings(contacts: Array, ends: Array) -> Array:
+    """Return in words how paths end (n,), by their first contacts (n, 6) and their ends (n, 4)."""
+    code = np.real(ends[:, 0]).astype(int)
+    return WORDS[np.where((np.real(contacts[:, 0]) == -1) & (code == follow.RANGE), len(WORDS) - 1, code)]
+
+
+class Path(NamedTuple):
+    """A beam to be followed: its scale as seen in its sense, what is compiled of it, and what touches first."""
+
+    scale: Scale
+    beams: entry.Beams
+    contact: Contact
+
+    @classmethod
+    def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, stretch: str = "") -> Path:
+        """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
+        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, stretch=stretch)
+        found = follow_all(one, np.empty((1, 0)), most=most)
+        return cls(scale._replace(alpha=sense * scale.alpha), one, found.contact())
+
+    @property
+    def mu(self) -> float:
+        """Coefficient of friction."""
+        return float(self.beams.shapes[0, 8])
+
+    def follow(self, targets: Array, step: float = STEP) -> Answers:
+        """Follow the twist to targets (n,), which may go back."""
+        return follow_all(self.beams, targets[None], most=0.0, step=step, room=ROOM)
+
+    def states(self, targets: Array, step: float = STEP) -> tuple[Array, End]:
+        """Follow the twist to targets (n,); return rows, see :class:`Answers`, NaN beyond the end."""
+        found = self.follow(targets, step)
+        return found.rows[0], found.end()
+
+
+def deflections(rows: Array) -> Array:
+    """Return the plate's deflections as powers (n, 24), see :mod:`squama.model.elastic_plate`, of states."""
+    return rows[..., len(COLUMNS) :]
+
+
+def named(rows: Array) -> dict[str, Array]:
+    """Return the columns of states by name."""
+    return {name: rows[..., i] for i, name in enumerate(COLUMNS)}
+
+
+def motions(rows: Array) -> Array:
+    """Return the motions, twist, bend and stretch (n, 9) of states."""
+    v = named(rows)
+    return np.column_stack([rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], v["twist"], v["psi"], v["stretch"]])
+
+
+def energies(path: Path, rows: Array) -> dict[str, Array]:
+    """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
+    n = path.beams.K.shape[1]
+    q, alone = motions(rows)[:, :n], bare(path.beams)[0]
+    loads = q[:, 6 : 6 + len(alone)]
+    whole = np.einsum("ni,ij,nj->n", q, path.beams.K[0], q) / 2
+    bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
+    return {"U_joint": whole - bar, "U_plate": named(rows)["energy"] - whole, "U_bar": bar}
+
+
+def bare(beams: entry.Beams) -> Array:
+    """Return the stiffness (n, 1, 1) of beams without contact against twist, or (n, 2, 2) against twist and bend.
+
+    All are bent, or none is, and free to stretch, or none is.
+    """
+    K, free = beams.K, int(beams.free[0, EPS] > 0) if len(beams.K) else 0
+    loads, loose = [6, 7][: K.shape[1] - 6], [*range(6), *[8] * free]
+    across = K[:, loose][:, :, loads]
+    given = np.linalg.solve(K[:, loose][:, :, loose], across)
+    return np.asarray(K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given)
+
+
+def rigidity(path: Path) -> float:
+    """Return the torque per twist without contact, E d^3."""
+    return float(bare(path.beams)[0, 0, 0])
+
+
+def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
+    """Return the largest stress (von Mises, E) in a scale, by Kirchhoff's moments 6 m / h^2, and its place (n, 2).
+
+    By deflections (n, 24) of one scale or of n; the place is NaN where there is no stress.
+    """
+    eta, beta, _, _, _, h, D, nu = (np.reshape(v, (-1, 1)) for v in scale)
+    xx, yy, xy = bent @ _CURVED[0] / eta**2, bent @ _CURVED[1] / beta**2, bent @ _CURVED[2] / (eta * beta)
+    mx, my, mxy = xx + nu * yy, yy + nu * xx, (1 - nu) * xy
+    squared = mx * mx - mx * my + my * my + 3 * mxy * mxy
+    most = np.real(squared).argmax(axis=1)
+    largest = 6 * (D / h**2).ravel() * np.sqrt(squared[np.arange(len(bent)), most])
+    places = _GRID[most] * np.column_stack([eta.ravel(), beta.ravel()])
+    return largest, np.where(np.real(largest[:, None]) > 0, places, np.nan)
+
+
+def stresses_of(scale: Scale, found: Answers) -> Array:
+    """Return the largest stresses (n, m) of n beams at their targets; NaN where scales are rigid."""
+    rows = found.rows
+    told = np.real(rows[..., 0])
+    stress = np.where(scale.elastic[:, None] & np.isfinite(told), 0.0 * rows[..., 0], np.nan)
+    # without contact nothing bends
+    which, column = np.nonzero(np.isfinite(stress) & (np.real(named(rows)["N"]) > 0))
+    one = Scale(*(v[which] for v in scale))
+    stress[which, column] = stresses(one, deflections(rows[which, column]))[0]
+    return stress
+
+
+def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
+    """Return what is told of a scale's deflections (n, 24), by role; E = d = 1.
+
+    Deflection of the middle of its tip along its normal, turn of the tip about its length by that of its corners,
+    largest stress and its place; no stress in a rigid scale.
+    """
+    b = bent.reshape(len(bent), 6, 4)
+    told = {"deflection": b[:, :, 0].sum(axis=1), "scale_twist": b[:, :, 1::2].sum(axis=(1, 2)) / scale.beta}
+    if not scale.elastic:
+        return told | dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(b), np.nan))
+    stress, places = stresses(scale, bent)
+    return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
+
+
+def bent(scale: Scale, rows: Array) -> Array:
+    """Return the largest deflection of the tip's corners over the length (n,), of states."""
+    b = deflections(rows).reshape(len(rows), 6, 4)
+    even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
+    return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
+
+
+def _turns(w: Array) -> Array:
+    """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there, by vectors (n, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    known = np.isfinite(w).all(axis=1)
+    out = np.full((len(w), 3, 3), np.nan)
+    if known.any():
+        out[known] = Rotation.from_rotvec(w[known]).as_matrix()
+    return out
+
+
+def inclinations(path: Path, rows: Array) -> Array:
+    """Return the angle (n,) of n_X against the beam's face, seen along the width at rest, rad."""
+    theta0 = path.scale.theta0
+    at = COLUMNS.index("w_X")
+    x = _turns(rows[:, at : at + 3])[:, :, 0]
+    # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
+    return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
+
+
+def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
+    """Return force (E d^2) and moment (E d^3) of the contacts on the embedded part, about its base midpoint.
+
+    Both (n, 3) by its :func:`motions`, along the scale's own axes, which turn with it; one along n_X pulls it out.
+    """
+    K = path.beams.K[0]
+    loads, w, turns = q[:, : len(K)] @ K[:6].T, q[:, 3:6], _turns(q[:, 3:6])
+    # what is conjugate to a rotation vector is not yet the moment
+    t = np.linalg.norm(w, axis=1)[:, None]
+    k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2
+    once = np.cross(w, loads[:, 3:])
+    force, moment = loads[:, :3], loads[:, 3:] + once / 2 + k * np.cross(w, once)
+    return np.einsum("ni,nij->nj", force, turns), np.einsum("ni,nij->nj", moment, turns)
