@@ -24,7 +24,6 @@ import numpy as np
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import (
-    PAIR,
     attitudes,
     back,
     beside,
