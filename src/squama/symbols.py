@@ -89,6 +89,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("U_plate", "J/m", "elastic energy of the scales per length", r"U_\mathrm{plate}", "theory: real beam"),
     ("U_bar", "J/m", "elastic energy of the bar without contact per length", r"U_\mathrm{bar}", "theory: real beam"),
     ("W_fr", "J/m", "frictional work per length", r"W_\mathrm{fr}", "paper Eq. 15b"),
+    ("W_snap", "J/m", "energy lost where scales jump, per length", r"W_\mathrm{snap}", "theory: real beam"),
     ("RED", "1", "relative energy dissipation", r"\mathrm{RED}", "paper Eq. 16"),
     ("dphi_dtheta", "1", "twist per inclination", r"\mathrm{d}\varphi/\mathrm{d}\theta", "paper Eq. 6"),
     ("dr_dtheta", "1", "slip per inclination, in pitches", r"\mathrm{d}r/\mathrm{d}\theta", "paper Eq. 10"),

@@ -75,8 +75,10 @@ ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
-CONTACT, EVENT, LINE = 16, 17, 21
+CONTACT, EVENT, LINE = 16, 25, 21
 """Columns of a contact, an event and a row that are written."""
+AFTER = 17
+"""First column of an event that holds a contact that there is behind it, see :func:`number`."""
 _TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
 """Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
 _LOCATED = 1e-10
@@ -576,9 +578,30 @@ def regroup(w: Walk, h: float) -> int:
     return NO_EQUILIBRIUM
 
 
+@_in
+def number(c: Array) -> int:
+    """Return one number for a contact's scale, the other's distance, kind and features."""
+    n: int = (((c[FIRST] * 64 + c[APART]) * 5 + c[KIND]) * 4 + c[ONE]) * 4 + c[OTHER]
+    return n
+
+
+@_jit
+def tell_contacts(w: Walk, row: Array, without: int) -> None:
+    """Write into an event which contacts there are behind it; -1 for none. One of them may be about to go."""
+    n = AFTER
+    for c in range(w.count[0]):
+        if c != without and n < len(row):
+            row[n] = number(w.con[c])
+            n += 1
+    for a in range(n, len(row)):
+        row[a] = -1.0
+
+
 @_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
-    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, and its places."""
+    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what
+    touches behind it.
+    """
     n = int(w.tally[T_EVENTS])
     if n < len(events):
         row = events[n]
@@ -590,6 +613,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         row[11], row[12], row[13] = w.loads[1], lost, w.count[0]
         for a in range(3):
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
+        tell_contacts(w, row, c if kind == OPEN else -1)
         w.tally[T_EVENTS] += 1
 
 
@@ -818,7 +842,7 @@ def follow(
     Where nothing touches up to there, that is looked for straight on to the way ``most``.
 
     Written are ``rows`` (n, 21), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
-    (E, 17), and ``end`` (4,): why, way, events, rows.
+    (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
     t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step

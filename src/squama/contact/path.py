@@ -110,7 +110,7 @@ class End(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 14), ends (n, 4).
+    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
     all contacts, see :func:`squama.contact.follow.write`.

@@ -16,6 +16,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
+from squama.contact.path import on_tab
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
@@ -297,7 +298,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by :func:`squama.real.path.motions`; by role."""
-    force, moment = path.on_tab(one.way, q)
+    force, moment = on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
@@ -366,6 +367,7 @@ def thresholds(engaged: float, beam: Beam, twists: Array, v: dict[str, Array]) -
     limit = beam.substrate.strain_limit
     found["load_strain"] = math.nan if limit is None else first_at(x, worst(v, "strain")[reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
-    work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
+    lost = v["W_fr"] + v.get("W_snap", 0.0)
+    work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + lost))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0
     return found
