@@ -18,7 +18,7 @@ from squama.contact.newton import Linear
 from squama.contact.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
 from squama.types import Array
 
-SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+SOURCES = sorted({*Path(__file__).parent.glob("*.py")} - {Path(__file__).with_name(f"{n}.py") for n in ("path", "legs", "events")})
 _follow, _jit = following.follow, following._jit
 GRIP = 1e-6
 """Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where

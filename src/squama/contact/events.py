@@ -92,12 +92,23 @@ def events(found: Answers, i: int = 0) -> list[Event]:
 
 
 def touching(found: Answers, i: int = 0) -> Array:
-    """Return the names of the contacts (m,) of one beam's states, joined, empty where nothing touches."""
-    told, counts = found.touches[i], found.rows[i, :, COLUMNS.index("contacts")]
-    names = []
-    for contacts, count in zip(told, np.nan_to_num(counts).astype(int), strict=True):
-        names.append(TOGETHER.join(_of(c[2], c[3], c[4], c[1]) for c in contacts[:count]))
-    return np.array(names, str) if names else np.empty(0, "U1")
+    """Return the names of the contacts (m,) in the states of one beam, joined; empty where nothing touches."""
+    return _joined(found.touches[i], found.rows[i])
+
+
+def last(found: Answers) -> Array:
+    """Return the names of the contacts (n,) in the last states of n beams, see :func:`touching`."""
+    return _joined(found.touches[:, -1], found.rows[:, -1])
+
+
+def _joined(touches: Array, rows: Array) -> Array:
+    """Return the names of the contacts (n,) of states, by these (n, C, 16) and the rows (n, 60)."""
+    counts = np.nan_to_num(rows[:, COLUMNS.index("contacts")]).astype(int)
+    names = [
+        TOGETHER.join(_of(c[2], c[3], c[4], c[1]) for c in contacts[:count])
+        for contacts, count in zip(touches, counts, strict=True)
+    ]
+    return np.array(names, str)
 
 
 def second(told: list[Event]) -> str:

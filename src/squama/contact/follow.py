@@ -687,9 +687,9 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
     ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, True)
-        if w2 >= 0:
-            return up, w2, c2
-    return up if ok else -1.0, what, c
+        # -1: what was violated was another solution than the one that the last states lead to
+        return up, w2, c2
+    return -1.0, what, c
 
 
 @_jit
@@ -766,6 +766,10 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         break
     if what == MEET and v < -0.3 * w.S.shapes[0, H] - 5e-3 and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
+    if what < 0:
+        accept(w, where, False)
+        t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
+        return 0
     accept(w, where, True)
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)

@@ -40,6 +40,8 @@ work per way; sums of N and friction over the contacts; of the first contact its
 meets (-1: nothing), and its force on the first scale along that one's axes at rest; ``T_slip``: T where a contact last
 began to slide, or the path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at
 which the contacts last changed."""
+WIDTH = len(COLUMNS) + 24
+"""Columns of a state, with the powers of the plate's deflection."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
@@ -212,7 +214,7 @@ def _first(events: Array, ends: Array) -> Array:
 
 def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Array) -> Array:
     """Return rows of :data:`COLUMNS` and deflections."""
-    out = np.empty((*raw.shape[:2], len(COLUMNS) + 24))
+    out = np.empty((*raw.shape[:2], WIDTH))
     column = {name: out[..., i] for i, name in enumerate(COLUMNS)}
     told = ("way", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap", "contacts",
             "mode", "N", "f", "slip", "T_slip", "since", "energy", "T")  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.contact.path import on_tab
+from squama.contact import path as several
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
@@ -276,6 +276,8 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
 def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     """Return every variable at the states of ``rows``, SI units, by role."""
     way = one.way
+    if isinstance(way, several.Path):
+        return _values(one, twists, rows)
     column = dict(zip(follow.STRAINED, rows.T, strict=False))
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr")} | {"p": column["x"], "s": column["y"]}
@@ -296,9 +298,33 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     return v | embedded(one, path.motions(rows))
 
 
+def _values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
+    """Do as :func:`values` of rows of several contacts."""
+    way = one.way
+    v = several.named(rows)
+    own = {name: v[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
+    own |= {name: v[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": v["x"], "s": v["y"]}
+    own |= several.energies(way, rows)
+    own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
+    # the load where contacts began to slide is work per way
+    own["torque"], own["onset"] = v["torque"], v["T_slip"] * np.where(np.diff(twists, prepend=0.0) < 0, -1.0, 1.0)
+    own["work"] = v["W"]
+    if way.beams.K.shape[1] == 9:
+        own["stretch"], own["M"] = v["stretch"], v["M"]
+    if one.held.more:
+        more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
+        own |= {role: own[role] + more * twists for role in ("torque", "onset")}
+        own |= {role: own[role] + more * twists**2 / 2 for role in ("U_bar", "U_el", "work")}
+    own["theta"] = several.inclinations(way, rows)
+    own |= several.plate_figures(way.scale, several.deflections(rows))
+    for role in ("scale_twist", "stress_y"):
+        own[role] = own[role] * one.mirror[1]
+    return in_si(one.case, one.beam.substrate.youngs_modulus, twists, own) | embedded(one, several.motions(rows))
+
+
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by :func:`squama.real.path.motions`; by role."""
-    force, moment = on_tab(one.way, q)
+    force, moment = several.on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
@@ -343,6 +369,10 @@ def impossible(beam: Beam) -> str:
 def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
     """Return how the curve ends, what touches first and what comes in later, by role."""
     c, code = way.contact, end.code
+    if isinstance(way, several.Path):
+        (word,) = several.endings(np.array([c], float), np.array([[code, end.phi, 0, end.solved]], float))
+        told = {"neighbour": max(0, c.k), "other_contact": "", "first_contact": c.words}
+        return {"end": str(word), **told}
     (name,) = path.endings(np.array([c], float), np.array([end], float))
     other = path.place(end.edge, end.k) if code == changes.OTHER else ""
     if name == End.OTHER and not other and end.edge >= FACE:
