@@ -319,7 +319,8 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
         row(f"stress comes to strength at {angle}", f"{angle}_strength"),
         row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
-        row(f"by general contact from {angle}", f"{angle}_general"),
+        row(f"a second contact comes in at {angle}", f"{angle}_second"),
+        row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
     ]
     kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
     head = ["", *laws]

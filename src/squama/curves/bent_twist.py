@@ -15,7 +15,7 @@ from squama.curves.path import Case, Curve, figures
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import refuse
 from squama.model.outcome import End
-from squama.contact.path import RANGE
+from squama.contacts.path import RANGE
 from squama.symbols import OTHER
 from squama.types import Array
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contact import path
+from squama.contacts import events, path
 from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, States, figures, spaced
 from squama.curves.real_polygons import WALKED, Gone, Stations, go
@@ -62,11 +62,12 @@ class Bent(NamedTuple):
         along["tangent"][free], along["stiffness_ratio"][free] = self.case.rigidity, 1.0
         met, neighbour = gone.faces[0].met[1], gone.one.way.contact.k
         cut = {role: float(values[-1]) for role, values in self.own.items() if values.dtype.kind == "f"}
+        second = events.second(gone.faces[0].events)
         end = math.inf if gone.found.end == End.NONE else gone.found.stop
         found = {
             **figures(self.case, cut, engaged, end, cut["theta"]),
             "T_c": cut["T"], "end": gone.found.end, "other_contact": gone.found.other,
-            "neighbour": max(0, neighbour), "first_contact": met,
+            "neighbour": max(0, neighbour), "first_contact": met, "load_second": second.way if second else math.nan,
             **({"load_e_other": gone.touched[1]} if len(gone.touched) > 1 else {}),
             **real.thresholds(gone.onset, gone.one.beam, ways, self.own),
         }  # fmt: skip

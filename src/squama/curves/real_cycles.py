@@ -16,8 +16,8 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contact import follow, path
-from squama.contact.legs import follow_legs
+from squama.contacts import follow, path
+from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, real
 from squama.curves.cycle_points import evenly, goals_of, resolving
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
@@ -230,7 +230,7 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
 def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
 
-    Rows as of :class:`squama.contact.path.Answers`.
+    Rows as of :class:`squama.contacts.path.Answers`.
 
     Raises
     ------
@@ -271,7 +271,7 @@ class LeftError(InputError):
 
 def _left(one: real.Path, end: path.End, point: int, x: Array) -> LeftError:
     """Return where the scales do not follow, on the way to twist number ``point`` of a part in one sense."""
-    words, size = SENTENCES[End(str(real.ending(one.way, end)["end"]))], np.abs(x)
+    words, size = SENTENCES[end.word], np.abs(x)
     before, step = max(0, point - 1), float(np.diff(size, prepend=0.0)[point])
     far = float(size[before] + math.copysign(end.phi - np.abs(np.diff(size[: before + 1])).sum(), step))
     return LeftError(point, far * one.sign, words, outward=step > 0)
@@ -423,7 +423,7 @@ def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array
             {
                 "load_e": contact.phi,
                 "load_end": max(*(v * one.sign for v in values), 0.0),
-                **real.ending(one.way, path.End(follow.RANGE, 0.0, 0)),
+                "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
                 "end": str(End.RANGE),
             }
         )

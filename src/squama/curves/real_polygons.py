@@ -1,6 +1,6 @@
 """Polygons in the plane of bend and twist, of the real beam: states along them in SI units, and events.
 
-Every contact that comes in is followed (:mod:`squama.contact.legs`): contacts hand over, several bear at once, scales
+Every contact that comes in is followed (:mod:`squama.contacts.legs`): contacts hand over, several bear at once, scales
 jump. At a corner of the path contacts stick while friction turns, so forces do not jump.
 """
 
@@ -16,9 +16,9 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.joint_law import bare
 from squama.beam.matrixfile import MOTIONS
-from squama.contact import events, follow, path
-from squama.contact.events import Event
-from squama.contact.legs import Bent, follow_legs
+from squama.contacts import events, follow, path
+from squama.contacts.events import Event
+from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
 from squama.curves.path import Asked, Case, States, in_si
 from squama.model.outcome import End
@@ -205,7 +205,8 @@ def _followed(one: real.Path, found: Bent, stations: Stations) -> Followed:
     stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
     first = met.phi, events.named(met.first, met.second, met.k) if met.first >= 0 else ""
     told = [event for event in told if event.way <= stop]
-    return Followed(own, path.motions(rows), contact, first, told, stop, str(word), events.second(told))
+    second = events.second(told)
+    return Followed(own, path.motions(rows), contact, first, told, stop, str(word), second.placed if second else "")
 
 
 def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:

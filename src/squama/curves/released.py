@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contact import path
-from squama.contact.system import PHI, PSI
+from squama.contacts import path
+from squama.contacts.system import PHI, PSI
 from squama.curves import real
 from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End

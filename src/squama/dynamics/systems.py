@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.contact import follow, path
+from squama.contacts import follow, path
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
@@ -214,7 +214,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     n, rows = y.size, rows[1:]
     if end.code != follow.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
-        ends = hinged.words(str(real.ending(way, end)["end"]), "")
+        ends = str(end.word)
     if n < 4:
         return Side(math.inf, y_e, ends)
     alone = path.rigidity(way)

@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contact import path
+from squama.contacts import path
 from squama.curves import real, real_cycles
 from squama.errors import InputError
 from squama.identify.forward import Physical

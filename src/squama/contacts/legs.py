@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contact.path import COLUMNS, ROOM, STEP, Answers, Path, Scale, beams, follow_all
+from squama.contacts.path import COLUMNS, ROOM, STEP, Answers, Path, Scale, beams, follow_all
 from squama.types import Array
 
 
@@ -21,7 +21,7 @@ class Bent(NamedTuple):
     way: Path
 
     def column(self, name: str) -> Array:
-        """Return a column (n,) of :data:`squama.contact.path.COLUMNS`."""
+        """Return a column (n,) of :data:`squama.contacts.path.COLUMNS`."""
         return np.asarray(self.rows[:, COLUMNS.index(name)])
 
     @property

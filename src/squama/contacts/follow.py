@@ -10,25 +10,27 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
-from squama.contact.equations import (
+from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
+from squama.contacts.equations import (
     F_,
     MARGIN,
     N_,
     V_,
     Work,
     along_edges,
+    jacobian,
+    inclination,
     meet,
     prepared,
     residual,
 )
-from squama.contact.geometry import PAIR, PLACED, back, turn
-from squama.contact.newton import Linear, solve
-from squama.contact.system import (
+from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
+from squama.contacts.newton import solve
+from squama.contacts.system import (
     APART,
     BETA,
     EE,
@@ -41,6 +43,7 @@ from squama.contact.system import (
     FV,
     H,
     KIND,
+    LIES,
     MOTIONS,
     MU,
     ONE,
@@ -86,17 +89,27 @@ _LOCATED = 1e-10
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
 _LEAST, _SHRINK, _EVENTS, _CHANGES = 1e-8, 0.35, 400, 24
-T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO = range(18)
-TALLY = 18
+_FAR, _SNAPS = 6, 1e-6
+"""How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
+snap loses, for it to be one."""
+T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO, T_NOTED, T_TRIAL, T_JUMPED = range(21)
+TALLY = 21
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip; rates of both works at the last two states; the load where a
-contact last began to slide; way since which the contacts are these; increments; events; events without an increment."""
+contact last began to slide; way since which the contacts are these; increments; events; events without an increment; where the last
+increment is noted, 0 for nowhere."""
+NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
+NOTED = NOTED_VERTEX + VERTEX
+"""What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
+contacts and unknowns; the vertex that came in."""
+NOTHING, LOST = -1, 5
+"""What ends an increment beside the violations: nothing, and a snap."""
 
 
 class Walk(NamedTuple):
     """A path on its way: what it follows, three states, contacts now and (``kept``) before a trial, and counters.
 
-    ``loads`` (4,) are M, T, B, P; ``count`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and
+    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``count`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and
     their rates; ``slope`` of the states' unknowns over the last increment.
     """
 
@@ -118,6 +131,7 @@ class Walk(NamedTuple):
     leg: Array
     tally: Array
     best: Array
+    notes: Array
 
 
 @_jit
@@ -133,10 +147,10 @@ def guess(w: Walk, h: float) -> None:
     """Write a guess of the state after an increment: as the last ones went on."""
     t, a, b, c, n = w.tally, w.now, w.old, w.older, w.new
     copied(a, n)
-    if t[T_FRESH] >= 1:
+    if t[T_FRESH].real >= 1:
         x = h / t[T_SIZE]
         y = 0.0
-        if t[T_FRESH] >= 2:
+        if t[T_FRESH].real >= 2:
             y = h * (h + t[T_SIZE]) / (t[T_SIZE] + t[T_BEFORE])
         for i in range(len(a.q)):
             for o in range(MOTIONS):
@@ -160,7 +174,7 @@ def weigh(w: Walk, h: float) -> None:
     """Write the weights of the backward difference over an increment."""
     t, weights = w.tally, w.past.weights
     weights[0], weights[1], weights[2] = 1.0, -1.0, 0.0
-    if t[T_FRESH] >= 1:
+    if t[T_FRESH].real >= 1:
         r = h / t[T_SIZE]
         weights[0], weights[1], weights[2] = (1 + 2 * r) / (1 + r), -(1 + r), r * r / (1 + r)
 
@@ -171,7 +185,7 @@ def unfold(w: Walk, st: State) -> bool:
     prepared(w.S, st, w.con, w.count[0], True, w.W)
     for c in range(w.count[0]):
         row = w.con[c]
-        if row[KIND] < EF:
+        if row[KIND] != EF and row[KIND] != FE:
             continue
         side = 0 if row[KIND] == EF else 1
         own = row[ONE] if side == 0 else row[OTHER]
@@ -249,19 +263,21 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     By twos the ends of its first place, of its second one, and of an edge that lies along a face.
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
-    least, which = 1e9, 0
+    least, which = 1e9 + 0.0 * s[0], 0
+    if kind == LIES:
+        return least, which
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
     else:
         face = j if kind == VF or kind == EF else i
-        l0, h0, l1, h1 = 0.0, S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
+        l0, h0, l1, h1 = 0.0 * S.shapes[face, ETA], S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
     for a, v in enumerate((s[0] - l0, h0 - s[0], s[1] - l1, h1 - s[1])):
-        if v < least:
+        if v.real < least.real:
             least, which = v, a
     if kind >= EF:
         own, e = (i, c[ONE]) if kind == EF else (j, c[OTHER])
         for a, v in enumerate((s[2] - low(S, own, e), high(S, own, e) - s[2])):
-            if v < least:
+            if v.real < least.real:
                 least, which = v, 4 + a
     return least, which
 
@@ -274,8 +290,8 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0):
-        return 1e9, -1
+    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
+        return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
     n1 = (g.tx1[1] * g.ty1[2] - g.tx1[2] * g.ty1[1], g.tx1[2] * g.ty1[0] - g.tx1[0] * g.ty1[2], g.tx1[0] * g.ty1[1] - g.tx1[1] * g.ty1[0])
     n2 = (g.tx2[1] * g.ty2[2] - g.tx2[2] * g.ty2[1], g.tx2[2] * g.ty2[0] - g.tx2[0] * g.ty2[2], g.tx2[0] * g.ty2[1] - g.tx2[1] * g.ty2[0])
@@ -284,11 +300,11 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
         t1, t2 = along_edges(c, g)
         inner = back(E2, back(P, t1))
         v = inner[1] if lengthwise(c[OTHER]) else inner[0]
-        first = dot(t1, n2) * (1.0 if v > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
+        first = dot(t1, n2) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
         inner = back(E1, t2)
         v = inner[1] if lengthwise(c[ONE]) else inner[0]
-        second = -dot(t2, n1) * (1.0 if v > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
-        return (first, c[ONE]) if first <= second else (second, 4 + c[OTHER])
+        second = -dot(t2, n1) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
+        return (first, c[ONE]) if first.real <= second.real else (second, 4 + c[OTHER])
     v = c[ONE] if kind == VF else c[OTHER]
     sy, sx = (1.0 if v % 2 == 0 else -1.0), (-1.0 if v < 2 else 1.0)
     if kind == VF:
@@ -297,21 +313,29 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
         a, b = -sy * dot(g.ty2, n1), -sx * dot(g.tx2, n1)
     end, side = (0 if v < 2 else 3), (1 if v % 2 == 0 else 2)
     o = 0 if kind == VF else 4
-    return (a, o + end) if a <= b else (b, o + side)
+    return (a, o + end) if a.real <= b.real else (b, o + side)
 
 
 @_jit
-def value(w: Walk, st: State, what: int, c: int) -> float:
-    """Return a condition's value at a state that was just solved for; below 0 it is violated."""
+def condition(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of a contact's condition at a state that was just solved for; below 0 it is violated."""
     if what == PULL:
         return w.W.told[c, N_]
     if what == OFF:
         return beyond(w.S, st, w.con[c], c)[0]
     if what == SLOPE:
         return dips(w, st, c)[0]
-    if what == FLIP:
-        margin: float = w.W.told[c, MARGIN]
-        return -margin if w.con[c, STUCK] > 0 else margin
+    margin: float = w.W.told[c, MARGIN]
+    return -margin if w.con[c, STUCK] > 0 else margin
+
+
+@_jit
+def value(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
+    if what != MEET:
+        return condition(w, st, what, c)
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W)
     # a vertex of the overlap, if it is there
     n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
     for a in range(n):
@@ -350,7 +374,38 @@ def violated(w: Walk, st: State, look: bool) -> tuple[int, int, float]:
     if a >= 0:
         copy(w.found[a], w.best)
         return MEET, -1, w.found[a, GAP]
-    return -1, -1, 0.0
+    return lain(w)
+
+
+@_jit
+def lain(w: Walk) -> tuple[int, int, float]:
+    """Return as :func:`violated` a scale that would be turned into the substrate, the farthest of them."""
+    worst, which = -_TOUCH, -1
+    for i in range(len(w.S.rests)):
+        theta = inclination(w.S, i, w.W)
+        if theta < worst and not lying(w, i):
+            worst, which = theta, i
+    if which < 0:
+        return -1, -1, 0.0
+    for a in range(VERTEX):
+        w.best[a] = 0.0
+    w.best[FIRST], w.best[KIND], w.best[GAP] = which, LIES, worst
+    return MEET, -1, worst
+
+
+@_jit
+def lying(w: Walk, i: int) -> bool:
+    """Say whether a scale lies on the substrate."""
+    for c in range(w.count[0]):
+        if w.con[c, KIND] == LIES and w.con[c, FIRST] == i:
+            return True
+    return False
+
+
+@_jit
+def sideways(w: Walk, gap: float) -> bool:
+    """Say whether a vertex that was just found is as deep as only one that came in from the side."""
+    return w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3
 
 
 @_jit
@@ -365,12 +420,12 @@ def accept(w: Walk, h: float, event: bool) -> None:
     for e in range(STRAINS):
         if not S.free[e] > 0:
             load += w.loads[e] * w.leg[4 + e]
-    share = h / t[T_SIZE] if t[T_FRESH] >= 1 else 0.0
-    first = t[T_POWER] if t[T_FRESH] >= 1 else power
+    share = h / t[T_SIZE] if t[T_FRESH].real >= 1 else 0.0 * h
+    first = t[T_POWER] if t[T_FRESH].real >= 1 else power
     t[T_RUBBED] += h * mean(t[T_POWER2], first, power, share)
-    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH] >= 1 else h * (t[T_LOAD] + load) / 2
+    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH].real >= 1 else h * (t[T_LOAD] + load) / 2
     t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
-    if t[T_FRESH] < 1:
+    if t[T_FRESH].real < 1:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
     if w.count[0] > 0 and w.con[0, STUCK] == 0:
@@ -383,6 +438,59 @@ def accept(w: Walk, h: float, event: bool) -> None:
     t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
     t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
     t[T_COUNT] += 1
+
+
+@_jit
+def note(w: Walk, h: float) -> None:
+    """Note the increment just solved for, where there is room, so that it can be followed once more.
+
+    ``notes`` begin with the number of all that are written, below 0 where the room did not suffice. Then follow of each
+    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), and the
+    factors of its Jacobian.
+    """
+    notes, S, st, m = w.notes, w.S, w.new, w.count[0]
+    w.tally[T_NOTED] = 0.0
+    if notes.size == 0 or notes[0] < 0:
+        return
+    n = laid_out(S, w.con, m, w.J)
+    at = int(max(notes[0], 1.0))
+    a = at + NOTED
+    end = a + m * (w.con.shape[1] + 6) + st.q.size + STRAINS + stored(w.J, n)
+    if end > notes.size:
+        notes[0] = -float(at)
+        return
+    notes[at + NOTED_H], notes[at + NOTED_WHAT], notes[at + NOTED_M], notes[at + NOTED_N] = h, NOTHING, m, n
+    a = put_down(w.con, m, notes, a)
+    a = put_down(st.q, len(st.q), notes, a)
+    for e in range(STRAINS):
+        notes[a + e] = st.strains[e]
+    a = put_down(st.F, m, notes, a + STRAINS)
+    a = put_down(st.s, m, notes, a)
+    jacobian(S, st, w.past, w.con, m, n, w.W, w.J)
+    w.J.kept[SOLVED] = n if factor(w.J, n) else 0
+    if w.J.kept[SOLVED] == 0:
+        notes[at + NOTED_WHAT] = LOST
+    exchanged(w.J, n, notes, a, True)
+    notes[0], w.tally[T_NOTED] = end, at
+
+
+@_jit
+def put_down(a: Array, m: int, notes: Array, at: int) -> int:
+    """Write the first m rows of an array into the notes; return where they end."""
+    for i in range(m):
+        for b in range(a.shape[1]):
+            notes[at] = a[i, b]
+            at += 1
+    return at
+
+
+@_jit
+def remark(w: Walk, what: int, c: int) -> None:
+    """Note what ended the increment that was noted last."""
+    at = int(w.tally[T_NOTED].real)
+    if at > 0:
+        w.notes[at + NOTED_WHAT], w.notes[at + NOTED_WHICH] = what, c
+        copy(w.best, w.notes[at + NOTED_VERTEX : at + NOTED])
 
 
 @_jit
@@ -428,7 +536,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
         return False
     for a in range(FIRST, STUCK):
         w.con[m, a] = int(row[a])
-    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU] > 0.0 else 0, 0
+    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
         st.s[m, a] = row[AT + a]
@@ -482,48 +590,38 @@ def leave(w: Walk, st: State, c: int, which: int) -> bool:
 @_jit
 def succeed(w: Walk, st: State, c: int) -> bool:
     """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
-    S, row = w.S, w.con[c].copy()
+    S, row = w.S, w.con[c]
+    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
     x1, y1, x2, y2 = spots(S, row, st.s[c])
-    F = st.F[c].copy()
+    F = vector(st.F[c], 0)
     drop(w, st, c)
-    n = vertices(S, st, w.W, row[FIRST], row[APART], 1e-3, w.found, 0)
-    best, least, k = -1, 0.1, np.empty(7, np.int64)
+    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
+    best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
-        if known(S, st, w.con, w.count[0], w.found[a], w.W.vertex):
-            continue
-        for o in range(5):
-            k[o] = int(w.found[a, o])
-        if k[KIND] == row[KIND] and k[ONE] == row[ONE] and k[OTHER] == row[OTHER]:
+        # what it is gets into k
+        if known(S, st, w.con, w.count[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
             continue
         X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
         if far < least:
             best, least = a, far
-    if best < 0:
+    if best < 0 or not add_contact(w, st, w.found[best]):
         return False
-    vertex = w.found[best].copy()
-    if not add_contact(w, st, vertex):
-        return False
-    m = w.count[0] - 1
-    for a in range(3):
-        st.F[m, a] = F[a]
+    put(F, st.F[w.count[0] - 1], 0)
     return True
 
 
 @_jit
 def energy(w: Walk, st: State) -> float:
     """Return the elastic energy of joints, bar and plates."""
-    S, out = w.S, 0.0
+    S, out = w.S, 0.0 * w.S.K[0, 0, 0]
     for i in range(len(S.shapes)):
-        z = np.empty(MOTIONS + STRAINS)
-        for a in range(MOTIONS):
-            z[a] = st.q[i, a]
-        for e in range(STRAINS):
-            z[MOTIONS + e] = st.strains[e]
+        K, q, e = S.K[i], st.q[i], st.strains
         for a in range(MOTIONS + STRAINS):
+            z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
-                out += z[a] * S.K[i, a, b] * z[b] / 2
-        if S.shapes[i, ELASTIC] > 0:
+                out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
+        if S.shapes[i, ELASTIC].real > 0:
             for a in range(POWERS):
                 out += st.b[i, a] * w.W.load[i, a] / 2
     return out
@@ -571,7 +669,7 @@ def regroup(w: Walk, h: float) -> int:
             if not leave(w, w.new, c, beyond(w.S, w.new, w.con[c], c)[1]):
                 succeed(w, w.new, c)
         else:
-            if v < -0.3 * w.S.shapes[0, H] - 5e-3:
+            if sideways(w, v):
                 return SIDE_ENTRY
             if not add_contact(w, w.new, w.best):
                 return MANY
@@ -602,7 +700,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
     """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what
     touches behind it.
     """
-    n = int(w.tally[T_EVENTS])
+    n = int(w.tally[T_EVENTS].real)
     if n < len(events):
         row = events[n]
         row[0], row[1] = kind, w.tally[T_WAY]
@@ -621,6 +719,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
 def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
     """Change the contacts at an event, at the last state; False where the path does not go on continuously."""
     t = w.tally
+    remark(w, what, c)
     if what == PULL:
         tell(w, events, OPEN, c, 0.0)
         drop(w, w.now, c)
@@ -696,12 +795,13 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
 def jump(w: Walk, events: Array, step: float) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses."""
     t = w.tally
-    before, load = energy_now(w), w.loads[1]
+    before = energy_now(w)
+    # where it stops again at once an equilibrium farther off is looked for
+    begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
     keep(w)
     code = NO_EQUILIBRIUM
-    start = w.now
-    for trial in range(6):
-        h = 1e-7 * 10.0**trial if trial < 5 else step
+    for trial in range(min(begin, _FAR), _FAR):
+        h = 1e-7 * 10.0**trial if trial < _FAR - 1 else step
         for way in range(2):
             restore(w)
             t[T_FRESH] = 0.0
@@ -710,15 +810,23 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 # from the state without any contact
                 w.count[0], w.J.kept[0] = 0, 0
             found = regroup(w, h)
-            code = found if trial == 0 and way == 0 else code
+            code = found if trial == begin and way == 0 else code
             if found == 0:
                 after = energy(w, w.new)
                 rubbed, slid = t[T_RUBBED], t[T_SLID]
+                note(w, h)
+                remark(w, LOST, -1)
                 accept(w, h, True)
                 # what is rubbed in a snap is a part of what it loses
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
-                t[T_LOST] += max(0.0, before - after)
-                tell(w, events, SNAP, 0 if w.count[0] > 0 else -1, before - after)
+                lost = before + h * t[T_LOAD] - after
+                c = 0 if w.count[0] > 0 else -1
+                if lost > _SNAPS * before:
+                    t[T_LOST] += lost
+                    tell(w, events, SNAP, c, lost)
+                else:
+                    tell(w, events, CHANGE, c, 0.0)
+                t[T_TRIAL], t[T_JUMPED] = trial, t[T_WAY]
                 t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
                 return 0
     restore(w)
@@ -753,6 +861,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             continue
         what, c, v = violated(w, w.new, True)
         if what < 0:
+            note(w, h)
             accept(w, h, False)
             t[T_H], t[T_ZERO] = min(most, 2 * h), 0.0
             return 0
@@ -764,8 +873,9 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
                 return jump(w, events, step)
             continue
         break
-    if what == MEET and v < -0.3 * w.S.shapes[0, H] - 5e-3 and w.best[GAP] < -1e-3:
+    if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
+    note(w, where)
     if what < 0:
         accept(w, where, False)
         t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
@@ -788,6 +898,8 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
         row[1 + e], row[5 + e] = w.now.strains[e], w.loads[e]
     m, mode, N, f = w.count[0], 0, 0.0, 0.0
     for c in range(m):
+        if w.con[c, KIND] == LIES:
+            continue
         N += w.W.told[c, N_]
         f += w.W.told[c, F_]
         if c == 0 or w.con[c, STUCK] == 0:
@@ -799,7 +911,8 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
         out = contacts[c]
         for a in range(ENDED):
             out[a] = w.con[c, a]
-        out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
+        if w.con[c, KIND] != LIES:
+            out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
         for a in range(3):
             out[10 + a] = w.now.F[c, a]
         out[13], out[14], out[15] = w.W.told[c, N_], w.W.told[c, F_], w.now.s[c, 2]
@@ -819,7 +932,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     went = 0.0
     for e in range(STRAINS):
         went += leg[4 + e] ** 2
-    straight = i > 0 and turns > (1 - 1e-9) * math.sqrt(size * went)
+    straight = i > 0 and turns.real > (1 - 1e-9) * math.sqrt(size.real * went.real)
     load = 0.0
     for e in range(STRAINS):
         before = corners[i - 1, e] if i > 0 else 0.0
@@ -830,7 +943,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     if not straight:
         t[T_FRESH], t[T_ONSET], t[T_LOAD], t[T_POWER] = 0.0, load, load, 0.0
         t[T_H] = step if w.count[0] == 0 else step * _GENTLE
-        if w.S.shapes[0, MU] > 0.0:
+        if w.S.shapes[0, MU].real > 0.0:
             for c in range(w.count[0]):
                 w.con[c, STUCK] = 1
         w.J.kept[0] = 0

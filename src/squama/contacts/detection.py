@@ -13,9 +13,9 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.equations import Work
-from squama.contact.geometry import back, lift, lifted_by, turn
-from squama.contact.system import (
+from squama.contacts.equations import Work
+from squama.contacts.geometry import back, lift, lifted_by, turn
+from squama.contacts.system import (
     APART,
     BETA,
     EE,

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contact import follow
-from squama.contact.path import COLUMNS, CORNERS, FACE, Answers, features, words
+from squama.contacts import follow
+from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features, words
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.types import Array
 
@@ -21,7 +21,7 @@ TOGETHER = "+"
 
 
 class Event(NamedTuple):
-    """What happens at a way: ``kind`` of :mod:`squama.contact.follow`, bend and twist per pitch there, name of the contact.
+    """What happens at a way: ``kind`` of :mod:`squama.contacts.follow`, bend and twist per pitch there, name of the contact.
 
     ``before`` and ``after``: names of the contacts there are; ``lost``: energy lost, E d^2 per pitch.
     """
@@ -34,6 +34,11 @@ class Event(NamedTuple):
     before: tuple[str, ...]
     after: tuple[str, ...]
     lost: float
+
+    @property
+    def placed(self) -> str:
+        """The contact and its way, in words."""
+        return f"{self.contact} at {self.way:.4g} rad/pitch"
 
     @property
     def word(self) -> str:
@@ -73,7 +78,7 @@ def _of(kind: float, one: float, other: float, k: float) -> str:
 
 
 def _numbered(code: float) -> str:
-    """Return the name of a contact by its number, see :func:`squama.contact.follow.number`."""
+    """Return the name of a contact by its number, see :func:`squama.contacts.follow.number`."""
     whole, other = divmod(int(code), 4)
     whole, one = divmod(whole, 4)
     whole, kind = divmod(whole, 5)
@@ -111,9 +116,6 @@ def _joined(touches: Array, rows: Array) -> Array:
     return np.array(names, str)
 
 
-def second(told: list[Event]) -> str:
-    """Return which contact comes in first beside another one, and where, in words; empty for none."""
-    for event in told:
-        if event.kind == follow.ENGAGE and event.before:
-            return f"{event.contact} at {event.way:.4g} rad/pitch"
-    return ""
+def second(told: list[Event]) -> Event | None:
+    """Return which contact comes in first beside another one; None where none does."""
+    return next((event for event in told if event.kind == follow.ENGAGE and event.before), None)

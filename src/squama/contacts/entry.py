@@ -1,0 +1,150 @@
+"""The compiled solver as it is called from outside."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import kept, making
+from squama.contacts import derivatives
+from squama.contacts import follow as following
+from squama.contacts.detection import VERTEX
+from squama.contacts.equations import Work
+from squama.contacts.follow import TALLY, Walk
+from squama.contacts.geometry import PAIR, PLACED, put
+from squama.contacts.linear import Linear
+from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
+from squama.types import Array
+
+SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+_follow, _again, _jit = following.follow, derivatives.again, following._jit
+GRIP = 1e-6
+"""Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
+several stick, as the plate's own local compliance does in truth."""
+SLIDING = 0.2
+"""Stiffness, E d, by which slip enters the law of friction."""
+
+_CROWD = 8
+"""Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
+
+
+@making
+def state(S: System, C: int) -> State:
+    """Return a state at rest."""
+    N, kind = len(S.shapes), S.K.dtype
+    return State(
+        np.zeros((N, 6), kind), np.zeros(4, kind), np.zeros((N, 24), kind), np.zeros((C, 3), kind), np.zeros((C, 3), kind)
+    )
+
+
+@making
+def walk(S: System, C: int, notes: Array) -> Walk:
+    """Return a path at rest with room for C contacts, and for notes (or none)."""
+    N, k, kind = len(S.shapes), S.reach, S.K.dtype
+    n = 6 * N + 6 * C + 4
+    W = Work(
+        np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
+        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7), kind),
+        np.zeros((2, 12)), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
+        np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
+    )  # fmt: skip
+    wide = n if S.periodic else min(n, 3 * (k + 1) * (MOTIONS + 6 * _CROWD))
+    J = Linear(
+        np.zeros(n * wide), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)), np.zeros(n, np.int64),
+        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
+    )  # fmt: skip
+    past = Past(
+        np.zeros((2, N, 12), kind), np.zeros((2, N, k, PLACED), kind), np.zeros((2, N, 24), kind),
+        np.zeros((C, 3), kind), np.zeros(3, kind),
+    )  # fmt: skip
+    return Walk(
+        S, W, J, state(S, C), state(S, C), state(S, C), state(S, C), state(S, C), past, np.zeros((C, 7), np.int64),
+        np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),
+        np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(TALLY, kind), np.zeros(VERTEX), notes,
+    )  # fmt: skip
+
+
+class Beams(NamedTuple):
+    """Many endless beams, E = d = 1.
+
+    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
+    phi), or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``plates`` (n, 24, 24), see
+    :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): which strains are; ``aside`` (n,): the bar's
+    stiffness against lateral bend over that against bend.
+    """
+
+    shapes: Array
+    K: Array
+    elastic: Array
+    plates: Array
+    free: Array
+    aside: Array
+
+
+@making
+def system(b: Beams, i: int) -> System:
+    """Return one endless beam: a scale and its images."""
+    s, K = b.shapes[i], b.K[i]
+    eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
+    shapes, axes = np.zeros((1, 6), s.dtype), np.zeros((1, 3, 3), s.dtype)
+    bases, joint, plates = np.zeros((1, 3), s.dtype), np.zeros((1, 10, 10), s.dtype), np.zeros((1, 24, 24), s.dtype)
+    put((eta, beta, s[7]), shapes[0], 0)
+    shapes[0, MU], shapes[0, ELASTIC], shapes[0, STIFF] = s[8], 1.0 if b.elastic[i] else 0.0, SLIDING
+    put((-sa * ct, st, ca * ct), axes[0, 0], 0)
+    put((ca, 0.0 * ca, sa), axes[0, 1], 0)
+    put((st * sa, ct, -st * ca), axes[0, 2], 0)
+    bases[0, 1] = s[2]
+    for a in range(len(K)):
+        for c in range(len(K)):
+            joint[0, _place(a), _place(c)] = K[a, c]
+    if len(K) == 9:
+        joint[0, MOTIONS + CHI, MOTIONS + CHI] = b.aside[i] * K[7, 7]
+    if b.elastic[i]:
+        copy(b.plates[i], plates[0])
+    reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
+    none = np.zeros(0)
+    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, True, none, none)
+
+
+@_jit
+def _place(a: int) -> int:
+    """Return the row of a joint's matrix among motions and strains: there the bend comes before the twist."""
+    if a < MOTIONS:
+        return a
+    return MOTIONS + (PHI if a == 6 else (PSI if a == 7 else EPS))
+
+
+def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, events, end, notes):
+    """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts, and for notes (or none)."""
+    _follow(walk(S, C, notes), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+
+
+def _many(
+    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array, motions: Array, bends: Array,
+    contacts: Array, events: Array, ends: Array, notes: Array,
+) -> None:  # fmt: skip
+    """Follow endless beams, each on a path of its own: all arrays begin with (n,)."""
+    for i in range(len(ways)):
+        _follow(
+            walk(system(b, i), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i],
+            contacts[i], events[i], ends[i],
+        )  # fmt: skip
+
+
+def _move(
+    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, notes: Array, ends: Array, rows: Array,
+    motions: Array, bends: Array, contacts: Array, events: Array,
+) -> None:  # fmt: skip
+    """Follow endless beams (n k) with complex steps, each k times, that were followed and noted: notes, ends (n,)."""
+    k = len(ways) // len(notes)
+    for i in range(len(ways)):
+        _again(
+            walk(system(b, i), C, notes[i // k]), ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]),
+            rows[i], motions[i], bends[i], contacts[i], events[i],
+        )  # fmt: skip
+
+
+path, many, move = kept(_path, SOURCES), kept(_many, SOURCES), kept(_move, SOURCES)
