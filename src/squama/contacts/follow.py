@@ -73,8 +73,10 @@ ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
-CONTACT, EVENT, LINE = 16, 17, 21
+CONTACT, EVENT, LINE = 16, 25, 21
 """Columns of a contact, an event and a row that are written."""
+AFTER = 17
+"""First column of an event that holds a contact that there is behind it, see :func:`number`."""
 _TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
 """Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
 _LOCATED = 1e-10
@@ -669,9 +671,30 @@ def regroup(w: Walk, h: float) -> int:
     return NO_EQUILIBRIUM
 
 
+@_in
+def number(c: Array) -> int:
+    """Return one number for a contact's scale, the other's distance, kind and features."""
+    n: int = (((c[FIRST] * 64 + c[APART]) * 5 + c[KIND]) * 4 + c[ONE]) * 4 + c[OTHER]
+    return n
+
+
+@_jit
+def tell_contacts(w: Walk, row: Array, without: int) -> None:
+    """Write into an event which contacts there are behind it; -1 for none. One of them may be about to go."""
+    n = AFTER
+    for c in range(w.count[0]):
+        if c != without and n < len(row):
+            row[n] = number(w.con[c])
+            n += 1
+    for a in range(n, len(row)):
+        row[a] = -1.0
+
+
 @_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
-    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, and its places."""
+    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what
+    touches behind it.
+    """
     n = int(w.tally[T_EVENTS].real)
     if n < len(events):
         row = events[n]
@@ -683,6 +706,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         row[11], row[12], row[13] = w.loads[1], lost, w.count[0]
         for a in range(3):
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
+        tell_contacts(w, row, c if kind == OPEN else -1)
         w.tally[T_EVENTS] += 1
 
 
@@ -757,9 +781,9 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
     ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, True)
-        if w2 >= 0:
-            return up, w2, c2
-    return up if ok else -1.0, what, c
+        # -1: what was violated was another solution than the one that the last states lead to
+        return up, w2, c2
+    return -1.0, what, c
 
 
 @_jit
@@ -847,6 +871,10 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
     note(w, where)
+    if what < 0:
+        accept(w, where, False)
+        t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
+        return 0
     accept(w, where, True)
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
@@ -926,7 +954,7 @@ def follow(
     Where nothing touches up to there, that is looked for straight on to the way ``most``.
 
     Written are ``rows`` (n, 21), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
-    (E, 17), and ``end`` (4,): why, way, events, rows.
+    (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
     t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step
