@@ -38,7 +38,7 @@ from squama.contacts.system import (
     partner,
     spots,
 )
-from squama.real.vectors import Vector, add
+from squama.contacts.vectors import Vector, add
 from squama.types import Array
 
 GAP, AT = 5, 6

@@ -63,7 +63,7 @@ from squama.contacts.system import (
     partner,
     spots,
 )
-from squama.real.vectors import dot
+from squama.contacts.vectors import dot
 from squama.types import Array
 
 RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
@@ -671,7 +671,7 @@ def regroup(w: Walk, h: float) -> int:
     return NO_EQUILIBRIUM
 
 
-@_in
+@_jit
 def number(c: Array) -> int:
     """Return one number for a contact's scale, the other's distance, kind and features."""
     n: int = (((c[FIRST] * 64 + c[APART]) * 5 + c[KIND]) * 4 + c[ONE]) * 4 + c[OTHER]
