@@ -49,9 +49,10 @@ from squama.contacts.follow import (
     write,
 )
 from squama.contacts.detection import AT
-from squama.contacts.newton import shift, substitute
-from squama.contacts.system import PHI, STRAINS, copy, layout
-from squama.real.vectors import dot
+from squama.contacts.linear import exchanged, laid_out, stored, substitute
+from squama.contacts.newton import shift
+from squama.contacts.system import PHI, STRAINS, copy
+from squama.contacts.vectors import dot
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
@@ -93,10 +94,9 @@ def changed(w: Walk, at: int, h: float) -> bool:
     weigh(w, h)
     guess(w, h)
     m, n, a = read(w, at)
-    layout(S, w.con, m, J.at)
-    order, x, A = np.empty(n, np.int64), np.empty(n), w.notes[a + n : a + n + n * n].reshape((n, n))
-    for i in range(n):
-        order[i] = int(w.notes[a + i])
+    laid_out(S, w.con, m, J)
+    exchanged(J, n, w.notes, a, False)
+    x = np.empty(n)
     loose = False
     for e in range(STRAINS):
         loose = loose or S.free[e] > 0
@@ -109,7 +109,7 @@ def changed(w: Walk, at: int, h: float) -> bool:
             return True
         for i in range(n):
             x[i] = J.r[i].imag
-        substitute(A, order, n, x)
+        substitute(J, n, x)
         shift(S, st, w.con, m, J.at, n, x, -1j)
         size, scale = largest(x), extent(w, m)
         known = not size * min(1.0, size / last) > _TIGHT * scale
@@ -194,7 +194,7 @@ def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool
 def length(w: Walk, at: int) -> int:
     """Return how many numbers are noted of an increment."""
     m, n = int(w.notes[at + NOTED_M]), int(w.notes[at + NOTED_N])
-    return NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + n + n * n
+    return NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n)
 
 
 @_jit

@@ -42,6 +42,8 @@ work per way; sums of N and friction over the contacts; of the first contact its
 meets (-1: nothing), and its force on the first scale along that one's axes at rest; ``T_slip``: T where a contact last
 began to slide, or the path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at
 which the contacts last changed."""
+WIDTH = len(COLUMNS) + 24
+"""Columns of a state, with the powers of the plate's deflection."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
@@ -110,9 +112,14 @@ class End(NamedTuple):
     phi: float
     solved: int
 
+    @property
+    def word(self) -> Outcome:
+        """The end in words."""
+        return Outcome(str(WORDS[self.code]))
+
 
 class Answers(NamedTuple):
-    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 14), ends (n, 4).
+    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
     all contacts, see :func:`squama.contacts.follow.write`.
@@ -302,7 +309,7 @@ def _first(events: Array, ends: Array) -> Array:
 
 def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Array) -> Array:
     """Return rows of :data:`COLUMNS` and deflections."""
-    out = np.empty((*raw.shape[:2], len(COLUMNS) + 24), raw.dtype)
+    out = np.empty((*raw.shape[:2], WIDTH), raw.dtype)
     column = {name: out[..., i] for i, name in enumerate(COLUMNS)}
     told = ("way", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap", "contacts",
             "mode", "N", "f", "slip", "T_slip", "since", "energy", "T")  # fmt: skip
