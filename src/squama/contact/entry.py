@@ -45,7 +45,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7), kind),
-        np.zeros((2, 12)), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
+        np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
     )  # fmt: skip
     J = Linear(
         np.zeros((n, n)), np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(2, np.int64)
