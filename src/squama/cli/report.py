@@ -319,7 +319,8 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
         row(f"stress comes to strength at {angle}", f"{angle}_strength"),
         row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
-        row(f"by general contact from {angle}", f"{angle}_general"),
+        row(f"a second contact comes in at {angle}", f"{angle}_second"),
+        row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
     ]
     kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
     head = ["", *laws]
@@ -354,9 +355,8 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         of_mu = f"mu = {mu:g}: " if ours.family is not None else ""
         first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
         if first:
-            by = f" followed by {attrs['followed']};" if "followed" in attrs else ""
             work = f"the {words.torque_words}'s work is balanced to {abs(error):.1e}"
-            lines.append(f"{of_mu}first contact: {first};{by} {work}")
+            lines.append(f"{of_mu}first contact: {first}; {work}")
             lines += [f"{of_mu}{line}" for line in _borne(words, ours if ours.family is None else ours.pick(i))]
         for other in rest:
             d = differences(laws[other], ours)[i]

@@ -20,8 +20,8 @@ from squama.model.outcome import End
 from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
-_FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "U_joint", "U_plate")
-_LIMITS = ("load_strength", "load_strain")
+_FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "W_snap", "U_joint", "U_plate")
+_LIMITS = ("load_strength", "load_strain", "load_second", "load_bent")
 _NEAR = 1e-9
 WHOSE = "of the other face: "
 """Before what is told of the other face's contacts."""
@@ -87,7 +87,7 @@ class Both(NamedTuple):
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end.
 
-        Each face that is walked is followed once, at load angles known before: general contact takes seconds.
+        Each face that is walked is followed at load angles known before.
         """
         if self.far:
             loads = even(self.far, points, self.load_e) if at is None else np.asarray(at, float)
@@ -95,7 +95,7 @@ class Both(NamedTuple):
             own, other = self._followed(points, grid)
             cut = min(float(one.figures["rate_c"]) for one in (own, other)) * self.case.pitch
             along = _until(cut, self._summed(own, other))
-            if at is None and cut < self.far and not any(_generally(one) for one in (own, other)):
+            if at is None and cut < self.far:
                 # the last steps before an end hang on where the others are
                 cut = float(grid[max(0, int(np.searchsorted(grid, cut)) - 2)])
                 loads = even(cut, points, self.load_e)
@@ -195,11 +195,6 @@ def _until(cut: float, along: dict[str, Array]) -> dict[str, Array]:
     return {
         role: v if role in kept or v.dtype.kind != "f" else np.where(beyond, np.nan, v) for role, v in along.items()
     }
-
-
-def _generally(one: Curve) -> bool:
-    """Whether a curve goes on by general contact."""
-    return math.isfinite(float(one.figures["load_general"]))
 
 
 def gather(

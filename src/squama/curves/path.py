@@ -158,7 +158,7 @@ def figures(
 
 
 _LENGTHS = (*MOTIONS[:3], "p", "s", "gap", "slip", "deflection", "stress_x", "stress_y")
-_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "work")
+_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "W_snap", "work")
 
 
 def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -> dict[str, Array]:

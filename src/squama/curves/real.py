@@ -1,8 +1,7 @@
 """The real beam in SI units: thick, elastic scales on a joint that gives, by the model of :mod:`squama.real`.
 
 A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
-makes it thin and rigid. One contact of two edges is followed, by the force law of edges. Where another one comes in,
-the curve goes on by general contact where the extra fe is installed (:mod:`squama.curves.general_contact`).
+makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:`squama.contacts`).
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
+from squama.contacts import follow, path
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
@@ -23,9 +23,6 @@ from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
-from squama.real import changes, follow, path
-from squama.real.features import FACE
-from squama.real.moments import moments
 from squama.types import Array
 from squama.units import change
 
@@ -40,7 +37,7 @@ OWN = (
 )
 """Roles of variables that simpler models have not; M and stretch where the joint's matrix knows them."""
 _ALONG = (
-    "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "RED", *OWN,
+    "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "W_snap", "RED", *OWN,
 )  # fmt: skip
 
 
@@ -95,17 +92,13 @@ def scale(beam: Beam, *, ideal: bool) -> path.Scale:
 
 
 class Path(NamedTuple):
-    """A beam's path in one sense, see :class:`squama.curves.path.Solved`.
-
-    ``general``: where another contact comes in it goes on by general contact.
-    """
+    """A beam's path in one sense, see :class:`squama.curves.path.Solved`."""
 
     beam: Beam
     held: Held
     way: path.Path
     sign: int
     far: float
-    general: bool = False
 
     @property
     def notes(self) -> list[str]:
@@ -135,15 +128,21 @@ class Path(NamedTuple):
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists, or at twists per pitch; NaN beyond an earlier end."""
-        engaged, before = self.way.contact.phi, None
+        engaged = self.way.contact.phi
         if at is None:
-            stop = self.far
-            if not self.general:
-                whole = np.linspace(0.0, self.far, math.ceil(self.far / FINE) + 1)
-                before = self.states(whole)[1]
-                stop = float(whole[max(0, before.solved - 2)] if before.solved < whole.size else self.far)
-            at = spaced(stop, points, engaged)
-        at = np.asarray(at, float)
+            at = spaced(self.far, points, engaged)
+            found = self._curve(at)
+            cut = float(found.figures["load_end"])
+            if math.isfinite(cut) and cut < self.far:
+                # as many points up to an earlier end
+                ended, found = found.figures, self._curve(spaced(cut * (1 - _NEAR), points, engaged))
+                found.figures.update({role: ended[role] for role in ("end", "load_end", "rate_end") if role in ended})
+            return found
+        return self._curve(np.asarray(at, float))
+
+    def _curve(self, at: Array) -> Curve:
+        """Return the curve at twists per pitch; NaN beyond an earlier end."""
+        engaged = self.way.contact.phi
         most = float(at.max(initial=0.0))
         fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
         wanted = np.union1d(at, engaged) if engaged < most else np.unique(at)
@@ -154,64 +153,25 @@ class Path(NamedTuple):
         twists = np.union1d(wanted, fine[apart > _NEAR])
         kept = np.append(True, np.diff(twists) > _SAME) | (twists == engaged)
         kept[:-1] &= ~(twists[1:] == engaged) | (engaged - twists[:-1] > _SAME)
-        rows, end = self.states(twists[kept])
+        answers = self.way.follow(twists[kept])
+        rows, end = answers.rows[0], answers.end()
         if not kept.all():
             rows = np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T])
-        if before is not None and end.code == changes.RANGE:
-            # the curve was cut short at the end that is told
-            end = before
         own = values(self, twists, rows)
         own |= tangents(self.held.rigidity, self.beam.pitch, engaged, twists[kept], twists, own)
-        more: dict[str, float | int | str] = {"load_general": math.nan}
-        if end.code != changes.RANGE and self.general:
-            more |= self.onward(twists, end.phi, own)
         which = np.searchsorted(twists, at)
         reached = np.flatnonzero(np.isfinite(own["torque"]))
         last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in own.items()}
         found = {
-            **figures(self.case, last, engaged, float(more.get("load_end", end.phi)), last["theta"]),
-            **ending(self.way, end),
+            **figures(self.case, last, engaged, end.phi, last["theta"]),
+            **ending(self.way, answers),
             **thresholds(engaged, self.beam, twists, own),
-            **more,
+            "load_bent": first_at(twists, path.bent(self.way.scale, rows), path.THIN),
         }
         return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
-    def onward(self, twists: Array, start: float, own: dict[str, Array]) -> dict[str, float | int | str]:
-        """Go on beyond a twist by general contact: fill the values there; return how that ends."""
-        from squama.curves import general_contact
-
-        held, beyond = self.held, np.flatnonzero(twists > start)
-        mu, scale = self.way.mu, self.way.scale
-        c = general_contact.curve(
-            self.beam, held.K, mu, twists[beyond], scale, sign=self.sign, stretch=held.stretch
-        )  # fmt: skip
-        if not float(c.figures["load_end"]) > start:
-            return {}
-        for role, values_there in c.along.items():
-            if role in own:
-                own[role][beyond] = values_there
-        if held.more:
-            rate = own["rate"][beyond]
-            own["torque"][beyond] += held.more * rate
-            own["U_el"][beyond] += held.more * rate**2 / 2
-            own["tangent"][beyond] += held.more
-        (reached,) = np.nonzero(np.isfinite(own["torque"][beyond]))
-        if reached.size == 1:
-            # a single point has no slope of its own
-            i = beyond[reached[0]]
-            own["tangent"][i] = np.diff(own["torque"][i - 1 : i + 1])[0] / np.diff(own["rate"][i - 1 : i + 1])[0]
-        own["stiffness_ratio"][beyond] = own["tangent"][beyond] / held.rigidity
-        q = np.column_stack([own[name][beyond] for name in MOTIONS]) * self.mirror[:6]
-        q[:, :3] /= self.beam.pitch
-        strains = [twists[beyond]] if not held.stretch else [twists[beyond], 0 * twists[beyond], own["stretch"][beyond]]
-        for role, values_there in embedded(self, np.column_stack([q, *strains])).items():
-            own[role][beyond] = values_there
-        kept = ("end", "neighbour", "other_contact", "first_contact", "load_end")
-        found = {role: c.figures[role] for role in kept}
-        return {**found, "load_general": start}
-
-    def states(self, twists: Array) -> tuple[Array, follow.End]:
-        """Follow the model's path, see :meth:`squama.real.path.Path.states`."""
+    def states(self, twists: Array) -> tuple[Array, path.End]:
+        """Follow the model's path, see :meth:`squama.contacts.path.Path.states`."""
         return self.way.states(twists)
 
 
@@ -229,7 +189,7 @@ def solve(asked: Asked, *, stretched: bool = True) -> tuple[list[Path], States]:
     found = []
     for mu in np.atleast_1d(asked.mus):
         way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most, stretch=held.stretch)
-        found.append(Path(beam, held, way, sign, far, asked.onward and general()))
+        found.append(Path(beam, held, way, sign, far))
     far = far if asked.at is None else last
     return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
 
@@ -275,20 +235,22 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
 def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     """Return every variable at the states of ``rows``, SI units, by role."""
     way = one.way
-    column = dict(zip(follow.STRAINED, rows.T, strict=False))
+    column = path.named(rows)
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
-    own |= {name: column[name] for name in ("slip", "N", "f", "W_fr")} | {"p": column["x"], "s": column["y"]}
+    own |= {name: column[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": column["x"], "s": column["y"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
-    own["torque"], own["onset"], own["work"] = column["T"], column["T_slip"], column["W"]
-    if "stretch" in column:
-        own["stretch"], own["M"] = column["stretch"], moments(way.scale, way.beams.K[0], rows)[0]
+    # where contacts last began to slide is told as work per way
+    turned = np.where(np.diff(twists, prepend=0.0) < 0, -1.0, 1.0)
+    own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"] * turned, column["W"]
+    if one.held.stretch:
+        own["stretch"], own["M"] = column["stretch"], column["M"]
     if one.held.more:
         more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
         own |= {role: own[role] + more * twists for role in ("torque", "onset")}
         own |= {role: own[role] + more * twists**2 / 2 for role in ("U_bar", "U_el", "work")}
     own["theta"] = path.inclinations(way, rows)
-    own |= path.plate_figures(way.scale, path.deflections(way, rows))
+    own |= path.plate_figures(way.scale, path.deflections(rows))
     for role in ("scale_twist", "stress_y"):
         own[role] = own[role] * one.mirror[1]
     v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
@@ -296,14 +258,14 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
 
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:
-    """Return what acts on the embedded part, and strains around it, by :func:`squama.real.path.motions`; by role."""
+    """Return what acts on the embedded part, and strains around it, by :func:`squama.contacts.path.motions`; by role."""
     force, moment = path.on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
     if one.held.joint.strain is not None:
-        n = q.shape[1]
-        form, own = one.held.joint.strain[:, :n, :n], q * one.mirror[:n]
+        n = min(q.shape[1], one.held.joint.strain.shape[-1])
+        form, own = one.held.joint.strain[:, :n, :n], q[:, :n] * one.mirror[:n]
         strain = np.sqrt(np.einsum("ni,eij,nj->ne", own, form, own).max(axis=1))
     return {
         "pull_out": force[:, 0] * unit,
@@ -339,19 +301,22 @@ def impossible(beam: Beam) -> str:
     return joint.note if joint.K is None else ""
 
 
-def ending(way: path.Path, end: follow.End) -> dict[str, float | int | str]:
-    """Return how the curve ends, what touches first and what comes in later, by role."""
-    c, code = way.contact, end.code
-    (name,) = path.endings(np.array([c], float), np.array([end], float))
-    other = path.place(end.edge, end.k) if code == changes.OTHER else ""
-    if name == End.OTHER and not other and end.edge >= FACE:
-        other = f"the contact leaves the face (k = {end.k})"
-    where = f"{other} at {end.phi:.4g} rad/pitch" if other else ""
+def ending(way: path.Path, answers: path.Answers) -> dict[str, float | int | str]:
+    """Return how a curve ends, what touches first, and what comes in next, by role."""
+    c = way.contact
+    (name,) = path.endings(np.array([c], float), answers.ends)
+    events = answers.events[0, : int(answers.ends[0, 2])]
+    second = events[(events[:, 0] == follow.ENGAGE) & (events[:, 13] > 1)][:1]
+    at, words = math.nan, ""
+    if second.size:
+        ((one,), (other,)), at = path.features(*second[:, 8:11].T), float(second[0, 1])
+        words = f"{path.words(int(one), int(other), int(second[0, 7]))} at {at:.4g} rad/pitch"
     return {
         "end": str(name),
         "neighbour": max(0, c.k) if c.first != -1 else 0,
-        "other_contact": where,
+        "other_contact": words,
         "first_contact": c.words,
+        "load_second": at,
     }
 
 
@@ -366,6 +331,6 @@ def thresholds(engaged: float, beam: Beam, twists: Array, v: dict[str, Array]) -
     limit = beam.substrate.strain_limit
     found["load_strain"] = math.nan if limit is None else first_at(x, worst(v, "strain")[reached], limit)
     own = np.flatnonzero(np.isfinite(v["work"]))
-    work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"]))
+    work, stored = (float(x[own[-1]]) for x in (v["work"], v["U_el"] + v["W_fr"] + v["W_snap"]))
     found["energy_error"] = (work - stored) / work if work > 0 else 0.0
     return found

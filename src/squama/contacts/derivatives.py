@@ -1,6 +1,6 @@
 """A noted load path once more with a complex step in its beam and its targets: derivatives of designs; compiled.
 
-The real path is followed once, and its increments are noted (:func:`squama.contact.follow.note`). With the equations
+The real path is followed once, and its increments are noted (:func:`squama.contacts.follow.note`). With the equations
 r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of the beam changes the state by
 
     dz = -J^-1 (change of r with the beam, the strains and the states before)
@@ -22,9 +22,9 @@ import math
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contact.detection import gap_at
-from squama.contact.equations import prepared, residual
-from squama.contact.follow import (
+from squama.contacts.detection import gap_at
+from squama.contacts.equations import prepared, residual
+from squama.contacts.follow import (
     LOST,
     MEET,
     NOTED,
@@ -48,8 +48,9 @@ from squama.contact.follow import (
     weigh,
     write,
 )
-from squama.contact.newton import shift, substitute
-from squama.contact.system import PHI, STRAINS, copy, layout
+from squama.contacts.linear import exchanged, laid_out, stored, substitute
+from squama.contacts.newton import shift
+from squama.contacts.system import PHI, STRAINS, copy
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
@@ -91,10 +92,9 @@ def changed(w: Walk, at: int, h: float) -> bool:
     weigh(w, h)
     guess(w, h)
     m, n, a = read(w, at)
-    layout(S, w.con, m, J.at)
-    order, x, A = np.empty(n, np.int64), np.empty(n), w.notes[a + n : a + n + n * n].reshape((n, n))
-    for i in range(n):
-        order[i] = int(w.notes[a + i])
+    laid_out(S, w.con, m, J)
+    exchanged(J, n, w.notes, a, False)
+    x = np.empty(n)
     loose = False
     for e in range(STRAINS):
         loose = loose or S.free[e] > 0
@@ -107,7 +107,7 @@ def changed(w: Walk, at: int, h: float) -> bool:
             return True
         for i in range(n):
             x[i] = J.r[i].imag
-        substitute(A, order, n, x)
+        substitute(J, n, x)
         shift(S, st, w.con, m, J.at, n, x, -1j)
         size, scale = largest(x), extent(w, m)
         rate = min(1.0, size / last) if last < math.inf else 1.0
@@ -186,7 +186,7 @@ def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool
 def length(w: Walk, at: int) -> int:
     """Return how many numbers are noted of an increment."""
     m, n = int(w.notes[at + NOTED_M]), int(w.notes[at + NOTED_N])
-    return NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + n + n * n
+    return NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n)
 
 
 @_jit
@@ -204,7 +204,7 @@ def again(
 ) -> None:  # fmt: skip
     """Follow a noted path with the complex steps of a beam, its ways and its corners.
 
-    ``done``: how many ways the real path reached. Written is what :func:`squama.contact.follow.follow` writes, NaN
+    ``done``: how many ways the real path reached. Written is what :func:`squama.contacts.follow.follow` writes, NaN
     where changes are not known: at ways behind a snap, at one where an event stands, and beyond the room for notes.
     """
     t, at, known = w.tally, 1, True

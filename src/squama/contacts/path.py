@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contact import entry, follow
-from squama.contact.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
+from squama.contacts import entry, follow
+from squama.contacts.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -42,6 +42,8 @@ work per way; sums of N and friction over the contacts; of the first contact its
 meets (-1: nothing), and its force on the first scale along that one's axes at rest; ``T_slip``: T where a contact last
 began to slide, or the path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at
 which the contacts last changed."""
+WIDTH = len(COLUMNS) + 24
+"""Columns of a state, with the powers of the plate's deflection."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
@@ -49,7 +51,7 @@ EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
-"""Ends in words: those of :mod:`squama.contact.follow` by number, then that of a path on which nothing touches."""
+"""Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
 _SCREW = (0, 1, 2, 3, 4, 5, 7, 6, 8)
 """Rows of a joint's matrix, which has the twist before the bend, in the order of the strains."""
 
@@ -110,12 +112,17 @@ class End(NamedTuple):
     phi: float
     solved: int
 
+    @property
+    def word(self) -> Outcome:
+        """The end in words."""
+        return Outcome(str(WORDS[self.code]))
+
 
 class Answers(NamedTuple):
-    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 14), ends (n, 4).
+    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contact.follow.write`.
+    all contacts, see :func:`squama.contacts.follow.write`.
     """
 
     contacts: Array
@@ -198,7 +205,7 @@ def moved(
     Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
     the path is followed once. All that is returned but the ends is complex, its real parts those of
     :func:`follow_all`. Imaginary parts are NaN where there are no derivatives, see
-    :mod:`squama.contact.derivatives`: behind a snap, first of all.
+    :mod:`squama.contacts.derivatives`: behind a snap, first of all.
     """
     real = entry.Beams(*(np.ascontiguousarray(np.real(v[::copies])) for v in beams))
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
@@ -259,7 +266,7 @@ def _legs(targets: Array, corners: Array | None, most: float | Array | None) -> 
 
 
 class Room(NamedTuple):
-    """What the compiled solver writes of n beams at m ways: see :func:`squama.contact.follow.follow`."""
+    """What the compiled solver writes of n beams at m ways: see :func:`squama.contacts.follow.follow`."""
 
     rows: Array
     motions: Array
@@ -302,7 +309,7 @@ def _first(events: Array, ends: Array) -> Array:
 
 def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Array) -> Array:
     """Return rows of :data:`COLUMNS` and deflections."""
-    out = np.empty((*raw.shape[:2], len(COLUMNS) + 24), raw.dtype)
+    out = np.empty((*raw.shape[:2], WIDTH), raw.dtype)
     column = {name: out[..., i] for i, name in enumerate(COLUMNS)}
     told = ("way", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap", "contacts",
             "mode", "N", "f", "slip", "T_slip", "since", "energy", "T")  # fmt: skip
@@ -465,6 +472,13 @@ def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
         return told | dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(b), np.nan))
     stress, places = stresses(scale, bent)
     return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
+
+
+def bent(scale: Scale, rows: Array) -> Array:
+    """Return the largest deflection of the tip's corners over the length (n,), of states."""
+    b = deflections(rows).reshape(len(rows), 6, 4)
+    even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
+    return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
 
 
 def _turns(w: Array) -> Array:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.types import Array
@@ -17,8 +19,9 @@ PSI, PHI, CHI, EPS = range(4)
 """Strains of a cell: bend, twist, lateral bend, stretch; those conjugate to them are M, T, B and P."""
 MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
-EE, VF, FV, EF, FE = range(5)
-"""Kinds of contact, see :data:`KINDS`."""
+EE, VF, FV, EF, FE, LIES = range(6)
+"""Kinds of contact; the last one is that of a scale that lies on the substrate: a moment that lifts it, no places."""
+_NONE = np.zeros(0)
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
 """Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
 whether it stands, for this increment, for an edge that is tangent to the face nowhere any more."""
@@ -32,7 +35,8 @@ class System(NamedTuple):
     ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates`` (N, 24, 24),
     compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``: compliance by
     which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour that is looked at;
-    ``periodic``: the N scales repeat for ever.
+    ``periodic``: the N scales repeat for ever; ``rests`` (N,): inclination at rest over the substrate, on which a scale
+    may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for motions that stay 0, or (0,) for none.
     """
 
     shapes: Array
@@ -44,6 +48,8 @@ class System(NamedTuple):
     grip: float
     reach: int
     periodic: bool
+    rests: Array = _NONE
+    masked: Array = _NONE
 
 
 class State(NamedTuple):
@@ -73,8 +79,8 @@ class Past(NamedTuple):
 @_jit
 def copy(a: Array, b: Array) -> None:
     """Write an array into another one; an assignment of slices takes long to compile."""
-    x, y = a.ravel(), b.ravel()
-    for i in range(x.size):
+    x, y = a.flat, b.flat
+    for i in range(a.size):
         y[i] = x[i]
 
 
@@ -99,6 +105,12 @@ def partner(S: System, c: Array) -> int:
 def places_of(kind: int) -> int:
     """Return how many unknown places a contact of a kind has."""
     return 3 if kind >= EF else 2
+
+
+@_in
+def unknowns_of(kind: int) -> int:
+    """Return how many unknowns a contact of a kind has: its force and places, or the moment of the substrate."""
+    return 1 if kind == LIES else 3 + places_of(kind)
 
 
 @_in
@@ -198,12 +210,16 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
     """
     n, N = 0, len(S.shapes)
     for i in range(N):
+        at[i] = MOTIONS
+    for c in range(m):
+        at[N + c] = at[con[c, FIRST]]
+        at[con[c, FIRST]] += unknowns_of(con[c, KIND])
+    for i in range(N):
+        size = at[i]
         at[i] = n
-        n += MOTIONS
-        for c in range(m):
-            if con[c, FIRST] == i:
-                at[N + c] = n
-                n += 3 + places_of(con[c, KIND])
+        n += size
+    for c in range(m):
+        at[N + c] += at[con[c, FIRST]]
     for e in range(STRAINS):
         if S.free[e] > 0:
             n += 1

@@ -7,6 +7,7 @@ Contact c presses scale i from its neighbour j at places r1 and p2, both seen fr
     contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
     friction   y = f - k v:  |y| <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/|y| = 0 (slips)
     strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed
+    substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
 increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states before,
@@ -15,14 +16,14 @@ by the backward difference of second order. It is the same law for each kind of 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.geometry import (
-    PAIR,
+from squama.contacts.geometry import (
     attitudes,
     back,
     beside,
@@ -35,7 +36,8 @@ from squama.contact.geometry import (
     turn,
     vector,
 )
-from squama.contact.system import (
+from squama.contacts.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
+from squama.contacts.system import (
     APART,
     EE,
     EF,
@@ -45,6 +47,7 @@ from squama.contact.system import (
     FV,
     H,
     KIND,
+    LIES,
     MOTIONS,
     MU,
     ONE,
@@ -64,7 +67,7 @@ from squama.contact.system import (
     strain_columns,
     unknown,
 )
-from squama.real.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
+from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
 from squama.types import Array
 
 N_, F_, V_, MARGIN, SLOPE1, SLOPE2, TOLD = range(7)
@@ -78,7 +81,8 @@ class Work(NamedTuple):
     """Room of a path: attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places
     and what they do to their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
     derivatives (22, 28), what is known of contacts (C, 7); views of a pair (2, 12), its corners (4, 3), a vertex (7,) and
-    the unknowns of a contact's variables and rows (2, 28).
+    the unknowns of a contact's variables and rows (2, 28); of each plate the last place at which it is pressed (N,), and
+    before each place another one of the same plate (2 C,), -1 for none.
     """
 
     E: Array
@@ -94,6 +98,8 @@ class Work(NamedTuple):
     corners: Array
     vertex: Array
     columns: Array
+    first: Array
+    next: Array
 
 
 class Meeting(NamedTuple):
@@ -119,8 +125,8 @@ class Meeting(NamedTuple):
 @_jit
 def clear(a: Array) -> None:
     """Write zeros into an array."""
-    x = a.ravel()
-    for i in range(x.size):
+    x = a.flat
+    for i in range(a.size):
         x[i] = 0.0
 
 
@@ -133,6 +139,8 @@ def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
     N = len(S.shapes)
     clear(W.load)
     for c in range(m):
+        if con[c, KIND] == LIES:
+            continue
         i, j = con[c, FIRST], partner(S, con[c])
         x1, y1, x2, y2 = spots(S, con[c], st.s[c])
         F = vector(st.F[c], 0)
@@ -258,7 +266,11 @@ def residual(
     N = len(S.shapes)
     elastic(S, st, at, n, r, loads)
     for c in range(m):
-        row, o, g = con[c], at[N + c], meet(S, st, con[c], st.s[c], W)
+        row, o = con[c], at[N + c]
+        if row[KIND] == LIES:
+            lie(S, st, row[FIRST], c, o, at[row[FIRST]] + 3, W, r)
+            continue
+        g = meet(S, st, row, st.s[c], W)
         i, j, kind = row[FIRST], partner(S, row), row[KIND]
         P, F, mu, told = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], W.told[c]
         k = S.shapes[i, STIFF]
@@ -307,6 +319,54 @@ def residual(
     for e in range(STRAINS):
         if columns[e] >= 0:
             r[columns[e]] = loads[e] * N
+    for a in range(len(S.masked)):
+        if S.masked[a] > 0:
+            for i in range(N):
+                r[at[i] + a] = st.q[i, a]
+
+
+@_jit
+def inclination(S: System, i: int, W: Work) -> float:
+    """Return the angle of a scale's length over the bar's face."""
+    return S.rests[i] + math.atan2(W.E[i, 6], W.E[i, 0])
+
+
+@_jit
+def lever(S: System, st: State, i: int, W: Work) -> tuple[Vector, Vector, float]:
+    """Return the rate of the inclination with a turn of the scale, and along n_X, which turns, what it is made of."""
+    up = (W.E[i, 0], W.E[i, 3], W.E[i, 6])
+    square = up[0] * up[0] + up[2] * up[2]
+    return scaled(1 / square, cross(up, (-up[2], 0.0, up[0]))), up, square
+
+
+@_jit
+def lie(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, r: Array) -> None:
+    """Write the equation of a scale that lies on the substrate, and what its moment brings to its balance."""
+    Q, told = st.F[c, 0], W.told[c]
+    clear(told)
+    told[N_] = Q
+    r[o] = inclination(S, i, W)
+    moment = by_vector(turned(vector(st.q[i], 3)), scaled(Q, lever(S, st, i, W)[0]))
+    for a in range(3):
+        r[turns + a] -= moment[a]
+
+
+@_jit
+def lie_rates(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear) -> None:
+    """Write the derivatives of :func:`lie`."""
+    Q, w = st.F[c, 0], vector(st.q[i], 3)
+    e, (rate, up, square) = turned(w), lever(S, st, i, W)
+    by_w = by_vector(e, rate)
+    for z in range(3):
+        by_turn = cross(spin(e, axis(z, 0.0)), up)
+        grown = 2 * (up[0] * by_turn[0] + up[2] * by_turn[2])
+        change = add(cross(by_turn, (-up[2], 0.0, up[0])), 1.0, cross(up, (-by_turn[2], 0.0, by_turn[0])))
+        change = scaled(Q / square, add(change, -grown, rate))
+        change = add(map_rate(w, scaled(Q, rate), axis(z, 0.0)), 1.0, by_vector(e, change))
+        enter(J, o, turns + z, by_w[z])
+        enter(J, turns + z, o, -by_w[z])
+        for a in range(3):
+            enter(J, turns + a, turns + z, -change[a])
 
 
 @_jit
@@ -465,8 +525,12 @@ def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
 def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) -> bool:
     """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
     any_ = False
+    for i in range(len(S.shapes)):
+        W.first[i] = -1
     for c in range(m):
         row = con[c]
+        if row[KIND] == LIES:
+            continue
         i, j = row[FIRST], partner(S, row)
         x1, y1, x2, y2 = spots(S, row, st.s[c])
         F = vector(st.F[c], 0)
@@ -475,6 +539,7 @@ def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) 
             if not S.shapes[a, ELASTIC] > 0:
                 continue
             any_ = True
+            W.next[o], W.first[a] = W.first[a], o
             powers(S, a, x, y, W.powers[o])
             for l in range(3):
                 out = W.bent[o, l]
@@ -489,77 +554,137 @@ def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) 
 
 
 @_jit
-def lifted(S: System, st: State, con: Array, m: int, at: Array, n: int, c: int, side: int, W: Work) -> None:
-    """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts."""
+def lifted(
+    S: System, st: State, con: Array, at: Array, n: int, c: int, side: int, W: Work, begin: int, end: int
+) -> None:  # fmt: skip
+    """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
+
+    They are by unknowns from ``begin`` to before ``end``, and by free strains.
+    """
     N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
-    clear(own)
+    columns = strain_columns(S, n)
+    for l in range(3):
+        for b in range(begin, end):
+            own[l, b] = 0.0
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                own[l, columns[e]] = 0.0
     a = con[c, FIRST] if side == 0 else partner(S, con[c])
     if not S.shapes[a, ELASTIC] > 0:
         return
-    columns = strain_columns(S, n)
-    for d in range(m):
-        row = con[d]
-        i, j = row[FIRST], partner(S, row)
-        P, F = W.pairs[i, row[APART] - 1], vector(st.F[d], 0)
+    up0 = normal(W.E[a])
+    turning = turned(vector(st.q[a], 3))
+    q = W.first[a]
+    while q >= 0:
+        d, other = q // 2, q % 2
+        row, first = con[d], at[N + d]
+        P, F = W.pairs[row[FIRST], row[APART] - 1], vector(st.F[d], 0)
         places = unknown(row[KIND], row[ONE], row[OTHER])
-        for other in range(2):
-            if (i if other == 0 else j) != a:
-                continue
-            q, first = 2 * d + other, at[N + d]
-            up = normal(W.E[a])
-            up = up if other == 0 else scaled(-1.0, turn(P, up))
-            # the load is F . up, so that a turn o changes it by o . (up x F)
-            moment = cross(up, F)
-            by_w = by_vector(turned(vector(st.q[a], 3)), moment if other == 0 else back(P, moment))
-            ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
-            for l in range(3):
-                v = vx = vy = 0.0
-                for p in range(POWERS):
-                    v += W.powers[o, l, p] * W.bent[q, 0, p]
-                    vx += W.powers[o, l, p] * W.bent[q, 1, p]
-                    vy += W.powers[o, l, p] * W.bent[q, 2, p]
-                for b in range(3):
-                    own[l, first + b] += v * up[b]
-                    own[l, at[a] + 3 + b] += v * by_w[b]
-                if other == 1:
-                    for e in range(STRAINS):
-                        if columns[e] >= 0:
-                            own[l, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
-                if ix >= 0:
-                    own[l, first + 3 + ix] += vx * W.side[q]
-                if iy >= 0:
-                    own[l, first + 3 + iy] += vy * W.side[q]
+        up = up0 if other == 0 else scaled(-1.0, turn(P, up0))
+        # the load is F . up, so that a turn o changes it by o . (up x F)
+        moment = cross(up, F)
+        by_w = by_vector(turning, moment if other == 0 else back(P, moment))
+        ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
+        for l in range(3):
+            v = vx = vy = 0.0
+            for p in range(POWERS):
+                v += W.powers[o, l, p] * W.bent[q, 0, p]
+                vx += W.powers[o, l, p] * W.bent[q, 1, p]
+                vy += W.powers[o, l, p] * W.bent[q, 2, p]
+            for b in range(3):
+                own[l, first + b] += v * up[b]
+                own[l, at[a] + 3 + b] += v * by_w[b]
+            if other == 1:
+                for e in range(STRAINS):
+                    if columns[e] >= 0:
+                        own[l, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
+            if ix >= 0:
+                own[l, first + 3 + ix] += vx * W.side[q]
+            if iy >= 0:
+                own[l, first + 3 + iy] += vy * W.side[q]
+        q = W.next[q]
 
 
 @_jit
-def jacobian(S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, A: Array) -> None:
-    """Write the derivatives (n, n) of the residual by the unknowns at a state to which W was brought."""
-    N, L = len(S.shapes), W.local
-    for a in range(n):
-        for b in range(n):
-            A[a, b] = 0.0
+def around(S: System, at: Array, all_: int, a: int) -> tuple[int, int]:
+    """Return from which unknown to before which one those are of which a plate's deflection may depend."""
+    N = len(S.shapes)
+    if S.periodic:
+        return 0, all_
+    return at[max(0, a - S.reach)], at[a + 1] if a + 1 < N else all_
+
+
+@_jit
+def spread(
+    J: Linear, strained: tuple[int, int, int, int], L: Array, column: Array, rows: Array, lifts: Array, from1: int,
+    to1: int, from2: int, to2: int,
+) -> None:  # fmt: skip
+    """Add a contact's local derivatives to a Jacobian: ``column``, ``rows`` say of which unknowns and equations.
+
+    -1 stands for none, -2 for a lift or slope of a plate, which depends on unknowns from ``from1`` (``from2``: of the
+    second plate) to before ``to1``, and on free strains.
+    """
+    band, inner, stride, base = J.band, J.kept[INNER], J.kept[STRIDE], J.kept[BASE]
+    for z in range(_OUTPUTS):
+        to = rows[z]
+        if to < 0:
+            continue
+        sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
+        for v in range(_INPUTS):
+            x, b = sign * L[z, v], column[v]
+            if x == 0.0 or b == -1:
+                continue
+            if b >= 0:
+                if b < inner and to < inner:
+                    band[o + b] += x
+                else:
+                    enter(J, to, b, x)
+                continue
+            own = lifts[v - _W]
+            begin, end = (from1, to1) if v < _W + 3 else (from2, to2)
+            if to < inner:
+                for a in range(begin, end):
+                    band[o + a] += x * own[a]
+            else:
+                for a in range(begin, end):
+                    J.lower[to - inner, a] += x * own[a]
+            for e in range(STRAINS):
+                if strained[e] >= 0:
+                    enter(J, to, strained[e], x * own[strained[e]])
+
+
+@_jit
+def jacobian(S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear) -> None:
+    """Write the derivatives of the residual by the unknowns at a state to which W was brought."""
+    N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
+    emptied(J, n)
     columns = strain_columns(S, n)
     for i in range(N):
         for a in range(MOTIONS):
             for b in range(MOTIONS):
-                A[at[i] + a, at[i] + b] = S.K[i, a, b]
+                enter(J, at[i] + a, at[i] + b, S.K[i, a, b])
         for e in range(STRAINS):
             if columns[e] >= 0:
                 for a in range(MOTIONS):
-                    A[at[i] + a, columns[e]] = S.K[i, a, MOTIONS + e]
-                    A[columns[e], at[i] + a] = S.K[i, a, MOTIONS + e]
+                    enter(J, at[i] + a, columns[e], S.K[i, a, MOTIONS + e])
+                    enter(J, columns[e], at[i] + a, S.K[i, a, MOTIONS + e])
                 for o in range(STRAINS):
                     if columns[o] >= 0:
-                        A[columns[e], columns[o]] += S.K[i, MOTIONS + e, MOTIONS + o]
+                        enter(J, columns[e], columns[o], S.K[i, MOTIONS + e, MOTIONS + o])
     bent = lifts(S, st, con, m, at, n, W) if m > 0 else False
     column, rows = W.columns[0], W.columns[1]
     for c in range(m):
         row, o = con[c], at[N + c]
         i, j, k = row[FIRST], partner(S, row), places_of(row[KIND])
+        if row[KIND] == LIES:
+            lie_rates(S, st, i, c, o, at[i] + 3, W, J)
+            continue
         locally(S, st, past, c, row, W)
+        from1, to1 = around(S, at, inner, i)
+        from2, to2 = around(S, at, inner, j)
         if bent:
-            lifted(S, st, con, m, at, n, c, 0, W)
-            lifted(S, st, con, m, at, n, c, 1, W)
+            lifted(S, st, con, at, n, c, 0, W, from1, to1)
+            lifted(S, st, con, at, n, c, 1, W, from2, to2)
         # from turns of the scales to their rotation vectors: columns, then the rows of the moments
         P, F, g = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), meet(S, st, row, st.s[c], W)
         for side in range(2):
@@ -590,17 +715,8 @@ def jacobian(S: System, st: State, past: Past, con: Array, m: int, at: Array, n:
             rows[6 + z], rows[12 + z] = at[i] + z, at[j] + z
         for e_ in range(STRAINS):
             rows[18 + e_] = columns[e_]
-        for z in range(_OUTPUTS):
-            to = rows[z]
-            if to < 0:
-                continue
-            sign = -1.0 if 6 <= z < 12 else 1.0
-            for v_ in range(_INPUTS):
-                x = sign * L[z, v_]
-                if x == 0.0 or column[v_] == -1:
-                    continue
-                if column[v_] >= 0:
-                    A[to, column[v_]] += x
-                else:
-                    for b in range(n):
-                        A[to, b] += x * W.lifts[v_ - _W, b]
+        spread(J, columns, L, column, rows, W.lifts, from1, to1, from2, to2)
+    for a in range(len(S.masked)):
+        if S.masked[a] > 0:
+            for i in range(N):
+                alone(J, at[i] + a)

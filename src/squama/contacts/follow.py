@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 
-from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contact.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
-from squama.contact.equations import (
+from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
+from squama.contacts.equations import (
     F_,
     MARGIN,
     N_,
@@ -23,25 +21,26 @@ from squama.contact.equations import (
     Work,
     along_edges,
     jacobian,
+    inclination,
     meet,
     prepared,
-    residual,
 )
-from squama.contact.geometry import PAIR, PLACED, back, turn
-from squama.contact.newton import Linear, factor, solve
-from squama.contact.system import (
+from squama.contacts.geometry import PLACED, back, put, vector
+from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
+from squama.contacts.newton import solve
+from squama.contacts.system import (
     APART,
     BETA,
     EE,
     EF,
     ELASTIC,
-    EPS,
     ETA,
     FE,
     FIRST,
     FV,
     H,
     KIND,
+    LIES,
     MOTIONS,
     MU,
     ONE,
@@ -59,14 +58,12 @@ from squama.contact.system import (
     copy,
     corner_at,
     high,
-    layout,
     lengthwise,
     low,
     partner,
-    places_of,
     spots,
 )
-from squama.real.vectors import add, dot
+from squama.contacts.vectors import dot
 from squama.types import Array
 
 RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
@@ -76,8 +73,10 @@ ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
-CONTACT, EVENT, LINE = 16, 17, 21
+CONTACT, EVENT, LINE = 16, 25, 21
 """Columns of a contact, an event and a row that are written."""
+AFTER = 17
+"""First column of an event that holds a contact that there is behind it, see :func:`number`."""
 _TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
 """Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
 _LOCATED = 1e-10
@@ -85,8 +84,11 @@ _LOCATED = 1e-10
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
 _LEAST, _SHRINK, _EVENTS, _CHANGES = 1e-8, 0.35, 400, 24
-T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO, T_NOTED = range(19)
-TALLY = 19
+_FAR, _SNAPS = 6, 1e-6
+"""How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
+snap loses, for it to be one."""
+T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO, T_NOTED, T_TRIAL, T_JUMPED = range(21)
+TALLY = 21
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip; rates of both works at the last two states; the load where a
 contact last began to slide; way since which the contacts are these; increments; events; events without an increment; where the last
@@ -178,7 +180,7 @@ def unfold(w: Walk, st: State) -> bool:
     prepared(w.S, st, w.con, w.count[0], True, w.W)
     for c in range(w.count[0]):
         row = w.con[c]
-        if row[KIND] < EF:
+        if row[KIND] != EF and row[KIND] != FE:
             continue
         side = 0 if row[KIND] == EF else 1
         own = row[ONE] if side == 0 else row[OTHER]
@@ -257,6 +259,8 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
     least, which = 1e9 + 0.0 * s[0], 0
+    if kind == LIES:
+        return least, which
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
     else:
@@ -325,6 +329,8 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
     """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
     if what != MEET:
         return condition(w, st, what, c)
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W)
     # a vertex of the overlap, if it is there
     n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
     for a in range(n):
@@ -363,7 +369,38 @@ def violated(w: Walk, st: State, look: bool) -> tuple[int, int, float]:
     if a >= 0:
         copy(w.found[a], w.best)
         return MEET, -1, w.found[a, GAP]
-    return -1, -1, 0.0
+    return lain(w)
+
+
+@_jit
+def lain(w: Walk) -> tuple[int, int, float]:
+    """Return as :func:`violated` a scale that would be turned into the substrate, the farthest of them."""
+    worst, which = -_TOUCH, -1
+    for i in range(len(w.S.rests)):
+        theta = inclination(w.S, i, w.W)
+        if theta < worst and not lying(w, i):
+            worst, which = theta, i
+    if which < 0:
+        return -1, -1, 0.0
+    for a in range(VERTEX):
+        w.best[a] = 0.0
+    w.best[FIRST], w.best[KIND], w.best[GAP] = which, LIES, worst
+    return MEET, -1, worst
+
+
+@_jit
+def lying(w: Walk, i: int) -> bool:
+    """Say whether a scale lies on the substrate."""
+    for c in range(w.count[0]):
+        if w.con[c, KIND] == LIES and w.con[c, FIRST] == i:
+            return True
+    return False
+
+
+@_jit
+def sideways(w: Walk, gap: float) -> bool:
+    """Say whether a vertex that was just found is as deep as only one that came in from the side."""
+    return w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3
 
 
 @_jit
@@ -403,17 +440,17 @@ def note(w: Walk, h: float) -> None:
     """Note the increment just solved for, where there is room, so that it can be followed once more.
 
     ``notes`` begin with the number of all that are written, below 0 where the room did not suffice. Then follow of each
-    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), row
-    exchanges (n,) and factors (n, n) of its Jacobian.
+    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), and the
+    factors of its Jacobian.
     """
     notes, S, st, m = w.notes, w.S, w.new, w.count[0]
     w.tally[T_NOTED] = 0.0
     if notes.size == 0 or notes[0] < 0:
         return
-    n = layout(S, w.con, m, w.J.at)
+    n = laid_out(S, w.con, m, w.J)
     at = int(max(notes[0], 1.0))
     a = at + NOTED
-    end = a + m * (w.con.shape[1] + 6) + st.q.size + STRAINS + n + n * n
+    end = a + m * (w.con.shape[1] + 6) + st.q.size + STRAINS + stored(w.J, n)
     if end > notes.size:
         notes[0] = -float(at)
         return
@@ -424,11 +461,11 @@ def note(w: Walk, h: float) -> None:
         notes[a + e] = st.strains[e]
     a = put_down(st.F, m, notes, a + STRAINS)
     a = put_down(st.s, m, notes, a)
-    A, order = notes[a + n : end].reshape((n, n)), np.empty(n, np.int64)
-    jacobian(S, st, w.past, w.con, m, w.J.at, n, w.W, A)
-    if not factor(A, order, n):
+    jacobian(S, st, w.past, w.con, m, n, w.W, w.J)
+    w.J.kept[SOLVED] = n if factor(w.J, n) else 0
+    if w.J.kept[SOLVED] == 0:
         notes[at + NOTED_WHAT] = LOST
-    copy(order, notes[a : a + n])
+    exchanged(w.J, n, notes, a, True)
     notes[0], w.tally[T_NOTED] = end, at
 
 
@@ -548,47 +585,37 @@ def leave(w: Walk, st: State, c: int, which: int) -> bool:
 @_jit
 def succeed(w: Walk, st: State, c: int) -> bool:
     """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
-    S, row = w.S, w.con[c].copy()
+    S, row = w.S, w.con[c]
+    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
     x1, y1, x2, y2 = spots(S, row, st.s[c])
-    F = st.F[c].copy()
+    F = vector(st.F[c], 0)
     drop(w, st, c)
-    n = vertices(S, st, w.W, row[FIRST], row[APART], 1e-3, w.found, 0)
-    best, least, k = -1, 0.1, np.empty(7, np.int64)
+    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
+    best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
-        if known(S, st, w.con, w.count[0], w.found[a], w.W.vertex):
-            continue
-        for o in range(5):
-            k[o] = int(w.found[a, o])
-        if k[KIND] == row[KIND] and k[ONE] == row[ONE] and k[OTHER] == row[OTHER]:
+        # what it is gets into k
+        if known(S, st, w.con, w.count[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
             continue
         X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
         if far < least:
             best, least = a, far
-    if best < 0:
+    if best < 0 or not add_contact(w, st, w.found[best]):
         return False
-    vertex = w.found[best].copy()
-    if not add_contact(w, st, vertex):
-        return False
-    m = w.count[0] - 1
-    for a in range(3):
-        st.F[m, a] = F[a]
+    put(F, st.F[w.count[0] - 1], 0)
     return True
 
 
 @_jit
 def energy(w: Walk, st: State) -> float:
     """Return the elastic energy of joints, bar and plates."""
-    S, out = w.S, 0.0
+    S, out = w.S, 0.0 * w.S.K[0, 0, 0]
     for i in range(len(S.shapes)):
-        z = np.empty(MOTIONS + STRAINS, S.K.dtype)
-        for a in range(MOTIONS):
-            z[a] = st.q[i, a]
-        for e in range(STRAINS):
-            z[MOTIONS + e] = st.strains[e]
+        K, q, e = S.K[i], st.q[i], st.strains
         for a in range(MOTIONS + STRAINS):
+            z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
-                out += z[a] * S.K[i, a, b] * z[b] / 2
+                out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
         if S.shapes[i, ELASTIC].real > 0:
             for a in range(POWERS):
                 out += st.b[i, a] * w.W.load[i, a] / 2
@@ -637,7 +664,7 @@ def regroup(w: Walk, h: float) -> int:
             if not leave(w, w.new, c, beyond(w.S, w.new, w.con[c], c)[1]):
                 succeed(w, w.new, c)
         else:
-            if v < -0.3 * w.S.shapes[0, H] - 5e-3:
+            if sideways(w, v):
                 return SIDE_ENTRY
             if not add_contact(w, w.new, w.best):
                 return MANY
@@ -645,8 +672,29 @@ def regroup(w: Walk, h: float) -> int:
 
 
 @_jit
+def number(c: Array) -> int:
+    """Return one number for a contact's scale, the other's distance, kind and features."""
+    n: int = (((c[FIRST] * 64 + c[APART]) * 5 + c[KIND]) * 4 + c[ONE]) * 4 + c[OTHER]
+    return n
+
+
+@_jit
+def tell_contacts(w: Walk, row: Array, without: int) -> None:
+    """Write into an event which contacts there are behind it; -1 for none. One of them may be about to go."""
+    n = AFTER
+    for c in range(w.count[0]):
+        if c != without and n < len(row):
+            row[n] = number(w.con[c])
+            n += 1
+    for a in range(n, len(row)):
+        row[a] = -1.0
+
+
+@_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
-    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, and its places."""
+    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what
+    touches behind it.
+    """
     n = int(w.tally[T_EVENTS].real)
     if n < len(events):
         row = events[n]
@@ -658,6 +706,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         row[11], row[12], row[13] = w.loads[1], lost, w.count[0]
         for a in range(3):
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
+        tell_contacts(w, row, c if kind == OPEN else -1)
         w.tally[T_EVENTS] += 1
 
 
@@ -732,21 +781,22 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
     ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, True)
-        if w2 >= 0:
-            return up, w2, c2
-    return up if ok else -1.0, what, c
+        # -1: what was violated was another solution than the one that the last states lead to
+        return up, w2, c2
+    return -1.0, what, c
 
 
 @_jit
 def jump(w: Walk, events: Array, step: float) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses."""
     t = w.tally
-    before, load = energy_now(w), w.loads[1]
+    before = energy_now(w)
+    # where it stops again at once an equilibrium farther off is looked for
+    begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
     keep(w)
     code = NO_EQUILIBRIUM
-    start = w.now
-    for trial in range(6):
-        h = 1e-7 * 10.0**trial if trial < 5 else step
+    for trial in range(min(begin, _FAR), _FAR):
+        h = 1e-7 * 10.0**trial if trial < _FAR - 1 else step
         for way in range(2):
             restore(w)
             t[T_FRESH] = 0.0
@@ -755,7 +805,7 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 # from the state without any contact
                 w.count[0], w.J.kept[0] = 0, 0
             found = regroup(w, h)
-            code = found if trial == 0 and way == 0 else code
+            code = found if trial == begin and way == 0 else code
             if found == 0:
                 after = energy(w, w.new)
                 rubbed, slid = t[T_RUBBED], t[T_SLID]
@@ -764,8 +814,14 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 accept(w, h, True)
                 # what is rubbed in a snap is a part of what it loses
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
-                t[T_LOST] += max(0.0, before - after)
-                tell(w, events, SNAP, 0 if w.count[0] > 0 else -1, before - after)
+                lost = before + h * t[T_LOAD] - after
+                c = 0 if w.count[0] > 0 else -1
+                if lost > _SNAPS * before:
+                    t[T_LOST] += lost
+                    tell(w, events, SNAP, c, lost)
+                else:
+                    tell(w, events, CHANGE, c, 0.0)
+                t[T_TRIAL], t[T_JUMPED] = trial, t[T_WAY]
                 t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
                 return 0
     restore(w)
@@ -812,13 +868,17 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
                 return jump(w, events, step)
             continue
         break
-    if what == MEET and v < -0.3 * w.S.shapes[0, H] - 5e-3 and w.best[GAP] < -1e-3:
+    if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
     note(w, where)
+    if what < 0:
+        accept(w, where, False)
+        t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
+        return 0
     accept(w, where, True)
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
-    if t[T_ZERO] > 8 or t[T_EVENTS] > _EVENTS or not change(w, what, c, events, step):
+    if t[T_ZERO] > (2 if what == FLIP else 8) or t[T_EVENTS] > _EVENTS or not change(w, what, c, events, step):
         t[T_ZERO] = 0.0
         return jump(w, events, step)
     return 0
@@ -833,6 +893,8 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
         row[1 + e], row[5 + e] = w.now.strains[e], w.loads[e]
     m, mode, N, f = w.count[0], 0, 0.0, 0.0
     for c in range(m):
+        if w.con[c, KIND] == LIES:
+            continue
         N += w.W.told[c, N_]
         f += w.W.told[c, F_]
         if c == 0 or w.con[c, STUCK] == 0:
@@ -844,7 +906,8 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
         out = contacts[c]
         for a in range(ENDED):
             out[a] = w.con[c, a]
-        out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
+        if w.con[c, KIND] != LIES:
+            out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
         for a in range(3):
             out[10 + a] = w.now.F[c, a]
         out[13], out[14], out[15] = w.W.told[c, N_], w.W.told[c, F_], w.now.s[c, 2]
@@ -891,7 +954,7 @@ def follow(
     Where nothing touches up to there, that is looked for straight on to the way ``most``.
 
     Written are ``rows`` (n, 21), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
-    (E, 17), and ``end`` (4,): why, way, events, rows.
+    (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
     t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step

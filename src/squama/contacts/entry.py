@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import kept
-from squama.contact import derivatives
-from squama.contact import follow as following
-from squama.contact.detection import VERTEX
-from squama.contact.equations import Work
-from squama.contact.follow import TALLY, Walk
-from squama.contact.geometry import PAIR, PLACED, put
-from squama.contact.newton import Linear
-from squama.contact.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
+from squama.batch.keeping import kept, making
+from squama.contacts import derivatives
+from squama.contacts import follow as following
+from squama.contacts.detection import VERTEX
+from squama.contacts.equations import Work
+from squama.contacts.follow import TALLY, Walk
+from squama.contacts.geometry import PAIR, PLACED, put
+from squama.contacts.linear import Linear
+from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
@@ -27,8 +27,11 @@ several stick, as the plate's own local compliance does in truth."""
 SLIDING = 0.2
 """Stiffness, E d, by which slip enters the law of friction."""
 
+_CROWD = 8
+"""Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
 
-@_jit
+
+@making
 def state(S: System, C: int) -> State:
     """Return a state at rest."""
     N, kind = len(S.shapes), S.K.dtype
@@ -37,7 +40,7 @@ def state(S: System, C: int) -> State:
     )
 
 
-@_jit
+@making
 def walk(S: System, C: int, notes: Array) -> Walk:
     """Return a path at rest with room for C contacts, and for notes (or none)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
@@ -46,10 +49,13 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7), kind),
         np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
+        np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
     )  # fmt: skip
+    wide = n if S.periodic else min(n, 3 * (k + 1) * (MOTIONS + 6 * _CROWD))
     J = Linear(
-        np.zeros((n, n)), np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(2, np.int64)
-    )
+        np.zeros(n * wide), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)), np.zeros(n, np.int64),
+        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
+    )  # fmt: skip
     past = Past(
         np.zeros((2, N, 12), kind), np.zeros((2, N, k, PLACED), kind), np.zeros((2, N, 24), kind),
         np.zeros((C, 3), kind), np.zeros(3, kind),
@@ -78,7 +84,7 @@ class Beams(NamedTuple):
     aside: Array
 
 
-@_jit
+@making
 def system(b: Beams, i: int) -> System:
     """Return one endless beam: a scale and its images."""
     s, K = b.shapes[i], b.K[i]
@@ -99,7 +105,8 @@ def system(b: Beams, i: int) -> System:
     if b.elastic[i]:
         copy(b.plates[i], plates[0])
     reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
-    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, True)
+    none = np.zeros(0)
+    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, True, none, none)
 
 
 @_jit
@@ -111,7 +118,7 @@ def _place(a: int) -> int:
 
 
 def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, events, end, notes):
-    """Follow one system, see :func:`squama.contact.follow.follow`; room for C contacts, and for notes (or none)."""
+    """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts, and for notes (or none)."""
     _follow(walk(S, C, notes), ways, corners, most, step, rows, motions, bends, contacts, events, end)
 
 

@@ -1,0 +1,216 @@
+"""Linear equations of a row: a band, as scales meet near ones only, bordered by the strains that are free; compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.contacts.system import STRAINS, System, layout
+from squama.types import Array
+
+SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE = range(6)
+"""What :class:`Linear` keeps: of how many unknowns its factors are, 0 for none; residuals that were evaluated; unknowns
+without strains; half the band's width; where entry (a, b) of it stands: at BASE + a STRIDE + b."""
+
+
+class Linear(NamedTuple):
+    """A factored Jacobian: its ``band`` (all in one row), right border (n, 4), lower border (4, n) and corner (4, 4).
+
+    ``order`` and ``last`` (n,): row exchanges, last column of each row that is not zero; ``r`` (n,) its residual; ``at``
+    (N + C,) first unknowns of scales and contacts; ``kept`` (6,) see above.
+    """
+
+    band: Array
+    right: Array
+    lower: Array
+    corner: Array
+    order: Array
+    last: Array
+    r: Array
+    at: Array
+    kept: Array
+
+
+@_jit
+def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
+    """Lay the unknowns out; return how many there are, -1 where there is no room for them."""
+    N, kept = len(S.shapes), J.kept
+    n = layout(S, con, m, J.at)
+    inner = n
+    for e in range(STRAINS):
+        if S.free[e] > 0:
+            inner -= 1
+    half = inner - 1
+    if not S.periodic:
+        half = 0
+        for i in range(N):
+            end = J.at[i + S.reach + 1] if i + S.reach + 1 < N else inner
+            half = max(half, end - J.at[i] - 1)
+    narrow = 3 * half + 1 < inner
+    kept[INNER], kept[HALF] = inner, half
+    kept[STRIDE], kept[BASE] = (3 * half, half) if narrow else (inner, 0)
+    return n if filled(J) <= len(J.band) else -1
+
+
+@_in
+def filled(J: Linear) -> int:
+    """Return how many entries the band has."""
+    kept = J.kept
+    return kept[BASE] + (kept[INNER] - 1) * (kept[STRIDE] + 1) + 1
+
+
+@_jit
+def emptied(J: Linear, n: int) -> None:
+    """Write zeros into a Jacobian."""
+    for a in range(filled(J)):
+        J.band[a] = 0.0
+    for e in range(n - J.kept[INNER]):
+        for a in range(n):
+            J.right[a, e] = J.lower[e, a] = 0.0
+        for o in range(STRAINS):
+            J.corner[e, o] = 0.0
+
+
+@_in
+def enter(J: Linear, a: int, b: int, x: float) -> None:
+    """Add to an entry."""
+    inner = J.kept[INNER]
+    if a < inner:
+        if b < inner:
+            J.band[J.kept[BASE] + a * J.kept[STRIDE] + b] += x
+        else:
+            J.right[a, b - inner] += x
+    elif b < inner:
+        J.lower[a - inner, b] += x
+    else:
+        J.corner[a - inner, b - inner] += x
+
+
+@_jit
+def alone(J: Linear, a: int) -> None:
+    """Make a row that of an unknown which is zero."""
+    half, inner, o = J.kept[HALF], J.kept[INNER], J.kept[BASE] + a * J.kept[STRIDE]
+    for b in range(max(0, a - half), min(inner, a + half + 1)):
+        J.band[o + b] = 0.0
+    for e in range(STRAINS):
+        J.right[a, e] = 0.0
+    J.band[o + a] = 1.0
+
+
+@_jit
+def factor(J: Linear, n: int) -> bool:
+    """Factor a Jacobian in place with row exchanges, its zeros left out; False where it is singular."""
+    A, inner, half, s, base = J.band, J.kept[INNER], J.kept[HALF], J.kept[STRIDE], J.kept[BASE]
+    for k in range(inner):
+        o = base + k * s
+        best, p, below = abs(A[o + k]), k, min(inner, k + half + 1)
+        for i in range(k + 1, below):
+            if abs(A[base + i * s + k]) > best:
+                best, p = abs(A[base + i * s + k]), i
+        if not 0.0 < best < 1e300:
+            return False
+        J.order[k] = p
+        last = min(inner - 1, k + 2 * half)
+        if p != k:
+            q = base + p * s
+            for j in range(k, last + 1):
+                A[o + j], A[q + j] = A[q + j], A[o + j]
+        while A[o + last] == 0.0:
+            last -= 1
+        J.last[k] = last
+        over = 1 / A[o + k]
+        for i in range(k + 1, below):
+            q = base + i * s
+            if A[q + k] != 0.0:
+                f = A[q + k] * over
+                A[q + k] = f
+                for j in range(k + 1, last + 1):
+                    A[q + j] -= f * A[o + j]
+    free = n - inner
+    for e in range(free):
+        across(J, J.right[:, e])
+    for e in range(free):
+        for o in range(free):
+            for a in range(inner):
+                J.corner[e, o] -= J.lower[e, a] * J.right[a, o]
+    for k in range(free):
+        if not abs(J.corner[k, k]) > 0.0:
+            return False
+        for i in range(k + 1, free):
+            f = J.corner[i, k] / J.corner[k, k]
+            J.corner[i, k] = f
+            for j in range(k + 1, free):
+                J.corner[i, j] -= f * J.corner[k, j]
+    return True
+
+
+@_jit
+def across(J: Linear, x: Array) -> None:
+    """Solve with the band alone, in place."""
+    A, inner, half, s, base = J.band, J.kept[INNER], J.kept[HALF], J.kept[STRIDE], J.kept[BASE]
+    for k in range(inner):
+        p = J.order[k]
+        if p != k:
+            x[k], x[p] = x[p], x[k]
+        f = x[k]
+        if f != 0.0:
+            for i in range(k + 1, min(inner, k + half + 1)):
+                x[i] -= A[base + i * s + k] * f
+    for i in range(inner - 1, -1, -1):
+        o, out = base + i * s, x[i]
+        for j in range(i + 1, J.last[i] + 1):
+            out -= A[o + j] * x[j]
+        x[i] = out / A[o + i]
+
+
+@_jit
+def substitute(J: Linear, n: int, x: Array) -> None:
+    """Solve with a factored Jacobian in place."""
+    across(J, x)
+    inner = J.kept[INNER]
+    free = n - inner
+    for e in range(free):
+        for a in range(inner):
+            x[inner + e] -= J.lower[e, a] * x[a]
+        for o in range(e):
+            x[inner + e] -= J.corner[e, o] * x[inner + o]
+    for e in range(free - 1, -1, -1):
+        for o in range(e + 1, free):
+            x[inner + e] -= J.corner[e, o] * x[inner + o]
+        x[inner + e] /= J.corner[e, e]
+    for e in range(free):
+        for a in range(inner):
+            x[a] -= J.right[a, e] * x[inner + e]
+
+
+@_jit
+def stored(J: Linear, n: int) -> int:
+    """Return how many numbers the factors of n unknowns are."""
+    return filled(J) + 2 * n + 8 * n + STRAINS * STRAINS
+
+
+@_jit
+def exchanged(J: Linear, n: int, a: Array, at: int, out: bool) -> None:
+    """Write the factors into numbers from a place on or, not ``out``, take them from there."""
+    for v in (J.band[: filled(J)], J.right[:n].reshape(STRAINS * n)):
+        for i in range(v.size):
+            if out:
+                a[at] = v[i]
+            else:
+                v[i] = a[at]
+            at += 1
+    for e in range(STRAINS):
+        for v in (J.lower[e, :n], J.corner[e]):
+            for i in range(v.size):
+                if out:
+                    a[at] = v[i]
+                else:
+                    v[i] = a[at]
+                at += 1
+    for i in range(n):
+        if out:
+            a[at], a[at + n] = J.order[i], J.last[i]
+        else:
+            J.order[i], J.last[i] = int(a[at]), int(a[at + n])
+        at += 1
