@@ -263,6 +263,23 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
 
 
 @_jit
+def gap_at(S: System, st: State, W: Work, row: Array) -> float:
+    """Return the gap of a vertex that is there, real or with a complex step."""
+    i, kind, one, other = int(row[FIRST]), int(row[KIND]), int(row[ONE]), int(row[OTHER])
+    k, a, none = int(row[APART]), row[AT], 0.0 * S.shapes[int(row[FIRST]), ETA]
+    j, upper = (i + k) % len(S.shapes), kind == FV or kind == FE
+    v = W.views[0]
+    view(S, W, i, j, k, upper, v)
+    if kind == EE:
+        return crossing(S, st, v, i, j, one, other, a + none)[2]
+    own, faced = (j, i) if upper else (i, j)
+    if kind >= EF:
+        return dip(S, st, v, own, faced, upper, other if upper else one, row[AT + 2] + none)[3]
+    x, y = corner(S, own, other if upper else one)
+    return over(S, st, v, own, faced, upper, x, y)[1]
+
+
+@_jit
 def overhang(S: System, s: Array, own: int, other: int, e: int, half: float, most: float) -> tuple[float, float]:
     """Return between which shares of an edge it may lie over the other scale's face, if it is bent by ``most``."""
     x, y = on_edge(S, own, e, low(S, own, e))
