@@ -21,6 +21,7 @@ import math
 
 import numpy as np
 
+from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import gap_at
 from squama.contacts.equations import prepared, residual
@@ -85,7 +86,7 @@ def taken(notes: Array, at: int, a: Array, m: int) -> int:
     return at
 
 
-@_jit
+@making
 def changed(w: Walk, at: int, h: float) -> bool:
     """Write the state after an increment of complex size whose real part is noted; False where it is not known."""
     S, J, st = w.S, w.J, w.new
@@ -192,8 +193,8 @@ def length(w: Walk, at: int) -> int:
 @_jit
 def unknown(a: Array) -> None:
     """Say that changes are not known."""
-    x = a.ravel()
-    for i in range(x.size):
+    x = a.flat
+    for i in range(a.size):
         x[i] = complex(math.nan, math.nan)
 
 
