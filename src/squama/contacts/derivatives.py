@@ -51,7 +51,7 @@ from squama.contacts.detection import AT
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.newton import shift
 from squama.contacts.system import PHI, STRAINS, copy
-from squama.real.vectors import dot
+from squama.contacts.vectors import dot
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 
-from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
 from squama.contacts.equations import (
@@ -25,9 +24,8 @@ from squama.contacts.equations import (
     inclination,
     meet,
     prepared,
-    residual,
 )
-from squama.contacts.geometry import PAIR, PLACED, back, turn
+from squama.contacts.geometry import PLACED, back, put, vector
 from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
 from squama.contacts.newton import solve
 from squama.contacts.system import (
@@ -36,7 +34,6 @@ from squama.contacts.system import (
     EE,
     EF,
     ELASTIC,
-    EPS,
     ETA,
     FE,
     FIRST,
@@ -61,14 +58,12 @@ from squama.contacts.system import (
     copy,
     corner_at,
     high,
-    layout,
     lengthwise,
     low,
     partner,
-    places_of,
     spots,
 )
-from squama.real.vectors import add, dot
+from squama.contacts.vectors import dot
 from squama.types import Array
 
 RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
@@ -676,7 +671,7 @@ def regroup(w: Walk, h: float) -> int:
     return NO_EQUILIBRIUM
 
 
-@_in
+@_jit
 def number(c: Array) -> int:
     """Return one number for a contact's scale, the other's distance, kind and features."""
     n: int = (((c[FIRST] * 64 + c[APART]) * 5 + c[KIND]) * 4 + c[ONE]) * 4 + c[OTHER]
@@ -883,7 +878,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     accept(w, where, True)
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
-    if t[T_ZERO] > 8 or t[T_EVENTS] > _EVENTS or not change(w, what, c, events, step):
+    if t[T_ZERO] > (2 if what == FLIP else 8) or t[T_EVENTS] > _EVENTS or not change(w, what, c, events, step):
         t[T_ZERO] = 0.0
         return jump(w, events, step)
     return 0

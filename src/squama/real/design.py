@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import inlined, making
-from squama.real.vectors import Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
+from squama.contacts.vectors import Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
 MOTIONS = 6
