@@ -56,7 +56,7 @@ def walk(S: System, C: int) -> Walk:
     return Walk(
         S, W, J, state(N, C), state(N, C), state(N, C), state(N, C), state(N, C), past, np.zeros((C, 7), np.int64),
         np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4), np.zeros(4, np.int64), np.zeros(8),
-        np.zeros(TALLY), np.zeros(VERTEX),
+        np.zeros(TALLY), np.zeros(VERTEX), np.zeros((N, k), np.int64),
     )  # fmt: skip
 
 
