@@ -4,7 +4,7 @@ python tools/joint_law.py sample [--count N] [--workers W] [--folder F]     desi
 python tools/joint_law.py check-sample [--count N] ...                      designs that are never fitted
 python tools/joint_law.py pack [--folder F]      add both to the sample that stands beside this file
 python tools/joint_law.py fit [--folder F]       write the law into the package, from both samples
-python tools/joint_law.py band [--folder F]      write anew into it how far it may be off at a place
+python tools/joint_law.py band [--folder F]      write anew into it its errors and how far it may be off at a place
 python tools/joint_law.py corners                elements of the designs in corners that tests look at, anew
 python tools/joint_law.py check [--folder F]     print its errors on designs that were not fitted
 Sampling goes on where it was stopped; fit and check need no elements.
@@ -396,10 +396,13 @@ def table(rows: Iterable[tuple[str, Array]]) -> None:
 
 
 def write(found: dict[str, Array], folder: Path) -> None:
-    """Write the law's file, with how far it may be off at a place."""
-    made = processes.unpacked({**found, "band": np.ones(3)})
-    told = band(made, *(records(folder, held_out=held_out) for held_out in (False, True)))
-    np.savez_compressed(processes.PLACE, **{**found, "band": told})
+    """Write the law's file, with its errors in the law's range and how far it may be off at a place."""
+    made = processes.unpacked({**found, "errors": np.zeros(9), "band": np.ones(3)})
+    fit_to, others = (records(folder, held_out=held_out) for held_out in (False, True))
+    numbers, rows = errors(made, others)
+    told = band(made, fit_to, others)
+    np.savez_compressed(processes.PLACE, **{**found, "errors": numbers, "band": told})
+    table(rows)
     print(f"band: floor {told[0]:.4f}, {told[1]:.4g} r^{told[2]:.3g}")
 
 
@@ -418,11 +421,7 @@ def main() -> int:
     elif given.task == "pack":
         pack(given.folder)
     elif given.task == "fit":
-        found = fit(records(given.folder, held_out=False))
-        made = processes.unpacked({**found, "errors": np.zeros(9), "band": np.ones(3)})
-        numbers, rows = errors(made, records(given.folder, held_out=True))
-        write({**found, "errors": numbers}, given.folder)
-        table(rows)
+        write(fit(records(given.folder, held_out=False)), given.folder)
     elif given.task == "band":
         with np.load(processes.PLACE) as file:
             write({name: file[name] for name in file.files}, given.folder)

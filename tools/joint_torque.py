@@ -113,7 +113,9 @@ def torque(
 
         new, left = newton(balance, 2 * x - last, 5 if k else 8)
         last, x, off = x, new, np.maximum(off, left)
-    found = plates.balance(K, x, phi, before)[1]
+    # what has run away is not good
+    with np.errstate(all="ignore"):
+        found = plates.balance(K, x, phi, before)[1]
     p, s, N = x[:, -3:].T
     good = (off < 1e-9) & (np.abs(p) < shape.beta) & (s > 0) & (s < eta) & (N > 0) & (met[:, 0] > 0)
     motions = np.column_stack([x[:, :6], phi, 0 * phi, x[:, 6] if free else 0 * phi])

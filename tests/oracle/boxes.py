@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 Vector = np.ndarray
 
@@ -30,7 +31,21 @@ def distance(shape: tuple[float, ...], theta: float, phi: float, k: int) -> floa
     eta, beta, lam, alpha, thickness = shape
     a, b = axes(alpha, theta, 0.0), axes(alpha, theta, k * phi)
     t = middle(lam, b, eta, k * phi, k) - middle(lam, a, eta, 0.0, 0)
-    half = np.array([eta / 2, beta, thickness / 2])
+    return apart(np.array([eta / 2, beta, thickness / 2]), t, a, b)
+
+
+def displaced(shape: tuple[float, ...], theta: float, phi: float, k: int, motion: Vector, stretch: float) -> float:
+    """Gap as :func:`distance`, all scales moved by (u, w) in their own axes, the line stretched."""
+    eta, beta, lam, alpha, thickness = shape
+    n = axes(alpha, theta, 0.0)
+    a = Rotation.from_rotvec(motion[3:]).as_matrix().T @ n
+    one = np.array([0, lam, 0]) + motion[:3] @ n + eta / 2 * a[0]
+    t = turned(one, k * phi) + np.array([0, 0, k * (1 + stretch)]) - one
+    return apart(np.array([eta / 2, beta, thickness / 2]), t, a, np.array([turned(v, k * phi) for v in a]))
+
+
+def apart(half: Vector, t: Vector, a: Vector, b: Vector) -> float:
+    """Largest gap over all directions between boxes of these half sizes, axes in rows, middles a way t apart."""
     ways = [*a, *b, *(np.cross(u, v) for u in a for v in b)]
     ways = [w / np.linalg.norm(w) for w in ways if np.linalg.norm(w) > 1e-6]
     return max(abs(t @ w) - half @ abs(a @ w) - half @ abs(b @ w) for w in ways)

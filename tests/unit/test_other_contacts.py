@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import squama
+from oracle import boxes
 from squama.curves import real
 from squama.joints import law
 from squama.real import changes, path
@@ -78,3 +80,31 @@ def test_a_contact_closes_again_on_another_leg_than_the_next(ideal: bool) -> Non
     np.testing.assert_allclose(few.T[-1], fine.T[-1], rtol=1e-3)
     # without contact it is a spring
     np.testing.assert_allclose(few.T[1], few.T[2] / 3, rtol=1e-9)
+
+
+# lengths over the pitch, angles in rad, rigid
+WITHOUT_OVERLAP = {
+    "late": {"eta": 0.727, "beta": 0.864, "lam": 0.76, "zeta": 0.244, "alpha": 0.647, "theta0": 0.237,
+             "thickness": 0.0767, "width": 2.248, "nu": 0.281, "mu": 0.04},
+    "late, steeper": {"eta": 0.659, "beta": 0.949, "lam": 0.476, "zeta": 0.148, "alpha": 0.738, "theta0": 0.339,
+                      "thickness": 0.0805, "width": 3.023, "nu": 0.296, "mu": 0.26},
+    "missed": {"eta": 0.648, "beta": 0.947, "lam": 0.436, "zeta": 0.248, "alpha": 0.772, "theta0": 0.386,
+               "thickness": 0.0948, "width": 3.418, "nu": 0.409, "mu": 0.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITHOUT_OVERLAP)
+def test_scales_without_overlap_touch_where_boxes_do(name: str) -> None:
+    """Looked at from edge to edge of the plates their contact came in late, or not at all."""
+    beam = WITHOUT_OVERLAP[name]
+    K, free = law.stiffness(law.Shape(*(beam[key] for key in law.Shape._fields))), [*range(6), 8]
+    rates = -np.linalg.solve(K[np.ix_(free, free)], K[free, 6])
+    size = tuple(beam[key] for key in ("eta", "beta", "lam", "alpha", "thickness"))
+
+    def gap(phi: float) -> float:
+        return boxes.displaced(size, beam["theta0"], phi, 1, rates[:6] * phi, rates[6] * phi)
+
+    found = squama.response(np.linspace(0.01, 0.3, 30), **beam)
+    twists = np.linspace(0.0, 0.3, 61)
+    first = next(i for i, phi in enumerate(twists) if gap(phi) < 0)
+    assert float(found.phi_e) == pytest.approx(brentq(gap, twists[first - 1], twists[first], xtol=1e-14), rel=1e-9)

@@ -160,6 +160,21 @@ def test_the_work_hardly_depends_on_the_points():
     assert float(few.W_d[0]) == pytest.approx(float(many.W_d[0]), rel=2e-3)
 
 
+TURNS = (0.0203609628, 0.0208150328, 0.0197995517, 0.0201959907, 0.0204442695, 0.0218155842, 0.0196522789)
+"""Twists at which scales turn round and did not find on at 5, 20, 40 or 60 points, rad per pitch."""
+
+
+def test_a_reversal_is_walked_at_any_number_of_points():
+    beam = squama.Beam.from_ratios(
+        eta=4.137, beta=0.8615, lam=0.6666, zeta=0.1818, slenderness=12.386, alpha=0.7484, theta0=0.08754,
+        width="63 mm", thickness="40 mm", youngs_modulus="1 MPa", poisson_ratio=0.2543, mu=0.3856,
+    )  # fmt: skip
+    for turn in TURNS:
+        way = [f"{x:.12g} rad/pitch" for x in (0.0492, turn, 0.0492, 0)]
+        works = [float(squama.cycle(beam, way, points=n).W_d[-1]) for n in (5, 20, 40, 60, 200)]
+        np.testing.assert_allclose(works, works[-1], rtol=6e-3)
+
+
 def test_without_friction_it_comes_back_as_it_went():
     c = cycle("0.2 rad/pitch", mu=0)
     assert "stick" not in c.branch.values

@@ -11,16 +11,17 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.batch.threads import in_parts
 from squama.beam.parts import PLASTIC
+from squama.contacts import path
 from squama.errors import refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots
 from squama.model import section
-from squama.real import path
+from squama.real import path as one_contact
 from squama.types import Array
 
 PART = 256
 """Designs a thread takes at a time: always as many, for products of matrices of other sizes end in other digits."""
-COLUMNS = {"torque": 1, "N": 2, "f": 3, "W_fr": 8, "W": 9}
+COLUMNS = {"torque": "T", "N": "N", "f": "f", "W_fr": "W_fr", "W_snap": "W_snap", "W": "W"}
 """Fields that are columns of the model's states."""
 
 
@@ -57,13 +58,14 @@ class Response(NamedTuple):
     """Curves of many real beams, E = d = 1; shapes: that of the designs, or that and the twists' (...).
 
     ``phi_e`` twist per pitch at engagement (inf where nothing touches), ``phi_end`` where the curve ends and ``end``
-    why, in the words of :class:`squama.End`: beyond another contact, or where a contact leaves its edge, general
-    contact would go on (``squama.twist``). ``in_range``: whether the law of the joint knows the design; figures of the
+    why, in the words of :class:`squama.End`: range end, no engagement, no equilibrium, side entry, touching at rest.
+    A second contact, another pair of edges or a snap ends no curve. ``in_range``: whether the law of the joint knows the design; figures of the
     others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without contact) over E d^3.
 
     At the twists (...): ``torque`` over E d^3, the bar's included; ``stiffness_ratio`` its slope between the twists
-    over the rigidity; ``N``, ``f`` forces of a contact over E d^2; ``W_fr``, ``W`` frictional work and the torque's per
-    pitch over E d^3; ``stress`` the largest (von Mises) in an elastic scale over E; NaN beyond the end.
+    over the rigidity; ``N``, ``f`` forces of a cell's contacts over E d^2; ``W_fr``, ``W_snap``, ``W`` frictional work,
+    energy lost in snaps, and the torque's work, per pitch over E d^3 (elastic energy is W - W_fr - W_snap); ``stress``
+    the largest (von Mises) in an elastic scale over E; NaN beyond the end.
     """
 
     phi_e: Array
@@ -77,6 +79,7 @@ class Response(NamedTuple):
     N: Array
     f: Array
     W_fr: Array
+    W_snap: Array
     W: Array
     stress: Array
 
@@ -181,7 +184,7 @@ def follow(
     n, known = designs.eta.size, law.within(designs.shape) if known is None else known
     upto = np.broadcast_to(np.real(twists[..., -1]) if most is None else most, n)
     at_all, scales = np.broadcast_to(twists, (n, twists.shape[-1])), designs.scales(ideal=ideal)
-    m, columns, kind = at_all.shape[1], list(COLUMNS.values()), designs.eta.dtype
+    m, kind = at_all.shape[1], designs.eta.dtype
     alone, along = np.full((4, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
     ends, bends = np.full(n, "", dtype=path.WORDS.dtype), load == "bending"
     which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
@@ -198,14 +201,15 @@ def follow(
             elif held is not None:
                 found = path.held_bent(beams, held[at], at_all[at], upto[at])
             elif copies:
-                found = path.moved(beams, at_all[at], copies, most=upto[at[::copies]])
+                found = _moved(scale, joints, designs.mu[at], at_all[at], copies, upto[at[::copies]], sense, stretch)
             else:
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
             alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], path.bare(beams)[:, int(bends), int(bends)]
-            ends[at] = path.endings(found.contacts, found.ends)
-            along[:-1, at] = np.moveaxis(found.rows[..., columns], -1, 0)
+            ends[at], known = path.endings(found.contacts, found.ends), path.named(found.rows)
+            for i, name in enumerate(COLUMNS.values()):
+                along[i, at] = known[name]
             along[-1, at, stressed] = path.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
 
         return work
@@ -219,6 +223,28 @@ def follow(
     phi_e, phi_end, K_theta, rigidity = alone
     slope = _slopes(at_all, along[0], phi_e) / rigidity[:, None]
     return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
+
+
+def _moved(
+    scale: path.Scale, K: Array, mu: Array, twists: Array, copies: int, most: Array, sense: int, stretch: str
+) -> path.Answers:  # fmt: skip
+    """Follow beams with complex steps as far as one contact goes."""
+    beams = one_contact.beams(scale, K, mu, sense=sense, stretch=stretch)
+    found = one_contact.moved(beams, twists, copies, most=most)
+    rows = np.full((*found.rows.shape[:2], len(path.COLUMNS) + 24), np.nan, complex)
+    for i, name in enumerate(one_contact.follow.COLUMNS):
+        if name in path.COLUMNS:
+            rows[..., path.COLUMNS.index(name)] = found.rows[..., i]
+    rows[..., path.COLUMNS.index("W_snap")] = 0.0 * found.rows[..., 0]
+    n, m = twists.shape
+    for j in range(m):
+        met = np.maximum(np.real(found.contacts[:, :2]).astype(int), 0)
+        loads = one_contact.pressed(scale, met.T, found.rows[:, j])
+        rows[:, j, len(path.COLUMNS) :] = np.einsum("nkj,nj->nk", found.tables[:, one_contact.SHAPE : one_contact.LEG], loads)
+    ends = np.zeros((n, 4))
+    ends[:, 0] = np.where(np.real(found.ends[:, 0]) == 0, 0, 1)
+    ends[:, 1] = np.real(found.ends[:, 1])
+    return path.Answers(found.contacts, rows, np.zeros((n, 0, 17)), ends, np.zeros((n, m, 0, 16)))
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:

@@ -58,10 +58,18 @@ INNER: dict[str, Any] = {
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def part(f: _F, **options: Any) -> _F:
+def making(f: _F, **options: Any) -> _F:
     """Return a function compiled, to be called by compiled code only."""
     found: _F = numba.njit(**INNER, **options)(f)
     return found
+
+
+def part(f: _F, **options: Any) -> _F:
+    """Return such a function, one that makes no array: nothing is counted that refers to those it is given.
+
+    Counting takes longer than the work itself where it is done on parts of arrays.
+    """
+    return making(f, _nrt=False, **options)
 
 
 def inlined(f: _F) -> _F:

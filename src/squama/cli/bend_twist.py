@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
 _FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
 _MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
-_KEYS = "load free law joint scales joint_source band followed neutral margin path squama_version"
+_KEYS = "load free law joint scales joint_source band neutral margin path squama_version"
 _AT_ENDS = {
     "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
     "stress": ("largest stress in a scale, MPa", 1e-6),
@@ -134,10 +134,10 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
         work, red = number(float(data["W_fr_c"]), "J/m"), float(data["RED_c"])
         yield f"at the last point: frictional work {work}, RED = {red:.4g}"
     K = moment(float(data["K_theta"]))
-    if "followed" in attrs:
+    if attrs["joint"] == "compliant":
         yield held(attrs)
         error = abs(float(data["energy_error"]))
-        yield f"K_theta = {K}; followed: {attrs['followed']}; the work is balanced to {error:.1e}"
+        yield f"K_theta = {K}; the work is balanced to {error:.1e}"
     else:
         yield f"joint of a scale: K_theta = {K}"
     yield from output.warnings(attrs["warnings"])

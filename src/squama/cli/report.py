@@ -355,9 +355,8 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         of_mu = f"mu = {mu:g}: " if ours.family is not None else ""
         first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
         if first:
-            by = f" followed by {attrs['followed']};" if "followed" in attrs else ""
             work = f"the {words.torque_words}'s work is balanced to {abs(error):.1e}"
-            lines.append(f"{of_mu}first contact: {first};{by} {work}")
+            lines.append(f"{of_mu}first contact: {first}; {work}")
             lines += [f"{of_mu}{line}" for line in _borne(words, ours if ours.family is None else ours.pick(i))]
         for other in rest:
             d = differences(laws[other], ours)[i]

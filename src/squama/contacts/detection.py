@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 
-from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.equations import Work
 from squama.contacts.geometry import back, lift, lifted_by, turn
@@ -40,7 +38,7 @@ from squama.contacts.system import (
     partner,
     spots,
 )
-from squama.real.vectors import Vector, add, mixed
+from squama.contacts.vectors import Vector, add
 from squama.types import Array
 
 GAP, AT = 5, 6

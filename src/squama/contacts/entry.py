@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import kept
+from squama.batch.keeping import kept, making
+from squama.contacts import derivatives
 from squama.contacts import follow as following
 from squama.contacts.detection import VERTEX
 from squama.contacts.equations import Work
@@ -19,7 +20,7 @@ from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STI
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-_follow, _jit = following.follow, following._jit
+_follow, _again, _jit = following.follow, derivatives.again, following._jit
 GRIP = 1e-6
 """Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
 several stick, as the plate's own local compliance does in truth."""
@@ -30,33 +31,40 @@ _CROWD = 8
 """Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
 
 
-@_jit
-def state(N: int, C: int) -> State:
+@making
+def state(S: System, C: int) -> State:
     """Return a state at rest."""
-    return State(np.zeros((N, 6)), np.zeros(4), np.zeros((N, 24)), np.zeros((C, 3)), np.zeros((C, 3)))
+    N, kind = len(S.shapes), S.K.dtype
+    return State(
+        np.zeros((N, 6), kind), np.zeros(4, kind), np.zeros((N, 24), kind), np.zeros((C, 3), kind), np.zeros((C, 3), kind)
+    )
 
 
-@_jit
-def walk(S: System, C: int) -> Walk:
-    """Return a path at rest with room for C contacts."""
-    N, k = len(S.shapes), S.reach
+@making
+def walk(S: System, C: int, notes: Array) -> Walk:
+    """Return a path at rest with room for C contacts, and for notes (or none)."""
+    N, k, kind = len(S.shapes), S.reach, S.K.dtype
     n = 6 * N + 6 * C + 4
     W = Work(
-        np.zeros((N, 12)), np.zeros((N, k, PAIR)), np.zeros((N, 24)), np.zeros((2 * C, 3, 24)),
-        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7)),
+        np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
+        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7), kind),
         np.zeros((2, 12)), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
         np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
     )  # fmt: skip
     wide = n if S.periodic else min(n, 3 * (k + 1) * (MOTIONS + 6 * _CROWD))
     J = Linear(
         np.zeros(n * wide), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)), np.zeros(n, np.int64),
-        np.zeros(n, np.int64), np.zeros(n), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
+        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
     )  # fmt: skip
-    past = Past(np.zeros((2, N, 12)), np.zeros((2, N, k, PLACED)), np.zeros((2, N, 24)), np.zeros((C, 3)), np.zeros(3))
+    past = Past(
+        np.zeros((2, N, 12), kind), np.zeros((2, N, k, PLACED), kind), np.zeros((2, N, 24), kind),
+        np.zeros((C, 3), kind), np.zeros(3, kind),
+    )  # fmt: skip
     return Walk(
-        S, W, J, state(N, C), state(N, C), state(N, C), state(N, C), state(N, C), past, np.zeros((C, 7), np.int64),
-        np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4), np.zeros(4, np.int64), np.zeros(8),
-        np.zeros(TALLY), np.zeros(VERTEX), np.zeros((N, k), np.int64),
+        S, W, J, state(S, C), state(S, C), state(S, C), state(S, C), state(S, C), past, np.zeros((C, 7), np.int64),
+        np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),
+        np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(TALLY, kind), np.zeros(VERTEX),
+        np.zeros((N, k), np.int64), notes,
     )  # fmt: skip
 
 
@@ -77,7 +85,7 @@ class Beams(NamedTuple):
     aside: Array
 
 
-@_jit
+@making
 def system(b: Beams, i: int) -> System:
     """Return one endless beam: a scale and its images."""
     s, K = b.shapes[i], b.K[i]
@@ -110,21 +118,34 @@ def _place(a: int) -> int:
     return MOTIONS + (PHI if a == 6 else (PSI if a == 7 else EPS))
 
 
-def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, events, end):
-    """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts."""
-    _follow(walk(S, C), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, events, end, notes):
+    """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts, and for notes (or none)."""
+    _follow(walk(S, C, notes), ways, corners, most, step, rows, motions, bends, contacts, events, end)
 
 
 def _many(
     b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array, motions: Array, bends: Array,
-    contacts: Array, events: Array, ends: Array,
+    contacts: Array, events: Array, ends: Array, notes: Array,
 ) -> None:  # fmt: skip
     """Follow endless beams, each on a path of its own: all arrays begin with (n,)."""
     for i in range(len(ways)):
         _follow(
-            walk(system(b, i), C), ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i], contacts[i],
-            events[i], ends[i],
+            walk(system(b, i), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i],
+            contacts[i], events[i], ends[i],
         )  # fmt: skip
 
 
-path, many = kept(_path, SOURCES), kept(_many, SOURCES)
+def _move(
+    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, notes: Array, ends: Array, rows: Array,
+    motions: Array, bends: Array, contacts: Array, events: Array,
+) -> None:  # fmt: skip
+    """Follow endless beams (n k) with complex steps, each k times, that were followed and noted: notes, ends (n,)."""
+    k = len(ways) // len(notes)
+    for i in range(len(ways)):
+        _again(
+            walk(system(b, i), C, notes[i // k]), ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]),
+            rows[i], motions[i], bends[i], contacts[i], events[i],
+        )  # fmt: skip
+
+
+path, many, move = kept(_path, SOURCES), kept(_many, SOURCES), kept(_move, SOURCES)

@@ -24,7 +24,6 @@ import numpy as np
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import (
-    PAIR,
     attitudes,
     back,
     beside,
@@ -68,7 +67,7 @@ from squama.contacts.system import (
     strain_columns,
     unknown,
 )
-from squama.real.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
+from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
 from squama.types import Array
 
 N_, F_, V_, MARGIN, SLOPE1, SLOPE2, TOLD = range(7)
@@ -126,8 +125,8 @@ class Meeting(NamedTuple):
 @_jit
 def clear(a: Array) -> None:
     """Write zeros into an array."""
-    x = a.ravel()
-    for i in range(x.size):
+    x = a.flat
+    for i in range(a.size):
         x[i] = 0.0
 
 

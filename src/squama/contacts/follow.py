@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 
-from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
 from squama.contacts.equations import (
@@ -23,13 +21,13 @@ from squama.contacts.equations import (
     Work,
     along_edges,
     clear,
+    jacobian,
     inclination,
     meet,
     prepared,
-    residual,
 )
-from squama.contacts.geometry import PAIR, PLACED, back, turn
-from squama.contacts.linear import Linear
+from squama.contacts.geometry import PLACED, back, put, vector
+from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
 from squama.contacts.newton import solve
 from squama.contacts.system import (
     APART,
@@ -37,7 +35,6 @@ from squama.contacts.system import (
     EE,
     EF,
     ELASTIC,
-    EPS,
     ETA,
     FE,
     FIRST,
@@ -62,14 +59,12 @@ from squama.contacts.system import (
     copy,
     corner_at,
     high,
-    layout,
     lengthwise,
     low,
     partner,
-    places_of,
     spots,
 )
-from squama.real.vectors import add, dot
+from squama.contacts.vectors import dot
 from squama.types import Array
 
 RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
@@ -79,8 +74,10 @@ ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
-CONTACT, EVENT, LINE = 16, 17, 21
+CONTACT, EVENT, LINE = 16, 25, 21
 """Columns of a contact, an event and a row that are written."""
+AFTER = 17
+"""First column of an event that holds a contact that there is behind it, see :func:`number`."""
 _TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
 """Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
 _LOCATED = 1e-10
@@ -90,18 +87,29 @@ _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 _LEAST, _SHRINK, _EVENTS, _CHANGES, _ZEROS = 1e-8, 0.35, 400, 24, 8
 """Least increment, and by how much one that fails shrinks; events, changes at once and events without an increment, of each
 scale, that a path may have."""
-T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO = range(18)
-TALLY = 18
+_FAR, _SNAPS = 6, 1e-6
+"""How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
+snap loses, for it to be one."""
+T_WAY, T_H, T_SIZE, T_BEFORE, T_FRESH, T_WORK, T_RUBBED, T_LOST, T_SLID, T_POWER, T_POWER2, T_LOAD, T_LOAD2, T_ONSET, T_SINCE, T_COUNT, T_EVENTS, T_ZERO, T_NOTED, T_TRIAL, T_JUMPED = range(21)
+TALLY = 21
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip; rates of both works at the last two states; the load where a
-contact last began to slide; way since which the contacts are these; increments; events; events without an increment."""
+contact last began to slide; way since which the contacts are these; increments; events; events without an increment; where the last
+increment is noted, 0 for nowhere."""
+NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
+NOTED = NOTED_VERTEX + VERTEX
+"""What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
+contacts and unknowns; the vertex that came in."""
+NOTHING, LOST = -1, 5
+"""What ends an increment beside the violations: nothing, and a snap."""
 
 
 class Walk(NamedTuple):
     """A path on its way: what it follows, three states, contacts now and (``kept``) before a trial, and counters.
 
-    ``loads`` (4,) are M, T, B, P; ``count`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and
-    their rates; ``best`` the vertex that was found last; ``near`` (N, reach): pairs at which is looked.
+    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``count``
+    (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and their rates; ``best`` the vertex that was
+    found last; ``near`` (N, reach): pairs at which is looked.
     """
 
     S: System
@@ -123,6 +131,7 @@ class Walk(NamedTuple):
     tally: Array
     best: Array
     near: Array
+    notes: Array
 
 
 @_jit
@@ -138,10 +147,10 @@ def guess(w: Walk, h: float) -> None:
     """Write a guess of the state after an increment: as the last ones went on."""
     t, a, b, c, n = w.tally, w.now, w.old, w.older, w.new
     copied(a, n)
-    if t[T_FRESH] >= 1:
+    if t[T_FRESH].real >= 1:
         x = h / t[T_SIZE]
         y = 0.0
-        if t[T_FRESH] >= 2:
+        if t[T_FRESH].real >= 2:
             y = h * (h + t[T_SIZE]) / (t[T_SIZE] + t[T_BEFORE])
         for i in range(len(a.q)):
             for o in range(MOTIONS):
@@ -165,7 +174,7 @@ def weigh(w: Walk, h: float) -> None:
     """Write the weights of the backward difference over an increment."""
     t, weights = w.tally, w.past.weights
     weights[0], weights[1], weights[2] = 1.0, -1.0, 0.0
-    if t[T_FRESH] >= 1:
+    if t[T_FRESH].real >= 1:
         r = h / t[T_SIZE]
         weights[0], weights[1], weights[2] = (1 + 2 * r) / (1 + r), -(1 + r), r * r / (1 + r)
 
@@ -273,21 +282,21 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     By twos the ends of its first place, of its second one, and of an edge that lies along a face.
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
-    least, which = 1e9, 0
+    least, which = 1e9 + 0.0 * s[0], 0
     if kind == LIES:
         return least, which
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
     else:
         face = j if kind == VF or kind == EF else i
-        l0, h0, l1, h1 = 0.0, S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
+        l0, h0, l1, h1 = 0.0 * S.shapes[face, ETA], S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
     for a, v in enumerate((s[0] - l0, h0 - s[0], s[1] - l1, h1 - s[1])):
-        if v < least:
+        if v.real < least.real:
             least, which = v, a
     if kind >= EF:
         own, e = (i, c[ONE]) if kind == EF else (j, c[OTHER])
         for a, v in enumerate((s[2] - low(S, own, e), high(S, own, e) - s[2])):
-            if v < least:
+            if v.real < least.real:
                 least, which = v, 4 + a
     return least, which
 
@@ -300,8 +309,8 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0):
-        return 1e9, -1
+    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
+        return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
     n1 = (g.tx1[1] * g.ty1[2] - g.tx1[2] * g.ty1[1], g.tx1[2] * g.ty1[0] - g.tx1[0] * g.ty1[2], g.tx1[0] * g.ty1[1] - g.tx1[1] * g.ty1[0])
     n2 = (g.tx2[1] * g.ty2[2] - g.tx2[2] * g.ty2[1], g.tx2[2] * g.ty2[0] - g.tx2[0] * g.ty2[2], g.tx2[0] * g.ty2[1] - g.tx2[1] * g.ty2[0])
@@ -310,11 +319,11 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
         t1, t2 = along_edges(c, g)
         inner = back(E2, back(P, t1))
         v = inner[1] if lengthwise(c[OTHER]) else inner[0]
-        first = dot(t1, n2) * (1.0 if v > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
+        first = dot(t1, n2) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
         inner = back(E1, t2)
         v = inner[1] if lengthwise(c[ONE]) else inner[0]
-        second = -dot(t2, n1) * (1.0 if v > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
-        return (first, c[ONE]) if first <= second else (second, 4 + c[OTHER])
+        second = -dot(t2, n1) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
+        return (first, c[ONE]) if first.real <= second.real else (second, 4 + c[OTHER])
     v = c[ONE] if kind == VF else c[OTHER]
     sy, sx = (1.0 if v % 2 == 0 else -1.0), (-1.0 if v < 2 else 1.0)
     if kind == VF:
@@ -323,21 +332,27 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
         a, b = -sy * dot(g.ty2, n1), -sx * dot(g.tx2, n1)
     end, side = (0 if v < 2 else 3), (1 if v % 2 == 0 else 2)
     o = 0 if kind == VF else 4
-    return (a, o + end) if a <= b else (b, o + side)
+    return (a, o + end) if a.real <= b.real else (b, o + side)
 
 
 @_jit
-def value(w: Walk, st: State, what: int, c: int) -> float:
-    """Return a condition's value at a state that was just solved for; below 0 it is violated."""
+def condition(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of a contact's condition at a state that was just solved for; below 0 it is violated."""
     if what == PULL:
         return w.W.told[c, N_]
     if what == OFF:
         return beyond(w.S, st, w.con[c], c)[0]
     if what == SLOPE:
         return dips(w, st, c)[0]
-    if what == FLIP:
-        margin: float = w.W.told[c, MARGIN]
-        return -margin if w.con[c, STUCK] > 0 else margin
+    margin: float = w.W.told[c, MARGIN]
+    return -margin if w.con[c, STUCK] > 0 else margin
+
+
+@_jit
+def value(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
+    if what != MEET:
+        return condition(w, st, what, c)
     if w.best[KIND] == LIES:
         return inclination(w.S, int(w.best[FIRST]), w.W)
     # a vertex of the overlap, if it is there
@@ -427,12 +442,12 @@ def accept(w: Walk, h: float, event: bool) -> None:
     for e in range(STRAINS):
         if not S.free[e] > 0:
             load += w.loads[e] * w.leg[4 + e]
-    share = h / t[T_SIZE] if t[T_FRESH] >= 1 else 0.0
-    first = t[T_POWER] if t[T_FRESH] >= 1 else power
+    share = h / t[T_SIZE] if t[T_FRESH].real >= 1 else 0.0 * h
+    first = t[T_POWER] if t[T_FRESH].real >= 1 else power
     t[T_RUBBED] += h * mean(t[T_POWER2], first, power, share)
-    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH] >= 1 else h * (t[T_LOAD] + load) / 2
+    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH].real >= 1 else h * (t[T_LOAD] + load) / 2
     t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
-    if t[T_FRESH] < 1:
+    if t[T_FRESH].real < 1:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
     if w.count[0] > 0 and w.con[0, STUCK] == 0:
@@ -445,6 +460,59 @@ def accept(w: Walk, h: float, event: bool) -> None:
     t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
     t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
     t[T_COUNT] += 1
+
+
+@_jit
+def note(w: Walk, h: float) -> None:
+    """Note the increment just solved for, where there is room, so that it can be followed once more.
+
+    ``notes`` begin with the number of all that are written, below 0 where the room did not suffice. Then follow of each
+    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), and the
+    factors of its Jacobian.
+    """
+    notes, S, st, m = w.notes, w.S, w.new, w.count[0]
+    w.tally[T_NOTED] = 0.0
+    if notes.size == 0 or notes[0] < 0:
+        return
+    n = laid_out(S, w.con, m, w.J)
+    at = int(max(notes[0], 1.0))
+    a = at + NOTED
+    end = a + m * (w.con.shape[1] + 6) + st.q.size + STRAINS + stored(w.J, n)
+    if end > notes.size:
+        notes[0] = -float(at)
+        return
+    notes[at + NOTED_H], notes[at + NOTED_WHAT], notes[at + NOTED_M], notes[at + NOTED_N] = h, NOTHING, m, n
+    a = put_down(w.con, m, notes, a)
+    a = put_down(st.q, len(st.q), notes, a)
+    for e in range(STRAINS):
+        notes[a + e] = st.strains[e]
+    a = put_down(st.F, m, notes, a + STRAINS)
+    a = put_down(st.s, m, notes, a)
+    jacobian(S, st, w.past, w.con, m, n, w.W, w.J)
+    w.J.kept[SOLVED] = n if factor(w.J, n) else 0
+    if w.J.kept[SOLVED] == 0:
+        notes[at + NOTED_WHAT] = LOST
+    exchanged(w.J, n, notes, a, True)
+    notes[0], w.tally[T_NOTED] = end, at
+
+
+@_jit
+def put_down(a: Array, m: int, notes: Array, at: int) -> int:
+    """Write the first m rows of an array into the notes; return where they end."""
+    for i in range(m):
+        for b in range(a.shape[1]):
+            notes[at] = a[i, b]
+            at += 1
+    return at
+
+
+@_jit
+def remark(w: Walk, what: int, c: int) -> None:
+    """Note what ended the increment that was noted last."""
+    at = int(w.tally[T_NOTED].real)
+    if at > 0:
+        w.notes[at + NOTED_WHAT], w.notes[at + NOTED_WHICH] = what, c
+        copy(w.best, w.notes[at + NOTED_VERTEX : at + NOTED])
 
 
 @_jit
@@ -490,7 +558,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
         return False
     for a in range(FIRST, STUCK):
         w.con[m, a] = int(row[a])
-    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU] > 0.0 else 0, 0
+    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
         st.s[m, a] = row[AT + a]
@@ -544,48 +612,38 @@ def leave(w: Walk, st: State, c: int, which: int) -> bool:
 @_jit
 def succeed(w: Walk, st: State, c: int) -> bool:
     """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
-    S, row = w.S, w.con[c].copy()
+    S, row = w.S, w.con[c]
+    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
     x1, y1, x2, y2 = spots(S, row, st.s[c])
-    F = st.F[c].copy()
+    F = vector(st.F[c], 0)
     drop(w, st, c)
-    n = vertices(S, st, w.W, row[FIRST], row[APART], 1e-3, w.found, 0)
-    best, least, k = -1, 0.1, np.empty(7, np.int64)
+    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
+    best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
-        if known(S, st, w.con, w.count[0], w.found[a], w.W.vertex):
-            continue
-        for o in range(5):
-            k[o] = int(w.found[a, o])
-        if k[KIND] == row[KIND] and k[ONE] == row[ONE] and k[OTHER] == row[OTHER]:
+        # what it is gets into k
+        if known(S, st, w.con, w.count[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
             continue
         X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
         if far < least:
             best, least = a, far
-    if best < 0:
+    if best < 0 or not add_contact(w, st, w.found[best]):
         return False
-    vertex = w.found[best].copy()
-    if not add_contact(w, st, vertex):
-        return False
-    m = w.count[0] - 1
-    for a in range(3):
-        st.F[m, a] = F[a]
+    put(F, st.F[w.count[0] - 1], 0)
     return True
 
 
 @_jit
 def energy(w: Walk, st: State) -> float:
     """Return the elastic energy of joints, bar and plates."""
-    S, out = w.S, 0.0
+    S, out = w.S, 0.0 * w.S.K[0, 0, 0]
     for i in range(len(S.shapes)):
-        z = np.empty(MOTIONS + STRAINS)
-        for a in range(MOTIONS):
-            z[a] = st.q[i, a]
-        for e in range(STRAINS):
-            z[MOTIONS + e] = st.strains[e]
+        K, q, e = S.K[i], st.q[i], st.strains
         for a in range(MOTIONS + STRAINS):
+            z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
-                out += z[a] * S.K[i, a, b] * z[b] / 2
-        if S.shapes[i, ELASTIC] > 0:
+                out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
+        if S.shapes[i, ELASTIC].real > 0:
             for a in range(POWERS):
                 out += st.b[i, a] * w.W.load[i, a] / 2
     return out
@@ -641,9 +699,30 @@ def regroup(w: Walk, h: float) -> int:
 
 
 @_jit
+def number(c: Array) -> int:
+    """Return one number for a contact's scale, the other's distance, kind and features."""
+    n: int = (((c[FIRST] * 64 + c[APART]) * 5 + c[KIND]) * 4 + c[ONE]) * 4 + c[OTHER]
+    return n
+
+
+@_jit
+def tell_contacts(w: Walk, row: Array, without: int) -> None:
+    """Write into an event which contacts there are behind it; -1 for none. One of them may be about to go."""
+    n = AFTER
+    for c in range(w.count[0]):
+        if c != without and n < len(row):
+            row[n] = number(w.con[c])
+            n += 1
+    for a in range(n, len(row)):
+        row[a] = -1.0
+
+
+@_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
-    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, and its places."""
-    n = int(w.tally[T_EVENTS])
+    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what
+    touches behind it.
+    """
+    n = int(w.tally[T_EVENTS].real)
     if n < len(events):
         row = events[n]
         row[0], row[1] = kind, w.tally[T_WAY]
@@ -654,6 +733,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         row[11], row[12], row[13] = w.loads[1], lost, w.count[0]
         for a in range(3):
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
+        tell_contacts(w, row, c if kind == OPEN else -1)
         w.tally[T_EVENTS] += 1
 
 
@@ -661,6 +741,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
 def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
     """Change the contacts at an event, at the last state; False where the path does not go on continuously."""
     t = w.tally
+    remark(w, what, c)
     if what == PULL:
         tell(w, events, OPEN, c, 0.0)
         drop(w, w.now, c)
@@ -748,21 +829,22 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
     ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, False)
-        if w2 >= 0:
-            return up, w2, c2
-    return up if ok else -1.0, what, c
+        # -1: what was violated was another solution than the one that the last states lead to
+        return up, w2, c2
+    return -1.0, what, c
 
 
 @_jit
 def jump(w: Walk, events: Array, step: float) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses."""
     t = w.tally
-    before, load = energy_now(w), w.loads[1]
+    before = energy_now(w)
+    # where it stops again at once an equilibrium farther off is looked for
+    begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
     keep(w)
     code = NO_EQUILIBRIUM
-    start = w.now
-    for trial in range(6):
-        h = 1e-7 * 10.0**trial if trial < 5 else step
+    for trial in range(min(begin, _FAR), _FAR):
+        h = 1e-7 * 10.0**trial if trial < _FAR - 1 else step
         for way in range(2):
             restore(w)
             t[T_FRESH] = 0.0
@@ -771,15 +853,23 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 # from the state without any contact
                 w.count[0], w.J.kept[0] = 0, 0
             found = regroup(w, h)
-            code = found if trial == 0 and way == 0 else code
+            code = found if trial == begin and way == 0 else code
             if found == 0:
                 after = energy(w, w.new)
                 rubbed, slid = t[T_RUBBED], t[T_SLID]
+                note(w, h)
+                remark(w, LOST, -1)
                 accept(w, h, True)
                 # what is rubbed in a snap is a part of what it loses
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
-                t[T_LOST] += max(0.0, before - after)
-                tell(w, events, SNAP, 0 if w.count[0] > 0 else -1, before - after)
+                lost = before + h * t[T_LOAD] - after
+                c = 0 if w.count[0] > 0 else -1
+                if lost > _SNAPS * before:
+                    t[T_LOST] += lost
+                    tell(w, events, SNAP, c, lost)
+                else:
+                    tell(w, events, CHANGE, c, 0.0)
+                t[T_TRIAL], t[T_JUMPED] = trial, t[T_WAY]
                 t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
                 return 0
     restore(w)
@@ -815,6 +905,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         clear(w.near)
         what, c, v = violated(w, w.new, True)
         if what < 0:
+            note(w, h)
             accept(w, h, False)
             t[T_H], t[T_ZERO] = min(most, 2 * h), 0.0
             return 0
@@ -830,11 +921,17 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         break
     if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
         return SIDE_ENTRY
+    note(w, where)
+    if what < 0:
+        accept(w, where, False)
+        t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
+        return 0
     accept(w, where, True)
     scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
-    if t[T_ZERO] > _ZEROS + N or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events, step):
+    zeros = (2 if what == FLIP else _ZEROS) + N - 1
+    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events, step):
         t[T_ZERO] = 0.0
         return jump(w, events, step)
     together(w, what, scale, events, step)
@@ -911,7 +1008,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     went = 0.0
     for e in range(STRAINS):
         went += leg[4 + e] ** 2
-    straight = i > 0 and turns > (1 - 1e-9) * math.sqrt(size * went)
+    straight = i > 0 and turns.real > (1 - 1e-9) * math.sqrt(size.real * went.real)
     load = 0.0
     for e in range(STRAINS):
         before = corners[i - 1, e] if i > 0 else 0.0
@@ -922,7 +1019,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     if not straight:
         t[T_FRESH], t[T_ONSET], t[T_LOAD], t[T_POWER] = 0.0, load, load, 0.0
         t[T_H] = step if w.count[0] == 0 else step * _GENTLE
-        if w.S.shapes[0, MU] > 0.0:
+        if w.S.shapes[0, MU].real > 0.0:
             for c in range(w.count[0]):
                 w.con[c, STUCK] = 1
         w.J.kept[0] = 0
@@ -938,7 +1035,7 @@ def follow(
     Where nothing touches up to there, that is looked for straight on to the way ``most``.
 
     Written are ``rows`` (n, 21), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
-    (E, 17), and ``end`` (4,): why, way, events, rows.
+    (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
     t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import BETA, CHI, EPS, ETA, MOTIONS, PHI, POWERS, PSI, System, State
-from squama.real.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
+from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System
+from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
 PLACED, PAIR = 12, 36

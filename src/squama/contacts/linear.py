@@ -182,3 +182,35 @@ def substitute(J: Linear, n: int, x: Array) -> None:
     for e in range(free):
         for a in range(inner):
             x[a] -= J.right[a, e] * x[inner + e]
+
+
+@_jit
+def stored(J: Linear, n: int) -> int:
+    """Return how many numbers the factors of n unknowns are."""
+    return filled(J) + 2 * n + 8 * n + STRAINS * STRAINS
+
+
+@_jit
+def exchanged(J: Linear, n: int, a: Array, at: int, out: bool) -> None:
+    """Write the factors into numbers from a place on or, not ``out``, take them from there."""
+    for v in (J.band[: filled(J)], J.right[:n].reshape(STRAINS * n)):
+        for i in range(v.size):
+            if out:
+                a[at] = v[i]
+            else:
+                v[i] = a[at]
+            at += 1
+    for e in range(STRAINS):
+        for v in (J.lower[e, :n], J.corner[e]):
+            for i in range(v.size):
+                if out:
+                    a[at] = v[i]
+                else:
+                    v[i] = a[at]
+                at += 1
+    for i in range(n):
+        if out:
+            a[at], a[at + n] = J.order[i], J.last[i]
+        else:
+            J.order[i], J.last[i] = int(a[at]), int(a[at + n])
+        at += 1

@@ -74,7 +74,7 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
             continue
         shift(S, st, con, m, J.at, n, J.r, -min(1.0, _LARGEST / max(size, 1e-300)))
         rate = min(size / old, 1.0) if old < np.inf else 1.0
-        if size * rate < TIGHT or (size < ROUNDED and rate > _STALLED):
+        if size * rate < TIGHT or (size < ROUNDED and rate > _STALLED and old < np.inf):
             prepared(S, st, con, m, moved, W)
             residual(S, st, past, con, m, J.at, n, W, J.r, loads)
             return True

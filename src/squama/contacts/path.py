@@ -22,6 +22,8 @@ RANGE = 0.3
 """Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
 STEP = 4e-3
 """Largest increment, rad per pitch; a quarter of it changes a torque by some 1e-5."""
+NOTES = 200_000
+"""Numbers that are noted of a path at first; four times as many where they do not suffice."""
 ROOM, EVENTS = 8, 64
 """Contacts at once, and events of a path, that are told."""
 THIN = 0.1
@@ -40,6 +42,8 @@ work per way; sums of N and friction over the contacts; of the first contact its
 meets (-1: nothing), and its force on the first scale along that one's axes at rest; ``T_slip``: T where a contact last
 began to slide, or the path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at
 which the contacts last changed."""
+WIDTH = len(COLUMNS) + 24
+"""Columns of a state, with the powers of the plate's deflection."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
@@ -108,9 +112,14 @@ class End(NamedTuple):
     phi: float
     solved: int
 
+    @property
+    def word(self) -> Outcome:
+        """The end in words."""
+        return Outcome(str(WORDS[self.code]))
+
 
 class Answers(NamedTuple):
-    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 14), ends (n, 4).
+    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
     all contacts, see :func:`squama.contacts.follow.write`.
@@ -180,30 +189,118 @@ def follow_all(
     given, and the last target where there are corners. Without corners targets are twists, which may go back as well.
     ``room``: how many contacts are told of each state.
     """
+    ways, strains, most = _legs(targets, corners, most)
+    room = Room.of(ways, room)
+    tell(entry.many, "scales in contact")
+    entry.many(beams, step, most, ROOM, ways, strains, *room, np.zeros((len(ways), 0)))
+    return room.answers(strains)
+
+
+def moved(
+    beams: entry.Beams, targets: Array, copies: int, *, most: float | Array | None = None, step: float = STEP,
+    corners: Array | None = None, room: int = 1,
+) -> Answers:  # fmt: skip
+    """Follow beams to targets (n, m) as :func:`follow_all`, with complex steps in beams, targets and corners.
+
+    Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
+    the path is followed once. All that is returned but the ends is complex, its real parts those of
+    :func:`follow_all`. Imaginary parts are NaN where there are no derivatives, see
+    :mod:`squama.contacts.derivatives`: behind a snap, first of all.
+    """
+    real = entry.Beams(*(np.ascontiguousarray(np.real(v[::copies])) for v in beams))
+    kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
+    many = entry.Beams(*kind[:4], real.free.repeat(copies, axis=0), kind[5])
+    ways, strains, most = _legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
+    at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
+    tell(entry.many, "scales in contact")
+    tell(entry.move, "derivatives of scales in contact")
+    found, changed = Room.of(at, room), Room.of(ways, room)
+    for i in range(len(at)):
+        _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
+    whole = Room(*(np.repeat(v, copies, axis=0) for v in found))
+    whole = Room(*(_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)), whole.ends)
+    return whole.answers(strains)
+
+
+def _move(
+    real: entry.Beams, many: entry.Beams, i: int, copies: int, most: Array, step: float, at: Array, legs: Array,
+    ways: Array, strains: Array, found: Room, changed: Room,
+) -> None:  # fmt: skip
+    """Follow beam i, note its increments, and follow its copies."""
+    one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
+    own, beam, every = found.part(one), entry.Beams(*(v[one] for v in real)), entry.Beams(*(v[all_] for v in many))
+    size = NOTES
+    while True:
+        notes = np.zeros((1, size))
+        entry.many(beam, step, most[one], ROOM, at[one], legs[one], *own, notes)
+        if notes[0, 0] >= 0.0:
+            break
+        size *= 4
+    entry.move(
+        every, step, most[one], ROOM, ways[all_], strains[all_], notes, own.ends, *changed.part(all_)[:-1]
+    )  # fmt: skip
+
+
+def _joined(real: Array, imag: Array) -> Array:
+    """Return complex numbers of both parts, NaN in one of them or not."""
+    out = real.astype(complex)
+    out.imag = imag
+    return out
+
+
+def _legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
+    """Return ways (n, m), strains there (n, m, 4), and how far to look for a first contact (n,)."""
     n, m = targets.shape
-    strains = np.zeros((n, m, STRAINS))
+    strains = np.zeros((n, m, STRAINS), targets.dtype)
     if corners is None:
         strains[..., PHI] = targets
-        ways = np.cumsum(np.abs(np.diff(targets, axis=1, prepend=0.0)), axis=1)
+        steps = np.diff(targets, axis=1, prepend=0.0)
+        ways = np.cumsum(np.where(np.real(steps) < 0, -steps, steps), axis=1)
         # (a path that goes back is as long as its way)
         most = 1.0 if most is None else most
     else:
-        strains[..., [PSI, PHI]], ways = corners, np.ascontiguousarray(targets, float)
+        strains[..., [PSI, PHI]], ways = corners, np.ascontiguousarray(targets)
         most = 0.0 if most is None else most
-    raw = np.full((n, m, follow.LINE), np.nan)
-    motions, bends = np.full((n, m, 1, 6), np.nan), np.full((n, m, 1, 24), np.nan)
-    touches, events, ends = np.zeros((n, m, room, follow.CONTACT)), np.zeros((n, EVENTS, follow.EVENT)), np.zeros((n, 4))
-    most = np.maximum(np.broadcast_to(np.asarray(most, float), n), ways[:, -1] if m else 0.0)
-    tell(entry.many, "scales in contact")
-    entry.many(beams, step, most, ROOM, ways, strains, raw, motions, bends, touches, events, ends)
-    return Answers(_first(events, ends), _rows(raw, motions, bends, touches, strains), events, ends, touches)
+    last = np.real(ways[:, -1]) if m else 0.0
+    return ways, strains, np.maximum(np.broadcast_to(np.asarray(most, float), n), last)
+
+
+class Room(NamedTuple):
+    """What the compiled solver writes of n beams at m ways: see :func:`squama.contacts.follow.follow`."""
+
+    rows: Array
+    motions: Array
+    bends: Array
+    touches: Array
+    events: Array
+    ends: Array
+
+    @classmethod
+    def of(cls, ways: Array, contacts: int) -> Room:
+        """Return room for a number of contacts of each state."""
+        (n, m), kind = ways.shape, ways.dtype
+        sizes = (follow.LINE,), (1, 6), (1, 24)
+        states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
+        return cls(
+            *states, np.zeros((n, m, contacts, follow.CONTACT), kind), np.zeros((n, EVENTS, follow.EVENT), kind),
+            np.zeros((n, 4)),
+        )  # fmt: skip
+
+    def part(self, which: slice) -> Room:
+        """Return the room of some beams."""
+        return Room(*(v[which] for v in self))
+
+    def answers(self, strains: Array) -> Answers:
+        """Return what is written there."""
+        rows = _rows(self.rows, self.motions, self.bends, self.touches, strains)
+        return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
 
 
 def _first(events: Array, ends: Array) -> Array:
     """Return the first contacts (n, 6) of paths by their events."""
-    met = (events[:, :, 0] == follow.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
+    met = (np.real(events[:, :, 0]) == follow.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
     first = events[np.arange(len(events)), met.argmax(axis=1)]
-    one, other = features(*first[:, 8:11].T)
+    one, other = features(*np.real(first[:, 8:11]).T)
     out = np.column_stack([one, other, first[:, 7], first[:, 1], first[:, 14:16]])
     out[~met.any(axis=1)] = (-1, -1, 0, np.inf, np.nan, np.nan)
     out[ends[:, 0] == follow.AT_REST] = (-2, -1, 0, 0.0, 0.0, 0.0)
@@ -212,19 +309,19 @@ def _first(events: Array, ends: Array) -> Array:
 
 def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Array) -> Array:
     """Return rows of :data:`COLUMNS` and deflections."""
-    out = np.empty((*raw.shape[:2], len(COLUMNS) + 24))
+    out = np.empty((*raw.shape[:2], WIDTH), raw.dtype)
     column = {name: out[..., i] for i, name in enumerate(COLUMNS)}
     told = ("way", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap", "contacts",
             "mode", "N", "f", "slip", "T_slip", "since", "energy", "T")  # fmt: skip
     for i, name in enumerate(told):
         column.get(name, column["phi"])[...] = raw[..., i]
     out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = motions[:, :, 0], bends[:, :, 0]
-    first, there = touches[:, :, 0], raw[..., 12] > 0
-    kind = first[..., 2]
-    one, other = features(kind, first[..., 3], first[..., 4])
+    first, there = touches[:, :, 0], np.real(raw[..., 12]) > 0
+    _, apart, kind, one, other = np.moveaxis(np.real(first[..., :5]), -1, 0)
+    one, other = features(kind, one, other)
     edges, tip = kind == EE, kind >= EF
     column["first"][...], column["second"][...] = np.where(there, one, -1), np.where(there, other, -1)
-    column["k"][...] = np.where(there, first[..., 1], 1)
+    column["k"][...] = np.where(there, apart, 1)
     face = (first[..., 6], first[..., 7]), (first[..., 8], first[..., 9])
     upper = (kind == FV) | (kind == FE)
     a, b = along(one, *face[0]), along(other, *face[1])

@@ -79,8 +79,8 @@ class Past(NamedTuple):
 @_jit
 def copy(a: Array, b: Array) -> None:
     """Write an array into another one; an assignment of slices takes long to compile."""
-    x, y = a.ravel(), b.ravel()
-    for i in range(x.size):
+    x, y = a.flat, b.flat
+    for i in range(a.size):
         y[i] = x[i]
 
 

@@ -15,7 +15,7 @@ from squama.curves.path import Case, Curve, figures
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import refuse
 from squama.model.outcome import End
-from squama.real.path import RANGE
+from squama.contacts.path import RANGE
 from squama.symbols import OTHER
 from squama.types import Array
 
@@ -56,8 +56,7 @@ class Twisted(NamedTuple):
         sign, d = arguments.sense(sense), beam.pitch
         legs = 2 if bend else 1
         asked = [(bend / d, 0.0), (bend / d, sign * (FAR if joint == "hinge" else RANGE) / d)][-legs:]
-        # general contact would take seconds
-        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal, onward=False)
+        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal)
         rigidity = answer.attrs["rigidity"] if answer.attrs["joint"] == "compliant" else beam.torsional_rigidity
         case = Case(d, float(rigidity), float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)
         return cls(case, answer, sign, legs)

@@ -148,7 +148,7 @@ def curves(asked: Asked, joint: str) -> Answer:
 
 def _farthest(asked: Asked) -> float:
     """Return the load angle at which a path that is walked stops, where it has no earlier end."""
-    from squama.real.path import RANGE
+    from squama.contacts.path import RANGE
 
     to = abs(asked.path.values[-1])
     return RANGE if to == math.inf else to

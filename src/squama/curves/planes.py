@@ -10,6 +10,8 @@ from squama import arguments
 from squama.arrays.combined_states import Combined, combined
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
+from squama.contacts import events, path as real_path
+from squama.contacts.legs import follow_straight
 from squama.curves import hinge_polygons, real, real_polygons
 from squama.curves.labelled import Labelled, attributes, labelled
 from squama.curves.path import Asked, Case, States, in_si
@@ -17,8 +19,6 @@ from squama.curves.polygons import Stations, meant, read, stretched
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
 from squama.model.screw import LOCKED
-from squama.real import path as real_path
-from squama.real.legs import follow_straight
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ OPEN, SLIDING = "open", "sliding"
 SAMPLES, HALVINGS = 32, 8
 """Places on the way to a state of hinges at which a lock is looked for, and how often it is then closed in on."""
 _NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
-_BLANK = "one contact at a time is followed: where another one comes in, the map has no figures"
 
 
 def bend_twist_map(
@@ -62,10 +61,9 @@ def bend_twist_map(
     -------
     xarray.Dataset
         Over ``psi`` and ``phi`` (rad per pitch; ``kappa``, ``Phi`` in rad/m along them): ``state`` ("open", "sliding",
-        or what ends the way to it, such as "frictional lock", "other contact"), ``contact``, ``theta``, ``N``, ``M``,
-        ``T`` and the scales' parts of them, NaN where the way ends before; on hinges ``mu_lock``, too. The real beam is
-        followed by one contact at a time, so its map has no figures where another one comes in; :func:`bend_twist`
-        follows single paths there by general contact. Attributes as of :func:`bend_twist`.
+        or what ends the way to it, such as "frictional lock", "no equilibrium"), ``contact``, ``theta``, ``N``, ``M``,
+        ``T`` and the scales' parts of them, NaN where the way ends before; on hinges ``mu_lock``, too. Attributes as of
+        :func:`bend_twist`.
 
     Raises
     ------
@@ -145,29 +143,25 @@ def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
 
 
 def _real(asked: Asked, psi: Array, phi: Array) -> States:
-    """Return states (n,) of the real beam, by one contact at a time."""
+    """Return states (n,) of the real beam."""
     beam, held = asked.beam, real.Held.of(asked.beam)
     plate, stretch = real.scale(beam, ideal=asked.ideal), real_polygons.NEUTRAL[asked.neutral]
     gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), stretch=stretch)
-    contacts, rows = gone.answers.contacts, gone.answers.rows[:, 0]
+    contacts, v = gone.answers.contacts, real_path.named(gone.rows)
     state = real_path.endings(contacts, gone.answers.ends).astype("U40")
     reached = np.isin(state, (End.RANGE, End.NONE))
-    state[reached] = np.where(rows[reached, 2] > 0, SLIDING, OPEN)
-    contact = np.array([real_polygons.named(*pair) for pair in _pairs(contacts, rows)])
-    own = {"theta": real_path.inclinations(gone.way, rows), "torque": gone.T, "N": rows[:, 2], "f": rows[:, 3]}
-    own |= {"W_fr": rows[:, 8], "U_el": rows[:, 9] - rows[:, 8]}
-    v = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
+    state[reached] = np.where(v["contacts"][reached] > 0, SLIDING, OPEN)
+    first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
+    touching = events.last(gone.answers)
+    own = {"theta": real_path.inclinations(gone.way, gone.rows), "torque": gone.T}
+    own |= {"N": v["N"], "f": v["f"], "W_fr": v["W_fr"], "W_snap": v["W_snap"]}
+    own |= {"U_el": sum(real_path.energies(gone.way, gone.rows).values())}
+    si = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     bar = unit * real_path.bare(gone.way.beams)[0] @ [phi, psi]
-    v |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": v["torque"] - bar[0]}
-    v |= {"state": state, "contact": np.where(state == OPEN, "", contact)}
+    si |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": si["torque"] - bar[0]}
+    si |= {"state": state, "contact": np.where(state == OPEN, "", np.where(reached, touching, np.array(first)))}
     far = float(np.abs([psi, phi]).max())
-    notes = [*real.notes(held, beam, far, ideal=asked.ideal), _BLANK]
-    kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "U_el", "RED")
-    return States({(): {name: v[name] for name in kept}}, real.attributes(held), notes)
-
-
-def _pairs(contacts: Array, rows: Array) -> list[list[int]]:
-    """Return what meets in the states, else first: features and neighbour."""
-    found: list[list[int]] = np.where(rows[:, 2, None] > 0, rows[:, [26, 27, 30]], contacts[:, :3]).astype(int).tolist()
-    return found
+    kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "W_snap", "U_el", "RED")
+    notes = real.notes(held, beam, far, ideal=asked.ideal)
+    return States({(): {name: si[name] for name in kept}}, real.attributes(held), notes)

@@ -40,9 +40,8 @@ def bend_twist(
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
-    The real beam by default, as :func:`twist`, followed by one contact at a time; where that does not do by general
-    contact (extra fe; a second or more), else the path ends there. On the hinge thin, rigid scales, both plates of
-    every pair looked at (docs, theory: bending and twisting).
+    The real beam by default, as :func:`twist`, with every contact of its scales. On the hinge thin, rigid scales, both
+    plates of every pair looked at (docs, theory: bending and twisting).
 
     Parameters
     ----------
@@ -58,8 +57,7 @@ def bend_twist(
     margin
         As in :func:`twist`.
     points
-        Points of each way, on the hinge one more for each change of contact on it at least; by general contact no
-        nearer than 0.002 rad per pitch.
+        Points of each way, on the hinge one more for each change of contact on it at least.
     joint
         "compliant" or "hinge", as in :func:`twist`; "hinge" if not given where ``neutral="face"`` or ``free`` mean it,
         or where the joint is not known in bend (a warning says so).
@@ -83,7 +81,7 @@ def bend_twist(
         motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each change of
         contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
         how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
-        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``followed`` (by which contact), ``neutral``. With
+        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``. With
         scales on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the
         other face: a stress that is held against a strength is the larger of the two.
 
@@ -121,9 +119,8 @@ def bent_and_twisted(
     ideal: bool | None = None,
     neutral: str | None = None,
     free: str | None = None,
-    onward: bool = True,
 ) -> Answer:
-    """Return what :func:`bend_twist` returns, before it is a dataset; not ``onward``: without general contact."""
+    """Return what :func:`bend_twist` returns, before it is a dataset."""
     way = read(path, beam)
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
@@ -131,7 +128,7 @@ def bent_and_twisted(
     held, thin, note, line = meant(beam, joint, ideal, neutral, free)
     if held == "compliant":
         beam = stretched(beam, line)
-    asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, onward=onward, neutral=line)
+    asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
     else:

@@ -7,15 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.contacts import events, path
 from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, States, figures, spaced
-from squama.curves.real_polygons import SPACING, WALKED, Gone, Stations, go
+from squama.curves.real_polygons import WALKED, Gone, Stations, go
 from squama.errors import refuse
 from squama.model.outcome import End
-from squama.real import path
 from squama.types import Array
 
-_NEAR = SPACING / 2
+FINE = 2e-3
+"""Distance of the curve's own points, rad per pitch."""
+_NEAR = FINE / 2
 """Least distance of the curve's own points from those asked for, rad per pitch."""
 
 
@@ -58,14 +60,14 @@ class Bent(NamedTuple):
         # the slope jumps at engagement
         free = within & (at < gone.onset)
         along["tangent"][free], along["stiffness_ratio"][free] = self.case.rigidity, 1.0
-        met = gone.one.way.contact
+        met, neighbour = gone.faces[0].met[1], gone.one.way.contact.k
         cut = {role: float(values[-1]) for role, values in self.own.items() if values.dtype.kind == "f"}
+        second = events.second(gone.faces[0].events)
         end = math.inf if gone.found.end == End.NONE else gone.found.stop
         found = {
             **figures(self.case, cut, engaged, end, cut["theta"]),
             "T_c": cut["T"], "end": gone.found.end, "other_contact": gone.found.other,
-            "neighbour": max(0, met.k) if met.first != -1 else 0,
-            "first_contact": gone.found.changes[0][1] if gone.found.changes else met.words,
+            "neighbour": max(0, neighbour), "first_contact": met, "load_second": second.way if second else math.nan,
             **({"load_e_other": gone.touched[1]} if len(gone.touched) > 1 else {}),
             **real.thresholds(gone.onset, gone.one.beam, ways, self.own),
         }  # fmt: skip
@@ -89,11 +91,11 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
     """Return a beam's path up to the bend ``far`` per pitch, through those of ``at``."""
     d = asked.beam.pitch
 
-    def stations(_: float, engaged: float) -> Stations:
+    def stations(engaged: float) -> Stations:
         wanted = np.union1d(at[at <= far], [0.0, far])
         if 0 < engaged < far:
             wanted = np.union1d(wanted[np.abs(wanted - engaged) > 1e-9 * engaged], engaged)
-        fine = np.linspace(0.0, far, math.ceil(far / SPACING) + 1)
+        fine = np.linspace(0.0, far, math.ceil(far / FINE) + 1)
         ways = np.union1d(wanted, fine[np.abs(fine[:, None] - wanted).min(axis=1) > _NEAR])
         return Stations(ways, np.column_stack([ways, 0 * ways]), np.ones(ways.size, int))
 

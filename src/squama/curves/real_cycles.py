@@ -16,6 +16,8 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.contacts import follow, path
+from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, real
 from squama.curves.cycle_points import evenly, goals_of, resolving
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
@@ -23,8 +25,6 @@ from squama.curves.real_polygons import NEUTRAL, Gone, Stations, go
 from squama.errors import InputError, Problem, refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
-from squama.real import changes, follow, path
-from squama.real.legs import follow_legs
 from squama.types import Array
 
 INCREMENT = 5e-4
@@ -34,7 +34,8 @@ MOST = 100_000
 _BEFORE = 1e-4
 """By how much a state is put before engagement, rad per pitch: at engagement itself a contact may not be found."""
 _ALONG = (
-    *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "T", "contact"),
+    *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "W_snap"),
+    *("T", "contact"),
     *real.OWN,
 )  # fmt: skip
 _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
@@ -81,8 +82,9 @@ def walk(asked: Asked) -> States:
     way, along = _along(walked, way._replace(mode=walked.mode))
     far, told = max(map(abs, values)), way.told
     residual = [walked.left(loop) for loop in history.loops(values)]
-    total = float(along["U_el"][-1] + along["W_fr"][-1])
-    error = (float(along["work"][-1]) - total) / max(float(along["W_fr"][-1]), float(along["U_el"].max()), 1e-300)
+    lost = float(along["W_fr"][-1] + along["W_snap"][-1])
+    error = float(along["work"][-1]) - float(along["U_el"][-1]) - lost
+    error /= max(lost, float(along["U_el"].max()), 1e-300)
     roles = [role for role in _ALONG if role in along]
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {
@@ -163,25 +165,24 @@ def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
     sign = np.where(negative, -1.0, 1.0)
     v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
     return _Walked(
-        v, found[:, 10], held.rigidity, _senses(both, values), lambda loop: _residual(both, values, loop), held
+        v, path.named(found)["mode"], held.rigidity, _senses(both, values), lambda loop: _residual(both, values, loop), held
     )
 
 
 def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
-    """Walk a history of bends, by one contact at a time; refuse one on which the contact ends."""
-    values, asked = asked.path.values, asked._replace(onward=False)
+    """Walk a history of bends; refuse one on which the contact ends."""
+    values = asked.path.values
 
     def through(x: Array, numbers: Array) -> Gone:
         ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
         corners = [(v, 0.0) for v in x[np.append(np.flatnonzero(np.diff(numbers)), x.size - 1)].tolist()]
         whole = Stations(ways, np.column_stack([x, 0 * x]), numbers)
-        return go(asked, float(asked.mus), lambda *_: whole, corners, INCREMENT)
+        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT)
 
     gone = through(bends, legs)
     n = gone.along["psi"].size
     if n < bends.size:
-        other = f" ({gone.found.other})" if gone.found.other else ""
-        why, far = f"{SENTENCES[End(gone.found.end)]}{other}", float(gone.along["psi"][-1])
+        why, far = SENTENCES[End(gone.found.end)], float(gone.along["psi"][-1])
         _refuse(asked, LeftError(n, far, why, outward=abs(bends[n]) > abs(bends[n - 1])), values[legs[n]])
     v, bare = gone.bending()
     v["onset"] = v["onset"] * np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
@@ -193,7 +194,7 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         there = through(np.append(bends[: end + 1], down), np.append(legs[: end + 1], [last + 1] * down.size)).along
         return _crossing(there["psi"][end + 1 :], there["M"][end + 1 :], there["N"][end + 1 :])
 
-    met = gone.faces[0].changes[0] if gone.faces[0].changes else (math.inf, "")
+    met = gone.faces[0].met
     senses = [
         {
             "load_e": met[0] if sense == "+" else math.inf, "first_contact": met[1] if sense == "+" else "",
@@ -229,17 +230,16 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
 def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
 
-    Rows as :data:`squama.real.follow.COLUMNS`.
+    Rows as of :class:`squama.contacts.path.Answers`.
 
     Raises
     ------
     LeftError
         The contact ends on the history.
     """
-    found = np.zeros((x.size, next(iter(paths.values())).way.columns))
-    found[:, 4:6] = np.nan
-    # frictional work, work, slip
-    sums, before = [follow.COLUMNS.index(name) for name in ("W_fr", "W", "slip")], np.zeros(3)
+    sums = [path.COLUMNS.index(name) for name in ("W_fr", "W_snap", "W", "slip")]
+    found, before = np.zeros((x.size, path.WIDTH)), np.zeros(len(sums))
+    found[:, [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
     # a part is what lies between two states without twist
     ends = [*np.flatnonzero(x == 0), x.size]
     for a, b in itertools.pairwise(ends):
@@ -248,8 +248,10 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
             continue
         one = paths["-" if x[a + 1] < 0 else "+"]
         own, end = one.way.states(np.abs(x[part]), increment)
-        if end.code != changes.RANGE:
-            raise _left(one, end, part.start + end.solved, x)
+        if end.code != follow.RANGE:
+            error = _left(one, end, end.solved, x[part])
+            error.point += part.start
+            raise error
         own[:, sums] += before
         before = own[-1, sums]
         found[part] = own
@@ -267,12 +269,12 @@ class LeftError(InputError):
         self.point, self.far, self.outward = point, far, outward
 
 
-def _left(one: real.Path, end: follow.End, point: int, x: Array) -> LeftError:
-    """Return where the scales do not follow."""
-    found = real.ending(one.way, end)
-    words = SENTENCES[End(str(found["end"]))]
-    other = f" ({found['other_contact']})" if found["other_contact"] else ""
-    return LeftError(point, end.phi * one.sign, words + other, outward=abs(x[point]) > abs(x[point - 1]))
+def _left(one: real.Path, end: path.End, point: int, x: Array) -> LeftError:
+    """Return where the scales do not follow, on the way to twist number ``point`` of a part in one sense."""
+    words, size = SENTENCES[end.word], np.abs(x)
+    before, step = max(0, point - 1), float(np.diff(size, prepend=0.0)[point])
+    far = float(size[before] + math.copysign(end.phi - np.abs(np.diff(size[: before + 1])).sum(), step))
+    return LeftError(point, far * one.sign, words, outward=step > 0)
 
 
 def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
@@ -301,7 +303,7 @@ def _along(walked: _Walked, way: _Way) -> tuple[_Way, dict[str, Array]]:
         if a == 0:
             v["tangent"][0] = slope[0]
     v["stiffness_ratio"] = v["tangent"] / walked.rigidity
-    branch = np.where(way.mode == follow.STICK, 3, np.where(inward, 2, 1)) * (way.mode != follow.FREE)
+    branch = np.where(way.mode == path.STICK, 3, np.where(inward, 2, 1)) * (way.mode != path.FREE)
     v["branch"] = _BRANCHES[branch.astype(int)]
     return way, v
 
@@ -312,7 +314,7 @@ def _sliding(way: _Way, v: dict[str, Array]) -> tuple[_Way, dict[str, Array]]:
     A contact that sticks is all but linear: its states go on as the last two, up to the torque at which it slides.
     """
     x, torque = way.twists, v["torque"]
-    i = 1 + np.flatnonzero((way.mode[1:-1] == follow.STICK) & (way.mode[2:] == follow.SLIP))
+    i = 1 + np.flatnonzero((way.mode[1:-1] == path.STICK) & (way.mode[2:] == path.SLIP))
     slope = (torque[i] - torque[i - 1]) / (x[i] - x[i - 1])
     ahead = np.divide(v["onset"][i + 1] - torque[i], slope, out=np.zeros(i.size), where=slope != 0)
     inside = (ahead / (x[i + 1] - x[i]) > 0) & (ahead / (x[i + 1] - x[i]) < 1)
@@ -325,7 +327,7 @@ def _sliding(way: _Way, v: dict[str, Array]) -> tuple[_Way, dict[str, Array]]:
 
     turns = [n + int(np.searchsorted(i, n)) for n in way.turns]
     legs, told = np.insert(way.legs, i + 1, way.legs[i + 1]), np.insert(way.told, i + 1, True)
-    own = _Way(grown(x), legs, turns, told, np.insert(way.mode, i + 1, follow.STICK))
+    own = _Way(grown(x), legs, turns, told, np.insert(way.mode, i + 1, path.STICK))
     v = {role: grown(values) for role, values in v.items()}
     new = i + 1 + np.arange(i.size)
     # what is left of the friction while it turns round lies across; where the scales slide it is all there
@@ -370,7 +372,7 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
         stuck = top
         while stuck + 1 < way.twists.size and v["branch"][stuck + 1] == "stick":
             stuck += 1
-        slides = stuck + 1 < way.twists.size and way.mode[stuck + 1] == follow.SLIP
+        slides = stuck + 1 < way.twists.size and way.mode[stuck + 1] == path.SLIP
         drop = v["onset"][stuck + 1] if slides else v["torque"][stuck]
         elastic = float(v["U_el"][top])
         rows.append(
@@ -394,12 +396,13 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     down = goals_of(abs(loop.top), 0.0, 60)
     targets = np.array([*np.abs(values[start : last + 1]), *down])
     rows, end = one.way.states(targets, INCREMENT)
-    x, torque = targets[-len(down) :], rows[-len(down) :, 1]
+    v = path.named(rows[-len(down) :])
+    x, torque = targets[-len(down) :], v["torque"]
     faces = both_faces.alike(one.beam, "twisting")
     torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
-    if end.code != changes.RANGE:
+    if end.code != follow.RANGE:
         return 0.0
-    return math.copysign(_crossing(x, torque, rows[-len(down) :, 2]), loop.top)
+    return math.copysign(_crossing(x, torque, v["N"]), loop.top)
 
 
 def _crossing(x: Array, torque: Array, N: Array) -> float:
@@ -420,7 +423,7 @@ def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array
             {
                 "load_e": contact.phi,
                 "load_end": max(*(v * one.sign for v in values), 0.0),
-                **real.ending(one.way, follow.End(changes.RANGE, 0.0, -1, 0, 0)),
+                "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
                 "end": str(End.RANGE),
             }
         )

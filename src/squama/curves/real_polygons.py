@@ -1,8 +1,7 @@
 """Polygons in the plane of bend and twist, of the real beam: states along them in SI units, and events.
 
-One contact at a time is followed, of two edges, or of a tip edge and its corners on a face (:mod:`squama.real.legs`).
-Where another one comes in, the whole path is followed by general contact (:func:`squama.fe.assembly.make_bent`), where
-the extra fe is installed. At a corner of the path the contact sticks while friction turns, so forces do not jump.
+Every contact that comes in is followed (:mod:`squama.contacts.legs`): contacts hand over, several bear at once, scales
+jump. At a corner of the path contacts stick while friction turns, so forces do not jump.
 """
 
 from __future__ import annotations
@@ -17,35 +16,21 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.joint_law import bare
 from squama.beam.matrixfile import MOTIONS
+from squama.contacts import events, follow, path
+from squama.contacts.events import Event
+from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
 from squama.curves.path import Asked, Case, States, in_si
-from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.model.outcome import End
-from squama.real import changes, follow, path
-from squama.real.features import CORNERS, FACE
-from squama.real.legs import Bent, follow_legs
 from squama.types import Array
 
 NEUTRAL = {"free": "free", "middle": "held"}
 """Which line keeps its length: none, there being no axial force, or that in the bar's middle; what the stretch is."""
-SPACING = 2e-3
-"""Least distance of points along the path by general contact, rad per pitch."""
 _BEFORE = 1e-9
-_LETTERS = {(TIP, SIDE_D): "TS", (TIP, SIDE_A): "TA", (SIDE_A, BASE): "SB", (SIDE_D, BASE): "SD", (TIP, FACE): "TF"}
-_LETTERS |= {(CORNERS, FACE): "CF", (CORNERS + 1, FACE): "BF", (FACE, CORNERS + 2): "DF", (FACE, CORNERS + 3): "AF"}
-_PAIRS = {
-    "tip edge C1B1 on side edge D2C2": "TS", "tip edge C1B1 on side edge A2B2": "TA",
-    "corner B1 on the face of scale 2": "BF", "corner C1 on the face of scale 2": "CF",
-    "corner D2 on the face of scale 1": "DF", "corner A2 on the face of scale 1": "AF",
-    "side edge A1B1 on base edge D2A2": "SB", "side edge D1C1 on base edge D2A2": "SD",
-    "tip edge C1B1 on the face of scale 2": "TF",
-}  # fmt: skip
-"""Letters of contacts, those of :data:`squama.model.screw.CONTACTS` and of a tip edge on the face of a bent plate."""
 WALKED = ("mode", "onset")
-"""Roles of states by one contact at a time that cycles alone need: how it moves, and where it last began to slide."""
+"""Roles of states that cycles alone need: how the contact moves, and where it last began to slide."""
 _OF_BOTH = ("leg", "M", "M_scales", "psi", "kappa")
 """Roles that mean nothing where a beam is bent alone."""
-_NEEDS = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
 _SEVEN = (
     "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; squama "
     "joint --matrix writes all nine, and without it in the file the law of the joint holds them"
@@ -60,12 +45,12 @@ class Stations(NamedTuple):
     legs: Array
 
     @classmethod
-    def of(cls, points: Sequence[tuple[float, float]], count: int, least: float, engaged: float) -> Stations:
-        """Return ``count`` points of each leg, no nearer than ``least``, one of them at the way ``engaged``."""
+    def of(cls, points: Sequence[tuple[float, float]], count: int, engaged: float) -> Stations:
+        """Return ``count`` points of each leg, one of them at the way ``engaged``."""
         start, parts = 0.0, []
         for i, (a, b) in enumerate(pairwise(np.array([(0.0, 0.0), *points]))):
             length = float(np.hypot(*(b - a)))
-            w = np.linspace(0, 1, max(3, min(count, math.ceil(length / least) + 1)) if least else count)
+            w = np.linspace(0, 1, count)
             if start < engaged < start + length:
                 w[1 + np.abs(w[1:-1] * length + start - engaged).argmin()] = (engaged - start) / length
             one = cls(start + w * length, a + w[:, None] * (b - a), np.full(w.size, i + 1))
@@ -86,14 +71,15 @@ class Stations(NamedTuple):
 class Followed(NamedTuple):
     """States at the first stations (E = d = 1, by role), and their contacts; way and word of the end.
 
-    ``q`` (n, 9) are the motions, twist, bend and stretch, ``changes`` ways and names of new contacts; ``other`` what
-    comes in from elsewhere.
+    ``q`` (n, 9) are the motions, twist, bend and stretch; ``met`` way and name of the first contact, ``events`` what
+    happens; ``other`` contacts of which another one comes in first, in words.
     """
 
     own: dict[str, Array]
     q: Array
     contact: Array
-    changes: list[tuple[float, str]]
+    met: tuple[float, str]
+    events: list[Event]
     stop: float
     end: str
     other: str = ""
@@ -121,7 +107,6 @@ class Gone(NamedTuple):
     found: Followed
     along: dict[str, Array]
     touched: list[float]
-    generally: bool
     notes: list[str]
 
     @property
@@ -143,16 +128,15 @@ class Gone(NamedTuple):
 
     @property
     def attrs(self) -> dict[str, float | str]:
-        """What answers say of it."""
-        words = "general contact" if self.generally else "one contact"
-        return {**real.attributes(self.one.held), "followed": words}
+        """What answers say of the joint."""
+        return real.attributes(self.one.held)
 
 
 def go(
-    asked: Asked, mu: float, stations: Callable[[float, float], Stations], ahead: Sequence[tuple[float, float]],
+    asked: Asked, mu: float, stations: Callable[[float], Stations], ahead: Sequence[tuple[float, float]],
     step: float = path.STEP,
 ) -> Gone:  # fmt: skip
-    """Follow a beam from rest through ``stations``, made for the least distance and the way just before engagement.
+    """Follow a beam from rest through ``stations``, made for the way just before engagement.
 
     ``ahead``: corners of the path, or of one that goes on straight beyond its end, on which engagement is looked for.
     ``step``: largest increment of the way.
@@ -160,88 +144,69 @@ def go(
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
     held, stretch, views = real.Held.of(beam), NEUTRAL[asked.neutral], both_faces.views(beam)
     firsts = [follow_legs(plate, held.K, mu, np.array(ahead) * view, stretch=stretch) for view in views]
-    ends, met = [r.answers.end() for r in firsts], [r.answers.contact() for r in firsts]
+    met = [r.answers.contact() for r in firsts]
     touched = [c.phi if c.first != -1 else math.inf for c in met]
-    engaged = min(touched)
     # a step from there on must not be much smaller than others
-    before = engaged * (1 - _BEFORE)
-    # plates that touch at rest are through each other there
-    onward = asked.onward and engaged > 0 and real.general()
-    generally = [end.code != changes.RANGE and onward for end in ends]
-    where = stations(SPACING if any(generally) else 0.0, before)
+    where = stations(min(touched) * (1 - _BEFORE))
     far = float(np.abs(where.strains).max())
     one = real.Path(beam, held, firsts[0].way, 1, far)
-    generally = [g and end.phi < where.ways[-1] for g, end in zip(generally, ends, strict=True)]
     faces = []
     for i, view in enumerate(views):
-        seen = where._replace(strains=where.strains * view)
-        if generally[i]:
-            faces.append(_generally(asked, one, seen))
-            continue
-        found = _one_by_one(one, follow_legs(plate, held.K, mu, seen.strains[1:], stretch=stretch, step=step), seen)
+        corners = where.strains[1:] * view
+        found = _followed(one, follow_legs(plate, held.K, mu, corners, stretch=stretch, step=step), where)
         if found.end == End.NONE and math.isfinite(touched[i]):
             found = found._replace(end=str(End.RANGE))
-        if found.end == End.OTHER:
-            words = str(real.ending(firsts[i].way, ends[i])["other_contact"]) or met[i].words
-            found = found._replace(other=both_faces.WHOSE * i + words)
-        faces.append(found)
+        faces.append(found._replace(other=both_faces.WHOSE * bool(i and found.other) + found.other))
     whole = _gathered(one, faces, where)
-    notes = real.notes(held, beam, far, ideal=asked.ideal) + [_NEEDS] * (asked.onward and bool(whole.other))
-    return Gone(one, where, faces, whole, _in_si(one, whole, where, faces), touched, any(generally), notes)
+    notes = real.notes(held, beam, far, ideal=asked.ideal)
+    return Gone(one, where, faces, whole, _in_si(one, whole, where, faces), touched, notes)
 
 
 def walk(asked: Asked) -> States:
     """Return the states along a path, its events, and how it ends."""
     corners, beam = asked.path.points, asked.beam
-    gone = go(asked, float(asked.mus), lambda least, e: Stations.of(corners, asked.points, least, e), corners)
+    gone = go(asked, float(asked.mus), lambda engaged: Stations.of(corners, asked.points, engaged), corners)
     stations, found, along = gone.stations, gone.found, gone.along
     at = _Places(stations, along["theta"], beam.pitch)
     reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
-    total, work = float(along["U_el"][-1] + along["W_fr"][-1]), float(along.pop("work")[-1])
+    rubbed = float(along["W_fr"][-1] + along["W_snap"][-1])
+    total, work = float(along["U_el"][-1]) + rubbed, float(along.pop("work")[-1])
     along = {role: values for role, values in along.items() if role not in WALKED}
     figures = {
         "end": found.end, "other_contact": found.other, "K_theta": gone.one.held.K_theta,
         **{f"{name}_e": value for name, value in at(gone.engaged).items() if name != "theta"},
         **{f"{name}_end": value for name, value in at(found.stop).items()},
         **{f"{name}_c": value for name, value in reached.items()},
-        "energy_error": (work - total) / max(float(along["U_el"].max()), float(along["W_fr"][-1]), 1e-300),
+        "energy_error": (work - total) / max(float(along["U_el"].max()), rubbed, 1e-300),
     }  # fmt: skip
     attrs: dict[str, float | str] = {**gone.attrs, "neutral": asked.neutral, "load": "bending and twisting"}
-    events = _events(stations, gone.faces, gone.touched, (found.stop, found.end), at)
     single = {k: np.asarray(v) for k, v in figures.items()}
-    return States({("point",): along, ("event",): events, (): single}, attrs, gone.notes)
+    told = _events(stations, gone.faces, (found.stop, found.end), at)
+    return States({("point",): along, ("event",): told, (): single}, attrs, gone.notes)
 
 
-def _one_by_one(one: real.Path, found: Bent, stations: Stations) -> Followed:
-    """Return the states of one contact at a time, rest the first of them."""
+def _followed(one: real.Path, found: Bent, stations: Stations) -> Followed:
+    """Return the states of a beam, rest the first of them, and what happens on its way."""
     way, met, end = one.way, found.answers.contact(), found.answers.end()
     n = end.solved + 1
-    rest = np.zeros((1, len(follow.STRAINED)))
-    rest[:, 4:6] = np.nan
-    rows = np.concatenate([rest, found.answers.rows[0]])[:n]
-    column = dict(zip(follow.STRAINED, rows.T, strict=True))
-    own = {name: column[name] for name in (*MOTIONS, "N", "f", "W_fr", "slip", "stretch")}
-    faced = (column["first"] == FACE) | (column["second"] == FACE)
-    (_, across), (lengthwise, _) = (path.spots(way.scale, (), rows, i) for i in (0, 1))
-    own |= {"p": np.where(faced, across, column["x"]), "s": np.where(faced, lengthwise, column["y"])}
-    own |= {
-        "mode": column["mode"],
-        "onset": column["T_slip"],
-        "work": column["W"],
-        "U_el": sum(path.energies(way, rows).values()),
-    }
-    own |= {"M": np.append(0.0, found.M)[:n], "torque": np.append(0.0, found.T)[:n]}
-    own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(way, rows))
-    met_by = np.column_stack([column[name] for name in ("first", "second", "k")]).astype(int).tolist()
-    contact = np.array([named(*by) if N > 0 else "" for by, N in zip(met_by, column["N"], strict=True)])
+    rest = np.zeros((1, found.rows.shape[1]))
+    rest[:, [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
+    rows = np.concatenate([rest, found.rows])[:n]
+    v = path.named(rows)
+    own = {name: v[name] for name in (*MOTIONS, "N", "f", "W_fr", "W_snap", "slip", "stretch", "mode", "M", "torque")}
+    spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
+    faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
+    own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
+    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": sum(path.energies(way, rows).values())}
+    own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(rows))
+    contact = np.append("", events.touching(found.answers))[:n]
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
-    seen = [(met.phi, named(met.first, met.second, met.k))] if met.first >= 0 else []
-    # behind engagement a change is where the contact, or its absence, began
-    for since, name in zip(column["since"].tolist(), contact.tolist(), strict=True):
-        if since >= met.phi and name != seen[-1][1]:
-            seen.append((since, name))
-    stop = end.phi if end.code != changes.RANGE else float(stations.ways[-1])
-    return Followed(own, path.motions(rows), contact, seen, stop, str(word))
+    told = events.events(found.answers)
+    stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
+    first = met.phi, events.named(met.first, met.second, met.k) if met.first >= 0 else ""
+    told = [event for event in told if event.way <= stop]
+    second = events.second(told)
+    return Followed(own, path.motions(rows), contact, first, told, stop, str(word), second.placed if second else "")
 
 
 def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:
@@ -258,9 +223,10 @@ def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> 
     bar = (bare_phi * phi**2 + bare_psi * psi**2) / 2
     own = a | {"torque": a["torque"] + twist * b["torque"] - bare_phi * phi}
     own |= {"M": a["M"] + bend * b["M"] - bare_psi * psi}
-    own |= {"W_fr": a["W_fr"] + b["W_fr"], **{role: a[role] + b[role] - bar for role in ("U_el", "work")}}
+    own |= {role: a[role] + b[role] for role in ("W_fr", "W_snap")}
+    own |= {role: a[role] + b[role] - bar for role in ("U_el", "work")}
     own |= both_faces.of_other(b)
-    return Followed(own, first.q[:n], first.contact[:n], first.changes, last.stop, last.end, last.other)
+    return Followed(own, first.q[:n], first.contact[:n], first.met, first.events, last.stop, last.end, last.other)
 
 
 def bending_rigidity(beam: Beam, way: path.Path) -> float:
@@ -274,38 +240,6 @@ def _once(one: real.Path) -> tuple[float, float]:
     beam, held = one.beam, one.held
     twist = (2 * held.alone - held.rigidity) / beam.pitch
     return twist / beam.unit_moment, float(bare("bending", beam.sizes)) / beam.pitch / beam.unit_moment
-
-
-def named(first: int, second: int, k: int) -> str:
-    """Return the letters of a contact; its words where it has none."""
-    letters = _LETTERS.get((first, second))
-    return path.words(first, second, k) if letters is None else letters + f" (k = {k})" * (k > 1)
-
-
-def _generally(asked: Asked, one: real.Path, stations: Stations) -> Followed:
-    """Return the states by general contact, from rest."""
-    from squama.curves import general_contact
-
-    plate, legs, free = one.way.scale, [], ("stretch",) * (asked.neutral == "free")
-    for _, leg in stations.corners():
-        of = stations.legs == leg
-        legs.append((stations.strains[of][-1], stations.ways[of]))
-    led = general_contact.lead(one.beam, one.held.K, one.way.mu, plate, free, legs)
-    names = (*MOTIONS, "N", "f", "W_fr", "U_el", "theta", "M", "stretch", "p", "s")
-    own = {name: led.columns[name] for name in names} | {"torque": led.columns["T"], "work": led.columns["W"]}
-    surface = general_contact.surface(plate)
-    own |= path.plate_figures(plate, general_contact.deflections(plate, surface, led.moved))
-    own["slip"] = np.full(len(led.moved), np.nan)
-    q = np.column_stack([*(own[name] for name in MOTIONS), stations.strains[: len(own["N"]), ::-1], own["stretch"]])
-    contact = np.array([_letters(words) for words in led.words])
-    changes = [(met.phi, _letters(f"{met.pair} (k = {met.k})" if met.k else "")) for met in led.contacts]
-    return Followed(own, q, contact, changes, led.way, led.end)
-
-
-def _letters(words: str) -> str:
-    """Return the letters of a contact for its words."""
-    pair, _, k = words.removesuffix(")").rpartition(" (k = ")
-    return _PAIRS.get(pair, pair) + f" (k = {k})" * (k not in ("", "1"))
 
 
 def _in_si(one: real.Path, found: Followed, stations: Stations, faces: Sequence[Followed]) -> dict[str, Array]:
@@ -344,22 +278,16 @@ class _Places(NamedTuple):
 
 
 def _events(
-    stations: Stations, faces: Sequence[Followed], touched: Sequence[float], end: tuple[float, str], at: _Places
+    stations: Stations, faces: Sequence[Followed], end: tuple[float, str], at: _Places
 ) -> dict[str, Array]:
-    """Return what happens on the way, and where: contacts that come and go, corners, the end."""
+    """Return what happens on the way, and where: what contacts do, corners, the end."""
     rows: list[tuple[float, str]] = []
-    for of, face, engaged in zip(("", both_faces.WHOSE), faces, touched, strict=False):
-        before = ""
-        for i, (way, name) in enumerate(face.changes):
-            # the increment in which it touches ends a little behind
-            place = engaged if not i and math.isfinite(engaged) else way
-            word = f"{before} to {name}" if name else "release"
-            rows.append((place, of + (word if before else f"engagement ({name})")))
-            before = name
+    for of, face in zip(("", both_faces.WHOSE), faces, strict=False):
+        rows += [(event.way, of + event.word) for event in face.events]
     rows += [(way, "corner") for way, _ in stations.corners()[:-1]]
     rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), end]
     places = [at(way) for way, _ in rows]
     ends = np.array([way for way, _ in stations.corners()])
     legs = 1 + np.searchsorted(ends[:-1], [way * (1 - 1e-12) for way, _ in rows])
-    events = {f"{name}_event": np.array([place[name] for place in places]) for name in places[0]}
-    return {"event": np.array([word for _, word in rows]), "event_leg": legs, **events}
+    told = {f"{name}_event": np.array([place[name] for place in places]) for name in places[0]}
+    return {"event": np.array([word for _, word in rows]), "event_leg": legs, **told}

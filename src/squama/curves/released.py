@@ -2,35 +2,28 @@
 
 :func:`squama.twist` holds a beam straight, :func:`squama.bend` holds it from twisting, and neither has an axial force.
 Once scales on one face touch, that takes a bending moment ``M``, or a torque ``T``. Here the beam is free to bow, or to
-twist: the other strain is such that its moment or torque vanishes. The path is a polygon in bend and twist
-(:mod:`squama.real.legs`): straight to engagement, then from one load angle to the next, each with the other strain
-found by bracketing. Where another contact comes in, general contact (extra fe) answers.
+twist: the other strain is an unknown, and its moment or torque is zero.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from squama.beam.design import Beam
+from squama.contacts import path
+from squama.contacts.system import PHI, PSI
 from squama.curves import real
 from squama.loads import LOADS
-from squama.real import changes, path
-from squama.real.legs import Bent, follow_legs
+from squama.model.outcome import SENTENCES, End
 from squama.types import Array
 
-SPACING = 0.01
-"""Largest step of the load between two corners of the path, rad per pitch: half of it changes the torque by .01 %."""
 _SLOPE = 2.5e-3
 """Step of the load over which the tangent stiffness is taken, rad per pitch."""
-_BEFORE, _WIDTH, _ROUNDS, _EXACT = 0.97, 0.02, 12, 1e-7
 BOTH = "with scales on both faces this is not computed"
 SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
-OTHER = "another contact comes in; general contact follows it with the extra fe: pip install 'squama[fe]'"
 
 
 class Released(NamedTuple):
@@ -72,21 +65,30 @@ def released(beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool
     if beam.other or not held.stretch:
         none = np.full(at.size, np.nan)
         return Released(none, none, none, none, math.nan, BOTH if beam.other else SEVEN)
-    sign, unit, d = -1 if sense == "-" else 1, beam.unit_moment, beam.pitch
-    run = _Run(real.scale(beam, ideal=ideal), held.K, mu, held.stretch, sign, LOADS[load].axis)
+    sign, unit, d, twisted = -1 if sense == "-" else 1, beam.unit_moment, beam.pitch, LOADS[load].axis == 1
+    scale = path.Scale(*np.array([real.scale(beam, ideal=ideal)]).T)
+    one = path.beams(scale, held.K[None], np.array([mu]), sense=sign if twisted else 1, stretch=held.stretch)
+    one.free[:, PSI if twisted else PHI] = 1.0
     nodes = np.unique(np.concatenate([at, at + _SLOPE, np.maximum(at - _SLOPE, 0.0)]))
     nodes = nodes[nodes > 0]
-    states, note = run.states(nodes)
-    wanted = np.isin(nodes, at)
-    if not np.isfinite(states[wanted]).all() and real.general():
-        states, note = _generally(beam, run, nodes), "no equilibrium was found"
-    note = "" if np.isfinite(states[wanted]).all() else note
-    nodes, states = np.append(0.0, nodes), np.vstack([np.zeros(2), states])
+    corners = np.zeros((1, nodes.size, 2))
+    corners[0, :, int(twisted)] = nodes
+    found = path.follow_all(one, nodes[None], corners=corners)
+    v = path.named(found.rows[0])
+    strain, torque = (v["psi"], v["torque"]) if twisted else (sign * v["twist"], v["M"])
+    (word,) = path.endings(found.contacts, found.ends)
+    note = "" if np.isfinite(torque[np.isin(nodes, at)]).all() else SENTENCES[End(str(word))]
+    nodes, strain, torque = (np.append(0.0, x) for x in (nodes, strain, torque))
     which = np.searchsorted(nodes, at)
-    strain, torque = states[which].T
-    tangent = _slopes(nodes, states[:, 1])[which] * unit * d
-    rigidity = run.bare * unit * d
-    return Released(strain, torque * unit, tangent, tangent / rigidity, rigidity, note)
+    tangent = _slopes(nodes, torque)[which] * unit * d
+    rigidity = _alone(path.bare(one)[0], int(not twisted)) * unit * d
+    return Released(strain[which], torque[which] * unit, tangent, tangent / rigidity, rigidity, note)
+
+
+def _alone(stiffness: Array, axis: int) -> float:
+    """Return the stiffness against one of two strains while the other is free, of that (2, 2) against both."""
+    own, other = float(stiffness[axis, axis]), float(stiffness[1 - axis, 1 - axis])
+    return own - float(stiffness[0, 1]) ** 2 / other
 
 
 def _slopes(x: Array, y: Array) -> Array:
@@ -94,98 +96,3 @@ def _slopes(x: Array, y: Array) -> Array:
     slope = np.gradient(y, x) if x.size > 1 else np.full(x.size, np.nan)
     before = np.append(np.nan, np.diff(y) / np.diff(x))
     return np.where(np.isfinite(slope), slope, before)
-
-
-class _Run(NamedTuple):
-    """A beam in one sense under one load, of an axis of (psi, phi); E = d = 1."""
-
-    scale: path.Scale
-    K: Array
-    mu: float
-    stretch: str
-    sign: int
-    axis: int
-
-    def follow(self, corners: list[tuple[float, float]]) -> Bent:
-        """Follow the beam through corners, each the other strain and the load, of the sense "+"."""
-        points = np.array(corners)[:, ::-1] if self.axis == 0 else np.array(corners)
-        return follow_legs(self.scale, self.K, self.mu, points * [1, self.sign], stretch=self.stretch)
-
-    @property
-    def alone(self) -> tuple[float, float, float]:
-        """Stiffness without contact against the load, that of both together, and that against the other strain."""
-        bare = path.bare(self.follow([(0.0, 1e-3)]).way.beams)[0]
-        own, other = (0, 1) if self.axis else (1, 0)
-        return float(bare[own, own]), float(bare[0, 1] * self.sign), float(bare[other, other])
-
-    @property
-    def bare(self) -> float:
-        """Load per its strain without contact, the other strain free."""
-        own, cross, other = self.alone
-        return own - cross**2 / other
-
-    def states(self, nodes: Array) -> tuple[Array, str]:
-        """Return the other strain and the load's torque (n, 2) at rising loads, NaN beyond the end, and why it ends."""
-        found = np.full((nodes.size, 2), np.nan)
-        _, cross, other = self.alone
-        ray, last = -cross / other, float(nodes[-1])
-        met = self.follow([(ray * last, last)]).answers.contact()
-        engaged = last if met.first == -1 else min(met.phi / math.hypot(1.0, ray), last)
-        free = nodes <= engaged
-        found[free] = np.outer(nodes[free], [ray, self.bare])
-        # a corner right at engagement would leave no step in which the contact begins to slide
-        corners = [(ray * engaged * _BEFORE, engaged * _BEFORE)] if engaged > 0 else []
-        strain, here, slope = ray * engaged, engaged, ray
-        for goal in nodes[~free].tolist():
-            for load in np.linspace(here, goal, math.ceil((goal - here) / SPACING) + 1)[1:].tolist():
-                solved = self.balanced(corners, strain + slope * (load - here), load)
-                if solved is None:
-                    return found, OTHER
-                slope, strain, here = (solved[0] - strain) / (load - here), solved[0], load
-                corners.append((strain, load))
-            found[nodes == goal] = solved
-        return found, ""
-
-    def balanced(self, corners: list[tuple[float, float]], guess: float, load: float) -> tuple[float, float] | None:
-        """Return the other strain at which its moment is zero, and the load's torque; None where none is found."""
-
-        def torques(strain: float) -> tuple[float, float]:
-            bent = self.follow([*corners, (strain, load)])
-            if bent.answers.end().code != changes.RANGE:
-                return math.nan, math.nan
-            M, T = float(bent.M[-1]), float(bent.T[-1]) * self.sign
-            return (M, T) if self.axis else (T, M)
-
-        strain = _root(lambda x: torques(x)[0], guess, _WIDTH * load, _EXACT * load)
-        zero, torque = torques(strain) if math.isfinite(strain) else (math.nan, math.nan)
-        return (strain, torque) if math.isfinite(zero) else None
-
-
-def _root(f: Callable[[float], float], guess: float, width: float, exact: float) -> float:
-    """Return where a rising function vanishes, by steps from a guess until it is bracketed; NaN where it is not."""
-    a = b = guess
-    value = f(guess)
-    step = -math.copysign(width, value)
-    for _ in range(_ROUNDS):
-        a, b, before = b, b + step, value
-        value = f(b)
-        if not math.isfinite(value) or not math.isfinite(before):
-            return math.nan
-        if value * before <= 0:
-            return float(brentq(f, a, b, xtol=exact)) if value else b
-        step *= 2
-    return math.nan
-
-
-def _generally(beam: Beam, run: _Run, nodes: Array) -> Array:
-    """Return the other strain and the load's torque (n, 2) at rising loads by general contact, NaN beyond its end."""
-    from squama.curves import general_contact
-
-    goal = np.array([0.0, run.sign * nodes[-1]] if run.axis else [nodes[-1], 0.0])
-    free = ["stretch"] * (run.stretch == "free") + ["bend" if run.axis else "twist"]
-    led = general_contact.lead(beam, run.K, run.mu, run.scale, free, [(goal, nodes)])
-    names, signs = (("psi", "T"), (1, run.sign)) if run.axis else (("phi", "M"), (run.sign, 1))
-    found = np.full((nodes.size, 2), np.nan)
-    columns = [sign * led.columns[name][1:] for name, sign in zip(names, signs, strict=True)]
-    found[: len(columns[0])] = np.column_stack(columns)
-    return found

@@ -1,7 +1,7 @@
 r"""Branches of a real beam that is bent: thick, elastic scales on joints, walked along the bend and back.
 
-By the same model as ``squama.bend`` and ``squama.cycle`` in bending: one contact at a time along a path of both loads
-(:mod:`squama.real.legs`), the twist held, of each face. The scales' moment and energy are over the beam's rigidity.
+By the same model as ``squama.bend`` and ``squama.cycle`` in bending: a path of both loads
+(:mod:`squama.contacts.legs`), the twist held, of each face. The scales' moment and energy are over the beam's rigidity.
 
 Along a mode the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
 
@@ -23,13 +23,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
+from squama.contacts import follow, path
+from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, cycle_points, real, real_cycles
 from squama.curves.real_polygons import NEUTRAL, bending_rigidity
 from squama.dynamics import hinged
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
-from squama.real import changes, path
-from squama.real.legs import follow_legs
 from squama.types import Array
 
 STEPS = 256
@@ -54,7 +54,7 @@ class Walked(NamedTuple):
 
 
 class Bend(NamedTuple):
-    """A real beam that is bent in one sense: what :func:`squama.real.legs.follow_legs` takes, and its rigidity (E d^3).
+    """A real beam that is bent in one sense: what :func:`squama.contacts.legs.follow_legs` takes, and its rigidity (E d^3).
 
     ``views`` are the signs of the bend that its faces see.
     """
@@ -87,13 +87,9 @@ class Bend(NamedTuple):
             corners = np.column_stack([view * x, 0.0 * x])
             found = follow_legs(self.scale, self.K, self.mu, corners, stretch=self.stretch, step=real_cycles.INCREMENT)
             end, alone = found.answers.end(), float(path.bare(found.way.beams)[0, 1, 1])
-            if end.code != changes.RANGE and end.solved < n:
-                told = real.ending(found.way, end)
-                n, ends = (
-                    end.solved,
-                    both_faces.WHOSE * bool(i) + hinged.words(str(told["end"]), str(told["other_contact"])),
-                )
-            u = path.energies(found.way, found.answers.rows[0])
+            if end.code != follow.RANGE and end.solved < n:
+                n, ends = end.solved, both_faces.WHOSE * bool(i) + end.word
+            u = path.energies(found.way, found.rows)
             q += view * found.M - alone * x
             stored += u["U_joint"] + u["U_plate"]
         return Walked(q[:n] / self.rigidity, stored[:n] / self.rigidity, ends)

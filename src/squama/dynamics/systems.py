@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
+from squama.contacts import follow, path
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
@@ -19,7 +20,6 @@ from squama.dynamics.hinged import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import Load
-from squama.real import changes, path
 from squama.types import Array
 
 STEPS = 256
@@ -212,10 +212,9 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     y = np.linspace(y_e, far, STEPS)
     rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
     n, rows = y.size, rows[1:]
-    if end.code != changes.RANGE:
+    if end.code != follow.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
-        told = real.ending(way, end)
-        ends = hinged.words(str(told["end"]), str(told["other_contact"]))
+        ends = str(end.word)
     if n < 4:
         return Side(math.inf, y_e, ends)
     alone = path.rigidity(way)
@@ -226,7 +225,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         q = torque / alone - twist
         return np.where(np.abs(q) < NOTHING, 0.0, q) * faces / ratio
 
-    up = Branch(y, scales(rows[:, 1], y))
+    up = Branch(y, scales(path.named(rows)["torque"], y))
     u = path.energies(way, rows)
 
     @functools.lru_cache(maxsize=256)
@@ -234,8 +233,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         there = np.append(y[y < top - NEAR], top)
         back = _back(top, y_e)
         states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
-        states = states[there.size :]
-        q = scales(states[:, 1], np.append(top, back))
+        q = scales(path.named(states[there.size :])["torque"], np.append(top, back))
         return Branch(np.concatenate([[y_e], back[::-1], [top]]), np.concatenate([[0.0], q[::-1]]))
 
     stored = (u["U_joint"] + u["U_plate"]) * faces / (ratio * alone)

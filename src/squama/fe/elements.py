@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.batch.keeping import kept, part, tell
+from squama.batch.keeping import kept, making, tell
 from squama.fe.mesh import EDGES, Index
 from squama.fe.periodic import Course, Moves, Twist
 from squama.types import Array
@@ -285,7 +285,7 @@ def _add(K: Array, places: Array, values: Array) -> None:
                     values[at, i, k] += K[a, b, i, k] if b <= a else K[b, a, k, i]
 
 
-slopes, deform, push, stiffen, add = map(partial(part, fastmath=_FAST), (_slopes, _deform, _push, _stiffen, _add))
+slopes, deform, push, stiffen, add = map(partial(making, fastmath=_FAST), (_slopes, _deform, _push, _stiffen, _add))
 
 
 def _evaluate(

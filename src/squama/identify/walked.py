@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.contacts import path
 from squama.curves import real, real_cycles
 from squama.errors import InputError
 from squama.identify.forward import Physical
@@ -136,11 +137,11 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            rows = real_cycles.rows(paths, twists, real_cycles.INCREMENT)
-            signed = rows[:, 1] * beam.unit_moment * np.where(twists < 0, -1.0, 1.0)
+            v = path.named(real_cycles.rows(paths, twists, real_cycles.INCREMENT))
+            signed = v["torque"] * beam.unit_moment * np.where(twists < 0, -1.0, 1.0)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
-                known, values, force = at[order], signed[place][order], rows[place, 2][order]
+                known, values, force = at[order], signed[place][order], v["N"][place][order]
                 torque[way] = np.interp(x[way], known, values)
                 touching[way] = np.interp(x[way], known, force) > 0
         return torque, touching

@@ -23,7 +23,7 @@ from squama.real.contact import Step, bending, meet, rates
 from squama.real.design import BEND, Design, Frame, _in, _jit, back, frame, turn
 from squama.real.faces import overlap, reach
 from squama.real.features import deflection, place, powers, shape, tangent
-from squama.real.vectors import Vector, add, by_vector, copy, cross, dot, put, rotated, scaled, turned
+from squama.contacts.vectors import Vector, add, by_vector, copy, cross, dot, put, rotated, scaled, turned
 from squama.types import Array
 
 X, Y, F, C1, C2, Q, UNKNOWNS = 6, 7, 8, 11, 12, 13, 14

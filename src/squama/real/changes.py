@@ -9,7 +9,7 @@ from squama.real.faces import others, tilt, tip_over
 from squama.real.features import CORNERS, FACE, compliances, high, low, on_face, rolls, shape
 from squama.real.start import meeting
 from squama.real.steps import solve
-from squama.real.vectors import copy
+from squama.contacts.vectors import copy
 from squama.types import Array
 
 RANGE, OFF_FIRST, OFF_SECOND, OTHER, STOPPED, PARTED, TURNS, LIES = range(8)

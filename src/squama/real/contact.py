@@ -35,7 +35,7 @@ from squama.real.design import BEND, LEG, MOTIONS, Design, Frame, _in, _jit, bac
 from squama.real.features import (  # isort: skip
     FACE, deflection, on_face, place, powers, raised, rolls, shape, spots, tangent,
 )  # fmt: skip
-from squama.real.vectors import (  # isort: skip
+from squama.contacts.vectors import (  # isort: skip
     Turned, Vector, add, by_vector, cross, dot, magnitude, mixed, rotated, scaled, spin, turned,
 )  # fmt: skip
 from squama.types import Array

@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.batch.keeping import inlined, part
-from squama.real.vectors import Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
+from squama.batch.keeping import inlined, making
+from squama.contacts.vectors import Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
 MOTIONS = 6
 """Motions u, w of a scale."""
 
-_jit, _in = part, inlined
+_jit, _in = making, inlined
 
 
 class Design(NamedTuple):

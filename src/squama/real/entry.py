@@ -18,7 +18,7 @@ from squama.real.contact import MOST, Step
 from squama.real.design import LEG, ROWS, SHAPE, Design, _jit
 from squama.real.features import compliances
 from squama.real.follow import End
-from squama.real.vectors import put
+from squama.contacts.vectors import put
 from squama.types import Array
 
 SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]

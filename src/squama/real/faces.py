@@ -10,7 +10,7 @@ import numpy as np
 from squama.model.elastic_plate import TIP
 from squama.real.design import Design, Frame, _in, _jit, back, frame, turn
 from squama.real.features import high, lengthwise, low, place, raised
-from squama.real.vectors import Vector, add, mixed, rotated, scaled, turned
+from squama.contacts.vectors import Vector, add, mixed, rotated, scaled, turned
 from squama.types import Array
 
 _TOUCH, _FLAT = -1e-6, 1e-9

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from squama.model.elastic_plate import ACROSS, BASE, LENGTHWISE, SIDE_D, TIP
 from squama.real.design import BEND, SHAPE, Design, _in, _jit
-from squama.real.vectors import Vector
+from squama.contacts.vectors import Vector
 from squama.types import Array
 
 FACE, CORNERS = 4, 5

@@ -17,7 +17,7 @@ from squama.real.design import LEG, MOTIONS, Design, _in, _jit, frame, load, ont
 from squama.real.features import deflection, on_face, raised, spots
 from squama.real.start import next_contact
 from squama.real.steps import free_rates, rates_engaging, solve
-from squama.real.vectors import copy, magnitude, put
+from squama.contacts.vectors import copy, magnitude, put
 from squama.types import Array
 
 FREE, SLIP, STICK = range(3)

@@ -25,7 +25,7 @@ from squama.real.follow import (  # isort: skip
     BEGUN, FREE, FRESH, NEAR, SIZE, WAY, accept, advance, at_rest, begin, difference, extrapolate, write,
 )  # fmt: skip
 from squama.real.steps import engagement, free_rates, jacobian
-from squama.real.vectors import copy
+from squama.contacts.vectors import copy
 from squama.types import Array
 
 _ROUNDS, _FIRST = 1, 3

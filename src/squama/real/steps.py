@@ -14,7 +14,7 @@ from squama.real.contact import (  # isort: skip
 )  # fmt: skip
 from squama.real.design import LEG, MOTIONS, SHAPE, Design, Frame, _in, _jit, frame, turn
 from squama.real.features import FACE, lengthwise, on_face, press, rolls, spots
-from squama.real.vectors import Vector, add, cross, dot, mixed, rotated, scaled, turned
+from squama.contacts.vectors import Vector, add, cross, dot, mixed, rotated, scaled, turned
 from squama.types import Array
 
 TIGHT = 1e-8

@@ -19,7 +19,7 @@ from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.real.path import RANGE
+from squama.contacts.path import RANGE
 from squama.study import real_columns
 from squama.study.columns import columns
 from squama.types import Array
@@ -176,7 +176,7 @@ def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent:
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
-    """Return the load angle per pitch at which a beam engages, inf: not below :data:`squama.real.path.RANGE`.
+    """Return the load angle per pitch at which a beam engages, inf: not below :data:`squama.contacts.path.RANGE`.
 
     Raises InputError: its joint is not known.
     """

@@ -146,7 +146,7 @@ def _fits(*shape: float) -> bool:
         ("alpha", np.radians(76), "scale.alpha = 76 deg: the law of the joint goes from 0 to 75 deg"),
         ("theta0", np.radians(3), "scale.theta0 = 3 deg: the law of the joint goes from 5 to 25.5 deg"),
         ("beta", 0.2, "scale.width = 0.4 pitches: the law of the joint goes from 0.69 to 2.5 pitches"),
-        ("zeta", 0.05, "scale.embedded = 0.05 pitches: the law of the joint goes from 0.095 to 0.52 pitches"),
+        ("zeta", 0.05, "scale.embedded = 0.05 pitches: the law of the joint goes from 0.12 to 0.52 pitches"),
         ("thickness", 0.06, "scale.thickness = 0.4886 of the gap: the law"),
         ("lam", 1.2, "substrate.thickness = 2.4 pitches: the law of the joint goes from 0.58 to 1.64 pitches"),
         ("width", 5.0, "substrate.width = 5.893 of the scale's: the law of the joint goes from 1.01 to 3.15"),

@@ -116,11 +116,10 @@ def test_the_band_is_that_of_the_place() -> None:
     true = joint_law.whole(np.array([case["K"] for case in cases]))
     off = np.abs(joint_law.torque_errors(shape, true, law.stiffness(shape))).max(axis=0)
     told = law.band(shape)
-    # the issue's shape is the last one: 9.6 % off, and 1.8 % was told
-    assert off[-1] == pytest.approx(0.0956, abs=3e-4)
-    assert off[-1] < told[-1]
-    assert (off < 1.5 * told).all()
-    assert told.min() > 0.04
+    # two of them are off by more than twice the rms of their place, by 1.25 and 1.41 times that
+    np.testing.assert_allclose(off, [0.0059, 0.0177, 0.0212, 0.0473, 0.0857, 0.1148], rtol=0.05)
+    assert (off < 1.6 * told).all()
+    assert told.min() < 0.01 < 0.15 < told.max()
     r = joint_law.records(ROOT / "none", held_out=True)
     r = r.at(r.both)
     r = r.at(law.within(r.shape))
@@ -130,6 +129,18 @@ def test_the_band_is_that_of_the_place() -> None:
     assert 0.88 < (off < told).mean() < 0.99
     assert np.median(told) < 0.012
     assert told.max() < 0.1
+
+
+def test_corners_that_the_law_does_not_know_are_outside() -> None:
+    """Shallow tabs with thin scales: elements put the torque off by 9.6 and 6.5 %, the latter beyond its band."""
+    steep = law.Shape(2.143, 0.815, 0.097, 1.225, 0.00311, np.radians(73.5), np.radians(24.9), 0.249)
+    flat = law.Shape(2.0, 0.305, 0.106, 0.6, 0.026 * np.sin(np.radians(15)), np.radians(2), np.radians(15), 0.47)
+    for shape in (steep, flat):
+        assert not law.within(shape)
+        said = "\n".join(map(str, law.outside(shape)))
+        assert "the law of the joint goes from 0.12 to 0.52 pitches" in said
+        assert "the law of the joint goes from 0.03 to 0.45 of the gap" in said
+        assert law.outside(shape._replace(zeta=0.121, thickness=shape.thickness * 1.25)) == []
 
 
 def test_the_band_of_one_shape_and_of_many() -> None:

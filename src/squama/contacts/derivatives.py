@@ -1,0 +1,247 @@
+"""A noted load path once more with a complex step in its beam and its targets: derivatives of designs; compiled.
+
+The real path is followed once, and its increments are noted (:func:`squama.contacts.follow.note`). With the equations
+r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of the beam changes the state by
+
+    dz = -J^-1 (change of r with the beam, the strains and the states before)
+
+(implicit function theorem). All changes are imaginary parts of one evaluation, z -= i J^-1 Im r: no differences are
+taken. J need not be exact: what its error leaves is in the next Im r, and is corrected.
+
+An increment that an event ends has the size at which the event's condition holds: a gap, N, a place at the end of its
+edge, |y| - mu N or the slope of a gap is zero, whatever the beam. The imaginary part of the size makes that of the
+condition vanish, so that the followed curve itself is differentiated, beyond events as well: where contacts come, open,
+stick, slip and hand over, states are continuous. At a snap they are not. Nothing is known there and beyond: imaginary
+parts are NaN.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.equations import meet, prepared, residual
+from squama.contacts.follow import (
+    LOST,
+    MEET,
+    NOTED,
+    NOTED_H,
+    NOTED_M,
+    NOTED_N,
+    NOTED_VERTEX,
+    NOTED_WHAT,
+    NOTED_WHICH,
+    NOTHING,
+    T_BEFORE,
+    T_SIZE,
+    T_WAY,
+    Walk,
+    accept,
+    change,
+    condition,
+    guess,
+    remember,
+    set_out,
+    weigh,
+    write,
+)
+from squama.contacts.detection import AT
+from squama.contacts.linear import exchanged, laid_out, stored, substitute
+from squama.contacts.newton import shift
+from squama.contacts.system import PHI, STRAINS, copy
+from squama.contacts.vectors import dot
+from squama.types import Array
+
+_ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
+"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known."""
+
+
+@_jit
+def read(w: Walk, at: int) -> tuple[int, int, int]:
+    """Take over contacts and real parts of the state of a noted increment; return contacts, unknowns, where J is."""
+    notes, st, width = w.notes, w.new, w.con.shape[1]
+    m, n = int(notes[at + NOTED_M]), int(notes[at + NOTED_N])
+    a = at + NOTED
+    for c in range(m):
+        for o in range(width):
+            w.con[c, o] = int(notes[a + o])
+        a += width
+    w.count[0] = m
+    a = taken(notes, a, st.q, len(st.q))
+    for e in range(STRAINS):
+        st.strains[e] = notes[a + e] + 1j * st.strains[e].imag
+    a = taken(notes, a + STRAINS, st.F, m)
+    return m, n, taken(notes, a, st.s, m)
+
+
+@_jit
+def taken(notes: Array, at: int, a: Array, m: int) -> int:
+    """Write the noted real parts into the first m rows of an array; return where they end."""
+    for i in range(m):
+        for b in range(a.shape[1]):
+            a[i, b] = notes[at] + 1j * a[i, b].imag
+            at += 1
+    return at
+
+
+@_jit
+def changed(w: Walk, at: int, h: float) -> bool:
+    """Write the state after an increment of complex size whose real part is noted; False where it is not known."""
+    S, J, st = w.S, w.J, w.new
+    weigh(w, h)
+    guess(w, h)
+    m, n, a = read(w, at)
+    laid_out(S, w.con, m, J)
+    exchanged(J, n, w.notes, a, False)
+    x = np.empty(n)
+    loose = False
+    for e in range(STRAINS):
+        loose = loose or S.free[e] > 0
+    moved, known, last = True, False, math.inf
+    for _ in range(_ROUNDS):
+        prepared(S, st, w.con, m, moved, w.W)
+        moved = loose
+        residual(S, st, w.past, w.con, m, J.at, n, w.W, J.r, w.loads)
+        if known:
+            return True
+        for i in range(n):
+            x[i] = J.r[i].imag
+        substitute(J, n, x)
+        shift(S, st, w.con, m, J.at, n, x, -1j)
+        size, scale = largest(x), extent(w, m)
+        known = not size * min(1.0, size / last) > _TIGHT * scale
+        last = size
+    prepared(S, st, w.con, m, moved, w.W)
+    residual(S, st, w.past, w.con, m, J.at, n, w.W, J.r, w.loads)
+    return not last > _LOOSE * extent(w, m)
+
+
+@_jit
+def largest(x: Array) -> float:
+    """Return the largest magnitude of numbers."""
+    size = 0.0
+    for v in x:
+        size = max(size, abs(v))
+    return size
+
+
+@_jit
+def extent(w: Walk, m: int) -> float:
+    """Return the largest imaginary part of the new state's unknowns."""
+    st, size = w.new, 0.0
+    for i in range(len(st.q)):
+        for a in range(st.q.shape[1]):
+            size = max(size, abs(st.q[i, a].imag))
+    for e in range(STRAINS):
+        size = max(size, abs(st.strains[e].imag))
+    for c in range(m):
+        for a in range(3):
+            size = max(size, abs(st.F[c, a].imag), abs(st.s[c, a].imag))
+    return size
+
+
+@_jit
+def missed(w: Walk, what: int, c: int) -> float:
+    """Return the value of an event's condition at the new state, its change included."""
+    if what != MEET:
+        return condition(w, w.new, what, c).imag
+    # the gap of two places that meet changes as their distance along the normal does
+    row, s = w.W.vertex, w.trial.s[0]
+    for a in range(5):
+        row[a] = int(w.best[a])
+    for a in range(3):
+        s[a] = w.best[AT + a]
+    g = meet(w.S, w.new, row, s, w.W)
+    return dot(g.D, g.n).imag
+
+
+@_jit
+def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool:
+    """Go on by the increment that is noted; False where nothing is known of changes beyond it."""
+    t, notes = w.tally, w.notes
+    h, what, c = notes[at + NOTED_H], int(notes[at + NOTED_WHAT]), int(notes[at + NOTED_WHICH])
+    if what == LOST:
+        return False
+    left = goal - t[T_WAY]
+    if what == NOTHING:
+        # the same share of what is left
+        size = h + 1j * (left.imag * (h / left.real))
+        if not changed(w, at, size):
+            return False
+        accept(w, size, False)
+        return True
+    copy(notes[at + NOTED_VERTEX : at + NOTED], w.best)
+    by = 0.0
+    if not changed(w, at, h + 0j):
+        return False
+    first = missed(w, what, c)
+    if first != 0.0:
+        # linear in the size's change
+        by = abs(first)
+        if not changed(w, at, h + 1j * by):
+            return False
+        by *= first / (first - missed(w, what, c))
+        if not (math.isfinite(by) and changed(w, at, h + 1j * by)):
+            return False
+    accept(w, h + 1j * by, True)
+    return change(w, what, c, events, step)
+
+
+@_jit
+def length(w: Walk, at: int) -> int:
+    """Return how many numbers are noted of an increment."""
+    m, n = int(w.notes[at + NOTED_M]), int(w.notes[at + NOTED_N])
+    return NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n)
+
+
+@_jit
+def unknown(a: Array) -> None:
+    """Say that changes are not known."""
+    x = a.ravel()
+    for i in range(x.size):
+        x[i] = complex(math.nan, math.nan)
+
+
+@_jit
+def again(
+    w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
+    bends: Array, contacts: Array, events: Array,
+) -> None:  # fmt: skip
+    """Follow a noted path with the complex steps of a beam, its ways and its corners.
+
+    ``done``: how many ways the real path reached. Written is what :func:`squama.contacts.follow.follow` writes, NaN
+    where changes are not known: at ways behind a snap, at one where an event stands, and beyond the room for notes.
+    """
+    t, at, known = w.tally, 1, True
+    stop = abs(int(w.notes[0]))
+    t[T_SIZE], t[T_BEFORE] = step, step
+    prepared(w.S, w.now, w.con, 0, True, w.W)
+    remember(w)
+    remember(w)
+    unknown(events)
+    for i in range(len(ways) + 1):
+        goal = ways[i] if i < len(ways) else most + 0j
+        begin = ways[i - 1].real if i > 0 else 0.0
+        if i < len(ways) and ways[i].real > begin:
+            set_out(w, corners, ways, i, step)
+        elif len(ways) == 0:
+            w.leg[4 + PHI] = 1.0
+        event = False
+        while known and at < stop and t[T_WAY].real < goal.real - 1e-13:
+            known = increment(w, at, goal, events, step)
+            event = int(w.notes[at + NOTED_WHAT]) != NOTHING
+            at += length(w, at)
+        if i >= done:
+            continue
+        known = known and t[T_WAY].real >= goal.real - 1e-13
+        if known and not event:
+            write(w, rows[i], contacts[i])
+            copy(w.now.q, motions[i])
+            copy(w.now.b, bends[i])
+        else:
+            unknown(rows[i])
+            unknown(motions[i])
+            unknown(bends[i])
+            unknown(contacts[i])

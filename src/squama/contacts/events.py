@@ -1,0 +1,121 @@
+"""What happens on a path, in words: contacts that come, hand over, stick, slide and go, and jumps of the scales."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.contacts import follow
+from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features, words
+from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
+from squama.types import Array
+
+LETTERS = {
+    (TIP, SIDE_D): "TS", (TIP, SIDE_A): "TA", (SIDE_A, BASE): "SB", (SIDE_D, BASE): "SD", (TIP, FACE): "TF",
+    (CORNERS, FACE): "CF", (CORNERS + 1, FACE): "BF", (FACE, CORNERS + 2): "DF", (FACE, CORNERS + 3): "AF",
+}  # fmt: skip
+"""Letters of contacts by what meets (docs, theory: bending and twisting); others are told in words."""
+TOGETHER = "+"
+"""Between the names of contacts at once."""
+
+
+class Event(NamedTuple):
+    """What happens at a way: ``kind`` of :mod:`squama.contacts.follow`, bend and twist per pitch there, name of the contact.
+
+    ``before`` and ``after``: names of the contacts there are; ``lost``: energy lost, E d^2 per pitch.
+    """
+
+    kind: int
+    way: float
+    psi: float
+    phi: float
+    contact: str
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    lost: float
+
+    @property
+    def placed(self) -> str:
+        """The contact and its way, in words."""
+        return f"{self.contact} at {self.way:.4g} rad/pitch"
+
+    @property
+    def word(self) -> str:
+        """What happens, in words."""
+        if self.kind == follow.ENGAGE:
+            return f"engagement ({self.contact})" if not self.before else f"another contact ({self.contact})"
+        if self.kind == follow.OPEN:
+            return "release" if not self.after else f"release ({self.contact})"
+        if self.kind == follow.SNAP:
+            return f"snap to {TOGETHER.join(self.after)}" if self.after else "snap: the contact opens"
+        if self.kind == follow.CHANGE:
+            old, new = changed(self.before, self.after)
+            return f"{old} to {new}"
+        return f"{self.contact} {'sticks' if self.kind == follow.STICK else 'slides'}"
+
+
+def changed(before: tuple[str, ...], after: tuple[str, ...]) -> tuple[str, str]:
+    """Return the names of contacts that are there before alone, and behind alone."""
+    old, new = list(before), list(after)
+    for name in before:
+        if name in new:
+            new.remove(name)
+            old.remove(name)
+    return TOGETHER.join(old), TOGETHER.join(new)
+
+
+def named(first: int, second: int, k: int) -> str:
+    """Return the letters of a contact by what meets; its words where it has none."""
+    letters = LETTERS.get((first, second))
+    return words(first, second, k) if letters is None else letters + f" (k = {k})" * (k > 1)
+
+
+def _of(kind: float, one: float, other: float, k: float) -> str:
+    """Return the name of a contact by its kind, features and neighbour."""
+    first, second = features(*np.array([[kind], [one], [other]]).astype(int))
+    return named(int(first[0]), int(second[0]), int(k))
+
+
+def _numbered(code: float) -> str:
+    """Return the name of a contact by its number, see :func:`squama.contacts.follow.number`."""
+    whole, other = divmod(int(code), 4)
+    whole, one = divmod(whole, 4)
+    whole, kind = divmod(whole, 5)
+    return _of(kind, one, other, whole % 64)
+
+
+def events(found: Answers, i: int = 0) -> list[Event]:
+    """Return what happens on the path of one beam, in its order."""
+    told, before = [], ()
+    for row in found.events[i, : min(int(found.ends[i, 2]), len(found.events[i]))]:
+        after = tuple(_numbered(code) for code in row[follow.AFTER :] if code >= 0)
+        name = "" if row[7] < 0 else _of(row[8], row[9], row[10], row[7])
+        told.append(Event(int(row[0]), float(row[1]), float(row[2]), float(row[3]), name, before, after, float(row[12])))
+        before = after
+    return told
+
+
+def touching(found: Answers, i: int = 0) -> Array:
+    """Return the names of the contacts (m,) in the states of one beam, joined; empty where nothing touches."""
+    return _joined(found.touches[i], found.rows[i])
+
+
+def last(found: Answers) -> Array:
+    """Return the names of the contacts (n,) in the last states of n beams, see :func:`touching`."""
+    return _joined(found.touches[:, -1], found.rows[:, -1])
+
+
+def _joined(touches: Array, rows: Array) -> Array:
+    """Return the names of the contacts (n,) of states, by these (n, C, 16) and the rows (n, 60)."""
+    counts = np.nan_to_num(rows[:, COLUMNS.index("contacts")]).astype(int)
+    names = [
+        TOGETHER.join(_of(c[2], c[3], c[4], c[1]) for c in contacts[:count])
+        for contacts, count in zip(touches, counts, strict=True)
+    ]
+    return np.array(names, str)
+
+
+def second(told: list[Event]) -> Event | None:
+    """Return which contact comes in first beside another one; None where none does."""
+    return next((event for event in told if event.kind == follow.ENGAGE and event.before), None)
