@@ -341,14 +341,21 @@ def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> boo
 
 
 @_jit
-def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, out: Array) -> int:
-    """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none."""
+def deepest(
+    S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array
+) -> int:  # fmt: skip
+    """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none.
+
+    ``near`` (N, reach) marks the pairs that have one: all pairs are looked at where ``every``, else those only.
+    """
     n, N, best = 0, len(S.shapes), -1
     for i in range(N):
         for k in range(1, S.reach + 1):
-            if S.periodic or i + k < N:
-                n = vertices(S, st, W, i, k, cap, out, n)
-    for a in range(n):
-        if (best < 0 or out[a, GAP] < out[best, GAP]) and not known(S, st, con, m, out[a], W.vertex):
-            best = a
+            if (S.periodic or i + k < N) and (every or near[i, k - 1] > 0):
+                first, n = n, vertices(S, st, W, i, k, cap, out, n)
+                for a in range(first, n):
+                    if not known(S, st, con, m, out[a], W.vertex):
+                        near[i, k - 1] = 1
+                        if best < 0 or out[a, GAP] < out[best, GAP]:
+                            best = a
     return best
