@@ -24,7 +24,7 @@ import numpy as np
 from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import gap_at
-from squama.contacts.equations import prepared, residual
+from squama.contacts.equations import inclination, prepared, residual
 from squama.contacts.follow import (
     LOST,
     MEET,
@@ -51,7 +51,7 @@ from squama.contacts.follow import (
 )
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.newton import shift
-from squama.contacts.system import PHI, STRAINS, copy
+from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
@@ -148,6 +148,8 @@ def missed(w: Walk, what: int, c: int) -> float:
     """Return the value of an event's condition at the new state, its change included."""
     if what != MEET:
         return condition(w, w.new, what, c).imag
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W).imag
     return gap_at(w.S, w.new, w.W, w.best).imag
 
 

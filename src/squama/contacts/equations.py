@@ -328,7 +328,10 @@ def residual(
 @_jit
 def inclination(S: System, i: int, W: Work) -> float:
     """Return the angle of a scale's length over the bar's face."""
-    return S.rests[i] + math.atan2(W.E[i, 6], W.E[i, 0])
+    x, y = W.E[i, 0], W.E[i, 6]
+    r, o = x.real, y.real
+    # (with a complex step, too)
+    return S.rests[i] + math.atan2(o, r) + (r * (y - o) - o * (x - r)) / (r * r + o * o)
 
 
 @_jit
