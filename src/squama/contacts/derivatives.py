@@ -54,8 +54,9 @@ from squama.contacts.newton import shift
 from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
 from squama.types import Array
 
-_ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
-"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known."""
+_ROUNDS, _TIGHT, _LOOSE, _AT_ONCE = 12, 1e-13, 1e-6, 1e-9
+"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known;
+size of an increment between two events that is none."""
 
 
 @_jit
@@ -173,7 +174,8 @@ def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool
     if not changed(w, at, h + 0j):
         return False
     first = missed(w, what, c)
-    if first != 0.0:
+    # (what follows on another event at once goes with that one)
+    if first != 0.0 and h > _AT_ONCE:
         # linear in the size's change
         by = abs(first)
         if not changed(w, at, h + 1j * by):
