@@ -69,16 +69,14 @@ def test_what_is_asked_for_is_there_and_nothing_beyond_it(bent):
     assert float(short.M[0]) == pytest.approx(short.attrs["rigidity"] * 0.01 / d, rel=1e-9)
 
 
-def test_without_general_contact_the_end_is_named(monkeypatch):
-    monkeypatch.setattr(real_polygons.real, "general", lambda: False)
+def test_strongly_bent_scales_touch_with_their_sides_too():
     family = squama.bend(PLA, mu=[0.0, 0.3], points=20)
-    assert family.end.values.tolist() == ["other contact"] * 2
-    assert "pip install 'squama[fe]'" in family.warnings
+    assert family.end.values.tolist() == ["range end"] * 2
+    assert family.first_contact.values.tolist() == ["BF"] * 2
     assert np.isfinite(family.M).all()
-    # strongly bent scales come to lie on the next ones with their sides, too
-    assert (family.psi_end > 3 * family.psi_e).all()
-    assert (family.psi[:, -1] <= family.psi_end).all()
-    assert all("side edge of scale 1 on the face of scale 2" in words for words in family.other_contact.values)
+    assert (family.psi_second > 3 * family.psi_e).all()
+    assert all("side edge A1B1 on the face of scale 2" in words for words in family.other_contact.values)
+    assert (abs(family.energy_error) < 2e-3).all()
 
 
 def test_what_only_hinges_have_means_them():
