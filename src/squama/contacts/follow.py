@@ -773,6 +773,18 @@ def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
 
 
 @_jit
+def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
+    """Return the increment after which the gap that closes is zero, by those after two around it."""
+    if low_ == 0.0 or not tried(w, low_, fresh):
+        return up
+    a = value(w, w.new, MEET, -1)
+    if not tried(w, up, fresh):
+        return up
+    b = value(w, w.new, MEET, -1)
+    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b else up
+
+
+@_jit
 def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
     """Find the least increment up to h after which a condition is violated; return it, what, and of which contact.
 
@@ -828,9 +840,9 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2
-    if what == MEET and vl > 0.0 and vu < 0.0:
+    if what == MEET:
         # to the last digits: where a beam engages is told
-        up = low_ + (up - low_) * vl / (vl - vu)
+        up = closed(w, low_, up, fresh)
         return (up if tried(w, up, fresh) else -1.0), what, c
     ok = tried(w, up, fresh)
     if ok:
