@@ -70,8 +70,9 @@ from squama.contacts.system import (
 from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
 from squama.types import Array
 
-N_, F_, V_, MARGIN, SLOPE1, SLOPE2, TOLD = range(7)
-"""What is known of a contact (C, 7): N, friction, slip over the increment, |y| - mu N, slopes of the gap inwards."""
+N_, F_, V_, MARGIN, BEFORE, _, TOLD = range(7)
+"""What is known of a contact (C, 7): N, friction, slip over the increment, |y| - mu N, the last force along the present
+friction."""
 _INPUTS, _OUTPUTS = 28, 22
 _I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
 """Local variables of a contact: motions of both scales, strains, places, lifts and slopes of both plates, force."""
@@ -279,6 +280,7 @@ def residual(
         A, B = frame(row, g)
         size = np.sqrt(dot(f, f))
         told[N_], told[F_], told[V_], told[MARGIN] = normal_force, size, 0.0, 0.0
+        told[BEFORE] = dot(vector(past.F[c], 0), f) / size if size.real > 0.0 else 0.0 * size
         if mu.real > 0.0 and past.weights[0] != 0.0:
             D1, _, _, _, _ = before(S, row, st.s[c], past, 0)
             v = scaled(past.weights[1], D1)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
 from squama.contacts.equations import (
+    BEFORE,
     F_,
     MARGIN,
     N_,
@@ -443,8 +444,13 @@ def accept(w: Walk, h: float, event: bool) -> None:
         if not S.free[e] > 0:
             load += w.loads[e] * w.leg[4 + e]
     share = h / t[T_SIZE] if t[T_FRESH].real >= 1 else 0.0 * h
-    first = t[T_POWER] if t[T_FRESH].real >= 1 else power
-    t[T_RUBBED] += h * mean(t[T_POWER2], first, power, share)
+    if t[T_FRESH].real >= 1:
+        t[T_RUBBED] += h * mean(t[T_POWER2], t[T_POWER], power, share)
+    else:
+        # forces may turn at once behind an event
+        for c in range(w.count[0]):
+            if w.con[c, STUCK] == 0:
+                t[T_RUBBED] += w.W.told[c, V_] * (w.W.told[c, F_] + w.W.told[c, BEFORE]) / 2
     t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH].real >= 1 else h * (t[T_LOAD] + load) / 2
     t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
     if t[T_FRESH].real < 1:
