@@ -192,7 +192,7 @@ def follow_all(
     ways, strains, most = _legs(targets, corners, most)
     room = Room.of(ways, room)
     tell(entry.many, "scales in contact")
-    entry.many(beams, 0, step, most, ROOM, ways, strains, *room, np.zeros((len(ways), 0)))
+    entry.many(beams, 1, True, step, most, ROOM, ways, strains, *room, np.zeros((len(ways), 0)))
     return room.answers(strains)
 
 
@@ -232,7 +232,7 @@ def _move(
     size = NOTES
     while True:
         notes = np.zeros((1, size))
-        entry.many(beam, 0, step, most[one], ROOM, at[one], legs[one], *own, notes)
+        entry.many(beam, 1, True, step, most[one], ROOM, at[one], legs[one], *own, notes)
         if notes[0, 0] >= 0.0:
             break
         size *= 4

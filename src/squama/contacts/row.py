@@ -65,8 +65,8 @@ def placed(c: Array) -> str:
     return f"{what} of scale {i} on {'the face' if on == path.FEATURES[path.FACE] else on} of scale {j} (k = {c[APART]})"
 
 
-def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP) -> Track:
-    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end."""
+def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, endless: bool = False) -> Track:
+    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end; ``endless``: it repeats for ever."""
     n, room = phis.size, _CONTACTS * scales
     strains = np.zeros((1, n, STRAINS))
     strains[0, :, PHI] = phis
@@ -75,7 +75,7 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP) -> 
     events, ends = np.zeros((1, _EVENTS * (scales + 4), follow.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        way.beams, scales, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends, contacts,
+        way.beams, scales, endless, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends, contacts,
         events, ends, np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ends[0].tolist()
