@@ -330,10 +330,11 @@ def residual(
 @_jit
 def inclination(S: System, i: int, W: Work) -> float:
     """Return the angle of a scale's length over the bar's face."""
-    x, y = W.E[i, 0], W.E[i, 6]
-    r, o = x.real, y.real
-    # (with a complex step, too)
-    return S.rests[i] + math.atan2(o, r) + (r * (y - o) - o * (x - r)) / (r * r + o * o)
+    x, z = W.E[i, 0], W.E[i, 6]
+    angle = math.atan2(z.real, x.real)
+    c, s = math.cos(angle), math.sin(angle)
+    # 0 but for a complex step
+    return S.rests[i] + angle + (z * c - x * s) / (x * c + z * s)
 
 
 @_jit

@@ -192,7 +192,7 @@ def follow_all(
     ways, strains, most = _legs(targets, corners, most)
     found = Room.of(ways, room)
     tell(entry.many, "scales in contact")
-    entry.many(beams, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
+    entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
     return found.answers(strains)
 
 
@@ -234,7 +234,7 @@ def _move(
     size = NOTES
     while True:
         notes = np.zeros((1, size))
-        entry.many(beam, step, most[one], ROOM, at[one], legs[one], *own, notes)
+        entry.many(beam, 1, True, step, most[one], ROOM, at[one], legs[one], *own, notes)
         if notes[0, 0] >= 0.0:
             break
         size *= 4
@@ -317,20 +317,26 @@ def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Arr
         column.get(name, column["phi"])[...] = raw[..., i]
     out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = motions[:, :, 0], bends[:, :, 0]
     first, there = touches[:, :, 0], np.real(raw[..., 12]) > 0
-    _, apart, kind, one, other = np.moveaxis(np.real(first[..., :5]), -1, 0)
-    one, other = features(kind, one, other)
-    edges, tip = kind == EE, kind >= EF
-    column["first"][...], column["second"][...] = np.where(there, one, -1), np.where(there, other, -1)
-    column["k"][...] = np.where(there, apart, 1)
-    face = (first[..., 6], first[..., 7]), (first[..., 8], first[..., 9])
-    upper = (kind == FV) | (kind == FE)
-    a, b = along(one, *face[0]), along(other, *face[1])
-    column["x"][...] = np.where(there, np.where(edges, a, np.where(upper, face[0][0], face[1][0])), np.nan)
-    column["y"][...] = np.where(there, np.where(edges, b, np.where(upper, face[0][1], face[1][1])), np.nan)
-    column["along"][...] = np.where(tip & there, first[..., 15], 0.0)
+    absent = {"first": -1, "second": -1, "k": 1, "x": np.nan, "y": np.nan, "along": 0.0}
+    for name, met in contacted(first).items():
+        column[name][...] = np.where(there, met, absent[name])
     for i, name in enumerate(("F_x", "F_y", "F_z")):
         column[name][...] = np.where(there, first[..., 10 + i], 0.0)
     return out
+
+
+def contacted(touches: Array) -> dict[str, Array]:
+    """Return columns of states by their contacts (.., 16), by name: what meets, and the places there."""
+    _, apart, kind, one, other = np.moveaxis(np.real(touches[..., :5]), -1, 0)
+    one, other = features(kind, one, other)
+    face, edges = (touches[..., 6:8], touches[..., 8:10]), kind == EE
+    at = np.where(((kind == FV) | (kind == FE))[..., None], *face)
+    return {
+        "first": one, "second": other, "k": apart,
+        "x": np.where(edges, along(one, *np.moveaxis(face[0], -1, 0)), at[..., 0]),
+        "y": np.where(edges, along(other, *np.moveaxis(face[1], -1, 0)), at[..., 1]),
+        "along": np.where(kind >= EF, touches[..., 15], 0.0),
+    }  # fmt: skip
 
 
 def along(edge: Array, x: Array, y: Array) -> Array:
