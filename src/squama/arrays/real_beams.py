@@ -16,7 +16,6 @@ from squama.errors import refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots
 from squama.model import section
-from squama.real import path as one_contact
 from squama.types import Array
 
 PART = 256
@@ -59,8 +58,9 @@ class Response(NamedTuple):
 
     ``phi_e`` twist per pitch at engagement (inf where nothing touches), ``phi_end`` where the curve ends and ``end``
     why, in the words of :class:`squama.End`: range end, no engagement, no equilibrium, side entry, touching at rest.
-    A second contact, another pair of edges or a snap ends no curve. ``in_range``: whether the law of the joint knows the design; figures of the
-    others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without contact) over E d^3.
+    A second contact, another pair of edges or a snap ends no curve. ``in_range``: whether the law of the joint knows
+    the design; figures of the others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without
+    contact) over E d^3.
 
     At the twists (...): ``torque`` over E d^3, the bar's included; ``stiffness_ratio`` its slope between the twists
     over the rigidity; ``N``, ``f`` forces of a cell's contacts over E d^2; ``W_fr``, ``W_snap``, ``W`` frictional work,
@@ -170,9 +170,9 @@ def follow(
     """Follow beams along twists, rising, (m,) for all or (n, m); what :func:`response` returns, nothing checked.
 
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
-    is complex: derivatives of what is followed, to all digits (:mod:`squama.real.moved`). Stresses are taken at some of
-    the twists, ``stressed``. ``stretch``: "free" without axial force, "held" where the length is held, joints
-    (i, 9, 9); empty where joints (i, 7, 7) know none. ``held`` (n,): bends per pitch in which the beams are held;
+    is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken
+    at some of the twists, ``stressed``. ``stretch``: "free" without axial force, "held" where the length is held,
+    joints (i, 9, 9); empty where joints (i, 7, 7) know none. ``held`` (n,): bends per pitch in which they are held;
     twists are above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come
     while a beam is bent. With ``load`` "bending" beams are bent alone, joints as well: twists are bends then, torques
     moments, the rigidity that of bending.
@@ -201,7 +201,7 @@ def follow(
             elif held is not None:
                 found = path.held_bent(beams, held[at], at_all[at], upto[at])
             elif copies:
-                found = _moved(scale, joints, designs.mu[at], at_all[at], copies, upto[at[::copies]], sense, stretch)
+                found = path.moved(beams, at_all[at], copies, most=upto[at])
             else:
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
@@ -223,28 +223,6 @@ def follow(
     phi_e, phi_end, K_theta, rigidity = alone
     slope = _slopes(at_all, along[0], phi_e) / rigidity[:, None]
     return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
-
-
-def _moved(
-    scale: path.Scale, K: Array, mu: Array, twists: Array, copies: int, most: Array, sense: int, stretch: str
-) -> path.Answers:  # fmt: skip
-    """Follow beams with complex steps as far as one contact goes."""
-    beams = one_contact.beams(scale, K, mu, sense=sense, stretch=stretch)
-    found = one_contact.moved(beams, twists, copies, most=most)
-    rows = np.full((*found.rows.shape[:2], len(path.COLUMNS) + 24), np.nan, complex)
-    for i, name in enumerate(one_contact.follow.COLUMNS):
-        if name in path.COLUMNS:
-            rows[..., path.COLUMNS.index(name)] = found.rows[..., i]
-    rows[..., path.COLUMNS.index("W_snap")] = 0.0 * found.rows[..., 0]
-    n, m = twists.shape
-    for j in range(m):
-        met = np.maximum(np.real(found.contacts[:, :2]).astype(int), 0)
-        loads = one_contact.pressed(scale, met.T, found.rows[:, j])
-        rows[:, j, len(path.COLUMNS) :] = np.einsum("nkj,nj->nk", found.tables[:, one_contact.SHAPE : one_contact.LEG], loads)
-    ends = np.zeros((n, 4))
-    ends[:, 0] = np.where(np.real(found.ends[:, 0]) == 0, 0, 1)
-    ends[:, 1] = np.real(found.ends[:, 1])
-    return path.Answers(found.contacts, rows, np.zeros((n, 0, 17)), ends, np.zeros((n, m, 0, 16)))
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:

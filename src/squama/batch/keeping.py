@@ -60,7 +60,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 def making(f: _F, **options: Any) -> _F:
     """Return a function compiled, to be called by compiled code only."""
-    found: _F = numba.njit(**INNER, **options)(f)
+    found: _F = numba.njit(**{**INNER, "_nrt": True, **options})(f)
     return found
 
 

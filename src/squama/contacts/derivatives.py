@@ -21,8 +21,10 @@ import math
 
 import numpy as np
 
+from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
-from squama.contacts.equations import meet, prepared, residual
+from squama.contacts.detection import gap_at
+from squama.contacts.equations import prepared, residual
 from squama.contacts.follow import (
     LOST,
     MEET,
@@ -47,11 +49,9 @@ from squama.contacts.follow import (
     weigh,
     write,
 )
-from squama.contacts.detection import AT
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.newton import shift
 from squama.contacts.system import PHI, STRAINS, copy
-from squama.contacts.vectors import dot
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
@@ -86,7 +86,7 @@ def taken(notes: Array, at: int, a: Array, m: int) -> int:
     return at
 
 
-@_jit
+@making
 def changed(w: Walk, at: int, h: float) -> bool:
     """Write the state after an increment of complex size whose real part is noted; False where it is not known."""
     S, J, st = w.S, w.J, w.new
@@ -111,7 +111,8 @@ def changed(w: Walk, at: int, h: float) -> bool:
         substitute(J, n, x)
         shift(S, st, w.con, m, J.at, n, x, -1j)
         size, scale = largest(x), extent(w, m)
-        known = not size * min(1.0, size / last) > _TIGHT * scale
+        rate = min(1.0, size / last) if last < math.inf else 1.0
+        known = not size * rate > _TIGHT * scale
         last = size
     prepared(S, st, w.con, m, moved, w.W)
     residual(S, st, w.past, w.con, m, J.at, n, w.W, J.r, w.loads)
@@ -147,14 +148,7 @@ def missed(w: Walk, what: int, c: int) -> float:
     """Return the value of an event's condition at the new state, its change included."""
     if what != MEET:
         return condition(w, w.new, what, c).imag
-    # the gap of two places that meet changes as their distance along the normal does
-    row, s = w.W.vertex, w.trial.s[0]
-    for a in range(5):
-        row[a] = int(w.best[a])
-    for a in range(3):
-        s[a] = w.best[AT + a]
-    g = meet(w.S, w.new, row, s, w.W)
-    return dot(g.D, g.n).imag
+    return gap_at(w.S, w.new, w.W, w.best).imag
 
 
 @_jit
@@ -199,8 +193,8 @@ def length(w: Walk, at: int) -> int:
 @_jit
 def unknown(a: Array) -> None:
     """Say that changes are not known."""
-    x = a.ravel()
-    for i in range(x.size):
+    x = a.flat
+    for i in range(a.size):
         x[i] = complex(math.nan, math.nan)
 
 

@@ -263,6 +263,23 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
 
 
 @_jit
+def gap_at(S: System, st: State, W: Work, row: Array) -> float:
+    """Return the gap of a vertex that is there, real or with a complex step."""
+    i, kind, one, other = int(row[FIRST]), int(row[KIND]), int(row[ONE]), int(row[OTHER])
+    k, a, none = int(row[APART]), row[AT], 0.0 * S.shapes[int(row[FIRST]), ETA]
+    j, upper = (i + k) % len(S.shapes), kind == FV or kind == FE
+    v = W.views[0]
+    view(S, W, i, j, k, upper, v)
+    if kind == EE:
+        return crossing(S, st, v, i, j, one, other, a + none)[2]
+    own, faced = (j, i) if upper else (i, j)
+    if kind >= EF:
+        return dip(S, st, v, own, faced, upper, other if upper else one, row[AT + 2] + none)[3]
+    x, y = corner(S, own, other if upper else one)
+    return over(S, st, v, own, faced, upper, x, y)[1]
+
+
+@_jit
 def overhang(S: System, s: Array, own: int, other: int, e: int, half: float, most: float) -> tuple[float, float]:
     """Return between which shares of an edge it may lie over the other scale's face, if it is bent by ``most``."""
     x, y = on_edge(S, own, e, low(S, own, e))
@@ -324,14 +341,21 @@ def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> boo
 
 
 @_jit
-def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, out: Array) -> int:
-    """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none."""
+def deepest(
+    S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array
+) -> int:  # fmt: skip
+    """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none.
+
+    ``near`` (N, reach) marks the pairs that have one: all pairs are looked at where ``every``, else those only.
+    """
     n, N, best = 0, len(S.shapes), -1
     for i in range(N):
         for k in range(1, S.reach + 1):
-            if S.periodic or i + k < N:
-                n = vertices(S, st, W, i, k, cap, out, n)
-    for a in range(n):
-        if (best < 0 or out[a, GAP] < out[best, GAP]) and not known(S, st, con, m, out[a], W.vertex):
-            best = a
+            if (S.periodic or i + k < N) and (every or near[i, k - 1] > 0):
+                first, n = n, vertices(S, st, W, i, k, cap, out, n)
+                for a in range(first, n):
+                    if not known(S, st, con, m, out[a], W.vertex):
+                        near[i, k - 1] = 1
+                        if best < 0 or out[a, GAP] < out[best, GAP]:
+                            best = a
     return best

@@ -48,7 +48,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7), kind),
-        np.zeros((2, 12)), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
+        np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
         np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
     )  # fmt: skip
     wide = n if S.periodic else min(n, 3 * (k + 1) * (MOTIONS + 6 * _CROWD))
@@ -63,7 +63,8 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     return Walk(
         S, W, J, state(S, C), state(S, C), state(S, C), state(S, C), state(S, C), past, np.zeros((C, 7), np.int64),
         np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),
-        np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(TALLY, kind), np.zeros(VERTEX), notes,
+        np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(TALLY, kind), np.zeros(VERTEX),
+        np.zeros((N, k), np.int64), notes,
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ TOGETHER = "+"
 
 
 class Event(NamedTuple):
-    """What happens at a way: ``kind`` of :mod:`squama.contacts.follow`, bend and twist per pitch there, name of the contact.
+    """What happens at a way: ``kind`` of :mod:`squama.contacts.follow`, bend and twist per pitch, name of the contact.
 
     ``before`` and ``after``: names of the contacts there are; ``lost``: energy lost, E d^2 per pitch.
     """
@@ -87,11 +87,13 @@ def _numbered(code: float) -> str:
 
 def events(found: Answers, i: int = 0) -> list[Event]:
     """Return what happens on the path of one beam, in its order."""
-    told, before = [], ()
+    told: list[Event] = []
+    before: tuple[str, ...] = ()
     for row in found.events[i, : min(int(found.ends[i, 2]), len(found.events[i]))]:
         after = tuple(_numbered(code) for code in row[follow.AFTER :] if code >= 0)
         name = "" if row[7] < 0 else _of(row[8], row[9], row[10], row[7])
-        told.append(Event(int(row[0]), float(row[1]), float(row[2]), float(row[3]), name, before, after, float(row[12])))
+        way, psi, phi = row[1:4].tolist()
+        told.append(Event(int(row[0]), way, psi, phi, name, before, after, float(row[12])))
         before = after
     return told
 

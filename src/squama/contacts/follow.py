@@ -20,6 +20,7 @@ from squama.contacts.equations import (
     V_,
     Work,
     along_edges,
+    clear,
     jacobian,
     inclination,
     meet,
@@ -83,7 +84,9 @@ _LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
-_LEAST, _SHRINK, _EVENTS, _CHANGES = 1e-8, 0.35, 400, 24
+_LEAST, _SHRINK, _EVENTS, _CHANGES, _ZEROS = 1e-8, 0.35, 400, 24, 8
+"""Least increment, and by how much one that fails shrinks; events, changes at once and events without an increment, of each
+scale, that a path may have."""
 _FAR, _SNAPS = 6, 1e-6
 """How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
 snap loses, for it to be one."""
@@ -104,8 +107,9 @@ NOTHING, LOST = -1, 5
 class Walk(NamedTuple):
     """A path on its way: what it follows, three states, contacts now and (``kept``) before a trial, and counters.
 
-    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``count`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and
-    their rates; ``slope`` of the states' unknowns over the last increment.
+    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``count``
+    (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and their rates; ``best`` the vertex that was
+    found last; ``near`` (N, reach): pairs at which is looked.
     """
 
     S: System
@@ -126,6 +130,7 @@ class Walk(NamedTuple):
     leg: Array
     tally: Array
     best: Array
+    near: Array
     notes: Array
 
 
@@ -243,12 +248,31 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
         for c in range(m):
             if w.con[c, STUCK] > 0 and w.W.told[c, MARGIN] > _CONE:
                 w.con[c, STUCK], changed = 0, True
+        if not changed and m > 1:
+            # others that slip may hold one of them
+            for c in range(m):
+                if w.con[c, STUCK] == 0 and w.W.told[c, MARGIN] < -_CONE:
+                    w.con[c, STUCK], changed = 1, True
         if not changed:
             break
         w.J.kept[0] = 0
-        if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads):
+        if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads) and not sliding(w, h):
             return False
     return True
+
+
+@_jit
+def sliding(w: Walk, h: float) -> bool:
+    """Solve for the state after an increment in which all contacts slide, from that without friction."""
+    m = w.count[0]
+    guess(w, h)
+    for c in range(m):
+        w.con[c, STUCK] = 0
+    w.past.weights[0], w.J.kept[0] = 0.0, 0
+    found = solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
+    weigh(w, h)
+    w.J.kept[0] = 0
+    return found and solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
 
 
 @_jit
@@ -341,8 +365,11 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
 
 
 @_jit
-def violated(w: Walk, st: State, look: bool) -> tuple[int, int, float]:
-    """Return what the state just solved for violates most, of which contact, and by how much; -1 where nothing is."""
+def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
+    """Return what the state just solved for violates most, of which contact, and by how much; -1 where nothing is.
+
+    New contacts are looked for between all scales, or, not ``every``, where that found them before.
+    """
     m, mu = w.count[0], w.S.shapes[0, MU]
     what, which, worst = -1, -1, 0.0
     for c in range(m):
@@ -363,9 +390,9 @@ def violated(w: Walk, st: State, look: bool) -> tuple[int, int, float]:
             v = -margin if w.con[c, STUCK] > 0 else margin
             if v < -_CONE and v < worst:
                 what, which, worst = FLIP, c, v
-    if what >= 0 or not look:
+    if what >= 0:
         return what, which, worst
-    a = deepest(w.S, st, w.con, m, w.W, -_TOUCH, w.found)
+    a = deepest(w.S, st, w.con, m, w.W, -_TOUCH, w.near, every, w.found)
     if a >= 0:
         copy(w.found[a], w.best)
         return MEET, -1, w.found[a, GAP]
@@ -642,7 +669,7 @@ def regroup(w: Walk, h: float) -> int:
     """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
     lost = False
     ends = 0
-    for _ in range(_CHANGES):
+    for _ in range(_CHANGES * len(w.S.shapes)):
         copied(w.new, w.trial)
         if not solved(w, h, True):
             copied(w.trial, w.new)
@@ -745,11 +772,32 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
 
     The state after it is the new one.
     """
-    low_, up, vl, vu = 0.0, h, math.nan, high_value
-    # the value at the last state, with which this increment began
-    if what == PULL or what == FLIP:
-        vl = math.nan
-    last = 0
+    up, vu = h, high_value
+    while True:
+        # only near pairs are looked at on the way, all of them at the end
+        up, what, c = bisected(w, up, fresh, what, c, vu)
+        marks = marked(w)
+        if up < 0.0 or deepest(w.S, w.new, w.con, w.count[0], w.W, -_TOUCH, w.near, True, w.found) < 0:
+            return up, what, c
+        if marked(w) == marks:
+            return up, what, c
+        vu = math.nan
+
+
+@_jit
+def marked(w: Walk) -> int:
+    """Return how many pairs are marked."""
+    n = 0
+    for i in range(len(w.near)):
+        for k in range(w.S.reach):
+            n += w.near[i, k]
+    return n
+
+
+@_jit
+def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
+    """Find as :func:`locate`, where new contacts are looked for between pairs that are marked."""
+    low_, up, vl, vu, last = 0.0, h, math.nan, high_value, 0
     for count in range(80):
         if up - low_ < _LOCATED:
             break
@@ -760,7 +808,7 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
         if not tried(w, x, fresh):
             up, vu = x, math.nan
             continue
-        w2, c2, v2 = violated(w, w.new, True)
+        w2, c2, v2 = violated(w, w.new, False)
         if w2 < 0:
             low_ = x
             vl = value(w, w.new, what, c)
@@ -780,7 +828,7 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
         return (up if tried(w, up, fresh) else -1.0), what, c
     ok = tried(w, up, fresh)
     if ok:
-        w2, c2, _ = violated(w, w.new, True)
+        w2, c2, _ = violated(w, w.new, False)
         # -1: what was violated was another solution than the one that the last states lead to
         return up, w2, c2
     return -1.0, what, c
@@ -838,7 +886,7 @@ def energy_now(w: Walk) -> float:
 @_jit
 def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     """Go on towards a way by one increment; return why not, 0 if it went on."""
-    t, m = w.tally, w.count[0]
+    t, m, N = w.tally, w.count[0], len(w.S.shapes)
     left = goal - t[T_WAY]
     most = step * _FREELY if m == 0 else step
     h = min(t[T_H], most)
@@ -854,12 +902,15 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             if h < _LEAST:
                 return jump(w, events, step)
             continue
+        clear(w.near)
         what, c, v = violated(w, w.new, True)
         if what < 0:
             note(w, h)
             accept(w, h, False)
             t[T_H], t[T_ZERO] = min(most, 2 * h), 0.0
             return 0
+        if what != MEET:
+            deepest(w.S, w.new, w.con, m, w.W, -_TOUCH, w.near, True, w.found)
         where, what, c = locate(w, h, fresh, what, c, v)
         if where < 0.0:
             restore(w)
@@ -876,12 +927,42 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
         return 0
     accept(w, where, True)
+    scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
-    if t[T_ZERO] > (2 if what == FLIP else 8) or t[T_EVENTS] > _EVENTS or not change(w, what, c, events, step):
+    zeros = (2 if what == FLIP else _ZEROS) + N - 1
+    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events, step):
         t[T_ZERO] = 0.0
         return jump(w, events, step)
+    together(w, what, scale, events, step)
     return 0
+
+
+@_jit
+def together(w: Walk, what: int, scale: int, events: Array, step: float) -> None:
+    """Change the contacts of other scales at which the same happens where an event was located on one scale."""
+    if len(w.S.shapes) == 1:
+        return
+    if what == MEET and w.best[KIND] == LIES:
+        for i in range(len(w.S.rests)):
+            if i != scale and abs(inclination(w.S, i, w.W)) < _TOUCH and not lying(w, i):
+                w.best[FIRST] = i
+                change(w, what, -1, events, step)
+        return
+    if what == MEET:
+        clear(w.near)
+        while True:
+            a = deepest(w.S, w.now, w.con, w.count[0], w.W, _TOUCH, w.near, True, w.found)
+            if a < 0 or int(w.found[a, FIRST]) == scale:
+                return
+            copy(w.found[a], w.best)
+            if not change(w, what, -1, events, step):
+                return
+    if what == PULL or what == FLIP:
+        for c in range(w.count[0] - 1, -1, -1):
+            v = w.W.told[c, N_] if what == PULL else (w.W.told[c, MARGIN] if w.con[c, STUCK] == 0 else -w.W.told[c, MARGIN])
+            if w.con[c, FIRST] != scale and v < -(_PULL if what == PULL else _CONE) / 2:
+                change(w, what, c, events, step)
 
 
 @_jit
@@ -963,7 +1044,7 @@ def follow(
     prepared(w.S, w.now, w.con, 0, True, w.W)
     weigh(w, step)
     solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
-    if deepest(w.S, w.now, w.con, 0, w.W, -1e-9, w.found) >= 0:
+    if deepest(w.S, w.now, w.con, 0, w.W, -1e-9, w.near, True, w.found) >= 0:
         code = AT_REST
     remember(w)
     remember(w)

@@ -111,12 +111,12 @@ def solved(
 
     Arguments as of :func:`squama.twist`; ``neutral``: which line keeps its length in bending, of a compliant joint
     only; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end (the compliant joint goes
-    to 0.3 rad per pitch). No path goes on by general contact, which takes seconds.
+    to 0.3 rad per pitch).
     """
     kind = LOADS[load]
     way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense))])
     mus = np.asarray(mu, float)
-    asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, onward=False, neutral=neutral)
+    asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, neutral=neutral)
     return model(joint, asked).solve(asked)[0][0]
 
 

@@ -70,8 +70,7 @@ class Asked(NamedTuple):
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
-    warning that goes along; ``onward``: where another contact comes in the curve goes on by general contact;
-    ``neutral``: which line keeps its length on a path that bends and twists.
+    warning that goes along; ``neutral``: which line keeps its length on a path that bends and twists.
     """
 
     beam: Beam
@@ -83,7 +82,6 @@ class Asked(NamedTuple):
     at: Array | None = None
     ideal: bool = False
     note: str = ""
-    onward: bool = True
     neutral: str = ""
 
     @property

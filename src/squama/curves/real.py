@@ -6,9 +6,7 @@ makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:
 
 from __future__ import annotations
 
-import functools
 import math
-from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +20,6 @@ from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.model.outcome import End
 from squama.types import Array
 from squama.units import change
 
@@ -39,12 +36,6 @@ OWN = (
 _ALONG = (
     "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "W_snap", "RED", *OWN,
 )  # fmt: skip
-
-
-@functools.cache
-def general() -> bool:
-    """Whether general contact can be followed: the package that finds it is installed."""
-    return find_spec("ipctk") is not None
 
 
 class Held(NamedTuple):

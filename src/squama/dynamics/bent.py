@@ -27,7 +27,6 @@ from squama.contacts import follow, path
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, cycle_points, real, real_cycles
 from squama.curves.real_polygons import NEUTRAL, bending_rigidity
-from squama.dynamics import hinged
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.types import Array
@@ -54,9 +53,9 @@ class Walked(NamedTuple):
 
 
 class Bend(NamedTuple):
-    """A real beam that is bent in one sense: what :func:`squama.contacts.legs.follow_legs` takes, and its rigidity (E d^3).
+    """A real beam that is bent in one sense: what :func:`squama.contacts.legs.follow_legs` takes.
 
-    ``views`` are the signs of the bend that its faces see.
+    ``rigidity``: the beam's, E d^3; ``views`` are the signs of the bend that its faces see.
     """
 
     scale: path.Scale

@@ -1,7 +1,7 @@
 """Figures of many real beams that a target may name: thick, elastic scales on the joint by its law.
 
 No differences are taken: a complex step goes through the law of the joint and the plates, and through the contact by
-the implicit function theorem (:mod:`squama.real.moved`).
+the implicit function theorem (:mod:`squama.contacts.derivatives`).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.contacts import path
 from squama.curves import doors
 from squama.curves.labelled import Answer
 from squama.inverse import figures
@@ -19,7 +20,6 @@ from squama.inverse.figures import At, Found, Options, Want
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.sensitivity import STEP
-from squama.real import path
 from squama.study import real_columns
 from squama.study.columns import Cells
 from squama.study.real_columns import Figures

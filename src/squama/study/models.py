@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.contacts.path import RANGE
 from squama.curves import follow, real, real_polygons
 from squama.curves.path import idealisation, thin
 from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.contacts.path import RANGE
 from squama.study import real_columns
 from squama.study.columns import columns
 from squama.types import Array

@@ -44,7 +44,7 @@ class Figures(NamedTuple):
     five times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than
     the twist asked for, 0 of a beam that is held bent where that is while it is bent; ``code`` of :data:`ENDS`; at
     that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``, ``N`` (N), ``stress`` (Pa), ``W_fr``,
-    ``U_el`` (J/m; the work is theirs and what snaps lost), ``RED``. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the joint.
+    ``U_el`` (J/m; without what snaps lost), ``RED``. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the joint.
     """
 
     load_e: Array
@@ -148,7 +148,8 @@ def _part(
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest
     code = np.where(r.phi_end.real >= to.real, np.where(np.isfinite(r.phi_e), _RANGE, _NONE), code)
-    last = {name: getattr(r, name)[:, STEPS] for name in ("torque", "stiffness_ratio", "N", "stress", "W_fr", "W_snap", "W")}
+    names = ("torque", "stiffness_ratio", "N", "stress", "W_fr", "W_snap", "W")
+    last = {name: getattr(r, name)[:, STEPS] for name in names}
     rigidity = r.rigidity * unit * pitch
     with np.errstate(all="ignore"):
         RED = last["W_fr"] / last["W"]

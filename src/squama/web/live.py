@@ -360,7 +360,7 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
     else:
         with tempfile.TemporaryDirectory() as folder:
             m = motion(state.setting)
-            # up to what is shown: general contact would take seconds
+            # up to what is shown
             stop = None if m.hinge else m.last / state.beam.pitch
             asked = state.setting._asdict()
             held = asked.pop("bend")
