@@ -312,7 +312,8 @@ def cycle(
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
         ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
         points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;
-        ``energy_error``: work that is neither stored, rubbed away nor lost in snaps, relative to W_fr. See docs, theory: cycles.
+        ``energy_error``: work that is neither stored, rubbed away nor lost in snaps, relative to W_fr.
+        See docs, theory: cycles.
 
     Raises
     ------
