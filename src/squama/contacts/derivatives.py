@@ -24,7 +24,7 @@ import numpy as np
 from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import gap_at
-from squama.contacts.equations import prepared, residual
+from squama.contacts.equations import inclination, prepared, residual
 from squama.contacts.follow import (
     LOST,
     MEET,
@@ -51,11 +51,12 @@ from squama.contacts.follow import (
 )
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.newton import shift
-from squama.contacts.system import PHI, STRAINS, copy
+from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
 from squama.types import Array
 
-_ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
-"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known."""
+_ROUNDS, _TIGHT, _LOOSE, _AT_ONCE = 12, 1e-13, 1e-6, 1e-9
+"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known;
+size of an increment between two events that is none."""
 
 
 @_jit
@@ -148,6 +149,8 @@ def missed(w: Walk, what: int, c: int) -> float:
     """Return the value of an event's condition at the new state, its change included."""
     if what != MEET:
         return condition(w, w.new, what, c).imag
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W).imag
     return gap_at(w.S, w.new, w.W, w.best).imag
 
 
@@ -171,7 +174,8 @@ def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool
     if not changed(w, at, h + 0j):
         return False
     first = missed(w, what, c)
-    if first != 0.0:
+    # (what follows on another event at once goes with that one)
+    if first != 0.0 and h > _AT_ONCE:
         # linear in the size's change
         by = abs(first)
         if not changed(w, at, h + 1j * by):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.contacts import follow
-from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features, words
+from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.types import Array
 
@@ -16,6 +16,11 @@ LETTERS = {
     (CORNERS, FACE): "CF", (CORNERS + 1, FACE): "BF", (FACE, CORNERS + 2): "DF", (FACE, CORNERS + 3): "AF",
 }  # fmt: skip
 """Letters of contacts by what meets (docs, theory: bending and twisting); others are told in words."""
+PARTS = (
+    *("tip edge C{0}B{0}", "side edge D{0}C{0}", "side edge A{0}B{0}", "base edge D{0}A{0}", "the face of scale {0}"),
+    *(f"corner {letter}{{0}}" for letter in "CBDA"),
+)
+"""What may meet, by number; scale 2 is neighbour k of scale 1."""
 TOGETHER = "+"
 """Between the names of contacts at once."""
 
@@ -67,8 +72,8 @@ def changed(before: tuple[str, ...], after: tuple[str, ...]) -> tuple[str, str]:
 
 def named(first: int, second: int, k: int) -> str:
     """Return the letters of a contact by what meets; its words where it has none."""
-    letters = LETTERS.get((first, second))
-    return words(first, second, k) if letters is None else letters + f" (k = {k})" * (k > 1)
+    words = f"{PARTS[first].format(1)} on {PARTS[second].format(2)}"
+    return LETTERS.get((first, second), words) + f" (k = {k})" * (k > 1)
 
 
 def _of(kind: float, one: float, other: float, k: float) -> str:

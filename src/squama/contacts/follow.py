@@ -79,8 +79,8 @@ CONTACT, EVENT, LINE = 16, 25, 21
 """Columns of a contact, an event and a row that are written."""
 AFTER = 17
 """First column of an event that holds a contact that there is behind it, see :func:`number`."""
-_TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
-"""Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
+_TOUCH, _PULL, _PAST, _CONE, _FLAT = 1e-10, 1e-12, 1e-12, 1e-11, 1e-9
+"""Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
 _LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
@@ -384,7 +384,7 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
         if v < -_PAST and v < worst:
             what, which, worst = OFF, c, v
         v, _ = dips(w, st, c)
-        if v < -1e-9 and v < worst:
+        if v < -_FLAT and v < worst:
             what, which, worst = SLOPE, c, v
         if mu > 0.0:
             margin = w.W.told[c, MARGIN]
@@ -773,6 +773,18 @@ def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
 
 
 @_jit
+def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
+    """Return the increment after which the gap that closes is zero, by those after two around it."""
+    if low_ == 0.0 or not tried(w, low_, fresh):
+        return up
+    a = value(w, w.new, MEET, -1)
+    if not tried(w, up, fresh):
+        return up
+    b = value(w, w.new, MEET, -1)
+    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b else up
+
+
+@_jit
 def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
     """Find the least increment up to h after which a condition is violated; return it, what, and of which contact.
 
@@ -828,9 +840,9 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2
-    if what == MEET and vl > 0.0 and vu < 0.0:
+    if what == MEET:
         # to the last digits: where a beam engages is told
-        up = low_ + (up - low_) * vl / (vl - vu)
+        up = closed(w, low_, up, fresh)
         return (up if tried(w, up, fresh) else -1.0), what, c
     ok = tried(w, up, fresh)
     if ok:
@@ -964,11 +976,22 @@ def together(w: Walk, what: int, scale: int, events: Array, step: float) -> None
             copy(w.found[a], w.best)
             if not change(w, what, -1, events, step):
                 return
-    if what == PULL or what == FLIP:
-        for c in range(w.count[0] - 1, -1, -1):
-            v = w.W.told[c, N_] if what == PULL else (w.W.told[c, MARGIN] if w.con[c, STUCK] == 0 else -w.W.told[c, MARGIN])
-            if w.con[c, FIRST] != scale and v < -(_PULL if what == PULL else _CONE) / 2:
-                change(w, what, c, events, step)
+    for c in range(w.count[0] - 1, -1, -1):
+        if w.con[c, FIRST] != scale and missed(w, what, c):
+            change(w, what, c, events, step)
+
+
+@_jit
+def missed(w: Walk, what: int, c: int) -> bool:
+    """Say whether a contact violates a condition at the last state, which was just solved for."""
+    if what == PULL:
+        return w.W.told[c, N_].real < -_PULL / 2
+    if what == FLIP:
+        margin = w.W.told[c, MARGIN].real
+        return (-margin if w.con[c, STUCK] > 0 else margin) < -_CONE / 2
+    if what == SLOPE:
+        return dips(w, w.now, c)[0].real < -_FLAT / 2
+    return beyond(w.S, w.now, w.con[c], c)[0].real < -_PAST / 2
 
 
 @_jit

@@ -11,10 +11,10 @@ import numpy as np
 from squama.batch.keeping import kept
 from squama.model import elastic_plate
 from squama.model.elastic_plate import SIDE_D, TIP
-from squama.real import chain, moved, start
+from squama.real import moved, start
 from squama.real import follow as following
 from squama.real.changes import OTHER
-from squama.real.contact import MOST, Step
+from squama.real.contact import MOST
 from squama.real.design import LEG, ROWS, SHAPE, Design, _jit
 from squama.real.features import compliances
 from squama.real.follow import End
@@ -24,7 +24,7 @@ from squama.types import Array
 SOURCES = [Path(elastic_plate.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
 """All that may be compiled."""
 _follow, _first_contact, _met_along, _meeting = following.follow, start.first_contact, start.met_along, start.meeting
-_assemble, _look, _bend = chain.assemble, chain.look, compliances
+_bend = compliances
 _inverses, _again = moved.inverses, moved.again
 
 
@@ -103,26 +103,6 @@ def _answer(
         end[0], end[1], end[2], end[3], end[4] = _along(d, c, targets[i], corners[i], step, every, out[i], notes[i])
 
 
-@_jit
-def _met(b: Beams, contact: Array, table: Array) -> Design:
-    """Return the design of one beam whose first contact (6,) is known and whose table is filled."""
-    return _meeting(_design(b, 0, table), int(contact[0]), int(contact[1]), int(contact[2]))
-
-
-def _row(
-    b: Beams, contact: Array, table: Array, phi: float, step: Step, states: Array, marks: Array, r: Array, band: Array
-) -> None:
-    """Write the equations of a row of a beam's scales, as :func:`squama.real.chain.assemble`."""
-    _assemble(_met(b, contact, table), phi, step, states, marks, r, band)
-
-
-def _beside(
-    b: Beams, contact: Array, table: Array, phi: float, s: Array, joined: Array, where: Array
-) -> tuple[int, int, int]:
-    """Look for other contacts of a row, as :func:`squama.real.chain.look`."""
-    return _look(_met(b, contact, table), phi, s, joined, where)
-
-
 def _move(
     b: Beams, contacts: Array, targets: Array, step: float, notes: Array, many: Beams, goals: Array, tables: Array,
     starts: Array, out: Array,
@@ -152,4 +132,4 @@ def _move(
 
 
 move = kept(_move, SOURCES)
-answer, row, beside = kept(_answer, SOURCES), kept(_row, SOURCES), kept(_beside, SOURCES)
+answer = kept(_answer, SOURCES)
