@@ -14,8 +14,8 @@ from squama.curves.general_contact import surface
 from squama.fe.assembly import make_bent
 from squama.fe.geometry import Geometry
 from squama.model.outcome import End
-from squama.real import path
-from squama.real.legs import Bent, follow_legs
+from squama.contacts import path
+from squama.contacts.legs import Bent, follow_legs
 from squama.types import Array
 
 TRIALS, SIZE = 20, 10

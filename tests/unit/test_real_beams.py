@@ -5,7 +5,7 @@ import pytest
 
 import squama
 from squama.joints import law
-from squama.real import path
+from squama.contacts import path
 
 DESIGN = {
     "eta": 4.0, "beta": 0.5, "lam": 0.4, "zeta": 0.35, "alpha": np.radians(45), "theta0": np.radians(15),

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
@@ -21,6 +23,7 @@ from squama.contacts.equations import (
     V_,
     Work,
     along_edges,
+    before,
     clear,
     jacobian,
     inclination,
@@ -435,7 +438,6 @@ def sideways(w: Walk, gap: float) -> bool:
 def accept(w: Walk, h: float, event: bool) -> None:
     """Make the new state the last one, after an increment; ``event``: rates change here."""
     t, S = w.tally, w.S
-    N = len(S.shapes)
     power, load = 0.0, 0.0
     for c in range(w.count[0]):
         # slip per way
@@ -457,7 +459,8 @@ def accept(w: Walk, h: float, event: bool) -> None:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
     if w.count[0] > 0 and w.con[0, STUCK] == 0:
-        t[T_SLID] += w.W.told[0, V_]
+        D = before(S, w.con[0], w.new.s[0], w.past, 0)[0]
+        t[T_SLID] += np.sqrt(dot(D, D))
     copied(w.old, w.older)
     copied(w.now, w.old)
     copied(w.new, w.now)
