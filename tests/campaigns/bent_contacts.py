@@ -51,7 +51,7 @@ def lost(found: Bent, corners: Array) -> float:
     U = sum(path.energies(found.way, rows).values())
     loads = np.concatenate([np.zeros((1, 2)), np.column_stack([found.M, found.T])])
     work = ((loads[1:] + loads[:-1]) / 2 * np.diff(x, axis=0)).sum()
-    return float(abs(work - U[-1] - rows[-1, 8]) / np.nanmax(U))
+    return float(abs(work - U[-1] - rows[-1, 6]) / np.nanmax(U))
 
 
 def wrong(given: Given, corners: Array) -> tuple[str, list[str], float]:

@@ -83,7 +83,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
     U = sum(path.energies(one, rows).values())
     most, T = np.nanmax(U), rows[:, 1]
     largest = np.nanmax(np.abs(T))
-    lost = np.nanmax(np.abs(rows[:, 9] - U - rows[:, 8])) / most
+    lost = np.nanmax(np.abs(rows[:, 7] - U - rows[:, 6] - path.named(rows)["W_snap"])) / most
     if lost > BALANCE:
         found.append(f"loses {lost:.1e} of its work")
     if end.code == follow.RANGE:
@@ -94,7 +94,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
         if abs(finer - T).max() > SAME * largest:
             found.append(f"depends on its points by {abs(finer - T).max() / largest:.1e}")
         if turns.size == 5 and turns[2] == 0:
-            loops = np.diff(rows[:: 2 * POINTS, 8])
+            loops = np.diff(rows[:: 2 * POINTS, 6])
             if abs(loops[1] - loops[0]) > SAME * loops[0] + BALANCE * most:
                 found.append(f"dissipates {loops[0]:.6g}, then {loops[1]:.6g}")
     same = given.mirrored().path().states(x, step)[0]

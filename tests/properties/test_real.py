@@ -1,8 +1,6 @@
 """What holds for every beam on the real model: work and energy, limits, mirror images, ways there and back."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,12 +63,12 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
     rows, end = one.states(x, step=(up[-1] - up[0]) / 300)
     assert end.code == follow.RANGE
     U = sum(path.energies(one, rows).values())
-    error = rows[:, 9] - U - rows[:, 8]
+    error = rows[:, 7] - U - rows[:, 6]
     assert np.abs(error).max() < 1e-4 * U.max()
-    assert (np.diff(rows[:, 8]) >= 0).all()
+    assert (np.diff(rows[:, 6]) >= 0).all()
     assert rows[-1, 1] == pytest.approx(0.0, abs=1e-12)
     if mu:
-        assert rows[-1, 8] > 1e-4 * U.max()
+        assert rows[-1, 6] > 1e-4 * U.max()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -178,11 +176,9 @@ def test_compliances_of_a_plate() -> None:
 
 def test_stress_of_a_cantilever_under_a_force_at_its_tip() -> None:
     """Beam theory for a long, narrow plate: 6 F l / (2 b h^2) at the root, on average over the width."""
-    case = json.loads((Path(__file__).parents[1] / "reference" / "real.json").read_text())
-    K = np.array((case if isinstance(case, list) else next(v for v in case.values() if isinstance(v, list)))[0]["K"])
     scale = Scale(3.0, 0.1, 0.4, math.radians(45), math.radians(10), 0.02, 1e-3, 0.0)
     # at the middle of the tip, of all powers those of Y^0 are loaded
-    bent = 1e-6 * elastic_plate.compliances(*np.array([[3.0], [0.1], [0.0]]))[:, :, ::4].sum(axis=2) / 1e-3
+    bent = 1e-6 * plate.compliances(*np.array([[3.0], [0.1], [0.0]]))[:, :, ::4].sum(axis=2) / 1e-3
     stress, where = path.stresses(scale, bent)
     assert stress[0] == pytest.approx(6 * 1e-6 * 3.0 / (0.2 * 0.02**2), rel=0.05)
     assert where[0, 0] == 0.0
