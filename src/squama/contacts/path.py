@@ -52,8 +52,7 @@ FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
 """Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
-_SCREW = (0, 1, 2, 3, 4, 5, 7, 6, 8)
-"""Rows of a joint's matrix, which has the twist before the bend, in the order of the strains."""
+_LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
 
 
 class Scale(NamedTuple):
@@ -193,7 +192,12 @@ def follow_all(
     found = Room.of(ways, room)
     tell(entry.many, "scales in contact")
     entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
-    return found.answers(strains)
+    answers = found.answers(strains)
+    if corners is None and (np.diff(targets, axis=1, prepend=0.0) < 0).any():
+        # a way that goes back is against the twist
+        sense = np.where(np.diff(targets, axis=1, prepend=0.0) < 0, -1.0, 1.0)[..., None]
+        answers.rows[..., _LOADS] *= sense
+    return answers
 
 
 def moved(
