@@ -156,7 +156,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("theta_periodic", "rad", "inclination of the scales of the endless beam", r"\theta"),
     ("Q", "N m", "moment by which the substrate holds a scale that lies on it", "Q"),
     ("decay", "1", "factor per scale by which the effect of an end decays, at engagement", "", "theory: a finite row"),
-    ("scale_end", "1", "scale whose contact ends the row; 0 for none", ""),
+    ("scale_end", "1", "scale whose contact ends the row, or to which another contact comes first; 0 for none", ""),
     ("contact", "", "pair of a scale and the next one that touches", "", "theory: combined"),
     ("state", "", "open, sliding, or what ends the way to it from rest", ""),
     ("event", "", "what happens on the way", ""),

@@ -674,6 +674,33 @@ def restore(w: Walk) -> None:
 
 
 @_jit
+def give(w: Walk, st: State, what: int, c: int) -> None:
+    """Take out a contact that violates a condition, or let another one take its place."""
+    if what == PULL:
+        drop(w, st, c)
+    elif what == SLOPE:
+        roll(w, st, c, dips(w, st, c)[1])
+    elif what == FLIP:
+        w.con[c, STUCK] = 1 - w.con[c, STUCK]
+        w.J.kept[0] = 0
+    elif not leave(w, st, c, beyond(w.S, st, w.con[c], c)[1]):
+        succeed(w, st, c)
+
+
+@_jit
+def missed(w: Walk, st: State, what: int, c: int) -> bool:
+    """Say whether a contact violates a condition at a state that was just solved for."""
+    if what == PULL:
+        return w.W.told[c, N_].real < -_PULL / 2
+    if what == FLIP:
+        margin = w.W.told[c, MARGIN].real
+        return (-margin if w.con[c, STUCK] > 0 else margin) < -_CONE / 2
+    if what == SLOPE:
+        return dips(w, st, c)[0].real < -_FLAT / 2
+    return beyond(w.S, st, w.con[c], c)[0].real < -_PAST / 2
+
+
+@_jit
 def regroup(w: Walk, h: float) -> int:
     """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
     lost = False
@@ -689,16 +716,12 @@ def regroup(w: Walk, h: float) -> int:
         what, c, v = violated(w, w.new, True)
         if what < 0:
             return 0
-        if what == PULL:
-            drop(w, w.new, c)
-        elif what == SLOPE:
-            roll(w, w.new, c, dips(w, w.new, c)[1])
-        elif what == FLIP:
-            w.con[c, STUCK] = 1 - w.con[c, STUCK]
-            w.J.kept[0] = 0
-        elif what == OFF:
-            if not leave(w, w.new, c, beyond(w.S, w.new, w.con[c], c)[1]):
-                succeed(w, w.new, c)
+        if what != MEET:
+            scale = w.con[c, FIRST]
+            give(w, w.new, what, c)
+            for o in range(w.count[0] - 1, -1, -1):
+                if len(w.S.shapes) > 1 and w.con[o, FIRST] != scale and missed(w, w.new, what, o):
+                    give(w, w.new, what, o)
         else:
             if sideways(w, v):
                 return SIDE_ENTRY
@@ -980,21 +1003,8 @@ def together(w: Walk, what: int, scale: int, events: Array, step: float) -> None
             if not change(w, what, -1, events, step):
                 return
     for c in range(w.count[0] - 1, -1, -1):
-        if w.con[c, FIRST] != scale and missed(w, what, c):
+        if w.con[c, FIRST] != scale and missed(w, w.now, what, c):
             change(w, what, c, events, step)
-
-
-@_jit
-def missed(w: Walk, what: int, c: int) -> bool:
-    """Say whether a contact violates a condition at the last state, which was just solved for."""
-    if what == PULL:
-        return w.W.told[c, N_].real < -_PULL / 2
-    if what == FLIP:
-        margin = w.W.told[c, MARGIN].real
-        return (-margin if w.con[c, STUCK] > 0 else margin) < -_CONE / 2
-    if what == SLOPE:
-        return dips(w, w.now, c)[0].real < -_FLAT / 2
-    return beyond(w.S, w.now, w.con[c], c)[0].real < -_PAST / 2
 
 
 @_jit

@@ -62,11 +62,15 @@ def placed(c: Array) -> str:
     if one == path.FACE:
         met.reverse()
     (what, i), (on, j) = met
-    return f"{what} of scale {i} on {'the face' if on == path.FEATURES[path.FACE] else on} of scale {j} (k = {c[APART]})"
+    face = "the face" if on == path.FEATURES[path.FACE] else on
+    return f"{what} of scale {i} on {face} of scale {j} (k = {c[APART]})"
 
 
 def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, endless: bool = False) -> Track:
-    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end; ``endless``: it repeats for ever."""
+    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end.
+
+    ``endless``: its scales repeat for ever.
+    """
     n, room = phis.size, _CONTACTS * scales
     strains = np.zeros((1, n, STRAINS))
     strains[0, :, PHI] = phis
@@ -75,8 +79,8 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, 
     events, ends = np.zeros((1, _EVENTS * (scales + 4), follow.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        way.beams, scales, endless, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends, contacts,
-        events, ends, np.zeros((1, 0)),
+        way.beams, scales, endless, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends,
+        contacts, events, ends, np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ends[0].tolist()
     reached = slice(int(solved))
@@ -92,8 +96,9 @@ def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: 
     column = path.named(rows)
     first = path.COLUMNS.index("u_X")
     rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
-    for name, at, share in (("phi", 0, 1), ("twist", 2, 1), ("torque", 6, 1), ("T", 20, 1), ("W", 9, 1), ("W_fr", 10, n), ("W_snap", 11, n)):  # fmt: skip
-        column[name][...] = raw[:, at, None] / share
+    for name, at in (("phi", 0), ("twist", 2), ("torque", 6), ("T", 20), ("W", 9), ("W_fr", 10), ("W_snap", 11)):
+        # the solver tells frictional work and what snaps lose of all scales
+        column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
     for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0), ("T_slip", np.nan)):
         column[name][...] = missing
     there = np.arange(contacts.shape[1]) < raw[:, 12, None]
