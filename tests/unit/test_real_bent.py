@@ -23,7 +23,7 @@ def scale(h=SHAPE.thickness, D=np.inf, **changed):
 @pytest.mark.parametrize("D", [np.inf, 0.1])
 def test_without_bend_it_is_the_twisted_beam(D):
     phi = np.array([0.03, 0.08, 0.12, 0.16])
-    one = path.Path.of(scale(D=D), K, 0.3)
+    one = path.Path.of(scale(D=D), K, 0.3, stretch="held")
     rows, _ = one.states(phi)
     found = follow_legs(scale(D=D), K, 0.3, np.column_stack([0 * phi, phi]), stretch="held")
     np.testing.assert_allclose(found.rows, rows, rtol=0, atol=1e-10)

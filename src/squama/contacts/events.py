@@ -21,6 +21,8 @@ PARTS = (
     *(f"corner {letter}{{0}}" for letter in "CBDA"),
 )
 """What may meet, by number; scale 2 is neighbour k of scale 1."""
+AT_ONCE = 1e-7
+"""Way, rad per pitch, within which an event and one that takes it back are none."""
 TOGETHER = "+"
 """Between the names of contacts at once."""
 
@@ -56,7 +58,9 @@ class Event(NamedTuple):
             return f"snap to {TOGETHER.join(self.after)}" if self.after else "snap: the contact opens"
         if self.kind == follow.CHANGE:
             old, new = changed(self.before, self.after)
-            return f"{old} to {new}"
+            if old and new:
+                return f"{old} to {new}"
+            return f"another contact ({new})" if new else f"release ({old})"
         return f"{self.contact} {'sticks' if self.kind == follow.STICK else 'slides'}"
 
 
@@ -100,7 +104,16 @@ def events(found: Answers, i: int = 0) -> list[Event]:
         way, psi, phi = row[1:4].tolist()
         told.append(Event(int(row[0]), way, psi, phi, name, before, after, float(row[12])))
         before = after
+        if told[1:] and undone(*told[-2:]):
+            del told[-2:]
     return told
+
+
+def undone(one: Event, next_one: Event) -> bool:
+    """Say whether an event takes back the one before it at once, as where one of two contacts goes when the other comes."""
+    pairs = {follow.ENGAGE, follow.OPEN}, {follow.STICK, follow.SLIDE}
+    same = one.contact == next_one.contact and {one.kind, next_one.kind} in pairs
+    return same and next_one.way - one.way < AT_ONCE
 
 
 def touching(found: Answers, i: int = 0) -> Array:

@@ -1064,6 +1064,8 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
         if w.S.shapes[0, MU].real > 0.0:
             for c in range(w.count[0]):
                 w.con[c, STUCK] = 1
+            # where they slide again is located
+            t[T_ZERO] = -1.0
         w.J.kept[0] = 0
 
 
