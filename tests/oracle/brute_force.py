@@ -18,8 +18,8 @@ CORNERS = np.array(list(itertools.product((0, 1), (-1, 1), (-1, 1))), float)
 EDGES = np.array([(i, j) for i, j in itertools.combinations(range(8), 2) if abs(CORNERS[i] - CORNERS[j]).sum() in (1, 2)
                   and (CORNERS[i] != CORNERS[j]).sum() == 1])  # fmt: skip
 CROSSED = np.array(list(itertools.product(range(12), repeat=2)))
-COARSE, FINE = 1e-4, 1e-7
-"""kappa at which a path is followed, and at which its states are told; E d^3."""
+COARSE, NEAR = 1e-4, 1e-6
+"""kappa at which a path is followed, E d^3, and gap at which its states are told, d."""
 
 
 def cross(w: Vector) -> Vector:
@@ -206,7 +206,7 @@ class Boxes:
     def refined(self, z: Vector) -> tuple[float, float, float]:
         """Return torque, moment and what is left of the balance where barriers vanish, by two of them."""
         kappa, last, T = COARSE, np.zeros(3), np.zeros(3)
-        while kappa > FINE * 1.01:
+        while self.gap(z) > NEAR:
             kappa, last = kappa / 10, T
             z, left = self.minimum(z, kappa)
             T = self.loads(z, kappa)
