@@ -133,8 +133,8 @@ def _many(
     """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,)."""
     for i in range(len(ways)):
         _follow(
-            walk(system(b, i, scales, periodic), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i],
-            contacts[i], events[i], ends[i],
+            walk(system(b, i, scales, periodic), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i],
+            bends[i], contacts[i], events[i], ends[i],
         )  # fmt: skip
 
 

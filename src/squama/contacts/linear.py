@@ -15,10 +15,10 @@ without strains; half the band's width; where entry (a, b) of it stands: at BASE
 
 
 class Linear(NamedTuple):
-    """A factored Jacobian: its ``band`` (all in one row), right border (n, 4), lower border (4, n) and corner (4, 4).
+    """A factored Jacobian: its ``band``, all in one row, right border (n, 4), lower border (4, n), corner (4, 4).
 
-    ``order`` and ``last`` (n,): row exchanges, last column of each row that is not zero; ``r`` (n,) its residual; ``at``
-    (N + C,) first unknowns of scales and contacts; ``kept`` (6,) see above.
+    ``order`` and ``last`` (n,): row exchanges, last column of each row that is not zero; ``r`` (n,) its residual;
+    ``at`` (N + C,) first unknowns of scales and contacts; ``kept`` (6,) see above.
     """
 
     band: Array

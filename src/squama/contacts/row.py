@@ -1,7 +1,7 @@
 """A row of N scales by the contact solver: states of every scale along the twist, what comes in, decay; E = d = 1.
 
-All cells have the same twist. The row is straight and keeps its length. Its scales touch their neighbours with any number
-of contacts, and the substrate where they come to lie on it.
+All cells have the same twist. The row is straight and keeps its length. Its scales touch their neighbours with any
+number of contacts, and the substrate where they come to lie on it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
 
 
 class Other(NamedTuple):
-    """A contact of other features than those that touch first: scale (from 1), words, and twist at which it comes in."""
+    """A contact of other features than the first ones: scale (from 1), words, and twist at which it comes in."""
 
     scale: int
     words: str
