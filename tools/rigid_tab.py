@@ -27,6 +27,8 @@ import numpy as np
 from joint_law import design, geometry
 
 from squama import Beam
+from squama.contacts.path import Path as Way
+from squama.contacts.path import Scale
 from squama.curves.real import TAB_LIMIT, rigid_tab
 from squama.errors import InputError
 from squama.fe import geometry as shapes
@@ -37,8 +39,6 @@ from squama.fe.pitch_stiffness import response
 from squama.fe.stiffness import sizes
 from squama.joints import law
 from squama.joints.factor import K_THETA, TWIST, pivots
-from squama.contacts.path import Path as Way
-from squama.contacts.path import Scale
 from squama.types import Array
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

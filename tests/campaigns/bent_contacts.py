@@ -8,9 +8,9 @@ from __future__ import annotations
 import collections
 
 import numpy as np
-from oracle.barrier import surface
 from real_histories import Given, drawn
 
+from oracle.barrier import surface
 from squama.contacts import path
 from squama.contacts.legs import Bent, follow_legs
 from squama.fe.assembly import make_bent

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts import entry, events, follow, path
-from squama.contacts.system import CHI, EPS, PHI, PSI
+from squama.contacts import entry, events, increments, path
+from squama.contacts.system import PHI, PSI
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.types import Array
@@ -155,7 +155,7 @@ def deflected(case: Case, found: path.Answers) -> float:
 def smooth(found: path.Answers) -> bool:
     """Say whether nothing jumped on a path."""
     told = found.events[0, : int(min(found.ends[0, 2], path.EVENTS)), 0]
-    return bool((told != follow.SNAP).all())
+    return bool((told != increments.SNAP).all())
 
 
 def wrong(case: Case) -> tuple[path.Answers, list[tuple[str, float]]]:
@@ -164,7 +164,7 @@ def wrong(case: Case) -> tuple[path.Answers, list[tuple[str, float]]]:
     found = followed(given, corners, free)
     end, v, told = found.end(), path.named(found.rows[0]), []
     N = np.nanmax(v["N"], initial=0.0)
-    if end.code in (follow.NO_EQUILIBRIUM, follow.MANY) and deflected(case, found) < path.THIN and N > FORCE:
+    if end.code in (increments.NO_EQUILIBRIUM, increments.MANY) and deflected(case, found) < path.THIN and N > FORCE:
         told.append((f"ends without a name ({end.code})", end.phi))
     rows = found.rows[0]
     if not np.isfinite(np.delete(rows[: end.solved], [path.COLUMNS.index(n) for n in "xy"], axis=1)).all():
@@ -198,7 +198,7 @@ def trial(seed: int, size: int = SIZE) -> list[str]:
         found, told = wrong(one)
         v = path.named(found.rows[0])
         end = str(path.WORDS[found.end().code])
-        if found.end().code != follow.RANGE and deflected(one, found) >= path.THIN:
+        if found.end().code != increments.RANGE and deflected(one, found) >= path.THIN:
             end += ", plates bent beyond their model"
         counts[f"end: {end}"] += 1
         counts[f"contacts at once: {int(np.nanmax(v['contacts'], initial=0))}"] += 1

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.contacts import increments, path
 from squama.joints import law
 from squama.joints.factor import MIRROR
-from squama.contacts import follow, path
 from squama.types import Array
 
 TRIALS, SIZE = 100, 100
@@ -77,7 +77,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
     """Return how a beam's history ends, and what is wrong with it."""
     x, one = along(turns, POINTS), given.path()
     rows, end = one.states(x, step)
-    if end.code == follow.NO_EQUILIBRIUM:
+    if end.code == increments.NO_EQUILIBRIUM:
         return end.code, [f"stops at {end.phi:.6g}"] if np.nanmax(rows[:, 2]) > FORCE else []
     found = []
     U = sum(path.energies(one, rows).values())
@@ -86,7 +86,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
     lost = np.nanmax(np.abs(rows[:, 7] - U - rows[:, 6] - path.named(rows)["W_snap"])) / most
     if lost > BALANCE:
         found.append(f"loses {lost:.1e} of its work")
-    if end.code == follow.RANGE:
+    if end.code == increments.RANGE:
         below = x < one.contact.phi * (1 - 1e-9)
         if abs(T[below] - path.rigidity(one) * x[below]).max() > SAME * largest:
             found.append("does not come back to the line without contact")

@@ -11,7 +11,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-
 from tests.oracle.boxes import Vector, apart
 
 CORNERS = np.array(list(itertools.product((0, 1), (-1, 1), (-1, 1))), float)

@@ -11,7 +11,6 @@ import pytest
 import squama
 from squama.beam.faces import FACES
 from squama.cli import main
-from squama.curves import real
 from squama.curves.both_faces import worst
 from squama.errors import InputError
 from squama.symbols import OF_A_SCALE

@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from campaigns import real_histories
+from squama.contacts import increments, path
+from squama.contacts.path import Path as Way
+from squama.contacts.path import Scale
 from squama.fe.plate import axes
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
-from squama.contacts import follow, path
-from squama.contacts.path import Path as Way
-from squama.contacts.path import Scale
 
 SHAPES = [
     # eta, beta, lam, alpha, theta0, share of the gap, zeta, width, nu, D over K_theta
@@ -61,7 +61,7 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
     up = twists(one, 300)
     x = np.concatenate([up, up[::-1][1:], [0.0]])
     rows, end = one.states(x, step=(up[-1] - up[0]) / 300)
-    assert end.code == follow.RANGE
+    assert end.code == increments.RANGE
     U = sum(path.energies(one, rows).values())
     error = rows[:, 7] - U - rows[:, 6]
     assert np.abs(error).max() < 1e-4 * U.max()
@@ -100,7 +100,7 @@ def test_what_touches_near_an_edges_end_is_seen_where_it_touches() -> None:
 
     assert least(one.contact.phi * (1 - 1e-3)) > 0 > least(one.contact.phi * (1 + 1e-3))
     rows, end = one.states(twists(one, 20, 1.04))
-    assert end.code == follow.RANGE
+    assert end.code == increments.RANGE
     assert (np.diff(rows[:, 2]) > 0).all()
     assert (rows[:, 1] > path.rigidity(one) * rows[:, 0]).all()
 
@@ -159,7 +159,7 @@ def test_plates_that_touch_at_rest_and_scales_that_never_meet() -> None:
     apart = Way.of(Scale(0.8, 0.3, lam, math.radians(alpha), math.radians(theta0), 0.0), K, 0.2, most=0.1)
     assert apart.contact.first == -1
     rows, end = apart.states(np.array([0.05, 0.1]))
-    assert end.code == follow.RANGE
+    assert end.code == increments.RANGE
     np.testing.assert_allclose(rows[:, 1], path.rigidity(apart) * np.array([0.05, 0.1]), rtol=1e-12)
 
 
@@ -193,7 +193,7 @@ def test_friction_works_along_the_slip(D: float | None) -> None:
     phi = np.concatenate([np.linspace(0, 2 * e, 401), turned, np.linspace(turned[-1], 1.2 * e, 161)[1:]])
     rows, end = one.states(phi)
     column = path.named(rows)
-    assert end.code == follow.RANGE
+    assert end.code == increments.RANGE
     force = one.mu * column["N"]
     work = np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(column["slip"]))
     # tolerance: trapezoids between the rows, 2.1e-4 measured on every processor

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from squama.contacts import follow
+from squama.contacts import increments
 from squama.contacts.path import Path as Way
 from squama.contacts.path import Scale
 
@@ -32,7 +32,7 @@ def test_curves(i: int, variant: str) -> None:
     assert one.contact.phi == pytest.approx(curve["phi_e"], rel=1e-12)
     rows = np.array(curve["rows"])
     states, end = one.states(rows[:, 0])
-    assert end.code == follow.RANGE
+    assert end.code == increments.RANGE
     # tolerance: the plates of the reference are some thousandths stiffer, 20 modes against 24, and steps are others
     T, N, place = (1.5e-3, 4e-3, 2e-4) if "elastic" in variant else (1e-4, 2e-4, 2e-4)
     np.testing.assert_allclose(states[:, 1], rows[:, 1], rtol=T)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from oracle.barrier import needs_barrier, surface
 
 import squama
+from oracle.barrier import needs_barrier, surface
 from squama.cli import main
 from squama.curves import real
 from squama.errors import InputError

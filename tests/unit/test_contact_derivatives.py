@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from squama.contacts import follow, path
+from squama.contacts import increments, path
 from squama.joints import law
 from squama.types import Array
 
@@ -17,7 +17,7 @@ STEEP = {"eta": 3.816, "beta": 0.662, "lam": 0.335, "alpha": 0.863, "theta0": 0.
 LONG = {"eta": 4.68, "beta": 0.313, "lam": 0.512, "alpha": 0.501, "theta0": 0.226, "h": 0.032, "mu": 0.3, "D": np.inf}
 FIGURES = [path.COLUMNS.index(name) for name in ("T", "M", "N", "W_fr", "W", "energy", "u_Z", "w_X", "x", "psi")]
 AT = np.linspace(0.004, 0.3, 75)
-E, S, C = follow.ENGAGE, follow.SNAP, follow.CHANGE
+E, S, C = increments.ENGAGE, increments.SNAP, increments.CHANGE
 
 
 def made(sizes: dict[str, float], n: int = 1, **changes: Array) -> path.entry.Beams:
@@ -72,7 +72,7 @@ def kinds(found: path.Answers) -> list[int]:
         (SLENDER | {"D": 0.5}, [E], 3e-3),
         (SOFT, [E, E, E], 1e-2),
         (SOFTER, [E, E, E, C], 2e-2),
-        (STEEP, [E, follow.STICK, follow.SLIDE], 3e-2),
+        (STEEP, [E, increments.STICK, increments.SLIDE], 3e-2),
     ],
 )
 def test_derivatives_are_those_of_the_path(sizes: dict[str, float], events: list[int], tolerance: float) -> None:
@@ -88,7 +88,7 @@ def test_derivatives_there_and_back_along_a_polygon() -> None:
     phi = np.where(ways < 0.2, ways, 0.4 - ways)
     corners = np.column_stack([0.1 * phi, phi])
     found = derived(SLENDER, ways, corners)
-    assert kinds(found)[:2] == [E, follow.SLIDE]
+    assert kinds(found)[:2] == [E, increments.SLIDE]
     # tolerance: differences, 2e-6 measured
     assert missed(SLENDER, found, ways, corners).max() < 1e-3
 

@@ -8,17 +8,16 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.oracle.boxes import displaced
+from tests.oracle.brute_force import Boxes
 
 import squama
-
-from squama.contacts import entry, events, follow, path
+from squama.contacts import entry, events, increments, path
 from squama.contacts.system import System
 from squama.curves import real
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.types import Array
-from tests.oracle.brute_force import Boxes
-from tests.oracle.boxes import displaced
 
 
 class Given(NamedTuple):
@@ -114,12 +113,12 @@ def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int
     ways, strains = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T)), np.zeros((len(places), 4))
     strains[:, :2] = places
     N, m = len(S.shapes), len(ways)
-    rows, motions, told, end = np.full((m, follow.LINE), np.nan), np.zeros((m, N, 6)), np.zeros((99, follow.EVENT)), np.zeros(4)
+    rows, motions, told, end = np.full((m, increments.LINE), np.nan), np.zeros((m, N, 6)), np.zeros((99, increments.EVENT)), np.zeros(4)
     entry.path(
-        S, C, ways, strains, 0.0, step, rows, motions, np.zeros((m, N, 24)), np.zeros((m, C, follow.CONTACT)), told, end,
+        S, C, ways, strains, 0.0, step, rows, motions, np.zeros((m, N, 24)), np.zeros((m, C, increments.CONTACT)), told, end,
         np.zeros(0),
     )  # fmt: skip
-    assert end[0] == follow.RANGE
+    assert end[0] == increments.RANGE
     return rows, motions
 
 
@@ -151,9 +150,9 @@ def test_what_happens_is_told(name, least):
     """The snap loses energy, and the second contact comes where the first one is."""
     shape, corner, _, last = BRUTE[name]
     told = events.events(followed(given(*shape), np.array([corner]), n=20))
-    assert told[0].kind == follow.ENGAGE
+    assert told[0].kind == increments.ENGAGE
     assert not told[0].before
-    assert told[1].kind == (follow.SNAP if "snap" in name else follow.ENGAGE)
+    assert told[1].kind == (increments.SNAP if "snap" in name else increments.ENGAGE)
     assert told[1].before == ("TS",)
     assert "+".join(told[1].after) == last
     assert abs(told[1].phi) > least
@@ -167,7 +166,7 @@ def test_image_in_the_mirror(E, free):
     one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=E)
     corners = CORNER if free[0] else TURNS
     a, b = followed(one, corners, free), followed(one.mirrored, corners * [1, -1], free)
-    assert a.end().code == b.end().code == follow.RANGE
+    assert a.end().code == b.end().code == increments.RANGE
     # 9e-11 is what is measured of elastic scales, and 1e-9 what is asked for
     np.testing.assert_allclose(loads(a), loads(b) * [1, -1, -1, 1], rtol=0.0, atol=3e-9 * np.abs(loads(a)).max())
 
@@ -251,7 +250,7 @@ def test_work_that_a_snap_loses():
     print("SNAP", work(found), v["W_snap"])
     assert v["W_snap"].max() > 1e-6
     assert work(found) < 1e-4
-    told = [event.lost for event in events.events(found) if event.kind == follow.SNAP]
+    told = [event.lost for event in events.events(found) if event.kind == increments.SNAP]
     assert sum(told) == pytest.approx(v["W_snap"][-1], rel=1e-9)
 
 

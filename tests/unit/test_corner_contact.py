@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from squama.arrays.combined_states import combined
+from squama.contacts import path
+from squama.contacts.legs import Bent, follow_legs, follow_straight
 from squama.curves import real
 from squama.joints import law
 from squama.model import elastic_plate as plate
-from squama.contacts import path
-from squama.contacts.legs import Bent, follow_legs, follow_straight
 
 PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")

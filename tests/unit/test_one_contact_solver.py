@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.contacts import follow, path
+from squama.contacts import increments, path
 from squama.joints import law
 
 GIVEN = {"lam": 0.5, "zeta": 0.3, "thickness": 0.02, "width": 2.0, "nu": 0.45, "mu": 0.2}
@@ -47,7 +47,7 @@ def test_a_contact_that_leaves_the_tip_edge_snaps(beam: dict[str, float], way: f
     scale = path.Scale(g["eta"], g["beta"], g["lam"], g["alpha"], g["theta0"], h, D, 0.35)
     found = path.Path.of(scale, K, g["mu"], stretch="free").follow(np.linspace(0.01, 0.3, 30))
     events = found.events[0, : int(found.ends[0, 2])]
-    assert events[:, 0].tolist() == [follow.ENGAGE, follow.SNAP]
+    assert events[:, 0].tolist() == [increments.ENGAGE, increments.SNAP]
     assert events[1, 1] == pytest.approx(way, abs=1e-4)
     assert events[1, 12] > 1e-5
     rows = path.named(found.rows[0])

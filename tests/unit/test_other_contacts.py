@@ -6,10 +6,10 @@ from scipy.optimize import brentq
 
 import squama
 from oracle import boxes
+from squama.contacts import events, increments, path
+from squama.contacts.legs import Bent, follow_legs
 from squama.curves import real
 from squama.joints import law
-from squama.contacts import events, follow, path
-from squama.contacts.legs import Bent, follow_legs
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 
@@ -75,7 +75,7 @@ def test_a_contact_closes_again_on_another_leg_than_the_next(ideal: bool) -> Non
         many.append(start + (end - start) * np.linspace(0.0, 1.0, 60)[1:, None])
         start = end
     fine = follow_legs(one, K, 0.25, np.concatenate(many))
-    assert few.answers.end().code == fine.answers.end().code == follow.RANGE
+    assert few.answers.end().code == fine.answers.end().code == increments.RANGE
     np.testing.assert_allclose(few.M[-1], fine.M[-1], rtol=1e-3)
     np.testing.assert_allclose(few.T[-1], fine.T[-1], rtol=1e-3)
     # without contact it is a spring

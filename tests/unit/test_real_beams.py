@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import squama
-from squama.joints import law
 from squama.contacts import path
+from squama.joints import law
 
 DESIGN = {
     "eta": 4.0, "beta": 0.5, "lam": 0.4, "zeta": 0.35, "alpha": np.radians(45), "theta0": np.radians(15),

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from oracle.barrier import needs_barrier, surface
 
 import squama
+from oracle.barrier import needs_barrier, surface
 from squama.beam import matrixfile
 from squama.cli import main
 from squama.curves import real

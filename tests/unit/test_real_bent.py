@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from squama import combined
-from squama.joints import law
-from squama.joints.factor import MIRROR
 from squama.contacts import path
 from squama.contacts.legs import follow_legs
+from squama.joints import law
+from squama.joints.factor import MIRROR
 
 SHAPE = law.Shape(1.28, 0.32, 0.18, 0.6, 0.02, np.pi / 4, np.radians(10), 0.25)
 ETA = 3.0

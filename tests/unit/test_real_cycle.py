@@ -12,7 +12,6 @@ from squama.curves import real_cycles
 from squama.errors import InputError
 from squama.plot import cycle_figure
 
-
 FAR = {"beam": squama.Beam.from_toml("examples/stiff_skin.toml"), "ideal": False}
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import squama
 from squama.beam import matrixfile
 from squama.cli import main
-from squama.contacts import follow, path, row
+from squama.contacts import increments, path, row
 from squama.contacts.path import Path, Scale
 from squama.curves import real
 from squama.curves.own_scales import own_scales
@@ -153,7 +153,7 @@ def test_the_middle_of_a_long_row_is_the_endless_beam(kind, mu):
     x = twists(way, 1.5)
     one, (endless, _) = row.track(way, 151, x), way.states(x)
     middle, far = {name: v[-1, 75] for name, v in named(one).items()}, path.named(endless[-1])
-    assert one.end.code == follow.RANGE
+    assert one.end.code == increments.RANGE
     for name in ("N", "f", "x", "y"):
         assert middle[name] == pytest.approx(far[name], rel=1e-4, abs=1e-12), name
     q = moved(endless[-1:])[0]
@@ -360,7 +360,7 @@ def test_a_contact_that_leaves_its_edge_is_an_event_there():
     way = made(0, 0.0, **KINDS["thin, rigid"])
     way = Path.of(way.scale._replace(alpha=1.05, eta=2.8, beta=0.456), way.beams.K[0], 0.0)
     t = row.track(way, 4, twists(way, 8, 200))
-    snaps = t.events[t.events[:, 0] == follow.SNAP, 1]
+    snaps = t.events[t.events[:, 0] == increments.SNAP, 1]
     phi = snaps[0] if snaps.size else t.end.phi
     assert way.contact.phi < phi < 8 * way.contact.phi
     v = named(row.track(way, 4, np.array([phi * (1 - 1e-7)])))

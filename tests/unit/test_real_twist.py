@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from fig6b import BEAM, K
+from fig6b import BEAM
 
 import squama
 from squama.beam import matrixfile

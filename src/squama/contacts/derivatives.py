@@ -23,11 +23,13 @@ import numpy as np
 
 from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
+from squama.contacts.changes import change
+from squama.contacts.conditions import MEET, condition
 from squama.contacts.detection import gap_at
-from squama.contacts.equations import inclination, prepared, residual
-from squama.contacts.follow import (
+from squama.contacts.equations import residual
+from squama.contacts.follow import set_out, write
+from squama.contacts.increments import (
     LOST,
-    MEET,
     NOTED,
     NOTED_H,
     NOTED_M,
@@ -41,15 +43,12 @@ from squama.contacts.follow import (
     T_WAY,
     Walk,
     accept,
-    change,
-    condition,
     guess,
     remember,
-    set_out,
     weigh,
-    write,
 )
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
+from squama.contacts.meeting import inclination, prepared
 from squama.contacts.newton import shift
 from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
 from squama.types import Array

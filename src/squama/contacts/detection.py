@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.equations import Work
 from squama.contacts.geometry import back, lift, lifted_by, turn
+from squama.contacts.meeting import Work
 from squama.contacts.system import (
     APART,
     BETA,
@@ -24,11 +24,11 @@ from squama.contacts.system import (
     FE,
     FIRST,
     FV,
-    H,
     KIND,
     ONE,
     OTHER,
     VF,
+    H,
     State,
     System,
     corner,

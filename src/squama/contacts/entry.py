@@ -12,10 +12,10 @@ from squama.batch.keeping import kept, making
 from squama.contacts import derivatives
 from squama.contacts import follow as following
 from squama.contacts.detection import VERTEX
-from squama.contacts.equations import Work
-from squama.contacts.follow import TALLY, Walk
 from squama.contacts.geometry import PAIR, PLACED, put
+from squama.contacts.increments import TALLY, Walk
 from squama.contacts.linear import Linear
+from squama.contacts.meeting import Work
 from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
 from squama.types import Array
 
@@ -36,7 +36,11 @@ def state(S: System, C: int) -> State:
     """Return a state at rest."""
     N, kind = len(S.shapes), S.K.dtype
     return State(
-        np.zeros((N, 6), kind), np.zeros(4, kind), np.zeros((N, 24), kind), np.zeros((C, 3), kind), np.zeros((C, 3), kind)
+        np.zeros((N, 6), kind),
+        np.zeros(4, kind),
+        np.zeros((N, 24), kind),
+        np.zeros((C, 3), kind),
+        np.zeros((C, 3), kind),
     )
 
 
@@ -47,7 +51,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     n = 6 * N + 6 * C + 4
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
-        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 7), kind),
+        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 5), kind),
         np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
         np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
     )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts import follow
+from squama.contacts import increments
 from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.types import Array
@@ -50,18 +50,18 @@ class Event(NamedTuple):
     @property
     def word(self) -> str:
         """What happens, in words."""
-        if self.kind == follow.ENGAGE:
+        if self.kind == increments.ENGAGE:
             return f"engagement ({self.contact})" if not self.before else f"another contact ({self.contact})"
-        if self.kind == follow.OPEN:
+        if self.kind == increments.OPEN:
             return "release" if not self.after else f"release ({self.contact})"
-        if self.kind == follow.SNAP:
+        if self.kind == increments.SNAP:
             return f"snap to {TOGETHER.join(self.after)}" if self.after else "snap: the contact opens"
-        if self.kind == follow.CHANGE:
+        if self.kind == increments.CHANGE:
             old, new = changed(self.before, self.after)
             if old and new:
                 return f"{old} to {new}"
             return f"another contact ({new})" if new else f"release ({old})"
-        return f"{self.contact} {'sticks' if self.kind == follow.STICK else 'slides'}"
+        return f"{self.contact} {'sticks' if self.kind == increments.STICK else 'slides'}"
 
 
 def changed(before: tuple[str, ...], after: tuple[str, ...]) -> tuple[str, str]:
@@ -99,7 +99,7 @@ def events(found: Answers, i: int = 0) -> list[Event]:
     told: list[Event] = []
     before: tuple[str, ...] = ()
     for row in found.events[i, : min(int(found.ends[i, 2]), len(found.events[i]))]:
-        after = tuple(_numbered(code) for code in row[follow.AFTER :] if code >= 0)
+        after = tuple(_numbered(code) for code in row[increments.AFTER :] if code >= 0)
         name = "" if row[7] < 0 else _of(row[8], row[9], row[10], row[7])
         way, psi, phi = row[1:4].tolist()
         told.append(Event(int(row[0]), way, psi, phi, name, before, after, float(row[12])))
@@ -111,7 +111,7 @@ def events(found: Answers, i: int = 0) -> list[Event]:
 
 def undone(one: Event, next_one: Event) -> bool:
     """Say whether an event takes back the one before it at once, as where one of two contacts goes when the other comes."""
-    pairs = {follow.ENGAGE, follow.OPEN}, {follow.STICK, follow.SLIDE}
+    pairs = {increments.ENGAGE, increments.OPEN}, {increments.STICK, increments.SLIDE}
     same = one.contact == next_one.contact and {one.kind, next_one.kind} in pairs
     return same and next_one.way - one.way < AT_ONCE
 
@@ -138,4 +138,4 @@ def _joined(touches: Array, rows: Array) -> Array:
 
 def second(told: list[Event]) -> Event | None:
     """Return which contact comes in first beside another one; None where none does."""
-    return next((event for event in told if event.kind == follow.ENGAGE and event.before), None)
+    return next((event for event in told if event.kind == increments.ENGAGE and event.before), None)

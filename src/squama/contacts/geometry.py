@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System
@@ -85,7 +84,11 @@ def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> 
             zw = cross(w, z)
             dT = scaled(k, mixed(1.0, z, e.b, zw, e.c, cross(w, zw)))
         else:
-            dw = (-k * (1.0 if strain == PSI else 0.0), -k * (1.0 if strain == CHI else 0.0), -k * (1.0 if strain == PHI else 0.0))
+            dw = (
+                -k * (1.0 if strain == PSI else 0.0),
+                -k * (1.0 if strain == CHI else 0.0),
+                -k * (1.0 if strain == PHI else 0.0),
+            )
             o1 = spin(e, dw)
             s = 2 * dot(w, dw)
             donce = cross(dw, v)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.equations import Work, jacobian, prepared, residual
+from squama.contacts.equations import residual
+from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
+from squama.contacts.meeting import Work, prepared
 from squama.contacts.system import KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
 from squama.types import Array
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contacts import entry, follow
+from squama.contacts import entry, increments
 from squama.contacts.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
@@ -285,9 +285,9 @@ class Room(NamedTuple):
     def of(cls, ways: Array, contacts: int) -> Room:
         """Return room for a number of contacts of each state."""
         (n, m), kind = ways.shape, ways.dtype
-        sizes = (follow.LINE,), (1, 6), (1, 24)
+        sizes = (increments.LINE,), (1, 6), (1, 24)
         states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
-        touches, events = (n, m, contacts, follow.CONTACT), (n, EVENTS, follow.EVENT)
+        touches, events = (n, m, contacts, increments.CONTACT), (n, EVENTS, increments.EVENT)
         return cls._make([*states, np.zeros(touches, kind), np.zeros(events, kind), np.zeros((n, 4))])
 
     def part(self, which: slice) -> Room:
@@ -302,12 +302,12 @@ class Room(NamedTuple):
 
 def _first(events: Array, ends: Array) -> Array:
     """Return the first contacts (n, 6) of paths by their events."""
-    met = (np.real(events[:, :, 0]) == follow.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
+    met = (np.real(events[:, :, 0]) == increments.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
     first = events[np.arange(len(events)), met.argmax(axis=1)]
     one, other = features(*np.real(first[:, 8:11]).T)
     out = np.column_stack([one, other, first[:, 7], first[:, 1], first[:, 14:16]])
     out[~met.any(axis=1)] = (-1, -1, 0, np.inf, np.nan, np.nan)
-    out[ends[:, 0] == follow.AT_REST] = (-2, -1, 0, 0.0, 0.0, 0.0)
+    out[ends[:, 0] == increments.AT_REST] = (-2, -1, 0, 0.0, 0.0, 0.0)
     return out
 
 
@@ -319,7 +319,10 @@ def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Arr
             "mode", "N", "f", "slip", "T_slip", "since", "energy", "T")  # fmt: skip
     for i, name in enumerate(told):
         column.get(name, column["phi"])[...] = raw[..., i]
-    out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = motions[:, :, 0], bends[:, :, 0]
+    out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = (
+        motions[:, :, 0],
+        bends[:, :, 0],
+    )
     first, there = touches[:, :, 0], np.real(raw[..., 12]) > 0
     absent = {"first": -1, "second": -1, "k": 1, "x": np.nan, "y": np.nan, "along": 0.0}
     for name, met in contacted(first).items():
@@ -368,7 +371,7 @@ def bent_alone(beams: entry.Beams, bends: Array, most: Array) -> Answers:
 def endings(contacts: Array, ends: Array) -> Array:
     """Return in words how paths end (n,), by their first contacts (n, 6) and their ends (n, 4)."""
     code = np.real(ends[:, 0]).astype(int)
-    return WORDS[np.where((np.real(contacts[:, 0]) == -1) & (code == follow.RANGE), len(WORDS) - 1, code)]
+    return WORDS[np.where((np.real(contacts[:, 0]) == -1) & (code == increments.RANGE), len(WORDS) - 1, code)]
 
 
 class Path(NamedTuple):
@@ -413,7 +416,9 @@ def named(rows: Array) -> dict[str, Array]:
 def motions(rows: Array) -> Array:
     """Return the motions, twist, bend and stretch (n, 9) of states."""
     v = named(rows)
-    return np.column_stack([rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], v["twist"], v["psi"], v["stretch"]])
+    return np.column_stack(
+        [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], v["twist"], v["psi"], v["stretch"]]
+    )
 
 
 def energies(path: Path, rows: Array) -> dict[str, Array]:

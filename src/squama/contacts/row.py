@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contacts import entry, follow, path
+from squama.contacts import entry, increments, path
 from squama.contacts.system import APART, FIRST, KIND, LIES, ONE, OTHER, PHI, STRAINS
 from squama.types import Array
 
@@ -46,7 +46,9 @@ class Track(NamedTuple):
     def other(self) -> Other | None:
         """Return the contact of other features that comes in first; None where none does."""
         what = self.events[:, 6 + FIRST : 6 + OTHER + 1]
-        told = np.isin(self.events[:, 0], (follow.ENGAGE, follow.CHANGE, follow.SNAP)) & (what[:, KIND] != LIES)
+        told = np.isin(self.events[:, 0], (increments.ENGAGE, increments.CHANGE, increments.SNAP)) & (
+            what[:, KIND] != LIES
+        )
         what, ways = what[told & (what[:, FIRST] >= 0)].astype(int), self.events[told & (what[:, FIRST] >= 0), 1]
         new = np.flatnonzero((what[:, APART:] != what[:1, APART:]).any(axis=1))
         if not new.size:
@@ -74,9 +76,9 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, 
     n, room = phis.size, _CONTACTS * scales
     strains = np.zeros((1, n, STRAINS))
     strains[0, :, PHI] = phis
-    raw, motions = np.full((1, n, follow.LINE), np.nan), np.full((1, n, scales, 6), np.nan)
-    bends, contacts = np.full((1, n, scales, 24), np.nan), np.zeros((1, n, room, follow.CONTACT))
-    events, ends = np.zeros((1, _EVENTS * (scales + 4), follow.EVENT)), np.zeros((1, 4))
+    raw, motions = np.full((1, n, increments.LINE), np.nan), np.full((1, n, scales, 6), np.nan)
+    bends, contacts = np.full((1, n, scales, 24), np.nan), np.zeros((1, n, room, increments.CONTACT))
+    events, ends = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
         way.beams, scales, endless, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends,

@@ -10,12 +10,12 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
+from squama.contacts.path import RANGE
 from squama.curves.labelled import Answer
 from squama.curves.path import Case, Curve, figures
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import refuse
 from squama.model.outcome import End
-from squama.contacts.path import RANGE
 from squama.symbols import OTHER
 from squama.types import Array
 

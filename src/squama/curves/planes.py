@@ -10,7 +10,8 @@ from squama import arguments
 from squama.arrays.combined_states import Combined, combined
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.contacts import events, path as real_path
+from squama.contacts import events
+from squama.contacts import path as real_path
 from squama.contacts.legs import follow_straight
 from squama.curves import hinge_polygons, real, real_polygons
 from squama.curves.labelled import Labelled, attributes, labelled

@@ -13,7 +13,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.contacts import follow, path
+from squama.contacts import increments, path
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
@@ -297,7 +297,7 @@ def ending(way: path.Path, answers: path.Answers) -> dict[str, float | int | str
     c = way.contact
     (name,) = path.endings(np.array([c], float), answers.ends)
     events = answers.events[0, : int(answers.ends[0, 2])]
-    second = events[(events[:, 0] == follow.ENGAGE) & (events[:, 13] > 1)][:1]
+    second = events[(events[:, 0] == increments.ENGAGE) & (events[:, 13] > 1)][:1]
     at, words = math.nan, ""
     if second.size:
         ((one,), (other,)), at = path.features(*second[:, 8:11].T), float(second[0, 1])

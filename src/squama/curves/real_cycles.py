@@ -16,7 +16,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import follow, path
+from squama.contacts import increments, path
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, real
 from squama.curves.cycle_points import evenly, goals_of, resolving
@@ -248,7 +248,7 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
             continue
         one = paths["-" if x[a + 1] < 0 else "+"]
         own, end = one.way.states(np.abs(x[part]), increment)
-        if end.code != follow.RANGE:
+        if end.code != increments.RANGE:
             error = _left(one, end, end.solved, x[part])
             error.point += part.start
             raise error
@@ -400,7 +400,7 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     x, torque = targets[-len(down) :], v["torque"]
     faces = both_faces.alike(one.beam, "twisting")
     torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
-    if end.code != follow.RANGE:
+    if end.code != increments.RANGE:
         return 0.0
     return math.copysign(_crossing(x, torque, v["N"]), loop.top)
 

@@ -16,7 +16,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.joint_law import bare
 from squama.beam.matrixfile import MOTIONS
-from squama.contacts import events, follow, path
+from squama.contacts import events, increments, path
 from squama.contacts.events import Event
 from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
@@ -202,7 +202,7 @@ def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -
     contact = np.append("", events.touching(found.answers))[:n]
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     told = events.events(found.answers)
-    stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
+    stop = end.phi if end.code != increments.RANGE else float(stations.ways[-1])
     first = engaged, events.named(met.first, met.second, met.k) if met.first >= 0 else ""
     # the same place as without stations, to the last digit
     told = [event._replace(way=event.way if i else engaged) for i, event in enumerate(told) if event.way <= stop]

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from squama.contacts import follow, path, row
+from squama.contacts import increments, path, row
 from squama.contacts.row import Track
 from squama.curves import real
 from squama.curves.hinge import before
@@ -47,7 +47,7 @@ def followed(way: path.Path, n: int, far: float, points: int) -> Track:
     """Follow a row to a twist, some points of it before its engagement; as many up to an earlier end."""
     found = row.track(way, n, _twists(way, far, points))
     end = found.end
-    if end.code in (follow.RANGE, follow.AT_REST) or end.solved == points:
+    if end.code in (increments.RANGE, increments.AT_REST) or end.solved == points:
         return found
     last = row.track(way, n, _twists(way, end.phi * (1 - _NEAR), points))
     return last._replace(end=end, events=found.events)
@@ -76,7 +76,7 @@ def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
 def _figures(way: path.Path, track: Track) -> dict[str, float | int | str]:
     """Return the single figures of a row."""
     c, other = way.contact, track.other()
-    end = End.NONE if c.first == -1 and track.end.code == follow.RANGE else track.end.word
+    end = End.NONE if c.first == -1 and track.end.code == increments.RANGE else track.end.word
     return {
         "phi_e": c.phi,
         "phi_end": math.inf if end is End.NONE else track.end.phi,

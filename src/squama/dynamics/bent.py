@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.contacts import follow, path
+from squama.contacts import increments, path
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, cycle_points, real, real_cycles
 from squama.curves.real_polygons import NEUTRAL, bending_rigidity
@@ -86,7 +86,7 @@ class Bend(NamedTuple):
             corners = np.column_stack([view * x, 0.0 * x])
             found = follow_legs(self.scale, self.K, self.mu, corners, stretch=self.stretch, step=real_cycles.INCREMENT)
             end, alone = found.answers.end(), float(path.bare(found.way.beams)[0, 1, 1])
-            if end.code != follow.RANGE and end.solved < n:
+            if end.code != increments.RANGE and end.solved < n:
                 n, ends = end.solved, both_faces.WHOSE * bool(i) + end.word
             u = path.energies(found.way, found.rows)
             q += view * found.M - alone * x

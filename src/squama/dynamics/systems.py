@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.contacts import follow, path
+from squama.contacts import increments, path
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
@@ -212,7 +212,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     y = np.linspace(y_e, far, STEPS)
     rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
     n, rows = y.size, rows[1:]
-    if end.code != follow.RANGE:
+    if end.code != increments.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
         ends = str(end.word)
     if n < 4:

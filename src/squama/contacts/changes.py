@@ -1,0 +1,345 @@
+"""How contacts come, change and go, and how an equilibrium is looked for among them; compiled."""
+
+from __future__ import annotations
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.conditions import (
+    FLIP,
+    MEET,
+    MISSED_CONE,
+    MISSED_PLACE,
+    MISSED_PULL,
+    MISSED_SLOPE,
+    OFF,
+    PULL,
+    SLOPE,
+    beyond,
+    dips,
+    sideways,
+    violated,
+)
+from squama.contacts.detection import AT, GAP, edges_of, known, vertices
+from squama.contacts.geometry import put, vector
+from squama.contacts.increments import (
+    CHANGE,
+    ENGAGE,
+    MANY,
+    NO_EQUILIBRIUM,
+    OPEN,
+    SIDE_ENTRY,
+    SLIDE,
+    STICK,
+    T_LOAD,
+    T_ONSET,
+    T_SINCE,
+    T_WAY,
+    Walk,
+    guess,
+    remark,
+    tell,
+    weigh,
+)
+from squama.contacts.meeting import MARGIN, N_, prepared
+from squama.contacts.newton import solve
+from squama.contacts.system import (
+    APART,
+    EE,
+    EF,
+    ENDED,
+    FE,
+    FIRST,
+    FV,
+    KIND,
+    MU,
+    ONE,
+    OTHER,
+    STUCK,
+    VF,
+    State,
+    copied,
+    copy,
+    corner_at,
+    lengthwise,
+    spots,
+)
+from squama.types import Array
+
+_CHANGES = 24
+"""Changes at once that a scale may have."""
+
+
+@_jit
+def unfold(w: Walk, st: State) -> bool:
+    """Let the end of an edge with the least gap take over from the edge, which is tangent nowhere; False for none."""
+    prepared(w.S, st, w.con, w.count[0], True, w.W)
+    for c in range(w.count[0]):
+        row = w.con[c]
+        if row[KIND] != EF and row[KIND] != FE:
+            continue
+        side = 0 if row[KIND] == EF else 1
+        own = row[ONE] if side == 0 else row[OTHER]
+        n, best = vertices(w.S, st, w.W, row[FIRST], row[APART], 5e-3, w.found, 0), -1
+        for a in range(n):
+            kind = int(w.found[a, KIND])
+            p, q = edges_of(kind, int(w.found[a, ONE]), int(w.found[a, OTHER]), side)
+            if kind < EF and (p == own or q == own) and (best < 0 or w.found[a, GAP] < w.found[best, GAP]):
+                best = a
+        if best >= 0:
+            v = w.found[best]
+            exchange(w, st, c, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], 0.0)
+            w.con[c, ENDED] = 1
+            return True
+    return False
+
+
+@_jit
+def tried(w: Walk, h: float, fresh: bool) -> bool:
+    """Solve for the state after an increment; where Newton's method fails all stick at first, or edges end."""
+    guess(w, h)
+    if solved(w, h, fresh):
+        return True
+    if w.S.shapes[0, MU] > 0.0 and not fresh and w.count[0] > 0:
+        keep_stuck(w, w.con, w.stuck)
+        guess(w, h)
+        for c in range(w.count[0]):
+            w.con[c, STUCK] = 1
+        if solved(w, h, True):
+            return True
+        keep_stuck(w, w.stuck, w.con)
+    for _ in range(2):
+        guess(w, h)
+        if not unfold(w, w.new):
+            return False
+        if solved(w, h, True):
+            return True
+    return False
+
+
+@_jit
+def keep_stuck(w: Walk, a: Array, b: Array) -> None:
+    """Write which contacts of a list stick into another one."""
+    for c in range(w.count[0]):
+        b[c, STUCK] = a[c, STUCK]
+
+
+@_jit
+def solved(w: Walk, h: float, fresh: bool) -> bool:
+    """Solve for the state after an increment, by its guess; contacts that are new say themselves whether they stick."""
+    weigh(w, h)
+    m, mu = w.count[0], w.S.shapes[0, MU]
+    if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads):
+        return False
+    if not fresh or mu == 0.0:
+        return True
+    # what would be if they stuck is near what is if they slip
+    for _ in range(2 * m + 2):
+        changed = False
+        for c in range(m):
+            if w.con[c, STUCK] > 0 and w.W.told[c, MARGIN] > MISSED_CONE:
+                w.con[c, STUCK], changed = 0, True
+        if not changed and m > 1:
+            # others that slip may hold one of them
+            for c in range(m):
+                if w.con[c, STUCK] == 0 and w.W.told[c, MARGIN] < -MISSED_CONE:
+                    w.con[c, STUCK], changed = 1, True
+        if not changed:
+            break
+        w.J.kept[0] = 0
+        if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads) and not sliding(w, h):
+            return False
+    return True
+
+
+@_jit
+def sliding(w: Walk, h: float) -> bool:
+    """Solve for the state after an increment in which all contacts slide, from that without friction."""
+    m = w.count[0]
+    guess(w, h)
+    for c in range(m):
+        w.con[c, STUCK] = 0
+    w.past.weights[0], w.J.kept[0] = 0.0, 0
+    found = solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
+    weigh(w, h)
+    w.J.kept[0] = 0
+    return found and solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
+
+
+@_jit
+def drop(w: Walk, st: State, c: int) -> None:
+    """Take a contact out."""
+    m = w.count[0] - 1
+    for a in range(c, m):
+        copy(w.con[a + 1], w.con[a])
+        copy(st.F[a + 1], st.F[a])
+        copy(st.s[a + 1], st.s[a])
+        copy(w.past.F[a + 1], w.past.F[a])
+        copy(w.W.told[a + 1], w.W.told[a])
+    w.count[0], w.J.kept[0] = m, 0
+
+
+@_jit
+def add_contact(w: Walk, st: State, row: Array) -> bool:
+    """Take a vertex in as a contact without a force; False where there is no room."""
+    m = w.count[0]
+    if m == len(w.con):
+        return False
+    for a in range(FIRST, STUCK):
+        w.con[m, a] = int(row[a])
+    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
+    for a in range(3):
+        st.F[m, a] = w.past.F[m, a] = 0.0
+        st.s[m, a] = row[AT + a]
+    w.count[0], w.J.kept[0] = m + 1, 0
+    return True
+
+
+@_jit
+def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: float, b: float, d: float) -> None:
+    """Make a contact one of other features at the same place; its force stays."""
+    w.con[c, KIND], w.con[c, ONE], w.con[c, OTHER] = kind, one, other
+    st.s[c, 0], st.s[c, 1], st.s[c, 2] = a, b, d
+    w.J.kept[0] = 0
+
+
+@_jit
+def roll(w: Walk, st: State, c: int, edge: int) -> None:
+    """Let the edge that dips beside a contact lie along the face there (+ 4: an edge of the other scale)."""
+    S, row = w.S, w.con[c]
+    x1, y1, x2, y2 = spots(S, row, st.s[c])
+    if edge < 4:
+        exchange(w, st, c, EF, edge, edge, x2, y2, x1 if lengthwise(edge) else y1)
+    else:
+        exchange(w, st, c, FE, edge - 4, edge - 4, x1, y1, x2 if lengthwise(edge - 4) else y2)
+
+
+@_jit
+def leave(w: Walk, st: State, c: int, which: int) -> bool:
+    """Hand an edge along a face over to its corner, or to the face's edge; False where that is not continuous."""
+    row, s = w.con[c], st.s[c]
+    kind = row[KIND]
+    if kind < EF:
+        return False
+    own = row[ONE] if kind == EF else row[OTHER]
+    if which >= 4:
+        v = corner_at(own, which == 5)
+        if kind == EF:
+            exchange(w, st, c, VF, v, 0, s[0], s[1], 0.0)
+        else:
+            exchange(w, st, c, FV, 0, v, s[0], s[1], 0.0)
+        return True
+    edge = 3 if which == 0 else (0 if which == 1 else (1 if which == 2 else 2))
+    at = s[1] if which < 2 else s[0]
+    if kind == EF:
+        exchange(w, st, c, EE, own, edge, s[2], at, 0.0)
+    else:
+        exchange(w, st, c, EE, edge, own, at, s[2], 0.0)
+    return True
+
+
+@_jit
+def succeed(w: Walk, st: State, c: int) -> bool:
+    """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
+    S, row = w.S, w.con[c]
+    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
+    x1, y1, x2, y2 = spots(S, row, st.s[c])
+    F = vector(st.F[c], 0)
+    drop(w, st, c)
+    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
+    best, least, k = -1, 0.1, w.W.vertex
+    for a in range(n):
+        # what it is gets into k
+        if known(S, st, w.con, w.count[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
+            continue
+        X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
+        far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
+        if far < least:
+            best, least = a, far
+    if best < 0 or not add_contact(w, st, w.found[best]):
+        return False
+    put(F, st.F[w.count[0] - 1], 0)
+    return True
+
+
+@_jit
+def give(w: Walk, st: State, what: int, c: int) -> None:
+    """Take out a contact that violates a condition, or let another one take its place."""
+    if what == PULL:
+        drop(w, st, c)
+    elif what == SLOPE:
+        roll(w, st, c, dips(w, st, c)[1])
+    elif what == FLIP:
+        w.con[c, STUCK] = 1 - w.con[c, STUCK]
+        w.J.kept[0] = 0
+    elif not leave(w, st, c, beyond(w.S, st, w.con[c], c)[1]):
+        succeed(w, st, c)
+
+
+@_jit
+def missed(w: Walk, st: State, what: int, c: int) -> bool:
+    """Say whether a contact violates a condition at a state that was just solved for."""
+    if what == PULL:
+        return w.W.told[c, N_].real < -MISSED_PULL / 2
+    if what == FLIP:
+        margin = w.W.told[c, MARGIN].real
+        return (-margin if w.con[c, STUCK] > 0 else margin) < -MISSED_CONE / 2
+    if what == SLOPE:
+        return dips(w, st, c)[0].real < -MISSED_SLOPE / 2
+    return beyond(w.S, st, w.con[c], c)[0].real < -MISSED_PLACE / 2
+
+
+@_jit
+def regroup(w: Walk, h: float) -> int:
+    """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
+    ends = 0
+    for _ in range(_CHANGES * len(w.S.shapes)):
+        copied(w.new, w.trial)
+        if not solved(w, h, True):
+            copied(w.trial, w.new)
+            ends += 1
+            if ends > 3 or not unfold(w, w.new):
+                return NO_EQUILIBRIUM
+            continue
+        what, c, v = violated(w, w.new, True)
+        if what < 0:
+            return 0
+        if what != MEET:
+            scale = w.con[c, FIRST]
+            give(w, w.new, what, c)
+            for o in range(w.count[0] - 1, -1, -1):
+                if len(w.S.shapes) > 1 and w.con[o, FIRST] != scale and missed(w, w.new, what, o):
+                    give(w, w.new, what, o)
+        else:
+            if sideways(w, v):
+                return SIDE_ENTRY
+            if not add_contact(w, w.new, w.best):
+                return MANY
+    return NO_EQUILIBRIUM
+
+
+@_jit
+def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
+    """Change the contacts at an event, at the last state; False where the path does not go on continuously."""
+    t = w.tally
+    remark(w, what, c)
+    if what == PULL:
+        tell(w, events, OPEN, c, 0.0)
+        drop(w, w.now, c)
+    elif what == FLIP:
+        w.con[c, STUCK] = 1 - w.con[c, STUCK]
+        w.J.kept[0] = 0
+        tell(w, events, STICK if w.con[c, STUCK] > 0 else SLIDE, c, 0.0)
+        if w.con[c, STUCK] == 0:
+            t[T_ONSET] = t[T_LOAD]
+    elif what == SLOPE:
+        roll(w, w.now, c, dips(w, w.now, c)[1])
+        tell(w, events, CHANGE, c, 0.0)
+    elif what == OFF:
+        if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]):
+            return False
+        tell(w, events, CHANGE, c, 0.0)
+    else:
+        if not add_contact(w, w.now, w.best):
+            return False
+        tell(w, events, ENGAGE, w.count[0] - 1, 0.0)
+    t[T_SINCE] = t[T_WAY]
+    return True

@@ -1,0 +1,206 @@
+"""What a state of given contacts must hold, and what it violates; compiled."""
+
+from __future__ import annotations
+
+import math
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.detection import GAP, VERTEX, deepest, vertices
+from squama.contacts.geometry import back
+from squama.contacts.increments import Walk
+from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
+from squama.contacts.system import (
+    APART,
+    BETA,
+    EE,
+    EF,
+    ELASTIC,
+    ENDED,
+    ETA,
+    FIRST,
+    KIND,
+    LIES,
+    MU,
+    ONE,
+    OTHER,
+    STUCK,
+    VF,
+    H,
+    State,
+    System,
+    copy,
+    high,
+    lengthwise,
+    low,
+    partner,
+)
+from squama.contacts.vectors import dot
+from squama.types import Array
+
+PULL, OFF, SLOPE, FLIP, MEET = range(5)
+"""What an increment violates."""
+MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-12, 1e-11, 1e-9
+"""Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
+
+
+@_jit
+def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
+    """Return how far inside its edges or face a contact is (below 0: outside), and where it would leave: 0 to 5.
+
+    By twos the ends of its first place, of its second one, and of an edge that lies along a face.
+    """
+    kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
+    least, which = 1e9 + 0.0 * s[0], 0
+    if kind == LIES:
+        return least, which
+    if kind == EE:
+        l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
+    else:
+        face = j if kind == VF or kind == EF else i
+        l0, h0, l1, h1 = 0.0 * S.shapes[face, ETA], S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
+    for a, v in enumerate((s[0] - l0, h0 - s[0], s[1] - l1, h1 - s[1])):
+        if v.real < least.real:
+            least, which = v, a
+    if kind >= EF:
+        own, e = (i, c[ONE]) if kind == EF else (j, c[OTHER])
+        for a, v in enumerate((s[2] - low(S, own, e), high(S, own, e) - s[2])):
+            if v.real < least.real:
+                least, which = v, 4 + a
+    return least, which
+
+
+@_jit
+def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
+    """Return the least slope of the gap inwards along the edges of a contact, and the edge (+ 4: of the other scale).
+
+    Below 0 the edge lies deeper beside the contact than there; only of bent plates.
+    """
+    S, c = w.S, w.con[k]
+    i, j, kind = c[FIRST], partner(S, c), c[KIND]
+    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
+        return 1e9 + 0.0 * st.s[k, 0], -1
+    g = meet(S, st, c, st.s[k], w.W)
+    n1 = (
+        g.tx1[1] * g.ty1[2] - g.tx1[2] * g.ty1[1],
+        g.tx1[2] * g.ty1[0] - g.tx1[0] * g.ty1[2],
+        g.tx1[0] * g.ty1[1] - g.tx1[1] * g.ty1[0],
+    )
+    n2 = (
+        g.tx2[1] * g.ty2[2] - g.tx2[2] * g.ty2[1],
+        g.tx2[2] * g.ty2[0] - g.tx2[0] * g.ty2[2],
+        g.tx2[0] * g.ty2[1] - g.tx2[1] * g.ty2[0],
+    )
+    P, E1, E2 = w.W.pairs[i, c[APART] - 1], w.W.E[i], w.W.E[j]
+    if kind == EE:
+        t1, t2 = along_edges(c, g)
+        inner = back(E2, back(P, t1))
+        v = inner[1] if lengthwise(c[OTHER]) else inner[0]
+        first = dot(t1, n2) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
+        inner = back(E1, t2)
+        v = inner[1] if lengthwise(c[ONE]) else inner[0]
+        second = -dot(t2, n1) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
+        return (first, c[ONE]) if first.real <= second.real else (second, 4 + c[OTHER])
+    v = c[ONE] if kind == VF else c[OTHER]
+    sy, sx = (1.0 if v % 2 == 0 else -1.0), (-1.0 if v < 2 else 1.0)
+    if kind == VF:
+        a, b = sy * dot(g.ty1, n2), sx * dot(g.tx1, n2)
+    else:
+        a, b = -sy * dot(g.ty2, n1), -sx * dot(g.tx2, n1)
+    end, side = (0 if v < 2 else 3), (1 if v % 2 == 0 else 2)
+    o = 0 if kind == VF else 4
+    return (a, o + end) if a.real <= b.real else (b, o + side)
+
+
+@_jit
+def condition(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of a contact's condition at a state that was just solved for; below 0 it is violated."""
+    if what == PULL:
+        return w.W.told[c, N_]
+    if what == OFF:
+        return beyond(w.S, st, w.con[c], c)[0]
+    if what == SLOPE:
+        return dips(w, st, c)[0]
+    margin: float = w.W.told[c, MARGIN]
+    return -margin if w.con[c, STUCK] > 0 else margin
+
+
+@_jit
+def value(w: Walk, st: State, what: int, c: int) -> float:
+    """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
+    if what != MEET:
+        return condition(w, st, what, c)
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W)
+    # a vertex of the overlap, if it is there
+    n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
+    for a in range(n):
+        if w.found[a, KIND] == w.best[KIND] and w.found[a, ONE] == w.best[ONE] and w.found[a, OTHER] == w.best[OTHER]:
+            gap: float = w.found[a, GAP]
+            return gap
+    return math.nan
+
+
+@_jit
+def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
+    """Return what the state just solved for violates most, of which contact, and by how much; -1 where nothing is.
+
+    New contacts are looked for between all scales, or, not ``every``, where that found them before.
+    """
+    m, mu = w.count[0], w.S.shapes[0, MU]
+    what, which, worst = -1, -1, 0.0
+    for c in range(m):
+        v = w.W.told[c, N_]
+        if v < -MISSED_PULL and v < worst:
+            what, which, worst = PULL, c, v
+    if what >= 0:
+        return what, which, worst
+    for c in range(m):
+        v, _ = beyond(w.S, st, w.con[c], c)
+        if v < -MISSED_PLACE and v < worst:
+            what, which, worst = OFF, c, v
+        v, _ = dips(w, st, c)
+        if v < -MISSED_SLOPE and v < worst:
+            what, which, worst = SLOPE, c, v
+        if mu > 0.0:
+            margin = w.W.told[c, MARGIN]
+            v = -margin if w.con[c, STUCK] > 0 else margin
+            if v < -MISSED_CONE and v < worst:
+                what, which, worst = FLIP, c, v
+    if what >= 0:
+        return what, which, worst
+    a = deepest(w.S, st, w.con, m, w.W, -MISSED_GAP, w.near, every, w.found)
+    if a >= 0:
+        copy(w.found[a], w.best)
+        return MEET, -1, w.found[a, GAP]
+    return lain(w)
+
+
+@_jit
+def lain(w: Walk) -> tuple[int, int, float]:
+    """Return as :func:`violated` a scale that would be turned into the substrate, the farthest of them."""
+    worst, which = -MISSED_GAP, -1
+    for i in range(len(w.S.rests)):
+        theta = inclination(w.S, i, w.W)
+        if theta < worst and not lying(w, i):
+            worst, which = theta, i
+    if which < 0:
+        return -1, -1, 0.0
+    for a in range(VERTEX):
+        w.best[a] = 0.0
+    w.best[FIRST], w.best[KIND], w.best[GAP] = which, LIES, worst
+    return MEET, -1, worst
+
+
+@_jit
+def lying(w: Walk, i: int) -> bool:
+    """Say whether a scale lies on the substrate."""
+    for c in range(w.count[0]):
+        if w.con[c, KIND] == LIES and w.con[c, FIRST] == i:
+            return True
+    return False
+
+
+@_jit
+def sideways(w: Walk, gap: float) -> bool:
+    """Say whether a vertex that was just found is as deep as only one that came in from the side."""
+    return w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3

@@ -1,0 +1,415 @@
+"""The equations' derivatives by the unknowns, written down; compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.geometry import back, bow, normal, powers, turn, vector
+from squama.contacts.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
+from squama.contacts.meeting import Work, along_edges, before, clear, frame, lever, meet
+from squama.contacts.system import (
+    APART,
+    EE,
+    EF,
+    ELASTIC,
+    FE,
+    FIRST,
+    KIND,
+    LIES,
+    MOTIONS,
+    MU,
+    ONE,
+    OTHER,
+    POWERS,
+    STIFF,
+    STRAINS,
+    STUCK,
+    VF,
+    Past,
+    State,
+    System,
+    lengthwise,
+    partner,
+    places_of,
+    spots,
+    strain_columns,
+    unknown,
+)
+from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
+from squama.types import Array
+
+_INPUTS, _OUTPUTS = 28, 22
+_I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
+"""Local variables of a contact: motions of both scales, strains, places, lifts and slopes of both plates, force."""
+
+
+@_jit
+def lie_rates(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear) -> None:
+    """Write the derivatives of :func:`lie`."""
+    Q, w = st.F[c, 0], vector(st.q[i], 3)
+    e, (rate, up, square) = turned(w), lever(S, st, i, W)
+    by_w = by_vector(e, rate)
+    for z in range(3):
+        by_turn = cross(spin(e, axis(z, 0.0)), up)
+        grown = 2 * (up[0] * by_turn[0] + up[2] * by_turn[2])
+        change = add(cross(by_turn, (-up[2], 0.0, up[0])), 1.0, cross(up, (-by_turn[2], 0.0, by_turn[0])))
+        change = scaled(Q / square, add(change, -grown, rate))
+        change = add(map_rate(w, scaled(Q, rate), axis(z, 0.0)), 1.0, by_vector(e, change))
+        enter(J, o, turns + z, by_w[z])
+        enter(J, turns + z, o, -by_w[z])
+        for a in range(3):
+            enter(J, turns + a, turns + z, -change[a])
+
+
+@_jit
+def axis(a: int, like: float) -> Vector:
+    """Return a unit vector of the kind of a number."""
+    one, none = 1.0 + 0.0 * like, 0.0 * like
+    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
+
+
+@_jit
+def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:
+    """Write the derivatives (22, 28) of what a contact brings to the equations, by its local variables.
+
+    Rows: D, friction (2), tangency, force and moment on both scales, F . dp2/de; the moments without the rate of the
+    rotation vector's own map. Terms of the order of an increment are left out: they cost Newton's method nothing.
+    """
+    L, s, g = W.local, st.s[c], meet(S, st, row, st.s[c], W)
+    i, j, kind = row[FIRST], partner(S, row), row[KIND]
+    P, F, mu, k = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], S.shapes[i, STIFF]
+    x1, y1, x2, y2 = spots(S, row, s)
+    xx1 = xy1 = yy1 = xx2 = xy2 = yy2 = 0.0
+    if S.shapes[i, ELASTIC] > 0:
+        xx1, xy1, yy1 = bow(S, i, st.b[i], x1, y1)
+    if S.shapes[j, ELASTIC] > 0:
+        xx2, xy2, yy2 = bow(S, j, st.b[j], x2, y2)
+    N = dot(F, g.n)
+    f = add(F, -N, g.n)
+    A, B = frame(row, g)
+    rubs = mu > 0.0 and past.weights[0] != 0.0
+    most, reach, y, hat = 0.0, 1.0, f, f
+    a1 = b1 = c1 = d1 = (0.0, 0.0, 0.0)
+    if rubs:
+        v, a1, b1, c1, d1 = before(S, row, s, past, 0)
+        if row[STUCK] > 0:
+            a1, b1, c1, d1 = scaled(-1.0, a1), scaled(-1.0, b1), scaled(-1.0, c1), scaled(-1.0, d1)
+        else:
+            w1, w2 = past.weights[1], past.weights[2]
+            v, a1, b1, c1, d1 = scaled(w1, v), scaled(w1, a1), scaled(w1, b1), scaled(w1, c1), scaled(w1, d1)
+            if w2 != 0.0:
+                v2, a2, b2, c2, d2 = before(S, row, s, past, 1)
+                v, a1, b1 = add(v, w2, v2), add(a1, w2, a2), add(b1, w2, b2)
+                c1, d1 = add(c1, w2, c2), add(d1, w2, d2)
+            v = add(v, -dot(v, g.n), g.n)
+            y = add(f, -k, v)
+            reach, most = max(np.sqrt(dot(y, y)), 1e-300), mu * max(N, 0.0)
+            hat = scaled(1 / reach, y)
+    k1, k2, k3, k4 = unknown(kind, row[ONE], row[OTHER])
+    t1, t2 = along_edges(row, g)
+    none = (0.0, 0.0, 0.0)
+    sign = 1.0
+    if kind == EE and dot(cross(t2, t1), g.n) < 0.0:
+        sign = -1.0
+    for v_ in range(_INPUTS):
+        dr1, dp2, darm1, darm2 = none, none, none, none
+        dtx1, dty1, dtx2, dty2, dF, dFj = none, none, none, none, none, none
+        dv = none
+        if v_ < 3:
+            dr1 = axis(v_, 0.0)
+        elif v_ < _J:
+            o = axis(v_ - 3, 0.0)
+            dr1 = cross(o, g.arm1)
+            darm1, dtx1, dty1 = dr1, cross(o, g.tx1), cross(o, g.ty1)
+        elif v_ < _J + 3:
+            dp2 = turn(P, axis(v_ - _J, 0.0))
+        elif v_ < _E:
+            o = turn(P, axis(v_ - _J - 3, 0.0))
+            dp2 = cross(o, g.arm2)
+            darm2, dtx2, dty2 = dp2, cross(o, g.tx2), cross(o, g.ty2)
+        elif v_ < _S:
+            e = v_ - _E
+            o = vector(P, 12 + 6 * e)
+            dp2 = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
+            dtx2, dty2, dFj = cross(o, g.tx2), cross(o, g.ty2), cross(F, o)
+        elif v_ < _W:
+            p = v_ - _S
+            dx1, dy1 = 1.0 if k1 == p else 0.0, 1.0 if k2 == p else 0.0
+            dx2, dy2 = 1.0 if k3 == p else 0.0, 1.0 if k4 == p else 0.0
+            darm1 = add(scaled(dx1, g.tx1), dy1, g.ty1)
+            darm2 = add(scaled(dx2, g.tx2), dy2, g.ty2)
+            dr1, dp2 = darm1, darm2
+            dtx1, dty1 = scaled(xx1 * dx1 + xy1 * dy1, g.up1), scaled(xy1 * dx1 + yy1 * dy1, g.up1)
+            dtx2, dty2 = scaled(xx2 * dx2 + xy2 * dy2, g.up2), scaled(xy2 * dx2 + yy2 * dy2, g.up2)
+            if rubs:
+                dv = add(add(add(scaled(dx1, a1), dy1, b1), dx2, c1), dy2, d1)
+        elif v_ == _W:
+            dr1, darm1 = g.up1, g.up1
+        elif v_ == _W + 1:
+            dtx1 = g.up1
+        elif v_ == _W + 2:
+            dty1 = g.up1
+        elif v_ == _W + 3:
+            dp2, darm2 = g.up2, g.up2
+        elif v_ == _W + 4:
+            dtx2 = g.up2
+        elif v_ == _W + 5:
+            dty2 = g.up2
+        else:
+            dF = axis(v_ - _F, 0.0)
+        dt1, dt2 = (dtx1 if lengthwise(row[ONE]) else dty1), (dtx2 if lengthwise(row[OTHER]) else dty2)
+        if kind == EE:
+            dm = scaled(sign, add(cross(dt2, t1), 1.0, cross(t2, dt1)))
+        elif kind == VF or kind == EF:
+            dm = add(cross(dtx2, g.ty2), 1.0, cross(g.tx2, dty2))
+        else:
+            dm = add(cross(dtx1, g.ty1), 1.0, cross(g.tx1, dty1))
+        dn = scaled(1 / g.length, add(dm, -dot(g.n, dm), g.n))
+        dN = dot(dF, g.n) + dot(F, dn)
+        df = add(add(dF, -dN, g.n), -N, dn)
+        L[0, v_], L[1, v_], L[2, v_] = add(dr1, -1.0, dp2)
+        if rubs and row[STUCK] > 0:
+            dg = scaled(k, add(dv, S.grip, df))
+        elif rubs:
+            dy = add(df, -k, dv)
+            rest = add(dy, -dot(hat, dy), hat)
+            dg = add(add(df, -mu * dN if N > 0.0 else 0.0, hat), -most / reach, rest)
+        else:
+            dg = df
+        L[3, v_], L[4, v_] = dot(dg, A), dot(dg, B)
+        L[5, v_] = 0.0
+        if kind == EF:
+            L[5, v_] = dot(dt1, g.n) + dot(t1, dn)
+        elif kind == FE:
+            L[5, v_] = dot(dt2, g.n) + dot(t2, dn)
+        L[6, v_], L[7, v_], L[8, v_] = dF
+        L[9, v_], L[10, v_], L[11, v_] = add(cross(darm1, F), 1.0, cross(g.arm1, dF))
+        dFj = add(dFj, 1.0, dF)
+        L[12, v_], L[13, v_], L[14, v_] = back(P, dFj)
+        L[15, v_], L[16, v_], L[17, v_] = back(P, add(cross(darm2, F), 1.0, cross(g.arm2, dFj)))
+        for e in range(STRAINS):
+            o = vector(P, 12 + 6 * e)
+            rate = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
+            change = dot(F, cross(o, dp2))
+            if _E <= v_ < _S:
+                # the screw's own second rates, as if turns about two axes could be exchanged
+                other = vector(P, 12 + 6 * (v_ - _E))
+                change = (change + dot(F, cross(other, rate))) / 2
+            L[18 + e, v_] = dot(dF, rate) + change
+
+
+@_jit
+def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
+    """Return how the gradient by a rotation vector, of the work of a moment m, changes as the vector does by d."""
+    e = turned(w)
+    g, s = dot(w, w), 2 * dot(w, d)
+    if g < 0.05:
+        da = -1 / 6 * (1 - g / 10 * (1 - g / 28 * (1 - g / 54)))
+    else:
+        da = (np.cos(np.sqrt(g)) - e.a) / (2 * g)
+    db, dc = (-1 / 24, -1 / 120) if g < 1e-4 else ((e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g))
+    out = add(add(scaled(da * s, m), -db * s, cross(w, m)), -e.b, cross(d, m))
+    out = add(add(out, dc * s * dot(w, m), w), e.c * dot(d, m), w)
+    return add(out, e.c * dot(w, m), d)
+
+
+@_jit
+def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) -> bool:
+    """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
+    any_ = False
+    for i in range(len(S.shapes)):
+        W.first[i] = -1
+    for c in range(m):
+        row = con[c]
+        if row[KIND] == LIES:
+            continue
+        i, j = row[FIRST], partner(S, row)
+        x1, y1, x2, y2 = spots(S, row, st.s[c])
+        F = vector(st.F[c], 0)
+        for side in range(2):
+            a, x, y, o = (i, x1, y1, 2 * c) if side == 0 else (j, x2, y2, 2 * c + 1)
+            if not S.shapes[a, ELASTIC] > 0:
+                continue
+            any_ = True
+            W.next[o], W.first[a] = W.first[a], o
+            powers(S, a, x, y, W.powers[o])
+            for l in range(3):
+                out = W.bent[o, l]
+                clear(out)
+                for p in range(POWERS):
+                    v = W.powers[o, l, p]
+                    for b in range(POWERS):
+                        out[b] += S.plates[a, p, b] * v
+            up = normal(W.E[a])
+            W.side[o] = dot(F, up) if side == 0 else -dot(F, turn(W.pairs[i, row[APART] - 1], up))
+    return any_
+
+
+@_jit
+def lifted(
+    S: System, st: State, con: Array, at: Array, n: int, c: int, side: int, W: Work, begin: int, end: int
+) -> None:  # fmt: skip
+    """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
+
+    They are by unknowns from ``begin`` to before ``end``, and by free strains.
+    """
+    N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
+    columns = strain_columns(S, n)
+    for l in range(3):
+        for b in range(begin, end):
+            own[l, b] = 0.0
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                own[l, columns[e]] = 0.0
+    a = con[c, FIRST] if side == 0 else partner(S, con[c])
+    if not S.shapes[a, ELASTIC] > 0:
+        return
+    up0 = normal(W.E[a])
+    turning = turned(vector(st.q[a], 3))
+    q = W.first[a]
+    while q >= 0:
+        d, other = q // 2, q % 2
+        row, first = con[d], at[N + d]
+        P, F = W.pairs[row[FIRST], row[APART] - 1], vector(st.F[d], 0)
+        places = unknown(row[KIND], row[ONE], row[OTHER])
+        up = up0 if other == 0 else scaled(-1.0, turn(P, up0))
+        # the load is F . up, so that a turn o changes it by o . (up x F)
+        moment = cross(up, F)
+        by_w = by_vector(turning, moment if other == 0 else back(P, moment))
+        ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
+        for l in range(3):
+            v = vx = vy = 0.0
+            for p in range(POWERS):
+                v += W.powers[o, l, p] * W.bent[q, 0, p]
+                vx += W.powers[o, l, p] * W.bent[q, 1, p]
+                vy += W.powers[o, l, p] * W.bent[q, 2, p]
+            for b in range(3):
+                own[l, first + b] += v * up[b]
+                own[l, at[a] + 3 + b] += v * by_w[b]
+            if other == 1:
+                for e in range(STRAINS):
+                    if columns[e] >= 0:
+                        own[l, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
+            if ix >= 0:
+                own[l, first + 3 + ix] += vx * W.side[q]
+            if iy >= 0:
+                own[l, first + 3 + iy] += vy * W.side[q]
+        q = W.next[q]
+
+
+@_jit
+def around(S: System, at: Array, all_: int, a: int) -> tuple[int, int]:
+    """Return from which unknown to before which one those are of which a plate's deflection may depend."""
+    N = len(S.shapes)
+    if S.periodic:
+        return 0, all_
+    return at[max(0, a - S.reach)], at[a + 1] if a + 1 < N else all_
+
+
+@_jit
+def spread(
+    J: Linear, strained: tuple[int, int, int, int], L: Array, column: Array, rows: Array, lifts: Array, from1: int,
+    to1: int, from2: int, to2: int,
+) -> None:  # fmt: skip
+    """Add a contact's local derivatives to a Jacobian: ``column``, ``rows`` say of which unknowns and equations.
+
+    -1 stands for none, -2 for a lift or slope of a plate, which depends on unknowns from ``from1`` (``from2``: of the
+    second plate) to before ``to1``, and on free strains.
+    """
+    band, inner, stride, base = J.band, J.kept[INNER], J.kept[STRIDE], J.kept[BASE]
+    for z in range(_OUTPUTS):
+        to = rows[z]
+        if to < 0:
+            continue
+        sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
+        for v in range(_INPUTS):
+            x, b = sign * L[z, v], column[v]
+            if x == 0.0 or b == -1:
+                continue
+            if b >= 0:
+                if b < inner and to < inner:
+                    band[o + b] += x
+                else:
+                    enter(J, to, b, x)
+                continue
+            own = lifts[v - _W]
+            begin, end = (from1, to1) if v < _W + 3 else (from2, to2)
+            if to < inner:
+                for a in range(begin, end):
+                    band[o + a] += x * own[a]
+            else:
+                for a in range(begin, end):
+                    J.lower[to - inner, a] += x * own[a]
+            for e in range(STRAINS):
+                if strained[e] >= 0:
+                    enter(J, to, strained[e], x * own[strained[e]])
+
+
+@_jit
+def jacobian(S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear) -> None:
+    """Write the derivatives of the residual by the unknowns at a state to which W was brought."""
+    N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
+    emptied(J, n)
+    columns = strain_columns(S, n)
+    for i in range(N):
+        for a in range(MOTIONS):
+            for b in range(MOTIONS):
+                enter(J, at[i] + a, at[i] + b, S.K[i, a, b])
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                for a in range(MOTIONS):
+                    enter(J, at[i] + a, columns[e], S.K[i, a, MOTIONS + e])
+                    enter(J, columns[e], at[i] + a, S.K[i, a, MOTIONS + e])
+                for o in range(STRAINS):
+                    if columns[o] >= 0:
+                        enter(J, columns[e], columns[o], S.K[i, MOTIONS + e, MOTIONS + o])
+    bent = lifts(S, st, con, m, at, n, W) if m > 0 else False
+    column, rows = W.columns[0], W.columns[1]
+    for c in range(m):
+        row, o = con[c], at[N + c]
+        i, j, k = row[FIRST], partner(S, row), places_of(row[KIND])
+        if row[KIND] == LIES:
+            lie_rates(S, st, i, c, o, at[i] + 3, W, J)
+            continue
+        locally(S, st, past, c, row, W)
+        from1, to1 = around(S, at, inner, i)
+        from2, to2 = around(S, at, inner, j)
+        if bent:
+            lifted(S, st, con, at, n, c, 0, W, from1, to1)
+            lifted(S, st, con, at, n, c, 1, W, from2, to2)
+        # from turns of the scales to their rotation vectors: columns, then the rows of the moments
+        P, F, g = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), meet(S, st, row, st.s[c], W)
+        for side in range(2):
+            a = i if side == 0 else j
+            w, first, moments = vector(st.q[a], 3), 3 + 6 * side, 9 + 6 * side
+            turning = turned(w)
+            for z in range(_OUTPUTS):
+                v = by_vector(turning, (L[z, first], L[z, first + 1], L[z, first + 2]))
+                L[z, first], L[z, first + 1], L[z, first + 2] = v
+            for z in range(_INPUTS):
+                v = by_vector(turning, (L[moments, z], L[moments + 1, z], L[moments + 2, z]))
+                L[moments, z], L[moments + 1, z], L[moments + 2, z] = v
+            moment = cross(g.arm1, F) if side == 0 else back(P, cross(g.arm2, F))
+            for z in range(3):
+                v = map_rate(w, moment, axis(z, 0.0))
+                for b in range(3):
+                    L[moments + b, first + z] += v[b]
+        for z in range(6):
+            column[z], column[_J + z] = at[i] + z, at[j] + z
+        for e_ in range(STRAINS):
+            column[_E + e_] = columns[e_]
+        for z in range(3):
+            column[_S + z] = o + 3 + z if z < k else -1
+            column[_F + z] = o + z
+        for z in range(6):
+            column[_W + z] = -2 if bent else -1
+            rows[z] = o + z if z < 3 + k else -1
+            rows[6 + z], rows[12 + z] = at[i] + z, at[j] + z
+        for e_ in range(STRAINS):
+            rows[18 + e_] = columns[e_]
+        spread(J, columns, L, column, rows, W.lifts, from1, to1, from2, to2)
+    for a in range(len(S.masked)):
+        if S.masked[a] > 0:
+            for i in range(N):
+                alone(J, at[i] + a)

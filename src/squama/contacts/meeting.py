@@ -1,0 +1,219 @@
+"""Where contacts are and how they move, with what bends the plates there; compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.contacts.geometry import attitudes, beside, lift, neighbours, normal, press, turn, vector
+from squama.contacts.system import (
+    APART,
+    EE,
+    EF,
+    ELASTIC,
+    FE,
+    FIRST,
+    FV,
+    KIND,
+    LIES,
+    ONE,
+    OTHER,
+    POWERS,
+    VF,
+    H,
+    Past,
+    State,
+    System,
+    lengthwise,
+    partner,
+    spots,
+)
+from squama.contacts.vectors import Vector, add, cross, dot, scaled
+from squama.types import Array
+
+N_, F_, V_, MARGIN, BEFORE = range(5)
+"""What is known of a contact (C, 5): N, friction, slip over the increment, |y| - mu N, the last force along the present
+friction."""
+
+
+class Work(NamedTuple):
+    """Room of a path: attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places
+    and what they do to their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
+    derivatives (22, 28), what is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,) and
+    the unknowns of a contact's variables and rows (2, 28); of each plate the last place at which it is pressed (N,), and
+    before each place another one of the same plate (2 C,), -1 for none.
+    """
+
+    E: Array
+    pairs: Array
+    load: Array
+    powers: Array
+    bent: Array
+    side: Array
+    lifts: Array
+    local: Array
+    told: Array
+    views: Array
+    corners: Array
+    vertex: Array
+    columns: Array
+    first: Array
+    next: Array
+
+
+class Meeting(NamedTuple):
+    """A contact: both places from the base midpoint (turned, the second one as the first scale sees it), the second
+    place itself, D, tangents along x and y of both plates, their normals, the common normal and its length before it
+    was made a unit vector.
+    """
+
+    arm1: Vector
+    arm2: Vector
+    p2: Vector
+    D: Vector
+    tx1: Vector
+    ty1: Vector
+    tx2: Vector
+    ty2: Vector
+    up1: Vector
+    up2: Vector
+    n: Vector
+    length: float
+
+
+@_jit
+def clear(a: Array) -> None:
+    """Write zeros into an array."""
+    x = a.flat
+    for i in range(a.size):
+        x[i] = 0.0
+
+
+@_jit
+def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
+    """Write the deflections of all plates by the forces on them."""
+    if m == 0:
+        clear(st.b)
+        return
+    N = len(S.shapes)
+    clear(W.load)
+    for c in range(m):
+        if con[c, KIND] == LIES:
+            continue
+        i, j = con[c, FIRST], partner(S, con[c])
+        x1, y1, x2, y2 = spots(S, con[c], st.s[c])
+        F = vector(st.F[c], 0)
+        if S.shapes[i, ELASTIC].real > 0:
+            press(S, i, x1, y1, dot(F, normal(W.E[i])), W.load[i])
+        if S.shapes[j, ELASTIC].real > 0:
+            press(S, j, x2, y2, -dot(F, turn(W.pairs[i, con[c, APART] - 1], normal(W.E[j]))), W.load[j])
+    for i in range(N):
+        b = st.b[i]
+        clear(b)
+        if S.shapes[i, ELASTIC].real > 0:
+            for p in range(POWERS):
+                load = W.load[i, p]
+                for o in range(POWERS):
+                    b[o] += S.plates[i, p, o] * load
+
+
+@_jit
+def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
+    """Return where a contact's places are, and their common normal."""
+    i, j = c[FIRST], partner(S, c)
+    P, E1, E2 = W.pairs[i, c[APART] - 1], W.E[i], W.E[j]
+    x1, y1, x2, y2 = spots(S, c, s)
+    w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
+    if S.shapes[i, ELASTIC].real > 0:
+        w1, wx1, wy1 = lift(S, i, st.b[i], x1, y1)
+    if S.shapes[j, ELASTIC].real > 0:
+        w2, wx2, wy2 = lift(S, j, st.b[j], x2, y2)
+    arm1 = turn(E1, (x1, y1, w1 - S.shapes[i, H] / 2))
+    arm = turn(E2, (x2, y2, w2 + S.shapes[j, H] / 2))
+    arm2, inner = turn(P, arm), (arm[0] + E2[9], arm[1] + E2[10], arm[2] + E2[11])
+    p2 = add(turn(P, inner), 1.0, vector(P, 9))
+    D = (arm1[0] + E1[9] - p2[0], arm1[1] + E1[10] - p2[1], arm1[2] + E1[11] - p2[2])
+    one, none = 1.0 + 0.0 * x1, 0.0 * x1
+    tx1, ty1, up1 = turn(E1, (one, none, wx1)), turn(E1, (none, one, wy1)), normal(E1)
+    tx2, ty2 = turn(P, turn(E2, (one, none, wx2))), turn(P, turn(E2, (none, one, wy2)))
+    up2 = turn(P, normal(E2))
+    kind = c[KIND]
+    if kind == EE:
+        t1 = tx1 if lengthwise(c[ONE]) else ty1
+        t2 = tx2 if lengthwise(c[OTHER]) else ty2
+        n = cross(t2, t1)
+        if dot(n, up2).real < 0.0:
+            n = scaled(-1.0, n)
+    elif kind == VF or kind == EF:
+        n = cross(tx2, ty2)
+    else:
+        n = cross(tx1, ty1)
+    length = np.sqrt(dot(n, n))
+    return Meeting(arm1, arm2, p2, D, tx1, ty1, tx2, ty2, up1, up2, scaled(1 / length, n), length)
+
+
+@_in
+def along_edges(c: Array, g: Meeting) -> tuple[Vector, Vector]:
+    """Return the tangents of the edges that a contact's features name, on both scales."""
+    return g.tx1 if lengthwise(c[ONE]) else g.ty1, g.tx2 if lengthwise(c[OTHER]) else g.ty2
+
+
+@_jit
+def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
+    """Return two directions along the plates at a contact, across each other."""
+    t1, t2 = along_edges(c, g)
+    kind = c[KIND]
+    a = t2 if kind == FE else (g.tx2 if kind == VF else (g.tx1 if kind == FV else t1))
+    a = add(a, -dot(a, g.n), g.n)
+    a = scaled(1 / np.sqrt(dot(a, a)), a)
+    return a, cross(g.n, a)
+
+
+@_jit
+def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+    """Return D of a contact's material places at a state before, and its rates with x1, y1, x2 and y2."""
+    i, j = c[FIRST], partner(S, c)
+    P, E1, E2 = past.pairs[which, i, c[APART] - 1], past.E[which, i], past.E[which, j]
+    x1, y1, x2, y2 = spots(S, c, s)
+    w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
+    if S.shapes[i, ELASTIC].real > 0:
+        w1, wx1, wy1 = lift(S, i, past.b[which, i], x1, y1)
+    if S.shapes[j, ELASTIC].real > 0:
+        w2, wx2, wy2 = lift(S, j, past.b[which, j], x2, y2)
+    r1 = beside(E1, x1, y1, w1 - S.shapes[i, H] / 2)
+    p2 = add(turn(P, beside(E2, x2, y2, w2 + S.shapes[j, H] / 2)), 1.0, vector(P, 9))
+    one, none = 1.0 + 0.0 * x1, 0.0 * x1
+    tx1, ty1 = turn(E1, (one, none, wx1)), turn(E1, (none, one, wy1))
+    tx2, ty2 = turn(P, turn(E2, (one, none, wx2))), turn(P, turn(E2, (none, one, wy2)))
+    return add(r1, -1.0, p2), tx1, ty1, scaled(-1.0, tx2), scaled(-1.0, ty2)
+
+
+@_jit
+def prepared(S: System, st: State, con: Array, m: int, moved: bool, W: Work) -> None:
+    """Bring attitudes, neighbours and deflections to a state; ``moved``: strains are not those of the last call."""
+    if moved:
+        neighbours(S, st.strains, W.pairs)
+    attitudes(st.q, W.E)
+    deflect(S, st, con, m, W)
+
+
+@_jit
+def inclination(S: System, i: int, W: Work) -> float:
+    """Return the angle of a scale's length over the bar's face."""
+    x, z = W.E[i, 0], W.E[i, 6]
+    angle = math.atan2(z.real, x.real)
+    c, s = math.cos(angle), math.sin(angle)
+    # 0 but for a complex step
+    return S.rests[i] + angle + (z * c - x * s) / (x * c + z * s)
+
+
+@_jit
+def lever(S: System, st: State, i: int, W: Work) -> tuple[Vector, Vector, float]:
+    """Return the rate of the inclination with a turn of the scale, and along n_X, which turns, what it is made of."""
+    up = (W.E[i, 0], W.E[i, 3], W.E[i, 6])
+    square = up[0] * up[0] + up[2] * up[2]
+    return scaled(1 / square, cross(up, (-up[2], 0.0, up[0]))), up, square
