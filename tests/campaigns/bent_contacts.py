@@ -16,6 +16,11 @@ from squama.contacts.legs import Bent, follow_legs
 from squama.fe.assembly import make_bent
 from squama.fe.geometry import Geometry
 from squama.model.outcome import End
+<<<<<<< HEAD
+=======
+from squama.contacts import path
+from squama.contacts.legs import Bent, follow_legs
+>>>>>>> main
 from squama.types import Array
 
 TRIALS, SIZE = 20, 10
@@ -51,8 +56,12 @@ def lost(found: Bent, corners: Array) -> float:
     U = sum(path.energies(found.way, found.rows).values())
     loads = np.concatenate([np.zeros((1, 2)), np.column_stack([found.M, found.T])])
     work = ((loads[1:] + loads[:-1]) / 2 * np.diff(x, axis=0)).sum()
+<<<<<<< HEAD
     gone = found.column("W_fr")[-1] + found.column("W_snap")[-1]
     return float(abs(work - U[-1] - gone) / np.nanmax(U))
+=======
+    return float(abs(work - U[-1] - rows[-1, 6]) / np.nanmax(U))
+>>>>>>> main
 
 
 def wrong(given: Given, corners: Array) -> tuple[str, list[str], float]:

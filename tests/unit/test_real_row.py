@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 import squama
 from squama.beam import matrixfile
 from squama.cli import main
+from squama.contacts import follow, path, row
+from squama.contacts.path import Path, Scale
 from squama.curves import real
 from squama.curves.own_scales import own_scales
 from squama.joints import law
 from squama.joints.factor import MIRROR
-from squama.real import chain_track, changes, path
-from squama.real.path import Path, Scale
 
 SHAPES = [
     # eta, beta, lam, alpha, theta0, share of the gap, zeta, width, nu, D over K_theta
@@ -38,6 +38,15 @@ def made(i, mu=0.0, **changes):
     D = bending / np.linalg.inv(K[:6, :6])[4, 4]
     given = {"h": thick, "D": D, **changes}
     return Path.of(Scale(eta, beta, lam, a, t, given["h"], given["D"], NU), K, mu, most=0.5)
+
+
+def named(t):
+    """States (points, n) of a row by column."""
+    return path.named(t.rows)
+
+
+def moved(rows):
+    return path.motions(rows.reshape(-1, rows.shape[-1]))[:, :6].reshape(*rows.shape[:-1], 6)
 
 
 def twists(way, times, n=40):
@@ -73,7 +82,7 @@ def bending_energy(eta, beta, D):
 
 def lagrangian(way, phi, unknown, change):
     """Return U - F . D of two scales; ``change`` (48, 24 a scale) from the unknowns of the plates to their powers."""
-    s, K = way.scale, way.table[:7, :7]
+    s, K = way.scale, way.beams.K[0]
     q, F, (p, r), b = unknown[:12].reshape(2, 6), unknown[12:15], unknown[15:17], unknown[17:]
     a, t = s.alpha, s.theta0
     x = np.array([-np.sin(a) * np.cos(t), np.sin(t), np.cos(a) * np.cos(t)])
@@ -113,27 +122,28 @@ def slope(f, x):
 def test_two_scales_without_friction_are_the_stationary_point_of_a_lagrangian(kind):
     way = made(0, **KINDS[kind])
     phi = 1.5 * way.contact.phi
-    found = chain_track.track(way, 2, np.array([phi]))
-    rows = found.rows[0]
+    found = row.track(way, 2, np.array([phi]))
+    rows, q, v = found.rows[0], moved(found.rows[0]), {name: column[0] for name, column in named(found).items()}
+    places = v["x"][0], v["y"][0]
     change, plates = np.eye(24), np.zeros(0)
     if way.scale.elastic:
         # unknowns in which the plates' energy is half their square
         L = np.linalg.cholesky(bending_energy(way.scale.eta, way.scale.beta, way.scale.D))
         change = np.linalg.inv(L).T
-        plates = np.linalg.solve(change, path.deflections(way, rows).T).T.ravel()
+        plates = np.linalg.solve(change, path.deflections(rows).T).T.ravel()
     a, t = way.scale.alpha, way.scale.theta0
     x = np.array([-np.sin(a) * np.cos(t), np.sin(t), np.cos(a) * np.cos(t)])
     y = np.array([np.cos(a), 0.0, np.sin(a)])
-    normal = np.stack([x, y, np.cross(x, y)]).T @ Rotation.from_rotvec(rows[0, 14:17]).as_matrix()[:, 2]
-    guess = np.concatenate([rows[:, 11:17].ravel(), rows[0, 2] * normal, [rows[0, 4], found.sides[0, 0]], plates])
+    normal = np.stack([x, y, np.cross(x, y)]).T @ Rotation.from_rotvec(q[0, 3:]).as_matrix()[:, 2]
+    guess = np.concatenate([q.ravel(), v["N"][0] * normal, places, plates])
     guess *= 1 + 1e-3 * np.cos(np.arange(guess.size))
     solved = root(lambda v: slope(lambda u: lagrangian(way, phi, u, change), v), guess, tol=1e-13).x
-    np.testing.assert_allclose(rows[:, 11:17].ravel(), solved[:12], rtol=0, atol=1e-7 * abs(solved[:12]).max())
-    assert rows[0, 2] == pytest.approx(np.linalg.norm(solved[12:15]), rel=1e-7)
-    assert (rows[0, 4], found.sides[0, 0]) == pytest.approx(solved[15:17], rel=1e-7)
+    np.testing.assert_allclose(q.ravel(), solved[:12], rtol=0, atol=1e-7 * abs(solved[:12]).max())
+    assert v["N"][0] == pytest.approx(np.linalg.norm(solved[12:15]), rel=1e-7)
+    assert places == pytest.approx(solved[15:17], rel=1e-7)
     h = 1e-30
     torque = lagrangian(way, phi + 1j * h, solved, change).imag / h
-    assert rows[:, 1].sum() == pytest.approx(torque, rel=1e-8)
+    assert v["torque"].sum() == pytest.approx(torque, rel=1e-8)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
@@ -141,26 +151,31 @@ def test_two_scales_without_friction_are_the_stationary_point_of_a_lagrangian(ki
 def test_the_middle_of_a_long_row_is_the_endless_beam(kind, mu):
     way = made(0, mu, **KINDS[kind])
     x = twists(way, 1.5)
-    one, (endless, _) = chain_track.track(way, 151, x), way.states(x)
-    middle = one.rows[-1, 75]
-    assert one.code == changes.RANGE
-    np.testing.assert_allclose(middle[1:5], endless[-1, 1:5], rtol=1e-4, atol=1e-12)
-    np.testing.assert_allclose(middle[5:8], endless[-1, 5:8], rtol=1e-4, atol=1e-9)
-    np.testing.assert_allclose(middle[11:17], endless[-1, 11:17], atol=1e-4 * abs(endless[-1, 11:17]).max())
+    one, (endless, _) = row.track(way, 151, x), way.states(x)
+    middle, far = {name: v[-1, 75] for name, v in named(one).items()}, path.named(endless[-1])
+    assert one.end.code == follow.RANGE
+    for name in ("N", "f", "x", "y"):
+        assert middle[name] == pytest.approx(far[name], rel=1e-4, abs=1e-12), name
+    q = moved(endless[-1:])[0]
+    np.testing.assert_allclose(moved(one.rows[-1])[75], q, atol=1e-4 * abs(q).max())
+    bent = path.deflections(endless[-1])
+    np.testing.assert_allclose(path.deflections(one.rows[-1])[75], bent, atol=1e-4 * abs(bent).max())
     # the ends take the same of every long row
-    short = chain_track.track(way, 76, x)
-    missing = [n * (1 - t.rows[-1, :, 1].mean() / endless[-1, 1]) for n, t in ((151, one), (76, short))]
+    short = row.track(way, 76, x)
+    torque = [named(t)["torque"][-1, 0] for t in (one, short)]
+    missing = [n * (1 - T / far["torque"]) for n, T in zip((151, 76), torque, strict=True)]
     assert missing[0] == pytest.approx(missing[1], rel=0.02)
+    assert (151 * torque[0] - 76 * torque[1]) / 75 == pytest.approx(far["torque"], rel=1e-4)
 
 
 @pytest.mark.parametrize("i", range(2))
 def test_virtual_work_without_friction(i):
     way, h = made(i), 1e-4
     x = 1.5 * way.contact.phi + h * np.arange(-3, 4)
-    t = chain_track.track(way, 5, x, 1e-3)
+    t = row.track(way, 5, x, 1e-3)
     U = stored(way, t.rows).sum(axis=1)
     assert (U[6] - 9 * U[5] + 45 * U[4] - 45 * U[2] + 9 * U[1] - U[0]) / (60 * h) == pytest.approx(
-        t.rows[3, :, 1].sum(), rel=1e-8
+        named(t)["torque"][3].sum(), rel=1e-8
     )
 
 
@@ -168,25 +183,27 @@ def test_virtual_work_without_friction(i):
 @pytest.mark.parametrize("i", range(2))
 def test_energy_is_balanced(i, kind):
     way = made(i, 0.6, **KINDS[kind])
-    t = chain_track.track(way, 9, twists(way, 1.8))
-    U, rubbed, work = (v.sum(axis=1) for v in (stored(way, t.rows), t.rows[:, :, 8], t.rows[:, :, 9]))
+    t = row.track(way, 9, twists(way, 1.8))
+    v = named(t)
+    U, rubbed, work = (a.sum(axis=1) for a in (stored(way, t.rows), v["W_fr"], v["W"]))
     np.testing.assert_allclose(work, U + rubbed, atol=2e-4 * np.nanmax(U))
     assert rubbed[np.isfinite(rubbed)][-1] > 1e-3 * np.nanmax(U)
     # friction along the slip, and less of it only where a contact sticks
-    N, f = t.rows[:, :-1, 2], t.rows[:, :-1, 3]
+    N, f = v["N"][:, :-1], v["f"][:, :-1]
     assert (f <= 0.6 * N * (1 + 1e-6) + 1e-12).all()
 
 
 def test_contacts_at_the_pressed_end_stick_and_the_last_scale_lies_down():
     way = made_of(RIGID)
-    t = chain_track.track(way, 12, twists(way, 5, 100))
-    N, f = t.rows[:, :-1, 2], t.rows[:, :-1, 3]
+    t = row.track(way, 12, twists(way, 5, 100))
+    v = named(t)
+    N, f, x = v["N"][:, :-1], v["f"][:, :-1], v["x"]
     sticks = f < way.mu * N * (1 - 1e-6)
     assert sticks[-1].any()
     assert not sticks[-1].all()
     # a contact that sticks stays at its place on the edge
     i = int(np.flatnonzero(sticks[-2] & sticks[-1])[-1])
-    assert abs(t.rows[-1, i, 4] - t.rows[-2, i, 4]) < 1e-3 * abs(t.rows[-1, 0, 4] - t.rows[-2, 0, 4])
+    assert abs(x[-1, i] - x[-2, i]) < 1e-3 * abs(x[-1, 0] - x[-2, 0])
     theta = np.array([path.inclinations(way, rows) for rows in t.rows])
     down = t.held[:, -1] > 0
     assert down.any()
@@ -206,20 +223,20 @@ def test_a_joint_that_gives_in_one_motion_only_is_a_row_of_hinges(mu):
     way = Path.of(Scale(3.0, 0.6, 0.4, math.radians(45), math.radians(15), 0.0), K, mu)
     assert way.contact.phi == pytest.approx(float(r.phi_e), rel=1e-3)
     x = r.phi.values[r.phi.values > way.contact.phi]
-    t = chain_track.track(way, 6, x)
+    t = row.track(way, 6, x)
     theta = np.array([path.inclinations(way, rows) for rows in t.rows])
     np.testing.assert_allclose(theta, r.theta.values[-x.size :], atol=1e-3 * np.ptp(r.theta.values))
     unit = 1e6 * beam.pitch**3
-    np.testing.assert_allclose(t.rows[:, :, 1].mean(axis=1) * unit, r["T"].values[-x.size :], rtol=1e-3)
+    np.testing.assert_allclose(named(t)["torque"][:, 0] * unit, r["T"].values[-x.size :], rtol=1e-3)
     np.testing.assert_allclose(t.held * unit, r.Q.values[-x.size :], atol=2e-3 * unit * 0.02)
-    assert chain_track.decay(way) == pytest.approx(float(r.decay), rel=1e-3)
+    assert row.decay(way) == pytest.approx(float(r.decay), rel=1e-3)
 
 
 def test_the_effect_of_an_end_decays_as_said():
     way = made(0, 0.0, **KINDS["thick, rigid"])
-    N = chain_track.track(way, 80, np.array([1.001 * way.contact.phi])).rows[0, :, 2]
+    N = named(row.track(way, 80, np.array([1.001 * way.contact.phi])))["N"][0]
     fall = (N[40] - N[1:8]) / (N[40] - N[:7])
-    np.testing.assert_allclose(fall, chain_track.decay(way), rtol=0.01)
+    np.testing.assert_allclose(fall, row.decay(way), rtol=0.01)
 
 
 def test_the_other_sense_is_the_mirror_image():
@@ -230,17 +247,22 @@ def test_the_other_sense_is_the_mirror_image():
         Path.of(own, K, 0.3, most=0.3),
         Path.of(own._replace(alpha=-own.alpha), K * np.outer(MIRROR, MIRROR), 0.3, sense=-1, most=0.3),
     )
-    rows = [chain_track.track(way, 4, twists(way, 1.5, 5)).rows for way in ways]
+    rows = [row.track(way, 4, twists(way, 1.5, 5)).rows for way in ways]
     np.testing.assert_allclose(rows[1], rows[0], rtol=1e-6, atol=1e-10)
 
 
-def test_farther_neighbours_make_rows_of_their_own():
-    """Scales that touch every second one: the odd ones and the even ones are two rows."""
-    way = made(0, 0.3, **KINDS["thick, rigid"])
-    farther = way._replace(contact=way.contact._replace(k=2))
-    row = chain_track.Row.of(farther, 5)
-    assert row.order.tolist() == [0, 2, 4, 1, 3]
-    assert row.joined.tolist() == [True, True, False, True, False]
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("kind", KINDS)
+def test_scales_that_repeat_for_ever_are_one_with_its_images(kind, mu):
+    """Five of them do what one does: what happens to all at once is one event."""
+    way = made(1, mu, **KINDS[kind])
+    x = np.append(twists(way, 2.0, 20), 0.3)
+    one, five = (row.track(way, n, x, endless=True) for n in (1, 5))
+    assert one.end == five.end
+    assert 5 * len(one.events) == len(five.events)
+    for name in ("torque", "N", "x", "y", "W", "W_fr"):
+        expected = np.broadcast_to(named(one)[name], (x.size, 5))
+        np.testing.assert_allclose(named(five)[name], expected, rtol=0, atol=1e-7 * abs(expected).max(), err_msg=name)
 
 
 # ---- the door --------------------------------------------------------------------------------------------------
@@ -286,11 +308,12 @@ def test_units_and_the_endless_beam_beside():
     free = r.phi < r.phi_e
     assert (r.N[free, :-1] == 0).all()
     way = made_of(RIGID)
-    t = chain_track.track(way, 8, r.phi.values[~free][1:])
+    t = row.track(way, 8, r.phi.values[~free][1:])
     d, E = RIGID.pitch, RIGID.substrate.youngs_modulus
-    np.testing.assert_allclose(r.N.values[-1, :-1], t.rows[-1, :-1, 2] * E * d**2, rtol=1e-6)
-    np.testing.assert_allclose(r.s.values[-1], t.sides[-1] * d, rtol=1e-6)
-    np.testing.assert_allclose(r.p.values[-1], t.rows[-1, :, 4] * d, rtol=1e-6)
+    v = {name: column[-1] for name, column in named(t).items()}
+    np.testing.assert_allclose(r.N.values[-1, :-1], v["N"][:-1] * E * d**2, rtol=1e-6)
+    np.testing.assert_allclose(r.s.values[-1], v["y"] * d, rtol=1e-6)
+    np.testing.assert_allclose(r.p.values[-1], v["x"] * d, rtol=1e-6)
 
 
 def made_of(beam):
@@ -308,10 +331,12 @@ def test_stress_and_deflection_are_those_of_the_endless_beam_in_the_middle():
 
 def test_where_a_row_ends():
     r = squama.row(PLA, scales=5, to="0.2 rad/pitch")
-    assert r.end == "other contact"
-    assert r.other_contact == "side edge of scale 5 on the face of scale 4 (k = 1)"
+    # another contact comes in, and the row goes on
+    assert r.end == "range end"
+    assert r.other_contact.item().startswith("side edge of scale 5 on the face of scale 4 (k = 1) at 0.08")
     assert int(r.scale_end) == 4
-    assert float(r.phi[-1]) == float(r.phi_end) < 0.1
+    assert float(r.phi[-1]) == float(r.phi_end) == pytest.approx(0.2)
+    np.testing.assert_allclose(np.trapezoid(r["T"], r.Phi), (r.U_el + r.W_fr)[-1], rtol=2e-3)
     asked = squama.row(PLA, scales=5, to="0.05 rad/pitch", points=5)
     assert (asked.end.item(), int(asked.scale_end)) == ("range end", 0)
     before = squama.row(PLA, scales=5, to="0.02 rad/pitch", points=5)
@@ -331,19 +356,17 @@ def test_where_a_row_ends():
     assert math.isnan(float(apart.decay))
 
 
-def test_a_contact_that_leaves_its_edge_ends_the_row():
-    """Contacts move along the side edge, the first one farthest: an edge that stops between them ends the row there."""
+def test_a_contact_that_leaves_its_edge_is_an_event_there():
+    """Contacts move along the tip edge, the first one farthest: where it comes to the corner the row jumps, or ends."""
     way = made(0, 0.0, **KINDS["thin, rigid"])
-    x = twists(way, 2.0, 100)
-    places = chain_track.track(way, 4, x).sides[:, :3]
-    i = int(np.argmax(abs(places[-1] - way.contact.y)))
-    stop = (way.contact.y + places[-1, i]) / 2
-    assert places[-1, i] > way.contact.y
-    shorter = way._replace(scale=way.scale._replace(eta=stop))
-    t = chain_track.track(shorter, 4, x)
-    assert (t.code, t.scale) == (changes.OFF_SECOND, i)
-    reached = np.flatnonzero(np.isfinite(t.sides[:, 0]))[-1]
-    assert t.sides[reached, i] == pytest.approx(stop, abs=1e-4)
+    way = Path.of(way.scale._replace(alpha=1.05, eta=2.8, beta=0.456), way.beams.K[0], 0.0)
+    t = row.track(way, 4, twists(way, 8, 200))
+    snaps = t.events[t.events[:, 0] == follow.SNAP, 1]
+    phi = snaps[0] if snaps.size else t.end.phi
+    assert way.contact.phi < phi < 8 * way.contact.phi
+    v = named(row.track(way, 4, np.array([phi * (1 - 1e-7)])))
+    assert v["x"][0, 0] == pytest.approx(way.scale.beta, abs=1e-5)
+    assert (v["x"][0, :3] < way.scale.beta).all()
 
 
 def test_the_command(tmp_path, capsys):

@@ -86,28 +86,31 @@ class Beams(NamedTuple):
 
 
 @making
-def system(b: Beams, i: int) -> System:
-    """Return one endless beam: a scale and its images."""
+def system(b: Beams, i: int, n: int, periodic: bool) -> System:
+    """Return one beam: n scales that repeat for ever, or a row of them, which may come to lie on the substrate."""
     s, K = b.shapes[i], b.K[i]
     eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
-    shapes, axes = np.zeros((1, 6), s.dtype), np.zeros((1, 3, 3), s.dtype)
-    bases, joint, plates = np.zeros((1, 3), s.dtype), np.zeros((1, 10, 10), s.dtype), np.zeros((1, 24, 24), s.dtype)
-    put((eta, beta, s[7]), shapes[0], 0)
-    shapes[0, MU], shapes[0, ELASTIC], shapes[0, STIFF] = s[8], 1.0 if b.elastic[i] else 0.0, SLIDING
-    put((-sa * ct, st, ca * ct), axes[0, 0], 0)
-    put((ca, 0.0 * ca, sa), axes[0, 1], 0)
-    put((st * sa, ct, -st * ca), axes[0, 2], 0)
-    bases[0, 1] = s[2]
-    for a in range(len(K)):
-        for c in range(len(K)):
-            joint[0, _place(a), _place(c)] = K[a, c]
-    if len(K) == 9:
-        joint[0, MOTIONS + CHI, MOTIONS + CHI] = b.aside[i] * K[7, 7]
-    if b.elastic[i]:
-        copy(b.plates[i], plates[0])
+    shapes, axes = np.zeros((n, 6), s.dtype), np.zeros((n, 3, 3), s.dtype)
+    bases, joint, plates = np.zeros((n, 3), s.dtype), np.zeros((n, 10, 10), s.dtype), np.zeros((n, 24, 24), s.dtype)
+    rests = np.zeros(0 if periodic else n)
+    for o in range(n):
+        put((eta, beta, s[7]), shapes[o], 0)
+        shapes[o, MU], shapes[o, ELASTIC], shapes[o, STIFF] = s[8], 1.0 if b.elastic[i] else 0.0, SLIDING
+        put((-sa * ct, st, ca * ct), axes[o, 0], 0)
+        put((ca, 0.0 * ca, sa), axes[o, 1], 0)
+        put((st * sa, ct, -st * ca), axes[o, 2], 0)
+        bases[o, 1] = s[2]
+        for a in range(len(K)):
+            for c in range(len(K)):
+                joint[o, _place(a), _place(c)] = K[a, c]
+        if len(K) == 9:
+            joint[o, MOTIONS + CHI, MOTIONS + CHI] = b.aside[i] * K[7, 7]
+        if b.elastic[i]:
+            copy(b.plates[i], plates[o])
+        if not periodic:
+            rests[o] = math.atan2(st.real, ct.real)
     reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
-    none = np.zeros(0)
-    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, True, none, none)
+    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, rests, np.zeros(0))
 
 
 @_jit
@@ -124,13 +127,13 @@ def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, event
 
 
 def _many(
-    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array, motions: Array, bends: Array,
-    contacts: Array, events: Array, ends: Array, notes: Array,
+    b: Beams, scales: int, periodic: bool, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array,
+    motions: Array, bends: Array, contacts: Array, events: Array, ends: Array, notes: Array,
 ) -> None:  # fmt: skip
-    """Follow endless beams, each on a path of its own: all arrays begin with (n,)."""
+    """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,)."""
     for i in range(len(ways)):
         _follow(
-            walk(system(b, i), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i],
+            walk(system(b, i, scales, periodic), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i],
             contacts[i], events[i], ends[i],
         )  # fmt: skip
 
@@ -143,7 +146,7 @@ def _move(
     k = len(ways) // len(notes)
     for i in range(len(ways)):
         _again(
-            walk(system(b, i), C, notes[i // k]), ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]),
+            walk(system(b, i, 1, True), C, notes[i // k]), ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]),
             rows[i], motions[i], bends[i], contacts[i], events[i],
         )  # fmt: skip
 

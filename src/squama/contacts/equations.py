@@ -330,7 +330,11 @@ def residual(
 @_jit
 def inclination(S: System, i: int, W: Work) -> float:
     """Return the angle of a scale's length over the bar's face."""
-    return S.rests[i] + math.atan2(W.E[i, 6], W.E[i, 0])
+    x, z = W.E[i, 0], W.E[i, 6]
+    angle = math.atan2(z.real, x.real)
+    c, s = math.cos(angle), math.sin(angle)
+    # 0 but for a complex step
+    return S.rests[i] + angle + (z * c - x * s) / (x * c + z * s)
 
 
 @_jit

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
@@ -21,6 +23,7 @@ from squama.contacts.equations import (
     V_,
     Work,
     along_edges,
+    before,
     clear,
     jacobian,
     inclination,
@@ -79,8 +82,8 @@ CONTACT, EVENT, LINE = 16, 25, 21
 """Columns of a contact, an event and a row that are written."""
 AFTER = 17
 """First column of an event that holds a contact that there is behind it, see :func:`number`."""
-_TOUCH, _PULL, _PAST, _CONE = 1e-10, 1e-12, 1e-12, 1e-11
-"""Gap, force, place, and force beyond the cone of friction by which a condition may be missed."""
+_TOUCH, _PULL, _PAST, _CONE, _FLAT = 1e-10, 1e-12, 1e-12, 1e-11, 1e-9
+"""Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
 _LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
@@ -384,7 +387,7 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
         if v < -_PAST and v < worst:
             what, which, worst = OFF, c, v
         v, _ = dips(w, st, c)
-        if v < -1e-9 and v < worst:
+        if v < -_FLAT and v < worst:
             what, which, worst = SLOPE, c, v
         if mu > 0.0:
             margin = w.W.told[c, MARGIN]
@@ -435,7 +438,6 @@ def sideways(w: Walk, gap: float) -> bool:
 def accept(w: Walk, h: float, event: bool) -> None:
     """Make the new state the last one, after an increment; ``event``: rates change here."""
     t, S = w.tally, w.S
-    N = len(S.shapes)
     power, load = 0.0, 0.0
     for c in range(w.count[0]):
         # slip per way
@@ -457,7 +459,8 @@ def accept(w: Walk, h: float, event: bool) -> None:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
     if w.count[0] > 0 and w.con[0, STUCK] == 0:
-        t[T_SLID] += w.W.told[0, V_]
+        D = before(S, w.con[0], w.new.s[0], w.past, 0)[0]
+        t[T_SLID] += np.sqrt(dot(D, D))
     copied(w.old, w.older)
     copied(w.now, w.old)
     copied(w.new, w.now)
@@ -976,11 +979,22 @@ def together(w: Walk, what: int, scale: int, events: Array, step: float) -> None
             copy(w.found[a], w.best)
             if not change(w, what, -1, events, step):
                 return
-    if what == PULL or what == FLIP:
-        for c in range(w.count[0] - 1, -1, -1):
-            v = w.W.told[c, N_] if what == PULL else (w.W.told[c, MARGIN] if w.con[c, STUCK] == 0 else -w.W.told[c, MARGIN])
-            if w.con[c, FIRST] != scale and v < -(_PULL if what == PULL else _CONE) / 2:
-                change(w, what, c, events, step)
+    for c in range(w.count[0] - 1, -1, -1):
+        if w.con[c, FIRST] != scale and missed(w, what, c):
+            change(w, what, c, events, step)
+
+
+@_jit
+def missed(w: Walk, what: int, c: int) -> bool:
+    """Say whether a contact violates a condition at the last state, which was just solved for."""
+    if what == PULL:
+        return w.W.told[c, N_].real < -_PULL / 2
+    if what == FLIP:
+        margin = w.W.told[c, MARGIN].real
+        return (-margin if w.con[c, STUCK] > 0 else margin) < -_CONE / 2
+    if what == SLOPE:
+        return dips(w, w.now, c)[0].real < -_FLAT / 2
+    return beyond(w.S, w.now, w.con[c], c)[0].real < -_PAST / 2
 
 
 @_jit

@@ -1,7 +1,6 @@
 """A row of N scales of the real beam, in SI units: thick, elastic scales on a joint that gives.
 
-The row is straight and keeps its length. Other contacts than those of the two edges that touch first are looked for
-between all scales, and end the row.
+The row is straight and keeps its length. Its scales may touch anywhere, with several contacts at once.
 """
 
 from __future__ import annotations
@@ -10,32 +9,25 @@ import math
 
 import numpy as np
 
+from squama.contacts import follow, path, row
+from squama.contacts.row import Track
 from squama.curves import real
 from squama.curves.hinge import before
 from squama.curves.path import Asked, States
 from squama.model.outcome import End
-from squama.real import chain_track, changes, path
-from squama.real.chain_track import Track
 from squama.types import Array
 
 _TAB = "pull_out", "tab_force", "tab_bending", "tab_torsion"
 _EACH = ("theta", "N", "f", "p", "s", "deflection", "stress", "strain", *_TAB)
 _SHARED = ("torque", "scales", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
-_MANY = 20_000
+_MANY, _NEAR = 20_000, 1e-9
 
 
 def solve(asked: Asked) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end."""
     (one,), more = real.solve(asked, stretched=False)
-    n, way, c, d = asked.beam.scales, one.way, one.way.contact, asked.beam.pitch
-    # plates that meet elsewhere first end the row there
-    last = min(one.far, c.phi) if c.first == -2 else one.far
-    first = before(asked.points) if c.first >= 0 and c.phi < last else asked.points
-    straights = np.linspace(0.0, min(c.phi, last), first, endpoint=first == asked.points)
-    contacts = np.linspace(c.phi, last, asked.points - first)
-    track = _track(way, n, straights, contacts)
-    reached = np.isfinite(track.rows[:, 0, 1])
-    track = track._replace(rows=track.rows[reached], sides=track.sides[reached], held=track.held[reached])
+    n, way, d = asked.beam.scales, one.way, asked.beam.pitch
+    track = followed(way, n, one.far, asked.points)
     phi = track.rows[:, 0, 0]
     each = _values(one, phi, track)
     along = {role: each[role].mean(axis=1) for role in _SHARED}
@@ -51,48 +43,45 @@ def solve(asked: Asked) -> States:
     return States(by_dim, more.attrs, more.notes)
 
 
-def _track(way: path.Path, n: int, straights: Array, contacts: Array) -> Track:
-    """Follow a row: all scales do the same until they touch, then each its own."""
+def followed(way: path.Path, n: int, far: float, points: int) -> Track:
+    """Follow a row to a twist, some points of it before its engagement; as many up to an earlier end."""
+    found = row.track(way, n, _twists(way, far, points))
+    end = found.end
+    if end.code in (follow.RANGE, follow.AT_REST) or end.solved == points:
+        return found
+    last = row.track(way, n, _twists(way, end.phi * (1 - _NEAR), points))
+    return last._replace(end=end, events=found.events)
+
+
+def _twists(way: path.Path, far: float, points: int) -> Array:
+    """Return the twists of points."""
     c = way.contact
-    free = way.states(straights)[0]
-    rows = np.repeat(free[:, None], n, axis=1)
-    rows[:, :, 4:8] = np.nan
-    rows[:, :, 6:8] = 0.0
-    sides, held = np.full((len(rows), n), np.nan), np.zeros((len(rows), n))
-    if not contacts.size:
-        code, edge, k = (changes.OTHER, c.second, c.k) if c.first == -2 and straights[-1] >= c.phi else (0, -1, 0)
-        return Track(rows, sides, held, code, float(straights[-1]), 0, edge, k)
-    t = chain_track.track(way, n, contacts)
-    rows, sides, held = (np.concatenate(v) for v in ((rows, t.rows), (sides, t.sides), (held, t.held)))
-    return t._replace(rows=rows, sides=sides, held=held)
+    first = before(points) if c.first >= 0 and c.phi < far else points
+    straights = np.linspace(0.0, min(c.phi, far), first, endpoint=first == points)
+    return np.concatenate([straights, np.linspace(c.phi, far, points - first)]) if first < points else straights
 
 
 def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
     """Return every variable (points, scales) in SI units, by role."""
-    points, n = track.sides.shape
+    points, n = track.held.shape
     flat, twists = track.rows.reshape(points * n, -1), np.repeat(phi, n)
     parts = range(0, points * n, _MANY)
     found = [real.values(one, twists[i : i + _MANY], flat[i : i + _MANY]) for i in parts]
     each = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
-    beam = one.beam
-    # a state's places are those of its plate; those of a contact are on its tip and on the next one's side
-    each["s"] = track.sides * beam.pitch
-    each["Q"] = track.held * beam.unit_moment
+    each["Q"] = track.held * one.beam.unit_moment
     each["N"][:, -1] = each["f"][:, -1] = math.nan
     return each
 
 
 def _figures(way: path.Path, track: Track) -> dict[str, float | int | str]:
     """Return the single figures of a row."""
-    c = way.contact
-    ends = np.array([[track.code, track.phi, track.edge, track.k, 0]])
-    end = End(path.endings(np.array([c], float), ends)[0])
-    other = path.place(track.edge, track.k, track.scale + 1) if track.code == changes.OTHER else ""
+    c, other = way.contact, track.other()
+    end = End.NONE if c.first == -1 and track.end.code == follow.RANGE else track.end.word
     return {
         "phi_e": c.phi,
-        "phi_end": math.inf if end is End.NONE else track.phi,
+        "phi_end": math.inf if end is End.NONE else track.end.phi,
         "end": str(end),
-        "scale_end": track.scale + 1 if track.code != changes.RANGE else 0,
-        "other_contact": other,
-        "decay": chain_track.decay(way),
+        "scale_end": 0 if other is None else other.scale,
+        "other_contact": "" if other is None else other.words,
+        "decay": row.decay(way),
     }

@@ -1,0 +1,135 @@
+"""A row of N scales by the contact solver: states of every scale along the twist, what comes in, decay; E = d = 1.
+
+All cells have the same twist. The row is straight and keeps its length. Its scales touch their neighbours with any number
+of contacts, and the substrate where they come to lie on it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import tell
+from squama.contacts import entry, follow, path
+from squama.contacts.system import APART, FIRST, KIND, LIES, ONE, OTHER, PHI, STRAINS
+from squama.types import Array
+
+_CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
+"""Contacts, and events, of each scale for which there is room; twist behind engagement at which a decay is measured."""
+
+
+class Other(NamedTuple):
+    """A contact of other features than those that touch first: scale (from 1), words, and twist at which it comes in."""
+
+    scale: int
+    words: str
+    phi: float
+
+
+class Track(NamedTuple):
+    """What became of a row of n scales: as far as it goes, points of which the last one is its end or the last asked.
+
+    ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`, N, friction and places of
+    its contact with a scale further on (sums, and the first of them), works and the torque the means of all scales;
+    ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``contacts`` (points, C, 16) and
+    ``events`` (E, 25) see :mod:`squama.contacts.follow`.
+    """
+
+    rows: Array
+    held: Array
+    contacts: Array
+    events: Array
+    end: path.End
+
+    def other(self) -> Other | None:
+        """Return the contact of other features that comes in first; None where none does."""
+        what = self.events[:, 6 + FIRST : 6 + OTHER + 1]
+        told = np.isin(self.events[:, 0], (follow.ENGAGE, follow.CHANGE, follow.SNAP)) & (what[:, KIND] != LIES)
+        what, ways = what[told & (what[:, FIRST] >= 0)].astype(int), self.events[told & (what[:, FIRST] >= 0), 1]
+        new = np.flatnonzero((what[:, APART:] != what[:1, APART:]).any(axis=1))
+        if not new.size:
+            return None
+        c, phi = what[new[0]], float(ways[new[0]])
+        return Other(int(c[FIRST]) + 1, f"{placed(c)} at {phi:.4g} rad/pitch", phi)
+
+
+def placed(c: Array) -> str:
+    """Return what meets, and of which scales, in words."""
+    (one,), (other,) = path.features(c[KIND, None], c[ONE, None], c[OTHER, None])
+    met = [(path.FEATURES[f], c[FIRST] + 1 + k) for f, k in ((one, 0), (other, c[APART]))]
+    if one == path.FACE:
+        met.reverse()
+    (what, i), (on, j) = met
+    return f"{what} of scale {i} on {'the face' if on == path.FEATURES[path.FACE] else on} of scale {j} (k = {c[APART]})"
+
+
+def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, endless: bool = False) -> Track:
+    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end; ``endless``: it repeats for ever."""
+    n, room = phis.size, _CONTACTS * scales
+    strains = np.zeros((1, n, STRAINS))
+    strains[0, :, PHI] = phis
+    raw, motions = np.full((1, n, follow.LINE), np.nan), np.full((1, n, scales, 6), np.nan)
+    bends, contacts = np.full((1, n, scales, 24), np.nan), np.zeros((1, n, room, follow.CONTACT))
+    events, ends = np.zeros((1, _EVENTS * (scales + 4), follow.EVENT)), np.zeros((1, 4))
+    tell(entry.many, "scales in contact")
+    entry.many(
+        way.beams, scales, endless, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends, contacts,
+        events, ends, np.zeros((1, 0)),
+    )  # fmt: skip
+    code, phi, told, solved = ends[0].tolist()
+    reached = slice(int(solved))
+    rows, held = _states(way, raw[0, reached], motions[0, reached], bends[0, reached], contacts[0, reached])
+    end = path.End(int(code), phi, int(solved))
+    return Track(rows, held, contacts[0, reached], events[0, : min(int(told), events.shape[1])], end)
+
+
+def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: Array) -> tuple[Array, Array]:
+    """Return states of all scales, and the moments of the substrate, see :class:`Track`."""
+    points, n = motions.shape[:2]
+    rows, held = np.zeros((points, n, path.WIDTH)), np.zeros((points, n))
+    column = path.named(rows)
+    first = path.COLUMNS.index("u_X")
+    rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
+    for name, at, share in (("phi", 0, 1), ("twist", 2, 1), ("torque", 6, 1), ("T", 20, 1), ("W", 9, 1), ("W_fr", 10, n), ("W_snap", 11, n)):  # fmt: skip
+        column[name][...] = raw[:, at, None] / share
+    for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0), ("T_slip", np.nan)):
+        column[name][...] = missing
+    there = np.arange(contacts.shape[1]) < raw[:, 12, None]
+    which, c = np.nonzero(there & (contacts[:, :, KIND] != LIES))
+    met, scale = contacts[which, c], contacts[which, c, FIRST].astype(int)
+    for name, at in (("N", 13), ("f", 14)):
+        np.add.at(column[name], (which, scale), met[:, at])
+    # of several contacts of a scale the first one has its places told
+    states = path.contacted(met)
+    for name in ("first", "second", "k", "x", "y", "along"):
+        column[name][which[::-1], scale[::-1]] = states[name][::-1]
+    which, c = np.nonzero(there & (contacts[:, :, KIND] == LIES))
+    held[which, contacts[which, c, FIRST].astype(int)] = contacts[which, c, 10]
+    # joints' and plates' energies are told of all scales at once
+    q = path.motions(rows.reshape(points * n, -1))[:, : len(way.beams.K[0])]
+    whole = (np.einsum("ni,ij,nj->n", q, way.beams.K[0], q) / 2).reshape(points, n)
+    column["energy"][...] = whole + (raw[:, 19] - whole.sum(axis=1))[:, None] / n
+    return rows, held
+
+
+def decay(way: path.Path) -> float:
+    """Return how much of an end's effect is left one contact further on, at engagement and without friction.
+
+    Forces of contacts then grow by N' with a N'_(i-1) + b N'_i + a N'_(i+1) alike for all of them, so differences of
+    N' fall by r with r + 1/r = -b/a.
+    """
+    c = way.contact
+    if c.first < 0:
+        return math.nan
+    shapes = way.beams.shapes.copy()
+    shapes[:, 8] = 0.0
+    alone = way._replace(beams=way.beams._replace(shapes=shapes))
+    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN)
+    if len(found.rows) < 2:
+        return math.nan
+    force = path.named(found.rows)["N"][:, [0, c.k, 2 * c.k]]
+    N = 4 * force[0] - force[1]
+    both = (N[0] + N[2] - N[1]) / (N[1] - N[0])
+    return float((both - math.copysign(math.sqrt(max(0.0, both * both - 4)), both)) / 2)
