@@ -6,6 +6,7 @@ import pytest
 import squama
 from squama.contacts import path
 from squama.joints import law
+from squama.model import section
 
 DESIGN = {
     "eta": 4.0, "beta": 0.5, "lam": 0.4, "zeta": 0.35, "alpha": np.radians(45), "theta0": np.radians(15),
@@ -42,7 +43,7 @@ def test_a_beam_of_a_file_has_the_curve_of_twist() -> None:
     # tolerance: coarser steps than twist's, 1e-6 to 8e-5 measured, on every processor
     np.testing.assert_allclose(many.torque * unit, one["T"].values, rtol=1e-5)
     np.testing.assert_allclose(many.N * unit / d, one.N.values, rtol=1e-4)
-    np.testing.assert_allclose(many.W_fr * unit / d, one.W_fr.values, rtol=1e-3, atol=2e-6 * unit / d)
+    np.testing.assert_allclose(many.W_fr * unit / d, one.W_fr.values, rtol=0, atol=1e-3 * one.W_fr.values[-1])
     assert float(many.K_theta) * unit == pytest.approx(one.attrs["K_theta"])
     assert float(many.rigidity) * unit * d == pytest.approx(one.attrs["rigidity"])
     # slopes between the twists against those of finer steps
@@ -56,8 +57,9 @@ def test_neither_company_nor_threads_matter() -> None:
     stacked = squama.Response(*(np.stack(field) for field in zip(*alone, strict=True)))
     for i, other in ((slice(None), threads), (slice(None, None, 7), stacked)):
         for name, x, y in zip(squama.Response._fields, all_at_once, other, strict=True):
-            if name in ("end", "in_range"):
-                np.testing.assert_array_equal(x[i], y)
+            # company changes the last digits of the law's products
+            if name in ("end", "in_range") or other is threads:
+                np.testing.assert_array_equal(x[i], y, err_msg=name)
             elif name != "stiffness_ratio":
                 np.testing.assert_allclose(x[i], y, rtol=1e-6, atol=1e-9, err_msg=name)
 
@@ -146,7 +148,7 @@ def test_a_twist_just_behind_engagement_ends_no_curve() -> None:
         assert np.isfinite(r.torque).all()
         # the same as by twists of which none is near it, up to what steps are even
         far = squama.response(np.append(x[:11], x[12:]), **JUST_BEHIND)
-        np.testing.assert_allclose(np.delete(r.torque, 11), far.torque, rtol=1e-9)
+        np.testing.assert_allclose(np.delete(r.torque, 11), far.torque, rtol=1e-6)
         assert r.torque[11] == pytest.approx(r.rigidity * phi_e, rel=1e-4)
 
 
@@ -168,3 +170,24 @@ def test_twists_that_are_all_but_equal_end_no_curve(apart: float) -> None:
     np.testing.assert_array_equal(near.end, far.end)
     np.testing.assert_allclose(near.torque[:, ::2], far.torque, rtol=1e-4)
     np.testing.assert_allclose(near.torque[:, 1::2], near.torque[:, ::2], rtol=1e-4)
+
+
+def test_the_work_is_stored_rubbed_away_or_lost_in_snaps() -> None:
+    designs = some(60, seed=11)
+    shape = law.Shape(*(designs[name] for name in law.Shape._fields))
+    known = law.within(shape)
+    own = {name: v[known] for name, v in designs.items()}
+    scale = path.Scale(
+        *(own[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")),
+        D=section.plate_rigidity(own["modulus_ratio"], own["thickness"], 0.3),
+    )
+    K = law.stiffness(shape.at(np.flatnonzero(known)))
+    beams = path.beams(scale._replace(nu=np.full(len(K), 0.3)), K, own["mu"], stretch="free")
+    v = path.named(path.follow_all(beams, np.broadcast_to(PHI, (len(K), len(PHI)))).rows)
+    for values in (v["W_fr"], v["W_snap"]):
+        steps = np.diff(values)
+        assert (steps[np.isfinite(steps)] >= 0).all()
+    missed = v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]
+    np.testing.assert_allclose(missed[np.isfinite(missed)], 0, atol=1e-2 * np.nanmax(v["W"]))
+    r = squama.response(PHI, **designs)
+    np.testing.assert_array_equal(np.isnan(r.W_snap), np.isnan(r.W))

@@ -47,6 +47,8 @@ WIDTH = len(COLUMNS) + 24
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
+_BLOCK = 64
+"""States whose stresses are looked for at once: they stay in the cache, and products of other sizes end in other digits."""
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
@@ -453,12 +455,21 @@ def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
 
     By deflections (n, 24) of one scale or of n; the place is NaN where there is no stress.
     """
-    eta, beta, _, _, _, h, D, nu = (np.reshape(v, (-1, 1)) for v in scale)
-    xx, yy, xy = bent @ _CURVED[0] / eta**2, bent @ _CURVED[1] / beta**2, bent @ _CURVED[2] / (eta * beta)
-    mx, my, mxy = xx + nu * yy, yy + nu * xx, (1 - nu) * xy
-    squared = mx * mx - mx * my + my * my + 3 * mxy * mxy
-    most = np.real(squared).argmax(axis=1)
-    largest = 6 * (D / h**2).ravel() * np.sqrt(squared[np.arange(len(bent)), most])
+    n, most = len(bent), np.zeros(len(bent), int)
+    eta, beta, _, _, _, h, D, nu = (np.broadcast_to(np.reshape(v, (-1, 1)), (n, 1)) for v in scale)
+    # m_x^2 - m_x m_y + m_y^2 + 3 m_xy^2 by the curvatures along the length and the width, and their twist
+    own, mixed, twist = 1 - nu + nu * nu, 4 * nu - 1 - nu * nu, 3 * (1 - nu) ** 2
+    scaled, squared = (bent / eta**2, bent / beta**2, bent / (eta * beta)), np.zeros(n, bent.dtype)
+    for low in range(0, n, _BLOCK):
+        some = slice(low, min(n, low + _BLOCK))
+        part = [np.zeros((_BLOCK, 24), bent.dtype) for _ in scaled]
+        for room, v in zip(part, scaled, strict=True):
+            room[: some.stop - low] = v[some]
+        xx, yy, xy = ((v @ C)[: some.stop - low] for v, C in zip(part, _CURVED, strict=True))
+        whole = own[some] * (xx * xx + yy * yy) + mixed[some] * (xx * yy) + twist[some] * (xy * xy)
+        most[some] = np.real(whole).argmax(axis=1)
+        squared[some] = whole[np.arange(len(whole)), most[some]]
+    largest = 6 * (D / h**2).ravel() * np.sqrt(squared)
     places = _GRID[most] * np.column_stack([eta.ravel(), beta.ravel()])
     return largest, np.where(np.real(largest[:, None]) > 0, places, np.nan)
 
