@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.contacts import entry, events, follow, path
-from squama.contacts.system import CHI, EPS, PHI, PSI
+from squama.contacts.system import PHI, PSI
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.types import Array

@@ -11,7 +11,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-
 from tests.oracle.boxes import Vector, apart
 
 CORNERS = np.array(list(itertools.product((0, 1), (-1, 1), (-1, 1))), float)
@@ -38,7 +37,7 @@ def exponential(w: Vector) -> tuple[Vector, Vector]:
 
 @dataclass
 class Boxes:
-    """A beam: ratios of its scales, and K (9, 9) over (u, w) of scale 1 in its axes, twist, bend and stretch.    """
+    """A beam: ratios of its scales, and K (9, 9) over (u, w) of scale 1 in its axes, twist, bend and stretch."""
 
     eta: float
     beta: float
@@ -224,5 +223,3 @@ def crossing(one: Vector, other: Vector) -> tuple[Vector, Vector]:
     r = (b * s + e) / c
     s = np.where(r < 0, np.clip(-d / a, 0, 1), np.where(r > 1, np.clip((b - d) / a, 0, 1), s))
     return s, np.clip(r, 0, 1)
-
-
