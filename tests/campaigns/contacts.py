@@ -129,7 +129,7 @@ def loads(found: path.Answers) -> Array:
 
 
 def lost(found: path.Answers) -> tuple[float, float]:
-    """Return the work that is lost over the largest energy, by the solver's own work, and by its loads at the stations."""
+    """Return the work that is lost over the largest energy, by the solver's own work and by its loads at stations."""
     v = {name: value[: found.end().solved] for name, value in path.named(found.rows[0]).items()}
     if not len(v["energy"]) or not v["energy"].max() > 0:
         return 0.0, 0.0
@@ -172,10 +172,10 @@ def wrong(case: Case) -> tuple[path.Answers, list[tuple[str, float]]]:
     if np.isfinite(loads(found)[end.solved :]).any():
         told.append(("goes on behind its end", end.phi))
     own, outside = lost(found)
-    told += [(word, size) for word, size, most in
-             (("loses work", own, BALANCE), ("loses work at stations", outside, OUTSIDE)) if size > most and smooth(found)]  # fmt: skip
-    if own > BALANCE and not smooth(found):
-        told.append(("loses work beside snaps", own))
+    if own > BALANCE:
+        told.append(("loses work" if smooth(found) else "loses work beside snaps", own))
+    if outside > OUTSIDE and smooth(found):
+        told.append(("loses work at stations", outside))
     F = np.abs(loads(found))[: end.solved]
     if F.size and (off := float(F[:, free].max(initial=0.0))) > FREE * F.max():
         told.append(("has a load on a free strain", off / F.max()))

@@ -9,7 +9,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import squama
-from campaigns import real_histories
 from squama.fe.plate import axes
 from squama.joints import law
 from squama.joints.factor import MIRROR
@@ -71,12 +70,6 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
     assert rows[-1, 1] == pytest.approx(0.0, abs=1e-12)
     if mu:
         assert rows[-1, 8] > 1e-4 * U.max()
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None:
-    assert real_histories.trial(seed, size=25) == []
-    assert "range end" in capsys.readouterr().out
 
 
 def test_what_touches_near_an_edges_end_is_seen_where_it_touches() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -49,15 +50,18 @@ def given(
     return Given(path.Scale(eta, beta, lam, a, t, h, E * h**3 / (12 * (1 - 0.35**2)), 0.35), K, mu)
 
 
+def along(corners: Array, n: int) -> tuple[Array, Array]:
+    """Return places on a path from rest through corners (m, 2), n on each leg, and the ways there."""
+    legs = itertools.pairwise(np.vstack([np.zeros(2), corners]))
+    places = np.concatenate([a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in legs])
+    return places, np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T))
+
+
 def followed(
     one: Given, corners: Array, free: tuple[int, ...] = (0, 0, 0, 0), *, n: int = 12, step: float = path.STEP
 ) -> path.Answers:
     """Follow a path from rest through corners (m, 2) in bend and twist, n stations on each leg."""
-    ends = np.vstack([np.zeros(2), corners])
-    places = np.concatenate(
-        [a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in zip(ends, ends[1:], strict=False)]
-    )
-    ways = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T))
+    places, ways = along(corners, n)
     return path.follow_all(one.beams(free), ways[None], corners=places[None], step=step, room=path.ROOM)
 
 
@@ -70,18 +74,6 @@ def loads(found: path.Answers) -> Array:
 def off(a: Array, b: Array) -> float:
     """Return the largest difference of moments and torques over the largest of them."""
     return float(np.abs(a - b)[:, :2].max() / np.abs(b[:, :2]).max())
-
-
-def work(found: path.Answers) -> float:
-    """Return the work that is lost, over the largest energy."""
-    v = path.named(found.rows[0])
-    return float(np.abs(v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]).max() / v["energy"].max())
-
-
-SOFT = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=2e4)
-"""Bends and rubs; followed far enough TS hands over to TF."""
-CORNER = np.array([[0.0, 0.2]])
-TURNS = np.array([[0.05, 0.1], [0.05, 0.2], [-0.03, 0.12], [0.05, 0.2], [0.0, 0.0]])
 
 
 def work(found: path.Answers) -> float:
@@ -111,26 +103,18 @@ def system(one: Given, free: tuple[int, ...] = (0, 0, 0, 1), N: int = 1, grip: f
 
 def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int = 12) -> tuple[Array, Array]:
     """Follow a system from rest through corners (m, 2); return rows and motions."""
-    ends = np.vstack([np.zeros(2), corners])
-    places = np.concatenate(
-        [a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in zip(ends, ends[1:], strict=False)]
-    )
-    ways, strains = (
-        np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T)),
-        np.zeros((len(places), 4)),
-    )
+    places, ways = along(corners, n)
+    strains = np.zeros((len(places), 4))
     strains[:, :2] = places
     N, m = len(S.shapes), len(ways)
     rows, motions, told, end = (
-        np.full((m, follow.LINE), np.nan),
+        np.zeros((m, follow.LINE)),
         np.zeros((m, N, 6)),
         np.zeros((99, follow.EVENT)),
         np.zeros(4),
     )
-    entry.path(
-        S, C, ways, strains, 0.0, step, rows, motions, np.zeros((m, N, 24)), np.zeros((m, C, follow.CONTACT)), told, end,
-        np.zeros(0),
-    )  # fmt: skip
+    bends, touches = np.zeros((m, N, 24)), np.zeros((m, C, follow.CONTACT))
+    entry.path(S, C, ways, strains, 0.0, step, rows, motions, bends, touches, told, end, np.zeros(0))
     assert end[0] == follow.RANGE
     return rows, motions
 
@@ -154,7 +138,6 @@ def test_brute_force(name):
     told = np.array(by_force)
     assert (told[:, 2] < 1e-7).all()
     own = loads(found)[[round(20 * a) - 1 for a in at], 1::-1]
-    print("BRUTE", name, off(own, told[:, :2]))
     assert off(own, told[:, :2]) < 1e-5
 
 
@@ -190,7 +173,6 @@ def test_image_in_the_mirror(E, free):
 def test_steps_do_not_matter(E, mu, n, near, free):
     one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=mu, E=E)
     a, b = (loads(followed(one, CORNER, free, step=path.STEP / m)) for m in (n, 8 * n))
-    print("STEP", E, mu, free, off(a, b))
     assert off(a, b) < near
 
 
@@ -235,7 +217,6 @@ def test_work_of_the_loads_there_and_back(E, n):
     one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=E)
     found = followed(one, TURNS, (0, 0, 0, 1), step=path.STEP / 16, n=n)
     v = path.named(found.rows[0])
-    print("WORK", work(found), v["energy"][-1])
     assert work(found) < 1e-4
     assert v["energy"][-1] < 1e-12
     assert v["W_fr"][-1] > 0.01 * v["energy"].max()
@@ -251,7 +232,6 @@ def test_targets_that_go_back(free):
     assert v["phi"][-1] == pytest.approx(0.6, rel=1e-9)
     np.testing.assert_allclose(v["twist"], np.concatenate([far, far]), atol=1e-12)
     loops = v["W_fr"][29], v["W_fr"][-1] - v["W_fr"][29]
-    print("BACK", work(found), loops[1] / loops[0] - 1)
     assert work(found) < 1e-4
     assert loops[0] > 0.01 * v["energy"].max()
     assert loops[1] == pytest.approx(loops[0], rel=1e-5)
@@ -263,7 +243,6 @@ def test_work_that_a_snap_loses():
     shape, corner, _, _ = BRUTE["behind a snap"]
     found = followed(given(*shape), np.array([corner, (0, 0)]), step=path.STEP / 8)
     v = path.named(found.rows[0])
-    print("SNAP", work(found), v["W_snap"])
     assert v["W_snap"].max() > 1e-6
     assert work(found) < 1e-4
     told = [event.lost for event in events.events(found) if event.kind == follow.SNAP]
@@ -310,7 +289,6 @@ def test_the_torque_is_the_slope_of_the_energy(E, free):
     U, T = v["energy"], v["torque"]
     assert v["contacts"].min() > 0
     slope = (8 * (U[3] - U[1]) - (U[4] - U[0])) / (12 * e)
-    print("VIRTUAL", slope / T[2] - 1)
     assert slope == pytest.approx(T[2], rel=1e-7)
 
 
@@ -350,9 +328,7 @@ def test_engagement_is_where_boxes_meet(shape, sense):
     np.testing.assert_allclose(told, far, rtol=0.0, atol=3e-9)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a contact comes in where its gap is -1e-10, not 0, and depends on steps by that"
-)
+@pytest.mark.xfail(strict=True, reason="a contact comes in at a gap of -1e-10, not 0, and that depends on the steps")
 @pytest.mark.parametrize(("shape", "sense"), ENGAGES)
 def test_engagement_is_located_to_the_last_digits(shape, sense):
     told, far = engagements(shape, sense)
@@ -416,16 +392,18 @@ def test_barrier_behind_a_second_contact(shape, corner, mu):
     led = make_bent(one.K, solid, mu, free=(), exposed=box(s.eta, s.beta, s.h))
     assert led.run(led.aim(*corner), 4e-3).reached
     other = np.array([[led.columns[name][-1] for name in "MT"]])
-    print("FE", loads(found)[-1:], other, off(loads(found)[-1:, :2], other))
     assert path.named(found.rows[0])["contacts"][-1] > 1
     assert off(loads(found)[-1:, :2], other) < 5e-3
 
 
-@pytest.mark.parametrize(
-    "mu", [0.6, pytest.param(1.0, marks=pytest.mark.xfail(strict=True, reason="1 % and a torque"))]
+SPLIT = pytest.mark.xfail(
+    strict=True, reason="with a grip of 1e-8 another share is found: 1 % of the moment, as a torque"
 )
+
+
+@pytest.mark.parametrize("mu", [0.6, pytest.param(1.0, marks=SPLIT)])
 def test_two_that_stick_on_one_edge(mu):
-    """Bent, with alpha = 0, both corners of the tip come in at once: how they share friction along it is not determined."""
+    """Bent, with alpha = 0, both corners of the tip come in: how they share friction along it is not determined."""
     one, told = given(3.0, 0.6, 0.5, 0, 20, 0.08, mu=mu), []
     for grip in (1e-8, 1e-6, 1e-5):
         rows, _ = ring(system(one, grip=grip), np.array([[0.3, 0.0], [0.299, 0.0]]))
