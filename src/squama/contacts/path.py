@@ -194,12 +194,7 @@ def follow_all(
     found = Room.of(ways, room)
     tell(entry.many, "scales in contact")
     entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
-    answers = found.answers(strains)
-    if corners is None and (np.diff(targets, axis=1, prepend=0.0) < 0).any():
-        # a way that goes back is against the twist
-        sense = np.where(np.diff(targets, axis=1, prepend=0.0) < 0, -1.0, 1.0)[..., None]
-        answers.rows[..., _LOADS] *= sense
-    return answers
+    return found.answers(strains) if corners is not None else _signed(found.answers(strains), targets)
 
 
 def moved(
@@ -225,8 +220,16 @@ def moved(
         _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
     whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
     both = [_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)]
-    whole = Room._make([*both, whole.ends])
-    return whole.answers(strains)
+    answers = Room._make([*both, whole.ends]).answers(strains)
+    return answers if corners is not None else _signed(answers, targets)
+
+
+def _signed(answers: Answers, targets: Array) -> Answers:
+    """Return answers with the loads of a way that goes back, which is against the twist, by twist."""
+    back = np.diff(np.real(targets), axis=1, prepend=0.0) < 0
+    if back.any():
+        answers.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
+    return answers
 
 
 def _move(
