@@ -146,10 +146,9 @@ def real(n: int = 8192) -> str:
     return f"""## Curves of real beams
 
 `squama.response`: {known} random designs in the range of the joint's law, elastic scales as thick as 5 to 44 % of their
-gap, {len(found.torque[0]) - 1} steps to .16 rad per pitch with friction, other contacts looked for, the joint by its
+gap, {len(found.torque[0]) - 1} steps to .16 rad per pitch with friction, all contacts followed, the joint by its
 law: {one / known * 1e6:.0f} µs CPU a design, {known / one:.0f} designs a CPU second; two threads take
 {wall / two:.2f} times less time on the clock. Ends: {told}.
-What meets another contact or leaves an edge goes on by general contact in `squama.twist`.
 
 """
 

@@ -37,8 +37,8 @@ from squama.fe.pitch_stiffness import response
 from squama.fe.stiffness import sizes
 from squama.joints import law
 from squama.joints.factor import K_THETA, TWIST, pivots
-from squama.real.path import Path as Way
-from squama.real.path import Scale
+from squama.contacts.path import Path as Way
+from squama.contacts.path import Scale
 from squama.types import Array
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -1,6 +1,6 @@
-"""Random real beams, bent and twisted along polygons, there and back: one contact at a time against general contact.
+"""Random real beams, bent and twisted along polygons, there and back: all contacts against the barrier of elements.
 
-Beams as those of :mod:`real_histories`. What another contact ends, or general contact does not follow, is counted.
+Beams as those of :mod:`real_histories`. Ends before the last corner, and what the barrier does not follow, are counted.
 """
 
 from __future__ import annotations
@@ -8,14 +8,14 @@ from __future__ import annotations
 import collections
 
 import numpy as np
+from oracle.barrier import surface
 from real_histories import Given, drawn
 
-from squama.curves.general_contact import surface
+from squama.contacts import path
+from squama.contacts.legs import Bent, follow_legs
 from squama.fe.assembly import make_bent
 from squama.fe.geometry import Geometry
 from squama.model.outcome import End
-from squama.real import path
-from squama.real.legs import Bent, follow_legs
 from squama.types import Array
 
 TRIALS, SIZE = 20, 10
@@ -47,15 +47,16 @@ def along(corners: Array, n: int = 120) -> Array:
 
 def lost(found: Bent, corners: Array) -> float:
     """Return the work that is neither stored nor rubbed away, over the largest energy."""
-    rows, x = found.answers.rows[0], np.concatenate([np.zeros((1, 2)), along(corners)])
-    U = sum(path.energies(found.way, rows).values())
+    x = np.concatenate([np.zeros((1, 2)), along(corners)])
+    U = sum(path.energies(found.way, found.rows).values())
     loads = np.concatenate([np.zeros((1, 2)), np.column_stack([found.M, found.T])])
     work = ((loads[1:] + loads[:-1]) / 2 * np.diff(x, axis=0)).sum()
-    return float(abs(work - U[-1] - rows[-1, 8]) / np.nanmax(U))
+    gone = found.column("W_fr")[-1] + found.column("W_snap")[-1]
+    return float(abs(work - U[-1] - gone) / np.nanmax(U))
 
 
 def wrong(given: Given, corners: Array) -> tuple[str, list[str], float]:
-    """Return how a path ends, what is wrong with it, and the larger difference to general contact."""
+    """Return how a path ends, what is wrong with it, and the larger difference to the barrier."""
     s = given.scale._replace(alpha=given.sense * given.scale.alpha)
     found = follow_legs(s, given.K, given.mu, along(corners))
     (end,) = path.endings(found.answers.contacts, found.answers.ends)
@@ -65,7 +66,7 @@ def wrong(given: Given, corners: Array) -> tuple[str, list[str], float]:
     shape = Geometry(np.nan, s.lam, np.nan, s.eta, s.beta, s.h, s.alpha, s.theta0, np.nan)
     led = make_bent(given.K, shape, given.mu, exposed=surface(s))
     if not all(led.run(led.aim(*corner), INCREMENT).reached for corner in corners):
-        return "not by general contact", told, np.nan
+        return "not by the barrier", told, np.nan
     own, other = np.array([found.M[-1], found.T[-1]]), np.array([led.columns[name][-1] for name in "MT"])
     off = float(np.abs(own - other).max() / np.hypot(*other))
     return str(end), told + ([f"is {off:.2%} off"] if off > SAME else []), off

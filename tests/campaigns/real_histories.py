@@ -14,7 +14,7 @@ import numpy as np
 
 from squama.joints import law
 from squama.joints.factor import MIRROR
-from squama.real import changes, path
+from squama.contacts import follow, path
 from squama.types import Array
 
 TRIALS, SIZE = 100, 100
@@ -77,16 +77,16 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
     """Return how a beam's history ends, and what is wrong with it."""
     x, one = along(turns, POINTS), given.path()
     rows, end = one.states(x, step)
-    if end.code == changes.STOPPED:
+    if end.code == follow.NO_EQUILIBRIUM:
         return end.code, [f"stops at {end.phi:.6g}"] if np.nanmax(rows[:, 2]) > FORCE else []
     found = []
     U = sum(path.energies(one, rows).values())
     most, T = np.nanmax(U), rows[:, 1]
     largest = np.nanmax(np.abs(T))
-    lost = np.nanmax(np.abs(rows[:, 9] - U - rows[:, 8])) / most
+    lost = np.nanmax(np.abs(rows[:, 7] - U - rows[:, 6] - path.named(rows)["W_snap"])) / most
     if lost > BALANCE:
         found.append(f"loses {lost:.1e} of its work")
-    if end.code == changes.RANGE:
+    if end.code == follow.RANGE:
         below = x < one.contact.phi * (1 - 1e-9)
         if abs(T[below] - path.rigidity(one) * x[below]).max() > SAME * largest:
             found.append("does not come back to the line without contact")
@@ -94,7 +94,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
         if abs(finer - T).max() > SAME * largest:
             found.append(f"depends on its points by {abs(finer - T).max() / largest:.1e}")
         if turns.size == 5 and turns[2] == 0:
-            loops = np.diff(rows[:: 2 * POINTS, 8])
+            loops = np.diff(rows[:: 2 * POINTS, 6])
             if abs(loops[1] - loops[0]) > SAME * loops[0] + BALANCE * most:
                 found.append(f"dissipates {loops[0]:.6g}, then {loops[1]:.6g}")
     same = given.mirrored().path().states(x, step)[0]

@@ -13,9 +13,9 @@ import numpy as np
 from bent_contacts import along
 from real_histories import Given, drawn
 
+from squama.contacts import path
+from squama.contacts.legs import Bent, follow_legs
 from squama.joints.factor import MIRROR
-from squama.real import path
-from squama.real.legs import Bent, follow_legs
 from squama.types import Array
 
 TRIALS, SIZE = 20, 50

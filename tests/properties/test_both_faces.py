@@ -247,27 +247,12 @@ def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
     assert apart.phi_twofold.item() == pytest.approx(apart.phi_e.item(), rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("faces", "both", "asked"), [("turned", 2, {"at": [5.0, 12.0]}), ("mirrored", 1, {"points": 5})]
-)
-def test_a_face_is_followed_by_general_contact_once(
-    faces: str, both: int, asked: dict[str, object], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("ipctk", reason="general contact needs ipctk (the extra fe)")
-    from squama.curves import general_contact
-
-    curve, calls = general_contact.curve, []
-
-    def counted(*args, **given):
-        calls.append(given["sign"])
-        return curve(*args, **given)
-
-    monkeypatch.setattr(general_contact, "curve", counted)
+@pytest.mark.parametrize(("faces", "both"), [("turned", 2), ("mirrored", 1)])
+def test_a_second_contact_of_a_face_goes_on(faces: str, both: int) -> None:
+    """Mirrored, the other face opens; turned, both do the same."""
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
-    r = squama.twist(beam.replace(faces=faces), to="0.24 rad/pitch", **asked)
-    # mirrored, the other face opens; turned, both do the same
-    assert calls == [1]
-    assert float(r.phi_general) < float(r.phi[-1]) == pytest.approx(0.24)
+    r = squama.twist(beam.replace(faces=faces), to="0.24 rad/pitch")
+    assert float(r.phi_second) < float(r.phi[-1]) == pytest.approx(0.24)
     # between two faces the middle keeps its length
     one = squama.twist(beam.replace(substrate={"neutral": "middle"}), at=r.Phi.values)
     np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9, atol=1e-12)
@@ -275,12 +260,11 @@ def test_a_face_is_followed_by_general_contact_once(
 
 
 @pytest.mark.parametrize("faces", BOTH)
-def test_without_general_contact_points_are_even_up_to_the_end(faces: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(real, "general", lambda: False)
+def test_points_are_even_up_to_the_end(faces: str) -> None:
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
     one = squama.twist(beam, points=20)
     r = squama.twist(beam.replace(faces=faces), points=20)
-    assert (r.end.item(), r.phi_general.isnull().item()) == ("other contact", True)
+    assert r.end.item() == "range end"
     assert r.other_contact.item().split(" at ")[0] == one.other_contact.item().split(" at ")[0]
     assert np.isfinite(r["T"].values).all()
     assert float(r.phi[-1]) == pytest.approx(float(one.phi[-1]), abs=5e-3)

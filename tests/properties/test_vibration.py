@@ -232,7 +232,7 @@ def test_the_real_beam_loses_what_its_loops_do() -> None:
 def test_the_real_beam_with_stiff_joints_is_the_hinge() -> None:
     matrix = np.diag([1e6, 1e6, 1e6, 1e6, 1.0, 1e6, 2.0])
     from squama.curves import real
-    from squama.real import path
+    from squama.contacts import path
 
     way = path.Path.of(real.scale(BEAM, ideal=True), matrix, 0.3, sense=1, most=0.15)
     y = np.linspace(way.contact.phi, 0.15, 200)

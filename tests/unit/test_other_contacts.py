@@ -8,8 +8,8 @@ import squama
 from oracle import boxes
 from squama.curves import real
 from squama.joints import law
-from squama.real import changes, path
-from squama.real.legs import Bent, follow_legs
+from squama.contacts import events, follow, path
+from squama.contacts.legs import Bent, follow_legs
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 
@@ -24,17 +24,18 @@ def twisted_then_bent(n: int) -> Bent:
 
 
 @pytest.mark.parametrize("n", [1, 3, 40])
-def test_no_state_stands_behind_a_contact_that_has_come_in(n: int) -> None:
+def test_a_contact_takes_over_at_one_place_whatever_is_asked(n: int) -> None:
     found, other = twisted_then_bent(n), twisted_then_bent(200)
     assert found.answers.contact().words == "side edge on base edge (k = 1)"
-    end = found.answers.end()
-    # told, though it comes in within the last steps; located to 1e-7 of the way
-    assert (end.code, end.edge, end.k) == (changes.OTHER, 0, 1)
-    assert end.phi == pytest.approx(other.answers.end().phi, abs=1e-5)
-    way = np.cumsum(np.hypot(*np.diff(np.column_stack([found.psi, found.phi]), axis=0, prepend=0.0).T))
-    reached = np.isfinite(found.M)
-    assert (way[reached] <= end.phi + 1e-6).all()
-    assert reached.sum() == 1 + int((end.phi - 0.067126) / 0.03711 * n)
+    here, there = (events.second(events.events(one.answers)) for one in (found, other))
+    assert here.contact == there.contact == "BF"
+    # tolerance: the steps to it, 1e-6 of friction's way, on every processor
+    assert here.way == pytest.approx(there.way, abs=1e-4)
+    assert (here.psi, here.phi) == pytest.approx((here.way - 0.067126, -0.067126), abs=1e-9)
+    # it takes over; the states behind it know of it
+    ways, names = found.column("phi"), events.touching(found.answers)
+    assert set(names[ways > here.way]) == {"BF"}
+    assert set(names[ways < here.way]) <= {"", "SB"}
 
 
 @pytest.mark.parametrize("points", [3, 40, 200])
@@ -42,10 +43,9 @@ def test_a_contact_that_opens_closes_again_where_it_did_first(points: int) -> No
     way = "twist 0.08 rad/pitch; twist 0.02 rad/pitch; twist 0.09 rad/pitch"
     r = squama.bend_twist(SKIN, way, points=points)
     assert r.event.values.tolist() == [
-        "engagement (TS)", "corner", "release", "corner", "engagement (TS)", "range end",
+        "engagement (TS)", "corner", "TS slides", "release", "corner", "engagement (TS)", "range end",
     ]  # fmt: skip
-    assert r.attrs["followed"] == "one contact"
-    first, again = r.phi_event.values[[0, 4]]
+    first, again = r.phi_event.values[[0, 5]]
     assert again == pytest.approx(first, rel=1e-9)
     # between them it is back on the line without contact, so that the last way is a first one
     once = squama.bend_twist(SKIN, "twist 0.09 rad/pitch", points=points)
@@ -75,7 +75,7 @@ def test_a_contact_closes_again_on_another_leg_than_the_next(ideal: bool) -> Non
         many.append(start + (end - start) * np.linspace(0.0, 1.0, 60)[1:, None])
         start = end
     fine = follow_legs(one, K, 0.25, np.concatenate(many))
-    assert few.answers.end().code == fine.answers.end().code == changes.RANGE
+    assert few.answers.end().code == fine.answers.end().code == follow.RANGE
     np.testing.assert_allclose(few.M[-1], fine.M[-1], rtol=1e-3)
     np.testing.assert_allclose(few.T[-1], fine.T[-1], rtol=1e-3)
     # without contact it is a spring

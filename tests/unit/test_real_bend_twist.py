@@ -4,11 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from oracle.barrier import needs_barrier, surface
 
 import squama
 from squama.beam import matrixfile
 from squama.cli import main
-from squama.curves import real, real_polygons
+from squama.curves import real
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.joints.choice import joint_of
@@ -18,7 +19,6 @@ PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 BY_EDGES = "twist 0.09 rad/pitch; bend 0.02 rad/pitch, twist 0.1 rad/pitch"
 BENT_FIRST = "bend 0.08 rad/pitch; twist 0.1 rad/pitch"
-needs_contact = pytest.mark.skipif(not real.general(), reason="general contact needs ipctk (the extra fe)")
 
 
 def work(r):
@@ -69,14 +69,17 @@ def test_a_bar_that_may_stretch_stores_less():
 @pytest.mark.parametrize("ideal", [None, True])
 def test_work_is_stored_or_rubbed_away(ideal, neutral):
     r = squama.bend_twist(SKIN, BY_EDGES, ideal=ideal, neutral=neutral, points=300)
-    assert (r.end.item(), r.attrs["followed"]) == ("range end", "one contact")
-    # tolerance: trapezoids between 300 points, 2e-5, and the steps, 8e-6, on every processor
-    assert work(r) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=1e-4)
+    assert r.end.item() == "range end"
+    # tolerance: trapezoids between 300 points, 1.2e-4, and the steps, 6e-7, on every processor
+    assert work(r) == pytest.approx(float(r.U_el[-1] + r.W_fr[-1]), rel=1e-3)
     assert abs(float(r.energy_error)) < 1e-4
     assert float(r.W_fr[-1]) > 0.01 * float(r.U_el[-1])
-    assert r.event.values.tolist() == ["engagement (TS)", "corner", "range end"]
-    assert r.event_leg.values.tolist() == [1, 1, 2]
-    np.testing.assert_allclose(r.phi_event[1:], [0.09, 0.1], rtol=1e-12)
+    # the contact sticks at a corner while the friction turns, and may slide again
+    told = [i for i, word in enumerate(r.event.values) if word not in ("TS slides", "TS sticks")]
+    assert r.event.values[told].tolist() == ["engagement (TS)", "corner", "range end"]
+    assert r.event_leg.values[told].tolist() == [1, 1, 2]
+    np.testing.assert_allclose(r.phi_event[told[1:]], [0.09, 0.1], rtol=1e-12)
+    np.testing.assert_array_equal(r.W_snap, 0)
     # before contact the scales add nothing to the bar with its joints
     apart = (r.contact == "").values
     size = float(abs(r["T"]).max())
@@ -102,15 +105,13 @@ def test_without_friction_moment_and_torque_are_the_slopes_of_the_energy():
         assert float(a.U_el - b.U_el) / (2 * h / d) == pytest.approx(float(here[name]), rel=2e-3)
 
 
-@needs_contact
+@needs_barrier
 @pytest.mark.parametrize(("path", "ideal"), [(BY_EDGES, True), (BENT_FIRST, None)])
 def test_general_contact_from_rest_finds_the_same(path, ideal):
-    from squama.curves.general_contact import surface
     from squama.fe.assembly import make_bent
     from squama.fe.geometry import geometry
 
     r = squama.bend_twist(SKIN, path, ideal=ideal, points=40)
-    assert r.attrs["followed"] == "one contact"
     K, plate = joint_of(SKIN).K, real.scale(SKIN, ideal=bool(ideal))
     led = make_bent(K, geometry(SKIN), float(r.mu), exposed=surface(plate))
     for kappa, Phi in r.attrs["path"]:
@@ -138,14 +139,19 @@ def test_bent_first_contacts_hand_over_and_nothing_jumps():
     assert float(r.psi_e) == psi[0]
 
 
-def test_where_general_contact_is_missing_the_path_ends_by_name(monkeypatch):
-    monkeypatch.setattr(real_polygons.real, "general", lambda: False)
-    r = squama.bend_twist(PLA, "bend 0.3 rad/pitch; twist 0.1 rad/pitch", points=50)
-    assert r.end.item() == "other contact"
-    assert "on the face" in r.other_contact.item()
-    assert "pip install 'squama[fe]'" in r.warnings
-    assert 3 * float(r.psi_e) < float(r.psi[-1]) <= float(r.psi_end)
-    assert np.isfinite(r.M).all()
+def test_more_contacts_come_in_on_the_way_and_are_told():
+    r = squama.bend_twist(PLA, "twist 0.3 rad/pitch; twist 0 rad/pitch", points=100)
+    assert r.end.item() == "range end"
+    side = "the face of scale 1 on side edge D2C2"
+    words, ways = r.event.values.tolist(), r.phi_event.values
+    assert words[:2] == ["engagement (TS)", f"another contact ({side})"]
+    assert "release" in words
+    assert r.other_contact.item() == f"{side} at {ways[1]:.4g} rad/pitch"
+    # tolerance: the end of one contact as it was told before there were more, .228
+    assert ways[1] == pytest.approx(0.2275, abs=2e-3)
+    behind = (r.leg == 1) & (r.phi > ways[1])
+    assert all("+" in name for name in r.contact.values[behind])
+    assert abs(float(r.energy_error)) < 1e-3
 
 
 @pytest.mark.parametrize("path", ["twist 0.09 rad/pitch", BY_EDGES])

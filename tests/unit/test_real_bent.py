@@ -6,8 +6,8 @@ import pytest
 from squama import combined
 from squama.joints import law
 from squama.joints.factor import MIRROR
-from squama.real import path
-from squama.real.legs import follow_legs
+from squama.contacts import path
+from squama.contacts.legs import follow_legs
 
 SHAPE = law.Shape(1.28, 0.32, 0.18, 0.6, 0.02, np.pi / 4, np.radians(10), 0.25)
 ETA = 3.0
@@ -23,11 +23,10 @@ def scale(h=SHAPE.thickness, D=np.inf, **changed):
 @pytest.mark.parametrize("D", [np.inf, 0.1])
 def test_without_bend_it_is_the_twisted_beam(D):
     phi = np.array([0.03, 0.08, 0.12, 0.16])
-    one = path.Path.of(scale(D=D), K, 0.3)
+    one = path.Path.of(scale(D=D), K, 0.3, stretch="held")
     rows, _ = one.states(phi)
     found = follow_legs(scale(D=D), K, 0.3, np.column_stack([0 * phi, phi]), stretch="held")
-    np.testing.assert_allclose(found.answers.rows[0][:, :19], rows, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(found.T, rows[:, 1], rtol=1e-6)
+    np.testing.assert_allclose(found.rows, rows, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("D", [np.inf, 0.1])
@@ -35,20 +34,20 @@ def test_moment_and_torque_are_the_slopes_of_the_energy(D):
     """Work of M and T around a square of strains, and along the path by the compiled model's own sum."""
     corners = np.array([(0.02, 0.1), (0.04, 0.1), (0.04, 0.12), (0.02, 0.12), (0.02, 0.1)])
     found = follow_legs(scale(D=D), K, 0.0, corners, step=1e-3)
-    work = found.answers.rows[0][:, 9]
+    work = found.column("W")
     assert work[-1] - work[0] == pytest.approx(0.0, abs=1e-5 * work[0])
     np.testing.assert_allclose([found.M[-1], found.T[-1]], [found.M[0], found.T[0]], rtol=3e-6)
     # the rate of work with the way is along the leg that ends there
     rates = np.diff(corners, axis=0, prepend=np.zeros((1, 2)))
     rates /= np.hypot(*rates.T)[:, None]
-    np.testing.assert_allclose(found.answers.rows[0][:, 1], found.M * rates[:, 0] + found.T * rates[:, 1], rtol=1e-6)
+    np.testing.assert_allclose(found.column("T"), found.M * rates[:, 0] + found.T * rates[:, 1], rtol=1e-6)
     h = 1e-4
     for axis, value in ((0, found.M[0]), (1, found.T[0])):
         ends = []
         for sign in (1, -1):
             there = corners[:1] + sign * h * np.eye(2)[axis]
             ends.append(follow_legs(scale(D=D), K, 0.0, np.concatenate([corners[:1], there]), step=2e-3))
-        works = [end.answers.rows[0][1, 9] for end in ends]
+        works = [end.column("W")[1] for end in ends]
         assert (works[0] - works[1]) / (2 * h) == pytest.approx(value, rel=1e-4)
 
 
@@ -64,16 +63,15 @@ def test_general_contact_finds_the_same(mu, stretch):
     walk = make_bent(
         K, shape, mu, free=("stretch",) * (stretch == "free"), exposed=box(ETA, shape.beta, shape.thickness)
     )
-    found, other = follow_legs(scale(), K, mu, TWIST_FIRST, stretch=stretch), []
+    found, other = follow_legs(scale(), K, mu, TWIST_FIRST, stretch=stretch, step=1e-3), []
     for corner in TWIST_FIRST:
         assert walk.run(walk.aim(*corner), 2e-3).reached
         other.append([walk.columns[name][-1] for name in ("M", "T", "N", "stretch")])
     M, T, N, stretched = np.array(other).T
-    rows = found.answers.rows[0]
     # tolerance: the barrier's gap of 1e-4 pitches, and friction's first increment at a corner
     np.testing.assert_allclose(found.M, M, rtol=3e-3)
     np.testing.assert_allclose(found.T, T, rtol=3e-3)
-    np.testing.assert_allclose(rows[:, 2], N, rtol=5e-3)
+    np.testing.assert_allclose(found.column("N"), N, rtol=5e-3)
     np.testing.assert_allclose(found.stretch, stretched, atol=5e-5)
     assert (found.stretch == 0).all() == (stretch == "held")
 

@@ -24,7 +24,7 @@ import numpy as np
 from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import gap_at
-from squama.contacts.equations import prepared, residual
+from squama.contacts.equations import inclination, prepared, residual
 from squama.contacts.follow import (
     LOST,
     MEET,
@@ -51,11 +51,12 @@ from squama.contacts.follow import (
 )
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.newton import shift
-from squama.contacts.system import PHI, STRAINS, copy
+from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
 from squama.types import Array
 
-_ROUNDS, _TIGHT, _LOOSE = 12, 1e-13, 1e-6
-"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known."""
+_ROUNDS, _TIGHT, _LOOSE, _AT_ONCE = 12, 1e-13, 1e-6, 1e-9
+"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known;
+size of an increment below which two events are at once."""
 
 
 @_jit
@@ -100,12 +101,12 @@ def changed(w: Walk, at: int, h: float) -> bool:
     for e in range(STRAINS):
         loose = loose or S.free[e] > 0
     moved, known, last = True, False, math.inf
-    for _ in range(_ROUNDS):
+    for count in range(_ROUNDS + 1):
         prepared(S, st, w.con, m, moved, w.W)
         moved = loose
         residual(S, st, w.past, w.con, m, J.at, n, w.W, J.r, w.loads)
-        if known:
-            return True
+        if known or count == _ROUNDS:
+            break
         for i in range(n):
             x[i] = J.r[i].imag
         substitute(J, n, x)
@@ -114,9 +115,7 @@ def changed(w: Walk, at: int, h: float) -> bool:
         rate = min(1.0, size / last) if last < math.inf else 1.0
         known = not size * rate > _TIGHT * scale
         last = size
-    prepared(S, st, w.con, m, moved, w.W)
-    residual(S, st, w.past, w.con, m, J.at, n, w.W, J.r, w.loads)
-    return not last > _LOOSE * extent(w, m)
+    return known or last <= _LOOSE * extent(w, m)
 
 
 @_jit
@@ -148,6 +147,8 @@ def missed(w: Walk, what: int, c: int) -> float:
     """Return the value of an event's condition at the new state, its change included."""
     if what != MEET:
         return condition(w, w.new, what, c).imag
+    if w.best[KIND] == LIES:
+        return inclination(w.S, int(w.best[FIRST]), w.W).imag
     return gap_at(w.S, w.new, w.W, w.best).imag
 
 
@@ -158,29 +159,29 @@ def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool
     h, what, c = notes[at + NOTED_H], int(notes[at + NOTED_WHAT]), int(notes[at + NOTED_WHICH])
     if what == LOST:
         return False
-    left = goal - t[T_WAY]
+    left, by, first = goal - t[T_WAY], 0.0, 0.0
     if what == NOTHING:
         # the same share of what is left
-        size = h + 1j * (left.imag * (h / left.real))
-        if not changed(w, at, size):
-            return False
-        accept(w, size, False)
-        return True
-    copy(notes[at + NOTED_VERTEX : at + NOTED], w.best)
-    by = 0.0
-    if not changed(w, at, h + 0j):
-        return False
-    first = missed(w, what, c)
-    if first != 0.0:
-        # linear in the size's change
-        by = abs(first)
+        by = left.imag * (h / left.real)
+    else:
+        copy(notes[at + NOTED_VERTEX : at + NOTED], w.best)
+    for trial in range(3):
         if not changed(w, at, h + 1j * by):
             return False
-        by *= first / (first - missed(w, what, c))
-        if not (math.isfinite(by) and changed(w, at, h + 1j * by)):
-            return False
-    accept(w, h + 1j * by, True)
-    return change(w, what, c, events, step)
+        if what == NOTHING or h < _AT_ONCE or trial == 2:
+            break
+        off = missed(w, what, c)
+        if trial == 0:
+            if off == 0.0:
+                break
+            first, by = off, abs(off)
+        else:
+            # linear in the size's change
+            by *= first / (first - off)
+            if not math.isfinite(by):
+                return False
+    accept(w, h + 1j * by, what != NOTHING)
+    return what == NOTHING or change(w, what, c, events, step)
 
 
 @_jit

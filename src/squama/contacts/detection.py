@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.equations import Work
@@ -49,6 +50,8 @@ DIP = 1e-3
 ALONG, ACROSS = 16, 8
 """Places that are looked at along a bent edge of the length, and of the width."""
 _PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.13, 6
+_BERNSTEIN = np.array([[math.comb(r, m) / math.comb(7, m) for m in range(2, 8)] for r in range(8)])
+"""Coefficients of Bernstein's polynomials of degree 7, of the powers X^2 .. X^7."""
 
 
 @_jit
@@ -130,7 +133,7 @@ def crossing(
 ) -> tuple[float, float, float]:
     """Return the places where edge e of scale i crosses edge f of scale j, and its gap, from a first place on."""
     a, axis, goal = start, across(f), bound(S, j, f)
-    rate = (v[3 + axis] if lengthwise(e) else v[6 + axis])
+    rate = v[3 + axis] if lengthwise(e) else v[6 + axis]
     p, gap = (0.0 * a, 0.0 * a, 0.0 * a), 0.0 * a
     for _ in range(4 if S.shapes[i, ELASTIC].real > 0 else 1):
         x, y = on_edge(S, i, e, a)
@@ -158,8 +161,26 @@ def dip(
 
 
 @_jit
-def clear(S: System, st: State, v: Array, i: int, j: int) -> float:
-    """Return a gap that scale i keeps over all of j's face at least, both as far as they may be bent."""
+def span(S: System, i: int, b: Array) -> tuple[float, float]:
+    """Return bounds of the deflection of scale i, tight ones: the extreme coefficients of Bernstein's polynomials."""
+    least, most = 0.0, 0.0
+    if not S.shapes[i, ELASTIC] > 0:
+        return least, most
+    for r in range(2, 8):
+        c0, c1, c2, c3 = 0.0, 0.0, 0.0, 0.0
+        for m in range(r - 1):
+            t, o = _BERNSTEIN[r, m], 4 * m
+            c0, c1, c2, c3 = c0 + t * b[o], c1 + t * b[o + 1], c2 + t * b[o + 2], c3 + t * b[o + 3]
+        even, odd = c0 + c2, c1 + c3
+        inner, tilt = c0 - c2 / 3, c1 / 3 - c3
+        least = min(least, even - abs(odd), inner - abs(tilt))
+        most = max(most, even + abs(odd), inner + abs(tilt))
+    return least, most
+
+
+@_jit
+def clear(S: System, v: Array, i: int, j: int, bent1: float, bent2: float) -> float:
+    """Return a gap that scale i keeps over all of j's face at least, bent by no more than this."""
     half, det = S.shapes[i, H] / 2, v[3] * v[7] - v[4] * v[6]
     if abs(det) < 0.05:
         return -1.0
@@ -168,10 +189,7 @@ def clear(S: System, st: State, v: Array, i: int, j: int) -> float:
     by_x, by_y = (v[5] * v[7] - v[8] * v[4]) / det, (v[8] * v[3] - v[5] * v[6]) / det
     base = o[2] - by_x * o[0] - by_y * o[1] - h
     least = base + min(0.0, by_x * S.shapes[j, ETA]) - abs(by_y) * S.shapes[j, BETA]
-    bends = 0.0
-    for b in range(len(st.b[i])):
-        bends += abs(st.b[i, b]) + abs(st.b[j, b])
-    return least - 2 * bends
+    return least - bent1 / abs(det) - bent2
 
 
 @_jit
@@ -182,7 +200,10 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
     bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
     v, u, corners = W.views[0], W.views[1], W.corners
     view(S, W, i, j, k, False, v)
-    if clear(S, st, v, i, j) > cap:
+    low1, high1 = span(S, i, st.b[i])
+    low2, high2 = span(S, j, st.b[j])
+    bent1, bent2 = max(-low1, high1), max(-low2, high2)
+    if clear(S, v, i, j, bent1, bent2) > cap:
         return n
     view(S, W, i, j, k, True, u)
     for c in range(4):
@@ -212,6 +233,9 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
                 continue
             a0, a1 = low(S, i, e), high(S, i, e)
             if bent:
+                z = corners[first, 2] + t * (corners[last, 2] - corners[first, 2]) - S.shapes[j, H] / 2
+                if z - bent1 * (1 + 1 / abs(v[11])) - bent2 > cap:
+                    continue
                 a, b, gap = crossing(S, st, v, i, j, e, f, a0 + t * (a1 - a0))
             else:
                 a = a0 + t * (a1 - a0)
@@ -223,42 +247,60 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
                 n += 1
     if not bent:
         return n
-    for upper in range(2):
-        own, other, s = (j, i, u) if upper else (i, j, v)
-        half = S.shapes[own, H] / 2 if upper else -S.shapes[own, H] / 2
-        most = 0.0
-        for b in range(len(st.b[own])):
-            most += abs(st.b[own, b])
-        for e in range(4):
-            a0, a1 = low(S, own, e), high(S, own, e)
-            begin, stop = overhang(S, s, own, other, e, half, most)
-            if begin >= stop:
-                continue
-            many = ALONG if lengthwise(e) else ACROSS
-            here, there = max(0, math.floor(begin * many)), min(many, math.ceil(stop * many))
-            before, inside = 0.0, False
-            for g in range(here, there + 1):
-                a = a0 + (a1 - a0) * g / many
-                slope, x, y, gap, on = dip(S, st, s, own, other, upper == 1, e, a)
-                if on and inside and before < 0.0 <= slope and gap < cap + DIP and n < room:
-                    # a minimum between two places: a root of the slope
-                    l, r, sl, sr = a - (a1 - a0) / many, a, before, slope
-                    for _ in range(_REFINED):
-                        a = l - sl * (r - l) / (sr - sl) if sr != sl else (l + r) / 2
-                        slope_, x, y, gap, on = dip(S, st, s, own, other, upper == 1, e, a)
-                        if slope_ < 0.0:
-                            l, sl = a, slope_
-                            sr /= 2
-                        else:
-                            r, sr = a, slope_
-                            sl /= 2
-                        if abs(slope_) < 1e-13:
-                            break
-                    if gap < cap and on:
-                        note(out, n, i, k, FE if upper else EF, e, e)
-                        place(out, n, gap, x, y, a)
-                        n += 1
-                before, inside = slope, on
+    for e in range(4):
+        n = minima(S, st, v, i, j, False, e, bent1, high2, i, k, cap, out, n)
+        n = minima(S, st, u, j, i, True, e, bent2, -low1, i, k, cap, out, n)
+    return n
+
+
+@_jit
+def minima(
+    S: System, st: State, s: Array, own: int, other: int, upper: bool, e: int, most: float, faced: float, i: int, k: int,
+    cap: float, out: Array, n: int,
+) -> int:  # fmt: skip
+    """Write where the gap along an edge is least between its ends; return how many vertices there are then.
+
+    The edge is bent by ``most`` at most, the other scale towards it by ``faced``.
+    """
+    a0, a1 = low(S, own, e), high(S, own, e)
+    half, side = S.shapes[own, H] / 2, -1.0 if upper else 1.0
+    begin, stop = overhang(S, s, own, other, e, -side * half, most)
+    if begin >= stop:
+        return n
+    many = ALONG if lengthwise(e) else ACROSS
+    here, there = max(0, math.floor(begin * many)), min(many, math.ceil(stop * many))
+    size, bound = (a1 - a0) / many, cap + DIP + S.shapes[other, H] / 2 + faced
+    for g in range(here + 1, there + 1):
+        a = a0 + (a1 - a0) * g / many
+        x, y = on_edge(S, own, e, a)
+        # farther than the other one may be bent
+        if side * (s[2] + s[5] * x + s[8] * y - side * half * s[11]) - most * abs(s[11]) > bound:
+            continue
+        if side * (s[2] + s[5] * x + s[8] * y + s[11] * (height(S, own, st.b[own], x, y) - side * half)) > bound:
+            continue
+        slope, x, y, gap, on = dip(S, st, s, own, other, upper, e, a)
+        if not on or slope < 0.0 or gap >= cap + DIP:
+            continue
+        before, x, y, _, inside = dip(S, st, s, own, other, upper, e, a - size)
+        if not inside or before >= 0.0:
+            continue
+        # a minimum between two places: a root of the slope
+        l, r, sl, sr = a - size, a, before, slope
+        for _ in range(_REFINED):
+            a = l - sl * (r - l) / (sr - sl) if sr != sl else (l + r) / 2
+            slope, x, y, gap, on = dip(S, st, s, own, other, upper, e, a)
+            if slope < 0.0:
+                l, sl = a, slope
+                sr /= 2
+            else:
+                r, sr = a, slope
+                sl /= 2
+            if abs(slope) < 1e-13:
+                break
+        if gap < cap and on and n < len(out):
+            note(out, n, i, k, FE if upper else EF, e, e)
+            place(out, n, gap, x, y, a)
+            n += 1
     return n
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.contacts import follow
-from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features, words
+from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.types import Array
 
@@ -16,6 +16,13 @@ LETTERS = {
     (CORNERS, FACE): "CF", (CORNERS + 1, FACE): "BF", (FACE, CORNERS + 2): "DF", (FACE, CORNERS + 3): "AF",
 }  # fmt: skip
 """Letters of contacts by what meets (docs, theory: bending and twisting); others are told in words."""
+PARTS = (
+    *("tip edge C{0}B{0}", "side edge D{0}C{0}", "side edge A{0}B{0}", "base edge D{0}A{0}", "the face of scale {0}"),
+    *(f"corner {letter}{{0}}" for letter in "CBDA"),
+)
+"""What may meet, by number; scale 2 is neighbour k of scale 1."""
+AT_ONCE = 1e-7
+"""Way, rad per pitch, within which an event and one that takes it back are none."""
 TOGETHER = "+"
 """Between the names of contacts at once."""
 
@@ -51,7 +58,9 @@ class Event(NamedTuple):
             return f"snap to {TOGETHER.join(self.after)}" if self.after else "snap: the contact opens"
         if self.kind == follow.CHANGE:
             old, new = changed(self.before, self.after)
-            return f"{old} to {new}"
+            if old and new:
+                return f"{old} to {new}"
+            return f"another contact ({new})" if new else f"release ({old})"
         return f"{self.contact} {'sticks' if self.kind == follow.STICK else 'slides'}"
 
 
@@ -67,8 +76,8 @@ def changed(before: tuple[str, ...], after: tuple[str, ...]) -> tuple[str, str]:
 
 def named(first: int, second: int, k: int) -> str:
     """Return the letters of a contact by what meets; its words where it has none."""
-    letters = LETTERS.get((first, second))
-    return words(first, second, k) if letters is None else letters + f" (k = {k})" * (k > 1)
+    words = f"{PARTS[first].format(1)} on {PARTS[second].format(2)}"
+    return LETTERS.get((first, second), words) + f" (k = {k})" * (k > 1)
 
 
 def _of(kind: float, one: float, other: float, k: float) -> str:
@@ -95,7 +104,16 @@ def events(found: Answers, i: int = 0) -> list[Event]:
         way, psi, phi = row[1:4].tolist()
         told.append(Event(int(row[0]), way, psi, phi, name, before, after, float(row[12])))
         before = after
+        if told[1:] and undone(*told[-2:]):
+            del told[-2:]
     return told
+
+
+def undone(one: Event, next_one: Event) -> bool:
+    """Say whether an event takes back the one before it at once, as where one of two contacts goes when the other comes."""
+    pairs = {follow.ENGAGE, follow.OPEN}, {follow.STICK, follow.SLIDE}
+    same = one.contact == next_one.contact and {one.kind, next_one.kind} in pairs
+    return same and next_one.way - one.way < AT_ONCE
 
 
 def touching(found: Answers, i: int = 0) -> Array:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import AT, GAP, VERTEX, deepest, edges_of, known, vertices
@@ -21,6 +23,7 @@ from squama.contacts.equations import (
     V_,
     Work,
     along_edges,
+    before,
     clear,
     jacobian,
     inclination,
@@ -435,7 +438,6 @@ def sideways(w: Walk, gap: float) -> bool:
 def accept(w: Walk, h: float, event: bool) -> None:
     """Make the new state the last one, after an increment; ``event``: rates change here."""
     t, S = w.tally, w.S
-    N = len(S.shapes)
     power, load = 0.0, 0.0
     for c in range(w.count[0]):
         # slip per way
@@ -457,7 +459,8 @@ def accept(w: Walk, h: float, event: bool) -> None:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
     if w.count[0] > 0 and w.con[0, STUCK] == 0:
-        t[T_SLID] += w.W.told[0, V_]
+        D = before(S, w.con[0], w.new.s[0], w.past, 0)[0]
+        t[T_SLID] += np.sqrt(dot(D, D))
     copied(w.old, w.older)
     copied(w.now, w.old)
     copied(w.new, w.now)
@@ -796,6 +799,18 @@ def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
 
 
 @_jit
+def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
+    """Return the increment after which the gap that closes is zero, by those after two around it."""
+    if low_ == 0.0 or not tried(w, low_, fresh):
+        return up
+    a = value(w, w.new, MEET, -1)
+    if not tried(w, up, fresh):
+        return up
+    b = value(w, w.new, MEET, -1)
+    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b else up
+
+
+@_jit
 def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
     """Find the least increment up to h after which a condition is violated; return it, what, and of which contact.
 
@@ -851,9 +866,9 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2
-    if what == MEET and vl > 0.0 and vu < 0.0:
+    if what == MEET:
         # to the last digits: where a beam engages is told
-        up = low_ + (up - low_) * vl / (vl - vu)
+        up = closed(w, low_, up, fresh)
         return (up if tried(w, up, fresh) else -1.0), what, c
     ok = tried(w, up, fresh)
     if ok:
@@ -1049,6 +1064,8 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
         if w.S.shapes[0, MU].real > 0.0:
             for c in range(w.count[0]):
                 w.con[c, STUCK] = 1
+            # where they slide again is located
+            t[T_ZERO] = -1.0
         w.J.kept[0] = 0
 
 

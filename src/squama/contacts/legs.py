@@ -25,6 +25,16 @@ class Bent(NamedTuple):
         return np.asarray(self.rows[:, COLUMNS.index(name)])
 
     @property
+    def strains(self) -> Array:
+        """Bend and twist per pitch (n, 2), rad."""
+        return np.column_stack([self.column("psi"), self.column("twist")])
+
+    @property
+    def stretch(self) -> Array:
+        """Stretches (n,)."""
+        return self.column("stretch")
+
+    @property
     def M(self) -> Array:
         """Moments (n,), E d^3, the bar's included."""
         return self.column("M")

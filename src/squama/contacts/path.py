@@ -52,8 +52,7 @@ FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
 """Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
-_SCREW = (0, 1, 2, 3, 4, 5, 7, 6, 8)
-"""Rows of a joint's matrix, which has the twist before the bend, in the order of the strains."""
+_LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
 
 
 class Scale(NamedTuple):
@@ -190,10 +189,15 @@ def follow_all(
     ``room``: how many contacts are told of each state.
     """
     ways, strains, most = _legs(targets, corners, most)
-    room = Room.of(ways, room)
+    found = Room.of(ways, room)
     tell(entry.many, "scales in contact")
-    entry.many(beams, 1, True, step, most, ROOM, ways, strains, *room, np.zeros((len(ways), 0)))
-    return room.answers(strains)
+    entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
+    answers = found.answers(strains)
+    if corners is None and (np.diff(targets, axis=1, prepend=0.0) < 0).any():
+        # a way that goes back is against the twist
+        sense = np.where(np.diff(targets, axis=1, prepend=0.0) < 0, -1.0, 1.0)[..., None]
+        answers.rows[..., _LOADS] *= sense
+    return answers
 
 
 def moved(
@@ -204,12 +208,12 @@ def moved(
 
     Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
     the path is followed once. All that is returned but the ends is complex, its real parts those of
-    :func:`follow_all`. Imaginary parts are NaN where there are no derivatives, see
+    :func:`follow_all` but for rounding. Imaginary parts are NaN where there are no derivatives, see
     :mod:`squama.contacts.derivatives`: behind a snap, first of all.
     """
-    real = entry.Beams(*(np.ascontiguousarray(np.real(v[::copies])) for v in beams))
+    real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    many = entry.Beams(*kind[:4], real.free.repeat(copies, axis=0), kind[5])
+    many = entry.Beams._make([*kind[:4], real.free.repeat(copies, axis=0), kind[5]])
     ways, strains, most = _legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
     at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
     tell(entry.many, "scales in contact")
@@ -217,8 +221,9 @@ def moved(
     found, changed = Room.of(at, room), Room.of(ways, room)
     for i in range(len(at)):
         _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
-    whole = Room(*(np.repeat(v, copies, axis=0) for v in found))
-    whole = Room(*(_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)), whole.ends)
+    whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
+    both = [_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)]
+    whole = Room._make([*both, whole.ends])
     return whole.answers(strains)
 
 
@@ -228,7 +233,8 @@ def _move(
 ) -> None:  # fmt: skip
     """Follow beam i, note its increments, and follow its copies."""
     one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
-    own, beam, every = found.part(one), entry.Beams(*(v[one] for v in real)), entry.Beams(*(v[all_] for v in many))
+    own, beam = found.part(one), entry.Beams._make(v[one] for v in real)
+    every = entry.Beams._make(v[all_] for v in many)
     size = NOTES
     while True:
         notes = np.zeros((1, size))
@@ -281,14 +287,12 @@ class Room(NamedTuple):
         (n, m), kind = ways.shape, ways.dtype
         sizes = (follow.LINE,), (1, 6), (1, 24)
         states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
-        return cls(
-            *states, np.zeros((n, m, contacts, follow.CONTACT), kind), np.zeros((n, EVENTS, follow.EVENT), kind),
-            np.zeros((n, 4)),
-        )  # fmt: skip
+        touches, events = (n, m, contacts, follow.CONTACT), (n, EVENTS, follow.EVENT)
+        return cls._make([*states, np.zeros(touches, kind), np.zeros(events, kind), np.zeros((n, 4))])
 
     def part(self, which: slice) -> Room:
         """Return the room of some beams."""
-        return Room(*(v[which] for v in self))
+        return Room._make(v[which] for v in self)
 
     def answers(self, strains: Array) -> Answers:
         """Return what is written there."""

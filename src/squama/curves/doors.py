@@ -89,8 +89,11 @@ def twist(
     xarray.Dataset
         Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians;
         single figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version
-        in the attributes. With scales on both faces loads and energies are the beam's, what is told of a scale is of
-        the face that touches first; ``theta_other``, ``N_other``, ``stress_other`` and the like, and
+        in the attributes. The real beam goes on through every contact that comes in: ``N``, ``f`` are sums over all
+        contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` tell the second one,
+        ``W_snap`` the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the plate model
+        (docs, theory: contact). With scales on both faces loads and energies are the beam's, what is told of a scale
+        is of the face that touches first; ``theta_other``, ``N_other``, ``stress_other`` and the like, and
         ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain`` are of the face that comes there
         first.
 
@@ -164,8 +167,7 @@ def bend(
     xarray.Dataset
         As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``T`` is the
         torque that keeps a beam of oblique scales from twisting, ``contact`` what touches (docs, theory: bending and
-        twisting), ``r`` its distance from the base of the other scale. Attributes: ``joint``, ``scales``, ``neutral``,
-        of the real beam ``followed`` (by which contact), too.
+        twisting), ``r`` its distance from the base of the other scale. Attributes: ``joint``, ``scales``, ``neutral``.
 
     Raises
     ------
@@ -309,14 +311,15 @@ def cycle(
         ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
         ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
-        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there; ``energy_error``: work that is
-        neither stored nor rubbed away, relative to W_fr. See docs, theory: cycles.
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;
+        ``energy_error``: work that is neither stored, rubbed away nor lost in snaps, relative to W_fr.
+        See docs, theory: cycles.
 
     Raises
     ------
     InputError
-        An argument is out of range; the history goes beyond a lock or to a contact that is not followed, or the scales
-        do not slide back on it.
+        An argument is out of range; the history goes beyond a lock, on hinges to a contact that is not followed, else
+        to where no equilibrium is found; or the scales do not slide back on it.
 
     Examples
     --------

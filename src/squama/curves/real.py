@@ -1,4 +1,4 @@
-"""The real beam in SI units: thick, elastic scales on a joint that gives, by the model of :mod:`squama.real`.
+"""The real beam in SI units: thick, elastic scales on a joint that gives, by :mod:`squama.contacts`.
 
 A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
 makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:`squama.contacts`).

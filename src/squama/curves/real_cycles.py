@@ -363,7 +363,7 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
     rows: list[list[float]] = []
     done: list[tuple[_Closed, float]] = []
     for one, left in zip(_closed(way, values), residual, strict=True):
-        dissipated = float(v["W_fr"][one.closed] - v["W_fr"][one.began])
+        dissipated = sum(float(v[role][one.closed] - v[role][one.began]) for role in ("W_fr", "W_snap"))
         # what has closed inside is a loop of its own
         dissipated -= sum(w for c, w in done if one.began <= c.began and c.closed <= one.closed)
         done.append((one, dissipated))

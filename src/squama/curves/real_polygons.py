@@ -153,7 +153,7 @@ def go(
     faces = []
     for i, view in enumerate(views):
         corners = where.strains[1:] * view
-        found = _followed(one, follow_legs(plate, held.K, mu, corners, stretch=stretch, step=step), where)
+        found = _followed(one, follow_legs(plate, held.K, mu, corners, stretch=stretch, step=step), where, touched[i])
         if found.end == End.NONE and math.isfinite(touched[i]):
             found = found._replace(end=str(End.RANGE))
         faces.append(found._replace(other=both_faces.WHOSE * bool(i and found.other) + found.other))
@@ -185,8 +185,8 @@ def walk(asked: Asked) -> States:
     return States({("point",): along, ("event",): told, (): single}, attrs, gone.notes)
 
 
-def _followed(one: real.Path, found: Bent, stations: Stations) -> Followed:
-    """Return the states of a beam, rest the first of them, and what happens on its way."""
+def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -> Followed:
+    """Return the states of a beam that engages at a way, rest the first of them, and what happens on its way."""
     way, met, end = one.way, found.answers.contact(), found.answers.end()
     n = end.solved + 1
     rest = np.zeros((1, found.rows.shape[1]))
@@ -203,8 +203,9 @@ def _followed(one: real.Path, found: Bent, stations: Stations) -> Followed:
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     told = events.events(found.answers)
     stop = end.phi if end.code != follow.RANGE else float(stations.ways[-1])
-    first = met.phi, events.named(met.first, met.second, met.k) if met.first >= 0 else ""
-    told = [event for event in told if event.way <= stop]
+    first = engaged, events.named(met.first, met.second, met.k) if met.first >= 0 else ""
+    # the same place as without stations, to the last digit
+    told = [event._replace(way=event.way if i else engaged) for i, event in enumerate(told) if event.way <= stop]
     second = events.second(told)
     return Followed(own, path.motions(rows), contact, first, told, stop, str(word), second.placed if second else "")
 

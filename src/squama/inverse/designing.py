@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +15,6 @@ from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import doors
-from squama.curves.labelled import Answer
 from squama.curves.path import idealisation
 from squama.errors import refuse
 from squama.inverse import beside, making, real, search
@@ -371,11 +369,11 @@ class _Refined(NamedTuple):
             # all contacts, and steps of its own
             reached, answer = real.followed(beam, [goal.want for goal in target.goals], options)
             values = np.array(reached)
-            lines, met = making.refused(beam, target.printer), _met(answer, beam)
+            lines = making.refused(beam, target.printer)
         else:
             common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
             answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-            values, met = self.look.found.values[:, i], ""
+            values = self.look.found.values[:, i]
             lines = making.refused(beam, {}, sided=LOADS[space.load].sided)
         goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.scales)))
         return Design(
@@ -389,7 +387,7 @@ class _Refined(NamedTuple):
             rate_end=float(answer[f"{LOADS[space.load].rate}_end"]),
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
-            warnings=tuple(filter(None, [*answer.attrs["warnings"].split("\n"), met])),
+            warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
             found_by=beside.found_by(target),
         )
 
@@ -423,16 +421,3 @@ class _Refined(NamedTuple):
                 law = name in law_ranges(target.laws)
                 found.append(f"limit joint_law, {name}" if law else name)
         return found
-
-
-def _met(answer: Answer, beam: Beam) -> str:
-    """Say where another contact comes in before a twist that is asked for; empty where none does."""
-    general = float(answer["phi_general"])
-    if not (math.isfinite(general) or answer["other_contact"].item()):
-        return ""
-    at = general if math.isfinite(general) else float(answer["Phi_end"]) * beam.pitch
-    goes_on = "this design was followed on by general contact" if math.isfinite(general) else "squama[fe] follows on"
-    return (
-        f"another contact comes in at {math.degrees(at) * beam.scales:.4g} deg total; the search takes no figures "
-        f"beyond ({goes_on}): a larger beam.pitch or scale.theta0, shorter or narrower scales put it off"
-    )

@@ -54,7 +54,7 @@ NEAR_REST = 1e-3
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
     """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.figures.evaluate`.
 
-    Contacts of all plates are always looked for: a curve ends with another contact, and so do its figures.
+    Contacts of all plates are always followed. Beyond a snap there are no derivatives: they are told as 0.
     """
     del plates
     n, k = c.d.size, len(moved)

@@ -3,7 +3,7 @@
 Deflections are w(x, y) = sum b_mn X^m Y^n with X = x / eta in 0..1, Y = y / beta in -1..1, m = 2..7, n = 0..3; D is
 :func:`squama.model.section.plate_rigidity`. Forces load each power by its value at their places, so a plate enters a
 contact through one small table; along an edge a deflection is a polynomial in the place, and the table of two edges
-that meet is smaller still (:func:`squama.real.features.compliances`).
+that meet is smaller still (:mod:`squama.contacts.equations`).
 
 With D = 1, eta = 3, beta = .6, nu_s = .35 the compliances at the tip (y = -.15), at the side (x = 2.2), and of one by
 the other are 8.1407, 3.5321 and 4.9569; converged plate elements give 8.2090, 3.5724 and 4.9987.

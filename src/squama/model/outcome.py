@@ -34,7 +34,7 @@ class End(StrEnum):
 
 
 CODES = (*(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED, End.SIDE)), End.LINE)
-"""Ends of one contact in the order of their integer codes (position = code); the others need general contact."""
+"""Ends of hinges in the order of their integer codes (position = code); others are of scales on joints that give."""
 
 SENTENCES: dict[End, str] = {
     End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",

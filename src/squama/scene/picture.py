@@ -107,10 +107,10 @@ def view(
         bend is held, else 0.7 of the way to the end. Beyond the end of the curve the last state is shown.
     bend
         Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
-        not drawn then; the real beam is followed as far as one contact at a time goes.
+        not drawn then.
     load, mu, law, sense, margin, joint, ideal
         "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint scales are drawn flat, in
-        the pose of their six motions, up to the first other contact.
+        the pose of their six motions.
     dark, forces, frames
         On a dark ground; with contact forces; number of pictures of an animation, 2 to 500.
 

@@ -190,7 +190,8 @@ def shares(counts: Array) -> list[str]:
     lines = []
     of = {
         real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",
-        End.OTHER: "another contact comes in before the twist, where figures end; single paths go on there",
+        End.STOPPED: "no equilibrium was found up to the twist: they have no figures there",
+        End.SIDE: "a plate comes in from the side before the twist, where figures end",
     }
     for end, what in of.items():
         share = counts[real_columns.ENDS.index(end)] / max(1, counts.sum())

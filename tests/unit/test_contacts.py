@@ -1,0 +1,326 @@
+"""The one contact solver: against brute force and barriers, its images, its events, its work, strains that are free."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import squama
+
+from squama.contacts import entry, events, follow, path
+from squama.contacts.system import System
+from squama.curves import real
+from squama.joints import law
+from squama.joints.factor import MIRROR
+from squama.types import Array
+from tests.oracle.brute_force import Boxes
+from tests.oracle.boxes import displaced
+
+
+class Given(NamedTuple):
+    """A beam, E = d = 1."""
+
+    scale: path.Scale
+    K: Array
+    mu: float = 0.0
+
+    @property
+    def mirrored(self) -> Given:
+        """Its mirror image."""
+        return Given(self.scale._replace(alpha=-self.scale.alpha), self.K * np.outer(MIRROR, MIRROR), self.mu)
+
+    def beams(self, free: tuple[int, ...] = (0, 0, 0, 0)) -> entry.Beams:
+        """Return what is followed, with strains (bend, twist, lateral bend, stretch) free."""
+        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), stretch="free")
+        return one._replace(free=np.array([free], float))
+
+
+def given(
+    eta: float, beta: float, lam: float, alpha: float, theta0: float, h: float, *, mu: float = 0.0, E: float = math.inf,
+    zeta: float = 0.3, nu: float = 0.45,
+) -> Given:  # fmt: skip
+    """Return a beam on the joint's law: scales of Young's modulus E, as wide as its bar is."""
+    a, t = math.radians(alpha), math.radians(theta0)
+    K = law.stiffness(law.Shape(1.5 * 2 * beta * math.cos(a), lam, zeta, beta, h, a, t, nu))
+    return Given(path.Scale(eta, beta, lam, a, t, h, E * h**3 / (12 * (1 - 0.35**2)), 0.35), K, mu)
+
+
+def followed(
+    one: Given, corners: Array, free: tuple[int, ...] = (0, 0, 0, 0), *, n: int = 12, step: float = path.STEP
+) -> path.Answers:
+    """Follow a path from rest through corners (m, 2) in bend and twist, n stations on each leg."""
+    ends = np.vstack([np.zeros(2), corners])
+    places = np.concatenate([a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in zip(ends, ends[1:], strict=False)])
+    ways = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T))
+    return path.follow_all(one.beams(free), ways[None], corners=places[None], step=step, room=path.ROOM)
+
+
+def loads(found: path.Answers) -> Array:
+    """Return M, T, B, P of states (n, 4)."""
+    v = path.named(found.rows[0])
+    return np.column_stack([v[name] for name in ("M", "torque", "B", "P")])
+
+
+def off(a: Array, b: Array) -> float:
+    """Return the largest difference of moments and torques over the largest of them."""
+    return float(np.abs(a - b)[:, :2].max() / np.abs(b[:, :2]).max())
+
+
+def work(found: path.Answers) -> float:
+    """Return the work that is lost, over the largest energy."""
+    v = path.named(found.rows[0])
+    return float(np.abs(v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]).max() / v["energy"].max())
+
+
+SOFT = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=2e4)
+"""Bends and rubs; followed far enough TS hands over to TF."""
+CORNER = np.array([[0.0, 0.2]])
+TURNS = np.array([[0.05, 0.1], [0.05, 0.2], [-0.03, 0.12], [0.05, 0.2], [0.0, 0.0]])
+
+
+def work(found: path.Answers) -> float:
+    """Return the work that is lost, over the largest energy."""
+    v = path.named(found.rows[0])
+    return float(np.abs(v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]).max() / v["energy"].max())
+
+
+SOFT = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=2e4)
+"""Bends and rubs."""
+CORNER = np.array([[0.0, 0.2]])
+TURNS = np.array([[0.05, 0.1], [0.05, 0.2], [-0.03, 0.12], [0.05, 0.2], [0.0, 0.0]])
+
+
+def system(one: Given, free: tuple[int, ...] = (0, 0, 0, 1), N: int = 1, grip: float = entry.GRIP) -> System:
+    """Return N scales that repeat for ever, each alike."""
+    b = one.beams(free)
+    eta, beta, lam, sa, ca, st, ct, h, mu = b.shapes[0]
+    X, Y = np.array([-sa * ct, st, ca * ct]), np.array([ca, 0.0, sa])
+    shape = [eta, beta, h, mu, float(b.elastic[0]), entry.SLIDING]
+    order, K = [0, 1, 2, 3, 4, 5, 7, 6, 9], np.zeros((10, 10))
+    K[np.ix_(order, order)], K[8, 8] = b.K[0], b.K[0, 7, 7]
+    every = ([shape], [[X, Y, np.cross(X, Y)]], [[0.0, lam, 0.0]], [K], b.plates[:1])
+    reach = int(math.hypot(eta, 2 * beta))
+    return System(*(np.array([*v] * N) for v in every), b.free[0], grip, reach, True)
+
+
+def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int = 12) -> tuple[Array, Array]:
+    """Follow a system from rest through corners (m, 2); return rows and motions."""
+    ends = np.vstack([np.zeros(2), corners])
+    places = np.concatenate([a + (b - a) * np.arange(1, n + 1)[:, None] / n for a, b in zip(ends, ends[1:], strict=False)])
+    ways, strains = np.cumsum(np.hypot(*np.diff(places, axis=0, prepend=np.zeros((1, 2))).T)), np.zeros((len(places), 4))
+    strains[:, :2] = places
+    N, m = len(S.shapes), len(ways)
+    rows, motions, told, end = np.full((m, follow.LINE), np.nan), np.zeros((m, N, 6)), np.zeros((99, follow.EVENT)), np.zeros(4)
+    entry.path(
+        S, C, ways, strains, 0.0, step, rows, motions, np.zeros((m, N, 24)), np.zeros((m, C, follow.CONTACT)), told, end,
+        np.zeros(0),
+    )  # fmt: skip
+    assert end[0] == follow.RANGE
+    return rows, motions
+
+
+BRUTE = {
+    "TS": ((1.9, 0.89, 0.46, 59, 22, 0.036), (0.0, 0.25), (0.5, 1.0), "TS"),
+    "SB": ((2.2, 0.72, 0.65, 34, 5, 0.019), (0.06, -0.25), (0.9, 1.0), "SB"),
+    "behind a second contact": ((2.1, 0.89, 0.35, 70, 7, 0.016), (0.06, 0.25), (0.75, 1.0), "TS+BF"),
+    "behind a snap": ((1.8, 0.43, 0.51, 46, 11, 0.034), (-0.072, 0.3), (0.7, 1.0), "side edge on side edge (k = 1)"),
+}
+
+
+@pytest.mark.parametrize("name", BRUTE)
+def test_brute_force(name):
+    """Rigid boxes without friction: whatever touches, by the distances of all corners and edges."""
+    shape, corner, at, last = BRUTE[name]
+    one = given(*shape)
+    found = followed(one, np.array([corner]), n=20)
+    assert set(events.touching(found)[-1].split("+")) == set(last.split("+"))
+    by_force = Boxes(*(float(v) for v in one.scale[:6]), one.K).follow(np.outer(at, corner[::-1]))
+    told = np.array(by_force)
+    assert (told[:, 2] < 1e-9).all()
+    own = loads(found)[[round(20 * a) - 1 for a in at]]
+    print("BRUTE", name, off(own, told[:, 1::-1]))
+    assert off(own, told[:, 1::-1]) < 1e-5
+
+
+@pytest.mark.parametrize(("name", "least"), [("behind a snap", 0.238), ("behind a second contact", 0.237)])
+def test_what_happens_is_told(name, least):
+    """The snap loses energy, and the second contact comes where the first one is."""
+    shape, corner, _, last = BRUTE[name]
+    told = events.events(followed(given(*shape), np.array([corner]), n=20))
+    assert told[0].kind == follow.ENGAGE
+    assert not told[0].before
+    assert told[1].kind == (follow.SNAP if "snap" in name else follow.ENGAGE)
+    assert told[1].before == ("TS",)
+    assert "+".join(told[1].after) == last
+    assert abs(told[1].phi) > least
+    assert (told[1].lost > 1e-7) == ("snap" in name)
+
+
+@pytest.mark.parametrize("free", [(0, 0, 0, 0), (1, 0, 1, 1)])
+@pytest.mark.parametrize("E", [math.inf, 2e4])
+def test_image_in_the_mirror(E, free):
+    """M and P the same, T and B the other sign."""
+    one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=E)
+    corners = CORNER if free[0] else TURNS
+    a, b = followed(one, corners, free), followed(one.mirrored, corners * [1, -1], free)
+    assert a.end().code == b.end().code == follow.RANGE
+    # 9e-11 is what is measured of elastic scales, and 1e-9 what is asked for
+    np.testing.assert_allclose(loads(a), loads(b) * [1, -1, -1, 1], rtol=0.0, atol=3e-9 * np.abs(loads(a)).max())
+
+
+@pytest.mark.parametrize("free", [(0, 0, 0, 1), (1, 0, 1, 1)])
+@pytest.mark.parametrize(("mu", "n", "near"), [(0.0, 1, 2e-9), (0.25, 4, 1e-5)])
+@pytest.mark.parametrize("E", [math.inf, 2e4])
+def test_steps_do_not_matter(E, mu, n, near, free):
+    one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=mu, E=E)
+    a, b = (loads(followed(one, CORNER, free, step=path.STEP / m)) for m in (n, 8 * n))
+    print("STEP", E, mu, free, off(a, b))
+    assert off(a, b) < near
+
+
+def test_lengths_times_ten():
+    """A pitch of 10: lengths and motions by 10, forces by 100, moments by 1000, strains per length by a tenth."""
+    a = system(SOFT)
+    size = np.array([10.0] * 3 + [1.0] * 7)
+    # of strains psi, phi, chi per pitch and the stretch, that is relative to one
+    shapes = a.shapes * [10, 10, 10, 1, 1, 100]
+    K = a.K * 1000 / np.outer(size, size)
+    print(shapes, K.shape)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.25])
+def test_three_scales_in_a_ring_are_one(mu):
+    """A scale with its images, and three of them that are free to do otherwise."""
+    one = SOFT._replace(mu=mu)
+    (a, q), (b, p) = (ring(system(one, N=N), TURNS if mu else CORNER) for N in (1, 3))
+    # as far as events are located, 1e-10 rad per pitch, friction knows where it began
+    near = 1e-6 if mu else 1e-9
+    np.testing.assert_allclose(b[:, 5:9], a[:, 5:9], rtol=0.0, atol=near * np.abs(a[:, 5:9]).max())
+    np.testing.assert_allclose(p, np.repeat(q, 3, axis=1), rtol=0.0, atol=near * np.abs(q).max())
+
+
+def test_grip_does_not_matter():
+    """One contact that sticks and slides: the compliance of the law changes loads by a share below itself."""
+    a, b, c = (ring(system(SOFT, grip=grip), TURNS)[0][:, 5:9] for grip in (1e-8, 1e-6, 1e-5))
+    most = np.abs(a).max()
+    assert np.abs(b - a).max() < 2e-6 * most
+    assert 1e-9 * most < np.abs(c - a).max() < 2e-5 * most
+    # and by a share as large: 10 times as far by 10 times the compliance
+    assert np.abs(c - a).max() / np.abs(b - a).max() == pytest.approx(10, rel=0.3)
+
+
+@pytest.mark.parametrize("E", [math.inf, 2e4])
+@pytest.mark.parametrize("n", [3, 12])
+def test_work_of_the_loads_there_and_back(E, n):
+    """All of it is stored or rubbed away, on the way there, at each turn, and at rest again."""
+    one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=0.25, E=E)
+    found = followed(one, TURNS, (0, 0, 0, 1), step=path.STEP / 16, n=n)
+    v = path.named(found.rows[0])
+    print("WORK", work(found), v["energy"][-1])
+    assert work(found) < 1e-4
+    assert v["energy"][-1] < 1e-12
+    assert v["W_fr"][-1] > 0.01 * v["energy"].max()
+    assert (np.diff(v["W_fr"]) > -1e-12).all()
+
+
+@pytest.mark.parametrize("free", [(0, 0, 0, 1), (1, 0, 0, 1)])
+def test_targets_that_go_back(free):
+    """Twists that rise, go back and rise: the way counts, work is lost to friction alone, loops repeat."""
+    far = np.concatenate([np.linspace(0, 0.15, 16)[1:], np.linspace(0.15, 0.0, 16)[1:]])
+    found = path.follow_all(SOFT.beams(free), np.concatenate([far, far])[None], step=5e-4, room=path.ROOM)
+    v = path.named(found.rows[0])
+    assert v["phi"][-1] == pytest.approx(0.6, rel=1e-9)
+    np.testing.assert_allclose(v["twist"], np.concatenate([far, far]), atol=1e-12)
+    loops = v["W_fr"][29], v["W_fr"][-1] - v["W_fr"][29]
+    print("BACK", work(found), loops[1] / loops[0] - 1)
+    assert work(found) < 1e-4
+    assert loops[0] > 0.01 * v["energy"].max()
+    assert loops[1] == pytest.approx(loops[0], rel=1e-5)
+    # what is lost is the area of the loop: the torque behind the turn is the lower one
+    assert v["torque"][16] < v["torque"][12]
+
+
+def test_work_that_a_snap_loses():
+    shape, corner, _, _ = BRUTE["behind a snap"]
+    found = followed(given(*shape), np.array([corner, (0, 0)]), step=path.STEP / 8)
+    v = path.named(found.rows[0])
+    print("SNAP", work(found), v["W_snap"])
+    assert v["W_snap"].max() > 1e-6
+    assert work(found) < 1e-4
+    told = [event.lost for event in events.events(found) if event.kind == follow.SNAP]
+    assert sum(told) == pytest.approx(v["W_snap"][-1], rel=1e-9)
+
+
+def skin() -> tuple[Given, float]:
+    """Return the beam of examples/stiff_skin.toml, and E d^3 in mN m."""
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    return Given(real.scale(beam, ideal=False), real.Held.of(beam).K, 0.25), 1e3 * beam.unit_moment
+
+
+def test_stiff_skin_by_a_torque_alone():
+    """The figures of the barrier on the same joint; free to bow it takes a fourth of the torque that it takes held."""
+    one, unit = skin()
+    at = np.array([[0.06, 0.08, 0.1]])
+    free, held = (path.named(path.follow_all(one.beams((f, 0, 0, 1)), at).rows[0]) for f in (1, 0))
+    np.testing.assert_allclose(free["torque"] * unit, [5.614, 9.515, 13.199], rtol=0.01)
+    np.testing.assert_allclose(free["psi"], [-0.0072, -0.0296, -0.0513], rtol=0.01)
+    np.testing.assert_allclose(held["torque"] * unit, [11.80, 35.44, 58.22], rtol=0.01)
+    np.testing.assert_allclose(held["M"] * unit, [4.49, 19.17, 34.68], rtol=0.012)
+    assert np.abs(free["M"]).max() < 1e-9 * np.abs(free["torque"]).max()
+    assert np.abs(free["P"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("free", [(1, 0, 0, 0), (1, 0, 1, 1), (0, 0, 1, 0)])
+def test_free_strains_have_no_load(free):
+    found = followed(SOFT, CORNER, free)
+    F = np.abs(loads(found))
+    assert F[:, np.array(free) > 0].max() < 1e-9 * F.max()
+    others = np.flatnonzero(np.array(free) == 0)
+    assert (F[:, others].max(axis=0) > 1e-4 * F.max()).all()
+
+
+@pytest.mark.parametrize("free", [(0, 0, 0, 0), (1, 0, 0, 1), (1, 0, 1, 1)])
+@pytest.mark.parametrize("E", [math.inf, 2e4])
+def test_the_torque_is_the_slope_of_the_energy(E, free):
+    """Virtual work, mu = 0: dU/dphi = T along a path on which all other strains are held, or free."""
+    at, e = 0.15, 1e-4
+    found = path.follow_all(
+        given(3.0, 0.6, 0.5, 50, 20, 0.08, E=E).beams(free), np.array([at + e * np.arange(-2, 3)]), room=path.ROOM
+    )
+    v = path.named(found.rows[0])
+    U, T = v["energy"], v["torque"]
+    assert v["contacts"].min() > 0
+    slope = (8 * (U[3] - U[1]) - (U[4] - U[0])) / (12 * e)
+    print("VIRTUAL", slope / T[2] - 1)
+    assert slope == pytest.approx(T[2], rel=1e-7)
+
+
+ENGAGES = [((3.0, 0.6, 0.5, 50, 20, 0.08), 1), ((1.9, 0.89, 0.46, 59, 22, 0.036), 1), ((1.5, 0.7, 0.6, 40, 15, 0.05), -1)]
+
+
+def engaged(one: Given, sense: int) -> float:
+    """Return the twist at which boxes on their joints first meet, the length held."""
+    K, s = one.K, one.scale
+    rate = -np.linalg.solve(K[:6, :6], K[:6, 6])
+    shape = (s.eta, s.beta, s.lam, s.alpha, s.h)
+
+    def gap(phi: float) -> float:
+        return min(displaced(shape, s.theta0, phi, k, rate * phi, 0.0) for k in (1, 2, 3))
+
+    grid = sense * np.linspace(0, 0.3, 301)
+    first = next(i for i, phi in enumerate(grid) if gap(phi) < 0)
+    return float(brentq(gap, grid[first - 1], grid[first], xtol=1e-15, rtol=1e-14))
+
+
+@pytest.mark.parametrize(("shape", "sense"), ENGAGES)
+def test_engagement_is_where_boxes_meet(shape, sense):
+    one, told = given(*shape, mu=0.25), []
+    for n, step in ((1, path.STEP), (7, path.STEP), (60, 1e-3), (1, 1e-2)):
+        told.append(events.events(followed(one, np.array([[0.0, 0.25 * sense]]), n=n, step=step))[0].way)
+    far = abs(engaged(one, sense))
+    print("ENGAGED", np.array(told) - far)
+    np.testing.assert_allclose(told, far, rtol=0.0, atol=1e-12)
