@@ -57,7 +57,8 @@ def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
 def filled(J: Linear) -> int:
     """Return how many entries the band has."""
     kept = J.kept
-    return kept[BASE] + (kept[INNER] - 1) * (kept[STRIDE] + 1) + 1
+    n: int = kept[BASE] + (kept[INNER] - 1) * (kept[STRIDE] + 1) + 1
+    return n
 
 
 @_jit
