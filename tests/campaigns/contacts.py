@@ -129,7 +129,7 @@ def loads(found: path.Answers) -> Array:
 
 
 def lost(found: path.Answers) -> tuple[float, float]:
-    """Return the work that is lost over the largest energy, by the solver's own work, and by its loads at the stations."""
+    """Return the work lost over the largest energy, by the solver's own work, and by its loads at the stations."""
     v = {name: value[: found.end().solved] for name, value in path.named(found.rows[0]).items()}
     if not len(v["energy"]) or not v["energy"].max() > 0:
         return 0.0, 0.0
@@ -172,8 +172,8 @@ def wrong(case: Case) -> tuple[path.Answers, list[tuple[str, float]]]:
     if np.isfinite(loads(found)[end.solved :]).any():
         told.append(("goes on behind its end", end.phi))
     own, outside = lost(found)
-    told += [(word, size) for word, size, most in
-             (("loses work", own, BALANCE), ("loses work at stations", outside, OUTSIDE)) if size > most and smooth(found)]  # fmt: skip
+    lost_ways = ("loses work", own, BALANCE), ("loses work at stations", outside, OUTSIDE)
+    told += [(word, size) for word, size, most in lost_ways if size > most and smooth(found)]
     if own > BALANCE and not smooth(found):
         told.append(("loses work beside snaps", own))
     F = np.abs(loads(found))[: end.solved]

@@ -1,4 +1,4 @@
-"""Brute force: a rigid box on springs among its own images; elastic energy and log barriers of all distances, minimised.
+"""Brute force: a rigid box on springs among its images; elastic energy and log barriers of distances, minimised.
 
 An endless beam of rigid scales without friction: scale 1 + k is the image of scale 1 under k times the screw of a cell.
 Every corner of the one box has a distance to the other box, every edge to every edge; ``-kappa log`` of each keeps them
@@ -37,7 +37,7 @@ def exponential(w: Vector) -> tuple[Vector, Vector]:
 
 @dataclass
 class Boxes:
-    """A beam: ratios of its scales, and K (9, 9) over (u, w) of scale 1 in its axes, twist, bend and stretch.    """
+    """A beam: ratios of its scales, and K (9, 9) over (u, w) of scale 1 in its axes, twist, bend and stretch."""
 
     eta: float
     beta: float
@@ -90,20 +90,20 @@ class Boxes:
         """Return weights (n, 8) of places on box 1 and on image k, by corners, unit vectors between, and distances."""
         turned, _, one = self.placed(z)
         R, t = self.screw(z[6:], k)
-        other, I = one @ R.T + t, np.eye(8)
+        other, same = one @ R.T + t, np.eye(8)
         a, xa = self.closest(one, turned @ R.T, other)
         b, xb = self.closest(other, turned, one)
         s, r = crossing(one, other)
         e, f = EDGES[CROSSED[:, 0]], EDGES[CROSSED[:, 1]]
-        first = I[e[:, 0]] * (1 - s[:, None]) + I[e[:, 1]] * s[:, None]
-        second = I[f[:, 0]] * (1 - r[:, None]) + I[f[:, 1]] * r[:, None]
-        A, B = np.concatenate([I, b, first]), np.concatenate([a, I, second])
+        first = same[e[:, 0]] * (1 - s[:, None]) + same[e[:, 1]] * s[:, None]
+        second = same[f[:, 0]] * (1 - r[:, None]) + same[f[:, 1]] * r[:, None]
+        A, B = np.concatenate([same, b, first]), np.concatenate([a, same, second])
         way = np.concatenate([one - xa, xb - other, first @ one - second @ other])
         d = np.sqrt((way**2).sum(axis=1))
         return A, B, way / d[:, None], d
 
     def energy(self, z: Vector, kappa: float) -> tuple[float, Vector, Vector]:
-        """Return energy with barriers, its gradient by (u, w), and that of its parts with 1 / d^2 for the second one."""
+        """Return energy with barriers, its gradient by (u, w), and its parts' with 1 / d^2 for the second one."""
         U, g, H = z @ self.K @ z / 2, (self.K @ z)[:6], self.K[:6, :6].copy()
         moved = self.moved(z)
         for k in self.images:
@@ -143,7 +143,7 @@ class Boxes:
         return (H + H.T) / 2
 
     def pressed(self, z: Vector, k: int, kappa: float) -> tuple[Vector, Vector, Vector]:
-        """Return forces (8, 3) of barriers on the corners of box 1, those by its image on the image's, and distances."""
+        """Return forces (8, 3) of barriers on corners of box 1, those by its image on the image's, distances."""
         A, B, n, d = self.pairs(k, z)
         F = kappa / d[:, None] * n
         return A.T @ F, B.T @ F, d
@@ -223,5 +223,3 @@ def crossing(one: Vector, other: Vector) -> tuple[Vector, Vector]:
     r = (b * s + e) / c
     s = np.where(r < 0, np.clip(-d / a, 0, 1), np.where(r > 1, np.clip((b - d) / a, 0, 1), s))
     return s, np.clip(r, 0, 1)
-
-

@@ -1,4 +1,4 @@
-"""What followers of one contact at a time got wrong: smooth tangents, ends that do not depend on points, snaps by name."""
+"""What followers of one contact got wrong: smooth tangents, ends that do not depend on points, snaps by name."""
 
 import math
 

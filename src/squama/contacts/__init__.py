@@ -1,1 +1,1 @@
-"""Contacts between neighbouring scales: one solver for any number of contacts of a row of scales, or of an endless one."""
+"""Contacts between neighbouring scales: one solver for any number of them, in a row of scales or an endless one."""

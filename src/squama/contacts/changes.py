@@ -71,8 +71,8 @@ _CHANGES = 24
 @_jit
 def unfold(w: Walk, st: State) -> bool:
     """Let the end of an edge with the least gap take over from the edge, which is tangent nowhere; False for none."""
-    prepared(w.S, st, w.con, w.count[0], True, w.W)
-    for c in range(w.count[0]):
+    prepared(w.S, st, w.con, w.counts[0], True, w.W)
+    for c in range(w.counts[0]):
         row = w.con[c]
         if row[KIND] != EF and row[KIND] != FE:
             continue
@@ -82,7 +82,7 @@ def unfold(w: Walk, st: State) -> bool:
         for a in range(n):
             kind = int(w.found[a, KIND])
             p, q = edges_of(kind, int(w.found[a, ONE]), int(w.found[a, OTHER]), side)
-            if kind < EF and (p == own or q == own) and (best < 0 or w.found[a, GAP] < w.found[best, GAP]):
+            if kind < EF and own in (p, q) and (best < 0 or w.found[a, GAP] < w.found[best, GAP]):
                 best = a
         if best >= 0:
             v = w.found[best]
@@ -98,10 +98,10 @@ def tried(w: Walk, h: float, fresh: bool) -> bool:
     guess(w, h)
     if solved(w, h, fresh):
         return True
-    if w.S.shapes[0, MU] > 0.0 and not fresh and w.count[0] > 0:
+    if w.S.shapes[0, MU] > 0.0 and not fresh and w.counts[0] > 0:
         keep_stuck(w, w.con, w.stuck)
         guess(w, h)
-        for c in range(w.count[0]):
+        for c in range(w.counts[0]):
             w.con[c, STUCK] = 1
         if solved(w, h, True):
             return True
@@ -118,7 +118,7 @@ def tried(w: Walk, h: float, fresh: bool) -> bool:
 @_jit
 def keep_stuck(w: Walk, a: Array, b: Array) -> None:
     """Write which contacts of a list stick into another one."""
-    for c in range(w.count[0]):
+    for c in range(w.counts[0]):
         b[c, STUCK] = a[c, STUCK]
 
 
@@ -126,7 +126,7 @@ def keep_stuck(w: Walk, a: Array, b: Array) -> None:
 def solved(w: Walk, h: float, fresh: bool) -> bool:
     """Solve for the state after an increment, by its guess; contacts that are new say themselves whether they stick."""
     weigh(w, h)
-    m, mu = w.count[0], w.S.shapes[0, MU]
+    m, mu = w.counts[0], w.S.shapes[0, MU]
     if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads):
         return False
     if not fresh or mu == 0.0:
@@ -153,7 +153,7 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
 @_jit
 def sliding(w: Walk, h: float) -> bool:
     """Solve for the state after an increment in which all contacts slide, from that without friction."""
-    m = w.count[0]
+    m = w.counts[0]
     guess(w, h)
     for c in range(m):
         w.con[c, STUCK] = 0
@@ -167,20 +167,20 @@ def sliding(w: Walk, h: float) -> bool:
 @_jit
 def drop(w: Walk, st: State, c: int) -> None:
     """Take a contact out."""
-    m = w.count[0] - 1
+    m = w.counts[0] - 1
     for a in range(c, m):
         copy(w.con[a + 1], w.con[a])
         copy(st.F[a + 1], st.F[a])
         copy(st.s[a + 1], st.s[a])
         copy(w.past.F[a + 1], w.past.F[a])
         copy(w.W.told[a + 1], w.W.told[a])
-    w.count[0], w.J.kept[0] = m, 0
+    w.counts[0], w.J.kept[0] = m, 0
 
 
 @_jit
 def add_contact(w: Walk, st: State, row: Array) -> bool:
     """Take a vertex in as a contact without a force; False where there is no room."""
-    m = w.count[0]
+    m = w.counts[0]
     if m == len(w.con):
         return False
     for a in range(FIRST, STUCK):
@@ -189,7 +189,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
         st.s[m, a] = row[AT + a]
-    w.count[0], w.J.kept[0] = m + 1, 0
+    w.counts[0], w.J.kept[0] = m + 1, 0
     return True
 
 
@@ -248,7 +248,7 @@ def succeed(w: Walk, st: State, c: int) -> bool:
     best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
         # what it is gets into k
-        if known(S, st, w.con, w.count[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
+        if known(S, st, w.con, w.counts[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
             continue
         X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
@@ -256,7 +256,7 @@ def succeed(w: Walk, st: State, c: int) -> bool:
             best, least = a, far
     if best < 0 or not add_contact(w, st, w.found[best]):
         return False
-    put(F, st.F[w.count[0] - 1], 0)
+    put(F, st.F[w.counts[0] - 1], 0)
     return True
 
 
@@ -278,10 +278,10 @@ def give(w: Walk, st: State, what: int, c: int) -> None:
 def missed(w: Walk, st: State, what: int, c: int) -> bool:
     """Say whether a contact violates a condition at a state that was just solved for."""
     if what == PULL:
-        return w.W.told[c, N_].real < -MISSED_PULL / 2
+        return bool(w.W.told[c, N_].real < -MISSED_PULL / 2)
     if what == FLIP:
         margin = w.W.told[c, MARGIN].real
-        return (-margin if w.con[c, STUCK] > 0 else margin) < -MISSED_CONE / 2
+        return bool((-margin if w.con[c, STUCK] > 0 else margin) < -MISSED_CONE / 2)
     if what == SLOPE:
         return dips(w, st, c)[0].real < -MISSED_SLOPE / 2
     return beyond(w.S, st, w.con[c], c)[0].real < -MISSED_PLACE / 2
@@ -305,7 +305,7 @@ def regroup(w: Walk, h: float) -> int:
         if what != MEET:
             scale = w.con[c, FIRST]
             give(w, w.new, what, c)
-            for o in range(w.count[0] - 1, -1, -1):
+            for o in range(w.counts[0] - 1, -1, -1):
                 if len(w.S.shapes) > 1 and w.con[o, FIRST] != scale and missed(w, w.new, what, o):
                     give(w, w.new, what, o)
         else:
@@ -317,7 +317,7 @@ def regroup(w: Walk, h: float) -> int:
 
 
 @_jit
-def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
+def change(w: Walk, what: int, c: int, events: Array) -> bool:
     """Change the contacts at an event, at the last state; False where the path does not go on continuously."""
     t = w.tally
     remark(w, what, c)
@@ -340,6 +340,6 @@ def change(w: Walk, what: int, c: int, events: Array, step: float) -> bool:
     else:
         if not add_contact(w, w.now, w.best):
             return False
-        tell(w, events, ENGAGE, w.count[0] - 1, 0.0)
+        tell(w, events, ENGAGE, w.counts[0] - 1, 0.0)
     t[T_SINCE] = t[T_WAY]
     return True

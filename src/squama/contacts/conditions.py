@@ -56,7 +56,7 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
     else:
-        face = j if kind == VF or kind == EF else i
+        face = j if kind in (VF, EF) else i
         l0, h0, l1, h1 = 0.0 * S.shapes[face, ETA], S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
     for a, v in enumerate((s[0] - l0, h0 - s[0], s[1] - l1, h1 - s[1])):
         if v.real < least.real:
@@ -115,7 +115,8 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
 def condition(w: Walk, st: State, what: int, c: int) -> float:
     """Return the value of a contact's condition at a state that was just solved for; below 0 it is violated."""
     if what == PULL:
-        return w.W.told[c, N_]
+        pressed: float = w.W.told[c, N_]
+        return pressed
     if what == OFF:
         return beyond(w.S, st, w.con[c], c)[0]
     if what == SLOPE:
@@ -146,7 +147,7 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
 
     New contacts are looked for between all scales, or, not ``every``, where that found them before.
     """
-    m, mu = w.count[0], w.S.shapes[0, MU]
+    m, mu = w.counts[0], w.S.shapes[0, MU]
     what, which, worst = -1, -1, 0.0
     for c in range(m):
         v = w.W.told[c, N_]
@@ -194,7 +195,7 @@ def lain(w: Walk) -> tuple[int, int, float]:
 @_jit
 def lying(w: Walk, i: int) -> bool:
     """Say whether a scale lies on the substrate."""
-    for c in range(w.count[0]):
+    for c in range(w.counts[0]):  # noqa: SIM110 - compiled
         if w.con[c, KIND] == LIES and w.con[c, FIRST] == i:
             return True
     return False
@@ -203,4 +204,4 @@ def lying(w: Walk, i: int) -> bool:
 @_jit
 def sideways(w: Walk, gap: float) -> bool:
     """Say whether a vertex that was just found is as deep as only one that came in from the side."""
-    return w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3
+    return bool(w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3)

@@ -68,7 +68,7 @@ def read(w: Walk, at: int) -> tuple[int, int, int]:
         for o in range(width):
             w.con[c, o] = int(notes[a + o])
         a += width
-    w.count[0] = m
+    w.counts[0] = m
     a = taken(notes, a, st.q, len(st.q))
     for e in range(STRAINS):
         st.strains[e] = notes[a + e] + 1j * st.strains[e].imag
@@ -152,7 +152,7 @@ def missed(w: Walk, what: int, c: int) -> float:
 
 
 @_jit
-def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool:
+def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
     """Go on by the increment that is noted; False where nothing is known of changes beyond it."""
     t, notes = w.tally, w.notes
     h, what, c = notes[at + NOTED_H], int(notes[at + NOTED_WHAT]), int(notes[at + NOTED_WHICH])
@@ -180,14 +180,14 @@ def increment(w: Walk, at: int, goal: float, events: Array, step: float) -> bool
             if not math.isfinite(by):
                 return False
     accept(w, h + 1j * by, what != NOTHING)
-    return what == NOTHING or change(w, what, c, events, step)
+    return what == NOTHING or change(w, what, c, events)
 
 
 @_jit
 def length(w: Walk, at: int) -> int:
     """Return how many numbers are noted of an increment."""
     m, n = int(w.notes[at + NOTED_M]), int(w.notes[at + NOTED_N])
-    return NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n)
+    return int(NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n))
 
 
 @_jit
@@ -224,7 +224,7 @@ def again(
             w.leg[4 + PHI] = 1.0
         event = False
         while known and at < stop and t[T_WAY].real < goal.real - 1e-13:
-            known = increment(w, at, goal, events, step)
+            known = increment(w, at, goal, events)
             event = int(w.notes[at + NOTED_WHAT]) != NOTHING
             at += length(w, at)
         if i >= done:

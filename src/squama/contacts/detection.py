@@ -55,7 +55,7 @@ _BERNSTEIN = np.array([[math.comb(r, m) / math.comb(7, m) for m in range(2, 8)] 
 
 
 @_jit
-def view(S: System, W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
+def view(W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
     """Write scale i in the axes of j or, ``other``, j in those of i: origin, x, y, z (12,)."""
     P, E1, E2 = W.pairs[i, k - 1], W.E[i], W.E[j]
     x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -99,7 +99,7 @@ def over(S: System, st: State, v: Array, own: int, other: int, upper: bool, x: f
 @_jit
 def covers(S: System, i: int, x: float, y: float) -> bool:
     """Say whether a place lies on scale i."""
-    return 0.0 <= x.real <= S.shapes[i, ETA].real and abs(y.real) <= S.shapes[i, BETA].real
+    return bool(0.0 <= x.real <= S.shapes[i, ETA].real and abs(y.real) <= S.shapes[i, BETA].real)
 
 
 @_jit
@@ -148,7 +148,7 @@ def crossing(
 def dip(
     S: System, st: State, v: Array, own: int, other: int, upper: bool, e: int, a: float
 ) -> tuple[float, float, float, float, bool]:
-    """Return how a gap rises along an edge at a place: its slope, the place on the face, the gap, whether it is over."""
+    """Return the slope of the gap along an edge at a place, the place on the face, the gap, whether it is over it."""
     x, y = on_edge(S, own, e, a)
     half, faced = S.shapes[own, H] / 2, S.shapes[other, H] / 2
     lifted, wx, wy = lift(S, own, st.b[own], x, y)
@@ -188,24 +188,25 @@ def clear(S: System, v: Array, i: int, j: int, bent1: float, bent2: float) -> fl
     # the height of its plane over that of j, along x and y of j
     by_x, by_y = (v[5] * v[7] - v[8] * v[4]) / det, (v[8] * v[3] - v[5] * v[6]) / det
     base = o[2] - by_x * o[0] - by_y * o[1] - h
-    least = base + min(0.0, by_x * S.shapes[j, ETA]) - abs(by_y) * S.shapes[j, BETA]
-    return least - bent1 / abs(det) - bent2
+    least: float = base + min(0.0, by_x * S.shapes[j, ETA]) - abs(by_y) * S.shapes[j, BETA]
+    least -= bent1 / abs(det) + bent2
+    return least
 
 
 @_jit
 def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Array, n: int) -> int:
-    """Write all vertices of a scale and its neighbour k whose gap is below ``cap``; return how many there are in all."""
+    """Write all vertices of a scale and neighbour k whose gap is below ``cap``; return how many there are."""
     N = len(S.shapes)
     j, room = (i + k) % N, len(out)
     bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
     v, u, corners = W.views[0], W.views[1], W.corners
-    view(S, W, i, j, k, False, v)
+    view(W, i, j, k, False, v)
     low1, high1 = span(S, i, st.b[i])
     low2, high2 = span(S, j, st.b[j])
     bent1, bent2 = max(-low1, high1), max(-low2, high2)
     if clear(S, v, i, j, bent1, bent2) > cap:
         return n
-    view(S, W, i, j, k, True, u)
+    view(W, i, j, k, True, u)
     for c in range(4):
         x, y = corner(S, i, c)
         p, gap = over(S, st, v, i, j, False, x, y)
@@ -255,8 +256,8 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
 
 @_jit
 def minima(
-    S: System, st: State, s: Array, own: int, other: int, upper: bool, e: int, most: float, faced: float, i: int, k: int,
-    cap: float, out: Array, n: int,
+    S: System, st: State, s: Array, own: int, other: int, upper: bool, e: int, most: float, faced: float, i: int,
+    k: int, cap: float, out: Array, n: int,
 ) -> int:  # fmt: skip
     """Write where the gap along an edge is least between its ends; return how many vertices there are then.
 
@@ -285,16 +286,17 @@ def minima(
         if not inside or before >= 0.0:
             continue
         # a minimum between two places: a root of the slope
-        l, r, sl, sr = a - size, a, before, slope
+        low_end, high_end, low_slope, high_slope = a - size, a, before, slope
         for _ in range(_REFINED):
-            a = l - sl * (r - l) / (sr - sl) if sr != sl else (l + r) / 2
+            wide, rise = high_end - low_end, high_slope - low_slope
+            a = low_end - low_slope * wide / rise if rise != 0.0 else low_end + wide / 2
             slope, x, y, gap, on = dip(S, st, s, own, other, upper, e, a)
             if slope < 0.0:
-                l, sl = a, slope
-                sr /= 2
+                low_end, low_slope = a, slope
+                high_slope /= 2
             else:
-                r, sr = a, slope
-                sl /= 2
+                high_end, high_slope = a, slope
+                low_slope /= 2
             if abs(slope) < 1e-13:
                 break
         if gap < cap and on and n < len(out):
@@ -309,9 +311,9 @@ def gap_at(S: System, st: State, W: Work, row: Array) -> float:
     """Return the gap of a vertex that is there, real or with a complex step."""
     i, kind, one, other = int(row[FIRST]), int(row[KIND]), int(row[ONE]), int(row[OTHER])
     k, a, none = int(row[APART]), row[AT], 0.0 * S.shapes[int(row[FIRST]), ETA]
-    j, upper = (i + k) % len(S.shapes), kind == FV or kind == FE
+    j, upper = (i + k) % len(S.shapes), kind in (FV, FE)
     v = W.views[0]
-    view(S, W, i, j, k, upper, v)
+    view(W, i, j, k, upper, v)
     if kind == EE:
         return crossing(S, st, v, i, j, one, other, a + none)[2]
     own, faced = (j, i) if upper else (i, j)
@@ -371,13 +373,14 @@ def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> boo
         X1, Y1, X2, Y2 = spots(S, con[a], st.s[a])
         near = _NEAR if kind >= EF or k >= EF else _SAME
         if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
-                and abs(X2 - x2) < near * S.shapes[j, ETA] and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
+                and abs(X2 - x2) < near * S.shapes[j, ETA]
+                and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
             return True
         if bent and row[GAP] > -DIP:
             for side in range(2):
                 p, q = edges_of(kind, one, other, side)
                 r, s = edges_of(k, o, t, side)
-                if (p >= 0 and (p == r or p == s)) or (q >= 0 and (q == r or q == s)):
+                if (p >= 0 and p in (r, s)) or (q >= 0 and q in (r, s)):
                     return True
     return False
 

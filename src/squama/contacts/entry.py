@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import kept, making
+from squama.batch.keeping import part as _jit
 from squama.contacts import derivatives
 from squama.contacts import follow as following
 from squama.contacts.detection import VERTEX
@@ -20,7 +21,7 @@ from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STI
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-_follow, _again, _jit = following.follow, derivatives.again, following._jit
+_follow, _again = following.follow, derivatives.again
 GRIP = 1e-6
 """Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
 several stick, as the plate's own local compliance does in truth."""
@@ -125,7 +126,10 @@ def _place(a: int) -> int:
     return MOTIONS + (PHI if a == 6 else (PSI if a == 7 else EPS))
 
 
-def _path(S, C, ways, corners, most, step, rows, motions, bends, contacts, events, end, notes):
+def _path(
+    S: System, C: int, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
+    contacts: Array, events: Array, end: Array, notes: Array,
+) -> None:  # fmt: skip
     """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts, and for notes (or none)."""
     _follow(walk(S, C, notes), ways, corners, most, step, rows, motions, bends, contacts, events, end)
 
@@ -150,8 +154,8 @@ def _move(
     k = len(ways) // len(notes)
     for i in range(len(ways)):
         _again(
-            walk(system(b, i, 1, True), C, notes[i // k]), ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]),
-            rows[i], motions[i], bends[i], contacts[i], events[i],
+            walk(system(b, i, 1, True), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
+            int(ends[i // k, 3]), rows[i], motions[i], bends[i], contacts[i], events[i],
         )  # fmt: skip
 
 

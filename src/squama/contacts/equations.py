@@ -10,8 +10,8 @@ Contact c presses scale i from its neighbour j at places r1 and p2, both seen fr
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
-increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states before,
-by the backward difference of second order. It is the same law for each kind of contact (contact.md, section 3).
+increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states
+before, by the backward difference of second order. It is the same law for each kind of contact (contact.md, section 3).
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ from squama.types import Array
 
 
 @_jit
-def elastic(S: System, st: State, at: Array, n: int, r: Array, loads: Array) -> None:
+def elastic(S: System, st: State, at: Array, r: Array, loads: Array) -> None:
     """Write what joints and bar oppose to a state: residual of the scales, and M, T, B, P of one scale in the mean."""
     N = len(S.shapes)
     for e in range(STRAINS):
@@ -83,7 +83,7 @@ def residual(
 ) -> None:
     """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
     N = len(S.shapes)
-    elastic(S, st, at, n, r, loads)
+    elastic(S, st, at, r, loads)
     for c in range(m):
         row, o = con[c], at[N + c]
         if row[KIND] == LIES:
@@ -152,6 +152,6 @@ def lie(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, r: Ar
     clear(told)
     told[N_] = Q
     r[o] = inclination(S, i, W)
-    moment = by_vector(turned(vector(st.q[i], 3)), scaled(Q, lever(S, st, i, W)[0]))
+    moment = by_vector(turned(vector(st.q[i], 3)), scaled(Q, lever(i, W)[0]))
     for a in range(3):
         r[turns + a] -= moment[a]

@@ -110,7 +110,7 @@ def events(found: Answers, i: int = 0) -> list[Event]:
 
 
 def undone(one: Event, next_one: Event) -> bool:
-    """Say whether an event takes back the one before it at once, as where one of two contacts goes when the other comes."""
+    """Say whether an event takes back the one before it at once: one of two contacts goes as the other comes."""
     pairs = {increments.ENGAGE, increments.OPEN}, {increments.STICK, increments.SLIDE}
     same = one.contact == next_one.contact and {one.kind, next_one.kind} in pairs
     return same and next_one.way - one.way < AT_ONCE

@@ -1,4 +1,4 @@
-"""A load path followed increment by increment: contacts come, stick, slip, hand over and go at located events; compiled.
+"""A load path, increment by increment: contacts come, stick, slip, hand over and go at located events; compiled.
 
 An increment is solved with the contacts of the last state. Where it then violates a condition (a force that pulls, a
 place beyond its edge, a gap below zero, a stuck contact outside its cone, an edge that dips) the first such place is
@@ -91,7 +91,7 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
         # only near pairs are looked at on the way, all of them at the end
         up, what, c = bisected(w, up, fresh, what, c, vu)
         marks = marked(w)
-        if up < 0.0 or deepest(w.S, w.new, w.con, w.count[0], w.W, -MISSED_GAP, w.near, True, w.found) < 0:
+        if up < 0.0 or deepest(w.S, w.new, w.con, w.counts[0], w.W, -MISSED_GAP, w.near, True, w.found) < 0:
             return up, what, c
         if marked(w) == marks:
             return up, what, c
@@ -165,7 +165,7 @@ def jump(w: Walk, events: Array, step: float) -> int:
             guess(w, h)
             if way == 1:
                 # from the state without any contact
-                w.count[0], w.J.kept[0] = 0, 0
+                w.counts[0], w.J.kept[0] = 0, 0
             found = regroup(w, h)
             code = found if trial == begin and way == 0 else code
             if found == 0:
@@ -177,7 +177,7 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 # what is rubbed in a snap is a part of what it loses
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
                 lost = before + h * t[T_LOAD] - after
-                c = 0 if w.count[0] > 0 else -1
+                c = 0 if w.counts[0] > 0 else -1
                 if lost > _SNAPS * before:
                     t[T_LOST] += lost
                     tell(w, events, SNAP, c, lost)
@@ -193,7 +193,7 @@ def jump(w: Walk, events: Array, step: float) -> int:
 @_jit
 def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     """Go on towards a way by one increment; return why not, 0 if it went on."""
-    t, m, N = w.tally, w.count[0], len(w.S.shapes)
+    t, m, N = w.tally, w.counts[0], len(w.S.shapes)
     left = goal - t[T_WAY]
     most = step * _FREELY if m == 0 else step
     h = min(t[T_H], most)
@@ -238,15 +238,15 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
-    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events, step):
+    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events):
         t[T_ZERO] = 0.0
         return jump(w, events, step)
-    together(w, what, scale, events, step)
+    together(w, what, scale, events)
     return 0
 
 
 @_jit
-def together(w: Walk, what: int, scale: int, events: Array, step: float) -> None:
+def together(w: Walk, what: int, scale: int, events: Array) -> None:
     """Change the contacts of other scales at which the same happens where an event was located on one scale."""
     if len(w.S.shapes) == 1:
         return
@@ -254,20 +254,20 @@ def together(w: Walk, what: int, scale: int, events: Array, step: float) -> None
         for i in range(len(w.S.rests)):
             if i != scale and abs(inclination(w.S, i, w.W)) < MISSED_GAP and not lying(w, i):
                 w.best[FIRST] = i
-                change(w, what, -1, events, step)
+                change(w, what, -1, events)
         return
     if what == MEET:
         clear(w.near)
         while True:
-            a = deepest(w.S, w.now, w.con, w.count[0], w.W, MISSED_GAP, w.near, True, w.found)
+            a = deepest(w.S, w.now, w.con, w.counts[0], w.W, MISSED_GAP, w.near, True, w.found)
             if a < 0 or int(w.found[a, FIRST]) == scale:
                 return
             copy(w.found[a], w.best)
-            if not change(w, what, -1, events, step):
+            if not change(w, what, -1, events):
                 return
-    for c in range(w.count[0] - 1, -1, -1):
+    for c in range(w.counts[0] - 1, -1, -1):
         if w.con[c, FIRST] != scale and missed(w, w.now, what, c):
-            change(w, what, c, events, step)
+            change(w, what, c, events)
 
 
 @_jit
@@ -277,7 +277,7 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
     row[0] = t[T_WAY]
     for e in range(STRAINS):
         row[1 + e], row[5 + e] = w.now.strains[e], w.loads[e]
-    m, mode, N, f = w.count[0], 0, 0.0, 0.0
+    m, mode, N, f = w.counts[0], 0, 0.0, 0.0
     for c in range(m):
         if w.con[c, KIND] == LIES:
             continue
@@ -323,9 +323,9 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
             load += w.loads[e] * leg[4 + e]
     if not straight:
         t[T_FRESH], t[T_ONSET], t[T_LOAD], t[T_POWER] = 0.0, load, load, 0.0
-        t[T_H] = step if w.count[0] == 0 else step * _GENTLE
+        t[T_H] = step if w.counts[0] == 0 else step * _GENTLE
         if w.S.shapes[0, MU].real > 0.0:
-            for c in range(w.count[0]):
+            for c in range(w.counts[0]):
                 w.con[c, STUCK] = 1
             # where they slide again is located
             t[T_ZERO] = -1.0

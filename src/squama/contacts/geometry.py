@@ -1,4 +1,4 @@
-"""Where scales and their neighbours are: screws between cells and their rates, attitudes, deflected plates; compiled."""
+"""Where scales and neighbours are: screws between cells and their rates, attitudes, deflected plates; compiled."""
 
 from __future__ import annotations
 
@@ -144,11 +144,13 @@ def lift(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float,
 @_jit
 def lifted_by(S: System, i: int, b: Array, x: float, y: float) -> float:
     """Return the deflection alone."""
-    X, Y, w = x / S.shapes[i, ETA], y / S.shapes[i, BETA], 0.0 * x
+    X, Y = x / S.shapes[i, ETA], y / S.shapes[i, BETA]
+    w: float = 0.0 * x
     for m in range(5, -1, -1):
         o = 4 * m
         w = w * X + b[o] + Y * (b[o + 1] + Y * (b[o + 2] + Y * b[o + 3]))
-    return w * X * X
+    w *= X * X
+    return w
 
 
 @_jit

@@ -67,8 +67,8 @@ AFTER = 17
 TALLY = 21
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip; rates of both works at the last two states; the load where a
-contact last began to slide; way since which the contacts are these; increments; events; events without an increment; where the last
-increment is noted, 0 for nowhere."""
+contact last began to slide; way since which the contacts are these; increments; events; events without an increment;
+where the last increment is noted, 0 for nowhere."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX
 """What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
@@ -80,9 +80,9 @@ NOTHING, LOST = -1, 5
 class Walk(NamedTuple):
     """A path on its way: what it follows, three states, contacts now and (``kept``) before a trial, and counters.
 
-    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``count``
-    (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and their rates; ``best`` the vertex that was
-    found last; ``near`` (N, reach): pairs at which is looked.
+    ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P; ``counts``
+    (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and their rates; ``best`` the vertex found
+    last; ``near`` (N, reach): pairs at which is looked.
     """
 
     S: System
@@ -99,7 +99,7 @@ class Walk(NamedTuple):
     stuck: Array
     found: Array
     loads: Array
-    count: Array
+    counts: Array
     leg: Array
     tally: Array
     best: Array
@@ -133,7 +133,7 @@ def guess(w: Walk, h: float) -> None:
             if w.S.free[e] > 0:
                 d = a.strains[e] - b.strains[e]
                 n.strains[e] += x * d + y * (d / t[T_SIZE] - (b.strains[e] - c.strains[e]) / t[T_BEFORE])
-        for k in range(w.count[0]):
+        for k in range(w.counts[0]):
             for o in range(3):
                 d = a.F[k, o] - b.F[k, o]
                 n.F[k, o] += x * d + y * (d / t[T_SIZE] - (b.F[k, o] - c.F[k, o]) / t[T_BEFORE])
@@ -157,7 +157,7 @@ def accept(w: Walk, h: float, event: bool) -> None:
     """Make the new state the last one, after an increment; ``event``: rates change here."""
     t, S = w.tally, w.S
     power, load = 0.0, 0.0
-    for c in range(w.count[0]):
+    for c in range(w.counts[0]):
         # slip per way
         power += w.W.told[c, F_] * (0.0 if w.con[c, STUCK] > 0 else w.W.told[c, V_] / h)
     for e in range(STRAINS):
@@ -168,7 +168,7 @@ def accept(w: Walk, h: float, event: bool) -> None:
         t[T_RUBBED] += h * mean(t[T_POWER2], t[T_POWER], power, share)
     else:
         # forces may turn at once behind an event
-        for c in range(w.count[0]):
+        for c in range(w.counts[0]):
             if w.con[c, STUCK] == 0:
                 t[T_RUBBED] += w.W.told[c, V_] * (w.W.told[c, F_] + w.W.told[c, BEFORE]) / 2
     t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH].real >= 1 else h * (t[T_LOAD] + load) / 2
@@ -176,7 +176,7 @@ def accept(w: Walk, h: float, event: bool) -> None:
     if t[T_FRESH].real < 1:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
-    if w.count[0] > 0 and w.con[0, STUCK] == 0:
+    if w.counts[0] > 0 and w.con[0, STUCK] == 0:
         D = before(S, w.con[0], w.new.s[0], w.past, 0)[0]
         t[T_SLID] += np.sqrt(dot(D, D))
     copied(w.old, w.older)
@@ -194,10 +194,10 @@ def note(w: Walk, h: float) -> None:
     """Note the increment just solved for, where there is room, so that it can be followed once more.
 
     ``notes`` begin with the number of all that are written, below 0 where the room did not suffice. Then follow of each
-    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), and the
-    factors of its Jacobian.
+    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), and
+    the factors of its Jacobian.
     """
-    notes, S, st, m = w.notes, w.S, w.new, w.count[0]
+    notes, S, st, m = w.notes, w.S, w.new, w.counts[0]
     w.tally[T_NOTED] = 0.0
     if notes.size == 0 or notes[0] < 0:
         return
@@ -267,7 +267,8 @@ def remember(w: Walk) -> None:
 @_jit
 def energy(w: Walk, st: State) -> float:
     """Return the elastic energy of joints, bar and plates."""
-    S, out = w.S, 0.0 * w.S.K[0, 0, 0]
+    S = w.S
+    out: float = 0.0 * S.K[0, 0, 0]
     for i in range(len(S.shapes)):
         K, q, e = S.K[i], st.q[i], st.strains
         for a in range(MOTIONS + STRAINS):
@@ -284,14 +285,14 @@ def energy(w: Walk, st: State) -> float:
 def keep(w: Walk) -> None:
     """Keep the contacts, to come back to them."""
     copy(w.con, w.kept)
-    w.count[1] = w.count[0]
+    w.counts[1] = w.counts[0]
 
 
 @_jit
 def restore(w: Walk) -> None:
     """Come back to the contacts that were kept."""
     copy(w.kept, w.con)
-    w.count[0], w.J.kept[0] = w.count[1], 0
+    w.counts[0], w.J.kept[0] = w.counts[1], 0
     copy(w.now.F, w.past.F)
 
 
@@ -306,7 +307,7 @@ def number(c: Array) -> int:
 def tell_contacts(w: Walk, row: Array, without: int) -> None:
     """Write into an event which contacts there are behind it; -1 for none. One of them may be about to go."""
     n = AFTER
-    for c in range(w.count[0]):
+    for c in range(w.counts[0]):
         if c != without and n < len(row):
             row[n] = number(w.con[c])
             n += 1
@@ -316,8 +317,9 @@ def tell_contacts(w: Walk, row: Array, without: int) -> None:
 
 @_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
-    """Write an event: kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what
-    touches behind it.
+    """Write an event.
+
+    Kind, way, strains, the contact's columns, torque, energy lost, contacts, its places, and what touches behind it.
     """
     n = int(w.tally[T_EVENTS].real)
     if n < len(events):
@@ -327,7 +329,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
             row[2 + e] = w.now.strains[e]
         for a in range(FIRST, STUCK):
             row[6 + a] = w.con[c, a] if c >= 0 else -1
-        row[11], row[12], row[13] = w.loads[1], lost, w.count[0]
+        row[11], row[12], row[13] = w.loads[1], lost, w.counts[0]
         for a in range(3):
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
         tell_contacts(w, row, c if kind == OPEN else -1)
@@ -337,5 +339,5 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
 @_jit
 def energy_now(w: Walk) -> float:
     """Return the elastic energy of the last state."""
-    prepared(w.S, w.now, w.con, w.count[0], True, w.W)
+    prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
     return energy(w, w.now)

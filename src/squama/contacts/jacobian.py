@@ -45,10 +45,10 @@ _I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
 
 
 @_jit
-def lie_rates(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear) -> None:
+def lie_rates(st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear) -> None:
     """Write the derivatives of :func:`lie`."""
     Q, w = st.F[c, 0], vector(st.q[i], 3)
-    e, (rate, up, square) = turned(w), lever(S, st, i, W)
+    e, (rate, up, square) = turned(w), lever(i, W)
     by_w = by_vector(e, rate)
     for z in range(3):
         by_turn = cross(spin(e, axis(z, 0.0)), up)
@@ -70,7 +70,7 @@ def axis(a: int, like: float) -> Vector:
 
 
 @_jit
-def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:
+def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:  # noqa: C901 - one loop of cases
     """Write the derivatives (22, 28) of what a contact brings to the equations, by its local variables.
 
     Rows: D, friction (2), tangency, force and moment on both scales, F . dp2/de; the moments without the rate of the
@@ -161,7 +161,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
         dt1, dt2 = (dtx1 if lengthwise(row[ONE]) else dty1), (dtx2 if lengthwise(row[OTHER]) else dty2)
         if kind == EE:
             dm = scaled(sign, add(cross(dt2, t1), 1.0, cross(t2, dt1)))
-        elif kind == VF or kind == EF:
+        elif kind in (VF, EF):
             dm = add(cross(dtx2, g.ty2), 1.0, cross(g.tx2, dty2))
         else:
             dm = add(cross(dtx1, g.ty1), 1.0, cross(g.tx1, dty1))
@@ -204,10 +204,8 @@ def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
     """Return how the gradient by a rotation vector, of the work of a moment m, changes as the vector does by d."""
     e = turned(w)
     g, s = dot(w, w), 2 * dot(w, d)
-    if g < 0.05:
-        da = -1 / 6 * (1 - g / 10 * (1 - g / 28 * (1 - g / 54)))
-    else:
-        da = (np.cos(np.sqrt(g)) - e.a) / (2 * g)
+    series = -1 / 6 * (1 - g / 10 * (1 - g / 28 * (1 - g / 54)))
+    da = series if g < 0.05 else (np.cos(np.sqrt(g)) - e.a) / (2 * g)
     db, dc = (-1 / 24, -1 / 120) if g < 1e-4 else ((e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g))
     out = add(add(scaled(da * s, m), -db * s, cross(w, m)), -e.b, cross(d, m))
     out = add(add(out, dc * s * dot(w, m), w), e.c * dot(d, m), w)
@@ -215,7 +213,7 @@ def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
 
 
 @_jit
-def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) -> bool:
+def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
     """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
     any_ = False
     for i in range(len(S.shapes)):
@@ -234,11 +232,11 @@ def lifts(S: System, st: State, con: Array, m: int, at: Array, n: int, W: Work) 
             any_ = True
             W.next[o], W.first[a] = W.first[a], o
             powers(S, a, x, y, W.powers[o])
-            for l in range(3):
-                out = W.bent[o, l]
+            for f in range(3):
+                out = W.bent[o, f]
                 clear(out)
                 for p in range(POWERS):
-                    v = W.powers[o, l, p]
+                    v = W.powers[o, f, p]
                     for b in range(POWERS):
                         out[b] += S.plates[a, p, b] * v
             up = normal(W.E[a])
@@ -256,12 +254,12 @@ def lifted(
     """
     N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
     columns = strain_columns(S, n)
-    for l in range(3):
+    for f in range(3):
         for b in range(begin, end):
-            own[l, b] = 0.0
+            own[f, b] = 0.0
         for e in range(STRAINS):
             if columns[e] >= 0:
-                own[l, columns[e]] = 0.0
+                own[f, columns[e]] = 0.0
     a = con[c, FIRST] if side == 0 else partner(S, con[c])
     if not S.shapes[a, ELASTIC] > 0:
         return
@@ -278,23 +276,23 @@ def lifted(
         moment = cross(up, F)
         by_w = by_vector(turning, moment if other == 0 else back(P, moment))
         ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
-        for l in range(3):
+        for f in range(3):
             v = vx = vy = 0.0
             for p in range(POWERS):
-                v += W.powers[o, l, p] * W.bent[q, 0, p]
-                vx += W.powers[o, l, p] * W.bent[q, 1, p]
-                vy += W.powers[o, l, p] * W.bent[q, 2, p]
+                v += W.powers[o, f, p] * W.bent[q, 0, p]
+                vx += W.powers[o, f, p] * W.bent[q, 1, p]
+                vy += W.powers[o, f, p] * W.bent[q, 2, p]
             for b in range(3):
-                own[l, first + b] += v * up[b]
-                own[l, at[a] + 3 + b] += v * by_w[b]
+                own[f, first + b] += v * up[b]
+                own[f, at[a] + 3 + b] += v * by_w[b]
             if other == 1:
                 for e in range(STRAINS):
                     if columns[e] >= 0:
-                        own[l, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
+                        own[f, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
             if ix >= 0:
-                own[l, first + 3 + ix] += vx * W.side[q]
+                own[f, first + 3 + ix] += vx * W.side[q]
             if iy >= 0:
-                own[l, first + 3 + iy] += vy * W.side[q]
+                own[f, first + 3 + iy] += vy * W.side[q]
         q = W.next[q]
 
 
@@ -347,7 +345,9 @@ def spread(
 
 
 @_jit
-def jacobian(S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear) -> None:
+def jacobian(  # noqa: C901 - one loop over contacts
+    S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear
+) -> None:
     """Write the derivatives of the residual by the unknowns at a state to which W was brought."""
     N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
     emptied(J, n)
@@ -364,13 +364,13 @@ def jacobian(S: System, st: State, past: Past, con: Array, m: int, n: int, W: Wo
                 for o in range(STRAINS):
                     if columns[o] >= 0:
                         enter(J, columns[e], columns[o], S.K[i, MOTIONS + e, MOTIONS + o])
-    bent = lifts(S, st, con, m, at, n, W) if m > 0 else False
+    bent = lifts(S, st, con, m, W) if m > 0 else False
     column, rows = W.columns[0], W.columns[1]
     for c in range(m):
         row, o = con[c], at[N + c]
         i, j, k = row[FIRST], partner(S, row), places_of(row[KIND])
         if row[KIND] == LIES:
-            lie_rates(S, st, i, c, o, at[i] + 3, W, J)
+            lie_rates(st, i, c, o, at[i] + 3, W, J)
             continue
         locally(S, st, past, c, row, W)
         from1, to1 = around(S, at, inner, i)

@@ -41,11 +41,13 @@ friction."""
 
 
 class Work(NamedTuple):
-    """Room of a path: attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places
-    and what they do to their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
-    derivatives (22, 28), what is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,) and
-    the unknowns of a contact's variables and rows (2, 28); of each plate the last place at which it is pressed (N,), and
-    before each place another one of the same plate (2 C,), -1 for none.
+    """Room that a path computes in.
+
+    Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places and what they do to
+    their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28), what
+    is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the unknowns of a contact's
+    variables and rows (2, 28); of each plate the last place at which it is pressed (N,), and before each place another
+    one of the same plate (2 C,), -1 for none.
     """
 
     E: Array
@@ -66,9 +68,11 @@ class Work(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """A contact: both places from the base midpoint (turned, the second one as the first scale sees it), the second
-    place itself, D, tangents along x and y of both plates, their normals, the common normal and its length before it
-    was made a unit vector.
+    """Where two plates meet.
+
+    Both places from the base midpoint (turned, the second one as the first scale sees it), the second place itself, D,
+    tangents along x and y of both plates, their normals, the common normal and its length before it was made a unit
+    vector.
     """
 
     arm1: Vector
@@ -148,7 +152,7 @@ def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
         n = cross(t2, t1)
         if dot(n, up2).real < 0.0:
             n = scaled(-1.0, n)
-    elif kind == VF or kind == EF:
+    elif kind in (VF, EF):
         n = cross(tx2, ty2)
     else:
         n = cross(tx1, ty1)
@@ -208,11 +212,12 @@ def inclination(S: System, i: int, W: Work) -> float:
     angle = math.atan2(z.real, x.real)
     c, s = math.cos(angle), math.sin(angle)
     # 0 but for a complex step
-    return S.rests[i] + angle + (z * c - x * s) / (x * c + z * s)
+    whole: float = S.rests[i] + angle + (z * c - x * s) / (x * c + z * s)
+    return whole
 
 
 @_jit
-def lever(S: System, st: State, i: int, W: Work) -> tuple[Vector, Vector, float]:
+def lever(i: int, W: Work) -> tuple[Vector, Vector, float]:
     """Return the rate of the inclination with a turn of the scale, and along n_X, which turns, what it is made of."""
     up = (W.E[i, 0], W.E[i, 3], W.E[i, 6])
     square = up[0] * up[0] + up[2] * up[2]

@@ -22,7 +22,7 @@ Jacobian, and not to stall."""
 
 
 @_jit
-def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array, by: float) -> None:
+def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array, by: complex) -> None:
     """Add a multiple of unknowns (n,) to a state."""
     N = len(S.shapes)
     for i in range(N):

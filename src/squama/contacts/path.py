@@ -1,4 +1,4 @@
-"""Many endless beams on load paths by the one contact solver: what touches first, states, figures of the plates; E = d = 1.
+"""Many endless beams on load paths by the contact solver: first contacts, states, figures of the plates; E = d = 1.
 
 Twists are magnitudes: the other sense is the mirror image, alpha -> -alpha.
 """
@@ -48,7 +48,7 @@ _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace
 """Where stresses are looked for: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
 _BLOCK = 64
-"""States whose stresses are looked for at once: they stay in the cache, and products of other sizes end in other digits."""
+"""States whose stresses are computed at once: they stay in the cache, and other sizes end in other digits."""
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
@@ -79,7 +79,10 @@ class Scale(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """What touches first: edges of scale 1 and of 1 + k, twist and places; ``first`` is -1 where nothing does, -2 where plates touch at rest."""
+    """What touches first: edges of scale 1 and of 1 + k, twist and places.
+
+    ``first`` is -1 where nothing does, -2 where plates touch at rest.
+    """
 
     first: int
     second: int
@@ -194,7 +197,7 @@ def follow_all(
     found = Room.of(ways, room)
     tell(entry.many, "scales in contact")
     entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
-    return found.answers(strains) if corners is not None else _signed(found.answers(strains), targets)
+    return found.answers() if corners is not None else _signed(found.answers(), targets)
 
 
 def moved(
@@ -220,7 +223,7 @@ def moved(
         _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
     whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
     both = [_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)]
-    answers = Room._make([*both, whole.ends]).answers(strains)
+    answers = Room._make([*both, whole.ends]).answers()
     return answers if corners is not None else _signed(answers, targets)
 
 
@@ -299,9 +302,9 @@ class Room(NamedTuple):
         """Return the room of some beams."""
         return Room._make(v[which] for v in self)
 
-    def answers(self, strains: Array) -> Answers:
+    def answers(self) -> Answers:
         """Return what is written there."""
-        rows = _rows(self.rows, self.motions, self.bends, self.touches, strains)
+        rows = _rows(self.rows, self.motions, self.bends, self.touches)
         return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
 
 
@@ -316,7 +319,7 @@ def _first(events: Array, ends: Array) -> Array:
     return out
 
 
-def _rows(raw: Array, motions: Array, bends: Array, touches: Array, strains: Array) -> Array:
+def _rows(raw: Array, motions: Array, bends: Array, touches: Array) -> Array:
     """Return rows of :data:`COLUMNS` and deflections."""
     out = np.empty((*raw.shape[:2], WIDTH), raw.dtype)
     column = {name: out[..., i] for i, name in enumerate(COLUMNS)}

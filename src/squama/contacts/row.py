@@ -85,7 +85,7 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, 
         contacts, events, ends, np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ends[0].tolist()
-    if code == follow.AT_REST:
+    if code == increments.AT_REST:
         # the state at rest is all there is
         raw[0, 0], motions[0, 0], bends[0, 0], solved = 0.0, 0.0, 0.0, 1
     reached = slice(int(solved))

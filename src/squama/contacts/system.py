@@ -30,11 +30,11 @@ whether it stands, for this increment, for an edge that is tangent to the face n
 class System(NamedTuple):
     """N scales and their bar.
 
-    ``shapes`` (N, 6): eta, beta, h, mu, elastic, and the stiffness by which slip
-    enters the law of friction, of the order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the section;
-    ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates`` (N, 24, 24),
-    compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``: compliance by
-    which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour that is looked at;
+    ``shapes`` (N, 6): eta, beta, h, mu, elastic, and the stiffness by which slip enters the law of friction, of the
+    order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the
+    section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates``
+    (N, 24, 24), compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``:
+    compliance by which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour that is looked at;
     ``periodic``: the N scales repeat for ever; ``rests`` (N,): inclination at rest over the substrate, on which a scale
     may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for motions that stay 0, or (0,) for none.
     """
@@ -53,8 +53,10 @@ class System(NamedTuple):
 
 
 class State(NamedTuple):
-    """A state: motions ``q`` (N, 6), ``strains`` (4,), deflections ``b`` (N, 24); of each contact its force ``F`` (C, 3)
-    on the first scale along that one's axes at rest, and its places ``s`` (C, 3).
+    """A state: scales, strains of the bar and contacts.
+
+    Motions ``q`` (N, 6), ``strains`` (4,), deflections ``b`` (N, 24); of each contact its force ``F`` (C, 3) on the
+    first scale along that one's axes at rest, and its places ``s`` (C, 3).
     """
 
     q: Array
@@ -65,8 +67,10 @@ class State(NamedTuple):
 
 
 class Past(NamedTuple):
-    """Two states before: ``E`` (2, N, 12) attitudes and places of the scales, ``pairs`` (2, N, reach, 12) of their
-    neighbours, ``b`` (2, N, 24), forces ``F`` (C, 3) at the last one; ``weights`` (3,) of the backward difference.
+    """The two states before, for the slip of an increment.
+
+    ``E`` (2, N, 12) attitudes and places of the scales, ``pairs`` (2, N, reach, 12) of their neighbours, ``b``
+    (2, N, 24), forces ``F`` (C, 3) at the last one; ``weights`` (3,) of the backward difference.
     """
 
     E: Array
@@ -116,19 +120,21 @@ def unknowns_of(kind: int) -> int:
 @_in
 def lengthwise(edge: int) -> bool:
     """Say whether an edge runs along the length."""
-    return edge == 1 or edge == 2
+    return edge in (1, 2)
 
 
 @_in
 def low(S: System, i: int, edge: int) -> float:
     """Return the least place on an edge of scale i."""
-    return 0.0 * S.shapes[i, BETA] if lengthwise(edge) else -S.shapes[i, BETA]
+    place: float = 0.0 * S.shapes[i, BETA] if lengthwise(edge) else -S.shapes[i, BETA]
+    return place
 
 
 @_in
 def high(S: System, i: int, edge: int) -> float:
     """Return the largest place on an edge of scale i."""
-    return S.shapes[i, ETA] if lengthwise(edge) else S.shapes[i, BETA]
+    place: float = S.shapes[i, ETA] if lengthwise(edge) else S.shapes[i, BETA]
+    return place
 
 
 @_in

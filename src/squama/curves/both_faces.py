@@ -20,7 +20,8 @@ from squama.model.outcome import End
 from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
-_FORCES, _ENERGIES, _SUMS = ("torque", "onset"), ("U_el", "U_bar", "work"), ("scales", "W_fr", "W_snap", "U_joint", "U_plate")
+_FORCES, _ENERGIES = ("torque", "onset"), ("U_el", "U_bar", "work")
+_SUMS = ("scales", "W_fr", "W_snap", "U_joint", "U_plate")
 _LIMITS = ("load_strength", "load_strain", "load_second", "load_bent")
 _NEAR = 1e-9
 WHOSE = "of the other face: "

@@ -156,7 +156,7 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     touching = events.last(gone.answers)
     own = {"theta": real_path.inclinations(gone.way, gone.rows), "torque": gone.T}
     own |= {"N": v["N"], "f": v["f"], "W_fr": v["W_fr"], "W_snap": v["W_snap"]}
-    own |= {"U_el": sum(real_path.energies(gone.way, gone.rows).values())}
+    own |= {"U_el": np.sum([*real_path.energies(gone.way, gone.rows).values()], axis=0)}
     si = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
     bar = unit * real_path.bare(gone.way.beams)[0] @ [phi, psi]

@@ -34,7 +34,8 @@ OWN = (
 )
 """Roles of variables that simpler models have not; M and stretch where the joint's matrix knows them."""
 _ALONG = (
-    "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "W_snap", "RED", *OWN,
+    "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "W_snap", "RED",
+    *OWN,
 )  # fmt: skip
 
 
@@ -249,7 +250,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
 
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:
-    """Return what acts on the embedded part, and strains around it, by :func:`squama.contacts.path.motions`; by role."""
+    """Return what acts on the embedded part, and strains around it, by role (:func:`squama.contacts.path.motions`)."""
     force, moment = path.on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch

@@ -165,7 +165,12 @@ def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
     sign = np.where(negative, -1.0, 1.0)
     v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
     return _Walked(
-        v, path.named(found)["mode"], held.rigidity, _senses(both, values), lambda loop: _residual(both, values, loop), held
+        v,
+        path.named(found)["mode"],
+        held.rigidity,
+        _senses(both, values),
+        lambda loop: _residual(both, values, loop),
+        held,
     )
 
 
@@ -423,7 +428,9 @@ def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array
             {
                 "load_e": contact.phi,
                 "load_end": max(*(v * one.sign for v in values), 0.0),
-                "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
+                "neighbour": max(0, contact.k),
+                "first_contact": contact.words,
+                "other_contact": "",
                 "end": str(End.RANGE),
             }
         )

@@ -197,7 +197,7 @@ def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -
     spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
     faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
     own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
-    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": sum(path.energies(way, rows).values())}
+    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*path.energies(way, rows).values()], axis=0)}
     own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(rows))
     contact = np.append("", events.touching(found.answers))[:n]
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
@@ -278,9 +278,7 @@ class _Places(NamedTuple):
         return {"psi": psi, "phi": phi, "kappa": psi / self.pitch, "Phi": phi / self.pitch, "theta": theta}
 
 
-def _events(
-    stations: Stations, faces: Sequence[Followed], end: tuple[float, str], at: _Places
-) -> dict[str, Array]:
+def _events(stations: Stations, faces: Sequence[Followed], end: tuple[float, str], at: _Places) -> dict[str, Array]:
     """Return what happens on the way, and where: what contacts do, corners, the end."""
     rows: list[tuple[float, str]] = []
     for of, face in zip(("", both_faces.WHOSE), faces, strict=False):
