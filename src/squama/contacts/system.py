@@ -34,7 +34,7 @@ class System(NamedTuple):
     order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the
     section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates``
     (N, 24, 24), compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``:
-    compliance by which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour that is looked at;
+    compliance by which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour;
     ``periodic``: the N scales repeat for ever; ``rests`` (N,): inclination at rest over the substrate, on which a scale
     may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for motions that stay 0, or (0,) for none.
     """
