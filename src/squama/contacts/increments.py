@@ -81,8 +81,8 @@ class Walk(NamedTuple):
     """A path on its way: what it follows, three states, contacts now and (``kept``) before a trial, and counters.
 
     ``notes`` (n,): room for all increments, if any is given, see :func:`note`; ``loads`` (4,) are M, T, B, P;
-    ``counts`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and their rates; ``best`` the vertex found
-    last; ``near`` (N, reach): pairs at which is looked.
+    ``counts`` (4,): contacts now, and kept; ``leg`` (8,): strains at way 0 of the leg and their rates; ``best`` the
+    vertex found last; ``near`` (N, reach): pairs at which is looked.
     """
 
     S: System
