@@ -10,6 +10,8 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
+from numba.core.dispatcher import _FunctionCompiler
+from numba.core.registry import CPUDispatcher
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -20,11 +22,25 @@ from squama.progress import LOG, not_kept
 class _Part(JITCodeLibrary):
     """Code that only compiled code calls: optimised, and made machine code, in its outermost caller, not before."""
 
+    def add_llvm_module(self, ll_module: Any) -> None:
+        """Take in code as it is."""
+        self._final_module.link_in(ll_module)
+
     def finalize(self) -> None:
-        """Link what is called."""
-        for called in dict.fromkeys(self._linking_libraries):
-            self._final_module.link_in(called._get_module_for_linking(), preserve=True)
+        """Leave all to the outermost caller."""
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """Return this code and all that it calls, each once, callers before what they call."""
+        whole, called = None, {}
+        _gather(self, called)
+        for part in called:
+            own = JITCodeLibrary._get_module_for_linking(part)
+            if whole is None:
+                whole = own.clone()
+            else:
+                whole.link_in(own, preserve=True)
+        return whole
 
     @property
     def codegen(self) -> Any:
@@ -33,6 +49,15 @@ class _Part(JITCodeLibrary):
 
     def set_env(self, *_: Any) -> None:
         """Take note of nothing."""
+
+
+def _gather(part, called):
+    if part in called:
+        return
+    called[part] = None
+    if isinstance(part, _Part):
+        for other in part._linking_libraries:
+            _gather(other, called)
 
 
 class _Parts(Compiler):
@@ -58,9 +83,19 @@ INNER: dict[str, Any] = {
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
+class _Whole(_FunctionCompiler):
+    """Compiles a function for the types of arguments, not for the values of constants."""
+
+    def fold_argument_types(self, args, kws):
+        pysig, args = super().fold_argument_types(args, kws)
+        return pysig, tuple(numba.types.unliteral(a) for a in args)
+
+
 def making(f: _F, **options: Any) -> _F:
     """Return a function compiled, to be called by compiled code only."""
     found: _F = numba.njit(**{**INNER, "_nrt": True, **options})(f)
+    if isinstance(found, CPUDispatcher):
+        found._compiler.__class__ = _Whole
     return found
 
 

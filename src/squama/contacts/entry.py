@@ -10,6 +10,7 @@ import numpy as np
 
 from squama.batch.keeping import kept, making
 from squama.batch.keeping import part as _jit
+from squama.batch.records import held
 from squama.contacts import derivatives
 from squama.contacts import follow as following
 from squama.contacts.detection import VERTEX
@@ -21,7 +22,13 @@ from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STI
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-_follow, _again = following.follow, derivatives.again
+
+@_jit
+def _follow(w, ways, corners, most, step, rows, motions, bends, contacts, events, end):
+    following.follow(held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+@_jit
+def _again(w, ways, corners, most, step, done, rows, motions, bends, contacts, events):
+    derivatives.again(held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
 GRIP = 1e-6
 """Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
 several stick, as the plate's own local compliance does in truth."""
