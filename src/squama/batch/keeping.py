@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any, TypeVar
 
+import llvmlite.binding as llvm
 import numba
-from numba.core.dispatcher import _FunctionCompiler
-from numba.core.registry import CPUDispatcher
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
+from numba.core.dispatcher import Dispatcher, _FunctionCompiler
+from numba.core.typed_passes import IRLegalization
+from numba.core.types import unliteral
+from numba.core.untyped_passes import InlineClosureLikes
 
 from squama.progress import LOG, not_kept
 
@@ -22,25 +27,36 @@ from squama.progress import LOG, not_kept
 class _Part(JITCodeLibrary):
     """Code that only compiled code calls: optimised, and made machine code, in its outermost caller, not before."""
 
-    def add_llvm_module(self, ll_module: Any) -> None:
-        """Take in code as it is."""
-        self._final_module.link_in(ll_module)
+    def add_llvm_module(self, module: Any) -> None:
+        """Take in code, without most of what Numba writes in excess: all that follows is quicker then."""
+        module.data_layout = self._codegen._data_layout
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        passes.add_instruction_combine_pass()
+        passes.add_simplify_cfg_pass()
+        passes.run(module, llvm.create_pass_builder(self._codegen._tm, llvm.create_pipeline_tuning_options(0)))
+        self._final_module.link_in(module)
 
     def finalize(self) -> None:
-        """Leave all to the outermost caller."""
+        """Leave what is called to the outermost caller."""
         self._finalized = True
 
     def _get_module_for_linking(self) -> Any:
-        """Return this code and all that it calls, each once, callers before what they call."""
-        whole, called = None, {}
-        _gather(self, called)
-        for part in called:
-            own = JITCodeLibrary._get_module_for_linking(part)
-            if whole is None:
-                whole = own.clone()
-            else:
-                whole.link_in(own, preserve=True)
+        """Return this code with all that it calls, each once and behind a caller of it."""
+        parts: dict[Any, None] = {}
+        self._gather(parts)
+        whole, *others = (JITCodeLibrary._get_module_for_linking(part) for part in parts)
+        whole = whole.clone()
+        for other in others:
+            whole.link_in(other, preserve=True)
         return whole
+
+    def _gather(self, parts: dict[Any, None]) -> None:
+        """Add this code, and then what it calls, to the keys of a dictionary."""
+        parts[self] = None
+        for called in self._linking_libraries:
+            if called not in parts:
+                called._gather(parts) if isinstance(called, _Part) else parts.setdefault(called)
 
     @property
     def codegen(self) -> Any:
@@ -51,25 +67,67 @@ class _Part(JITCodeLibrary):
         """Take note of nothing."""
 
 
-def _gather(part, called):
-    if part in called:
-        return
-    called[part] = None
-    if isinstance(part, _Part):
-        for other in part._linking_libraries:
-            _gather(other, called)
-
-
 class _Parts(Compiler):
     """Compiles such code."""
 
     place: Any = _Part
 
     def define_pipelines(self) -> Any:
-        """Define the usual passes, in that place."""
-        self.state.library = self.place(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        """Define the usual passes, in that place, without those that have nothing to do."""
+        state = self.state
+        state.library = self.place(state.targetctx.codegen(), state.func_id.func_qualname)
+        idle = set() if state.flags.nrt else {IRLegalization}  # says where references end
+        if not any(isinstance(c, CodeType) for c in state.func_id.code.co_consts):
+            idle.add(InlineClosureLikes)
         passes: Any = super()
-        return passes.define_pipelines()
+        pipelines = passes.define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [p for p in pipeline.passes if p[0] not in idle]
+            pipeline._finalized = False
+            pipeline.finalize()
+        return pipelines
+
+
+class _Flags(Flags):
+    """Flags that are compared often, and quickly."""
+
+    def __hash__(self) -> int:
+        return hash(_Flags)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Flags) and self._known == other._known
+
+    @cached_property
+    def _known(self) -> tuple[Any, ...]:
+        return tuple(self.values().values())
+
+
+class _ByTypes(_FunctionCompiler):
+    """Compiles a function once for the types of its arguments, not once more for each constant that it is given."""
+
+    def fold_argument_types(self, args: Any, kws: Any) -> Any:
+        """Return signature and types."""
+        parent: Any = super()
+        signature, args = parent.fold_argument_types(args, kws)
+        return signature, tuple(unliteral(a) for a in args)
+
+    def _customize_flags(self, flags: Any) -> Any:
+        return _Flags(flags)
+
+
+class _Outermost(_FunctionCompiler):
+    """Compiles a function that is called from outside, and meanwhile looks for no garbage: there is little."""
+
+    def compile(self, args: Any, return_type: Any) -> Any:
+        """Compile it."""
+        parent: Any = super()
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return parent.compile(args, return_type)
+        finally:
+            if collects:
+                gc.enable()
 
 
 INNER: dict[str, Any] = {
@@ -83,20 +141,17 @@ INNER: dict[str, Any] = {
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-class _Whole(_FunctionCompiler):
-    """Compiles a function for the types of arguments, not for the values of constants."""
-
-    def fold_argument_types(self, args, kws):
-        pysig, args = super().fold_argument_types(args, kws)
-        return pysig, tuple(numba.types.unliteral(a) for a in args)
+def _compiled_by(f: _F, compiler: type) -> _F:
+    """Have a function compiled by another compiler; without Numba's compiler there is none."""
+    if isinstance(f, Dispatcher):
+        f._compiler.__class__ = compiler
+    return f
 
 
 def making(f: _F, **options: Any) -> _F:
     """Return a function compiled, to be called by compiled code only."""
     found: _F = numba.njit(**{**INNER, "_nrt": True, **options})(f)
-    if isinstance(found, CPUDispatcher):
-        found._compiler.__class__ = _Whole
-    return found
+    return _compiled_by(found, _ByTypes)
 
 
 def part(f: _F, **options: Any) -> _F:
@@ -147,7 +202,7 @@ def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
     stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
     # the files of the copy bear the digest: Numba fails on those of sources from which a module went
     f.__qualname__ = f"{f.__name__}_{stamp[:16]}"
-    made = numba.njit(error_model="numpy", nogil=True, **options)(f)
+    made = _compiled_by(numba.njit(error_model="numpy", nogil=True, **options)(f), _Outermost)
     with suppress(RuntimeError):  # no place on the disk to keep compiled code
         made._cache = _Copy(f)
     return made

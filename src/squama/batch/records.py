@@ -1,9 +1,9 @@
 """Records of arrays for compiled code: it passes the address of a named tuple, not the some hundred numbers in it.
 
-Numba passes a tuple as one argument for each number in it, five and more for an array, so that functions of a large
-tuple take long to compile. ``held(t)`` is the same tuple in the memory of the function that calls it, which nothing
-changes, and the compiled code of other functions reads what it needs where it needs it. Tuples in the tuple are such
-records, too. Without Numba's compiler ``held(t)`` is the tuple itself.
+Numba makes one argument of each number in a tuple, five and more of each array, so that functions of large tuples take
+long to compile. ``held(t)`` is the same tuple in the memory of the function that calls ``held``. Nothing changes it
+there: other functions read the fields that they need. Tuples in the tuple are records, too. Without Numba's compiler
+``held(t)`` is the tuple itself, and so it is for type checkers.
 """
 
 from __future__ import annotations
@@ -13,92 +13,76 @@ from typing import Any, TypeVar
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils, typing
-from numba.extending import (
-    infer_getattr,
-    lower_builtin,
-    lower_getattr_generic,
-    models,
-    register_model,
-    type_callable,
-)
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, lower_builtin, lower_getattr_generic, models, register_model, type_callable
 
 _T = TypeVar("_T")
-_OWNER = 2
-"""First members of an array, those of what owns its memory: a record owns nothing, so no references are counted."""
 
 
 def held(record: _T) -> _T:
-    """Return a named tuple as a record. It is there until the function returns, and must be kept there until then."""
+    """Return a named tuple as a record, which is there until the function returns that calls this.
+
+    The tuple must be there as long: it is to be an argument of that function.
+    """
     return record
 
 
-class Held(types.Type):
-    """A named tuple in memory."""
+class Held(types.Type):  # type: ignore[misc]
+    """The type of a record; ``of``: that of its named tuple."""
 
     def __init__(self, of: Any) -> None:
         self.of = of
         digest = hashlib.sha256(of.name.encode()).hexdigest()[:16]
-        parent: Any = super()
-        parent.__init__(f"{of.instance_class.__name__}_{digest}")
-
-    def field(self, name: str) -> tuple[int, Any]:
-        """Return place and type of a field of the tuple."""
-        at = self.of.fields.index(name)
-        return at, self.of.types[at]
+        super().__init__(f"{of.instance_class.__name__}_{digest}")
 
 
 register_model(Held)(models.OpaqueModel)
 
 
-@type_callable(held)
-def _type(context: Any) -> Any:
-    def typed(record: Any) -> Any:
-        return Held(record) if isinstance(record, types.BaseNamedTuple) else None
-
-    return typed
+@type_callable(held)  # type: ignore[untyped-decorator]
+def _typed(_: Any) -> Any:
+    return lambda record: Held(record) if isinstance(record, types.BaseNamedTuple) else None
 
 
-@infer_getattr
-class _Fields(typing.templates.AttributeTemplate):
-    """Types of a record's fields."""
-
-    key = Held
-
-    def generic_resolve(self, record: Any, name: str) -> Any:
-        if name not in record.of.fields:
-            return None
-        found = record.field(name)[1]
-        return Held(found) if isinstance(found, types.BaseNamedTuple) else found
-
-
-@lower_builtin(held, types.BaseNamedTuple)
-def _lower(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-    """Write the tuple into memory, and return an address of which LLVM does not know that it was just written to."""
+@lower_builtin(held, types.BaseNamedTuple)  # type: ignore[untyped-decorator]
+def _hold(_: Any, builder: Any, __: Any, args: Any) -> Any:
+    """Write the tuple into memory; return an address of which LLVM does not know that it has just been written to."""
     place = builder.bitcast(cgutils.alloca_once_value(builder, args[0]), cgutils.voidptr_t)
     same = ir.FunctionType(cgutils.voidptr_t, [cgutils.voidptr_t])
     return builder.asm(same, "", "=r,0,~{memory}", [place], True)
 
 
-@lower_getattr_generic(Held)
-def _read(context: Any, builder: Any, record: Any, value: Any, name: str) -> Any:
-    """Read a field, or return the address of one that is a tuple."""
-    at, found = record.field(name)
-    place = builder.bitcast(value, context.get_value_type(record.of).as_pointer())
-    place = cgutils.gep_inbounds(builder, place, 0, at)
+@infer_getattr
+class _Fields(AttributeTemplate):  # type: ignore[misc]
+    """Types of a record's fields."""
+
+    key = Held
+
+    def generic_resolve(self, record: Held, name: str) -> Any:
+        """Return the type of a field."""
+        if name not in record.of.fields:
+            return None
+        found = record.of.types[record.of.fields.index(name)]
+        return Held(found) if isinstance(found, types.BaseNamedTuple) else found
+
+
+@lower_getattr_generic(Held)  # type: ignore[untyped-decorator]
+def _read(context: Any, builder: Any, record: Held, value: Any, name: str) -> Any:
+    """Return a field, or the address of one that is a tuple."""
+    at = record.of.fields.index(name)
+    whole = builder.bitcast(value, context.get_value_type(record.of).as_pointer())
+    place, found = cgutils.gep_inbounds(builder, whole, 0, at), record.of.types[at]
     if isinstance(found, types.BaseNamedTuple):
         return builder.bitcast(place, cgutils.voidptr_t)
-    return _constant(builder, place, _OWNER if isinstance(found, types.Array) else 0)
+    read = builder.load(place)
+    read.set_metadata("tbaa", _constant(builder.module))
+    return impl_ret_borrowed(context, builder, found, read)
 
 
-def _constant(builder: Any, place: Any, begin: int = 0) -> Any:
-    """Read a value that nothing changes, but for its first members, number by number; LLVM does not read them twice."""
-    kind = place.type.pointee
-    if not isinstance(kind, ir.Aggregate):
-        value = builder.load(place)
-        value.set_metadata("invariant.load", builder.module.add_metadata([]))
-        return value
-    value = ir.Constant(kind, None)
-    for i in range(begin, len(kind)):
-        value = builder.insert_value(value, _constant(builder, cgutils.gep_inbounds(builder, place, 0, i)), i)
-    return value
+def _constant(module: Any) -> Any:
+    """Return what tells LLVM that nothing changes what is read, so that it need not be read again."""
+    none, yes = ir.IntType(64)(0), ir.IntType(64)(1)
+    kind = module.add_metadata(["record", module.add_metadata(["squama"]), none])
+    return module.add_metadata([kind, kind, none, yes])

@@ -11,9 +11,9 @@ import numpy as np
 from squama.batch.keeping import kept, making
 from squama.batch.keeping import part as _jit
 from squama.batch.records import held
-from squama.contacts import derivatives
-from squama.contacts import follow as following
+from squama.contacts.derivatives import again
 from squama.contacts.detection import VERTEX
+from squama.contacts.follow import follow
 from squama.contacts.geometry import PAIR, PLACED, put
 from squama.contacts.increments import TALLY, Walk
 from squama.contacts.linear import Linear
@@ -22,13 +22,6 @@ from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STI
 from squama.types import Array
 
 SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-
-@_jit
-def _follow(w, ways, corners, most, step, rows, motions, bends, contacts, events, end):
-    following.follow(held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
-@_jit
-def _again(w, ways, corners, most, step, done, rows, motions, bends, contacts, events):
-    derivatives.again(held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
 GRIP = 1e-6
 """Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
 several stick, as the plate's own local compliance does in truth."""
@@ -37,6 +30,22 @@ SLIDING = 0.2
 
 _CROWD = 8
 """Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
+
+
+@_jit
+def _follow(
+    w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
+    contacts: Array, events: Array, end: Array,
+) -> None:  # fmt: skip
+    follow(held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+
+
+@_jit
+def _again(
+    w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
+    bends: Array, contacts: Array, events: Array,
+) -> None:  # fmt: skip
+    again(held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
 
 
 @making
