@@ -13,12 +13,12 @@ from typing import Any, TypeVar
 
 import llvmlite.binding as llvm
 import numba
+from numba import types
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
-from numba.core.dispatcher import Dispatcher, _FunctionCompiler
+from numba.core.dispatcher import Dispatcher
 from numba.core.typed_passes import IRLegalization
-from numba.core.types import unliteral
 from numba.core.untyped_passes import InlineClosureLikes
 
 from squama.progress import LOG, not_kept
@@ -45,7 +45,8 @@ class _Part(JITCodeLibrary):
         """Return this code with all that it calls, each once and behind a caller of it."""
         parts: dict[Any, None] = {}
         self._gather(parts)
-        whole, *others = (JITCodeLibrary._get_module_for_linking(part) for part in parts)
+        own: Any = JITCodeLibrary._get_module_for_linking
+        whole, *others = (own(part) for part in parts)
         whole = whole.clone()
         for other in others:
             whole.link_in(other, preserve=True)
@@ -76,7 +77,8 @@ class _Parts(Compiler):
         """Define the usual passes, in that place, without those that have nothing to do."""
         state = self.state
         state.library = self.place(state.targetctx.codegen(), state.func_id.func_qualname)
-        idle = set() if state.flags.nrt else {IRLegalization}  # says where references end
+        # the first one says where references end
+        idle: set[Any] = set() if state.flags.nrt else {IRLegalization}
         if not any(isinstance(c, CodeType) for c in state.func_id.code.co_consts):
             idle.add(InlineClosureLikes)
         passes: Any = super()
@@ -99,35 +101,34 @@ class _Flags(Flags):
 
     @cached_property
     def _known(self) -> tuple[Any, ...]:
-        return tuple(self.values().values())
-
-
-class _ByTypes(_FunctionCompiler):
-    """Compiles a function once for the types of its arguments, not once more for each constant that it is given."""
-
-    def fold_argument_types(self, args: Any, kws: Any) -> Any:
-        """Return signature and types."""
         parent: Any = super()
-        signature, args = parent.fold_argument_types(args, kws)
-        return signature, tuple(unliteral(a) for a in args)
-
-    def _customize_flags(self, flags: Any) -> Any:
-        return _Flags(flags)
+        return tuple(parent.values().values())
 
 
-class _Outermost(_FunctionCompiler):
-    """Compiles a function that is called from outside, and meanwhile looks for no garbage: there is little."""
+def _by_types(fold: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what finds arguments' types, and not the values of constants: of each value there would be a version."""
+    plain: Any = types.unliteral
 
-    def compile(self, args: Any, return_type: Any) -> Any:
-        """Compile it."""
-        parent: Any = super()
+    def folded(args: Any, kws: Any) -> Any:
+        signature, found = fold(args, kws)
+        return signature, tuple(plain(v) for v in found)
+
+    return folded
+
+
+def _at_once(compile_: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what compiles and meanwhile looks for no garbage: there is little."""
+
+    def compiled(*args: Any) -> Any:
         collects = gc.isenabled()
         gc.disable()
         try:
-            return parent.compile(args, return_type)
+            return compile_(*args)
         finally:
             if collects:
                 gc.enable()
+
+    return compiled
 
 
 INNER: dict[str, Any] = {
@@ -141,17 +142,14 @@ INNER: dict[str, Any] = {
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def _compiled_by(f: _F, compiler: type) -> _F:
-    """Have a function compiled by another compiler; without Numba's compiler there is none."""
-    if isinstance(f, Dispatcher):
-        f._compiler.__class__ = compiler
-    return f
-
-
 def making(f: _F, **options: Any) -> _F:
     """Return a function compiled, to be called by compiled code only."""
-    found: _F = numba.njit(**{**INNER, "_nrt": True, **options})(f)
-    return _compiled_by(found, _ByTypes)
+    made: Any = numba.njit(**{**INNER, "_nrt": True, **options})(f)
+    if isinstance(made, Dispatcher):
+        compiler: Any = vars(made)["_compiler"]
+        compiler.fold_argument_types, compiler._customize_flags = _by_types(compiler.fold_argument_types), _Flags
+    found: _F = made
+    return found
 
 
 def part(f: _F, **options: Any) -> _F:
@@ -202,7 +200,10 @@ def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
     stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
     # the files of the copy bear the digest: Numba fails on those of sources from which a module went
     f.__qualname__ = f"{f.__name__}_{stamp[:16]}"
-    made = _compiled_by(numba.njit(error_model="numpy", nogil=True, **options)(f), _Outermost)
+    made: Any = numba.njit(error_model="numpy", nogil=True, **options)(f)
+    if isinstance(made, Dispatcher):
+        compiler: Any = vars(made)["_compiler"]
+        compiler.compile = _at_once(compiler.compile)
     with suppress(RuntimeError):  # no place on the disk to keep compiled code
         made._cache = _Copy(f)
     return made

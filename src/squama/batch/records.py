@@ -12,13 +12,17 @@ import hashlib
 from typing import Any, TypeVar
 
 from llvmlite import ir
+from numba import extending as numba_extending
 from numba import types
-from numba.core import cgutils
-from numba.core.imputils import impl_ret_borrowed
+from numba.core import cgutils as numba_cgutils
+from numba.core import imputils
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, lower_builtin, lower_getattr_generic, models, register_model, type_callable
 
 _T = TypeVar("_T")
+extending: Any = numba_extending
+cgutils: Any = numba_cgutils
+borrowed: Any = imputils.impl_ret_borrowed
+_ADDRESS = cgutils.voidptr_t
 
 
 def held(record: _T) -> _T:
@@ -29,7 +33,7 @@ def held(record: _T) -> _T:
     return record
 
 
-class Held(types.Type):  # type: ignore[misc]
+class Held(types.Type):
     """The type of a record; ``of``: that of its named tuple."""
 
     def __init__(self, of: Any) -> None:
@@ -38,47 +42,43 @@ class Held(types.Type):  # type: ignore[misc]
         super().__init__(f"{of.instance_class.__name__}_{digest}")
 
 
-register_model(Held)(models.OpaqueModel)
-
-
-@type_callable(held)  # type: ignore[untyped-decorator]
 def _typed(_: Any) -> Any:
     return lambda record: Held(record) if isinstance(record, types.BaseNamedTuple) else None
 
 
-@lower_builtin(held, types.BaseNamedTuple)  # type: ignore[untyped-decorator]
 def _hold(_: Any, builder: Any, __: Any, args: Any) -> Any:
     """Write the tuple into memory; return an address of which LLVM does not know that it has just been written to."""
-    place = builder.bitcast(cgutils.alloca_once_value(builder, args[0]), cgutils.voidptr_t)
-    same = ir.FunctionType(cgutils.voidptr_t, [cgutils.voidptr_t])
+    place = builder.bitcast(cgutils.alloca_once_value(builder, args[0]), _ADDRESS)
+    same = ir.FunctionType(_ADDRESS, [_ADDRESS])
     return builder.asm(same, "", "=r,0,~{memory}", [place], True)
 
 
-@infer_getattr
-class _Fields(AttributeTemplate):  # type: ignore[misc]
+@extending.infer_getattr
+class _Fields(AttributeTemplate):
     """Types of a record's fields."""
 
     key = Held
 
-    def generic_resolve(self, record: Held, name: str) -> Any:
+    def resolve_field(self, record: Held, name: str) -> Any:
         """Return the type of a field."""
         if name not in record.of.fields:
             return None
         found = record.of.types[record.of.fields.index(name)]
         return Held(found) if isinstance(found, types.BaseNamedTuple) else found
 
+    generic_resolve: Any = resolve_field
 
-@lower_getattr_generic(Held)  # type: ignore[untyped-decorator]
+
 def _read(context: Any, builder: Any, record: Held, value: Any, name: str) -> Any:
     """Return a field, or the address of one that is a tuple."""
     at = record.of.fields.index(name)
     whole = builder.bitcast(value, context.get_value_type(record.of).as_pointer())
     place, found = cgutils.gep_inbounds(builder, whole, 0, at), record.of.types[at]
     if isinstance(found, types.BaseNamedTuple):
-        return builder.bitcast(place, cgutils.voidptr_t)
+        return builder.bitcast(place, _ADDRESS)
     read = builder.load(place)
     read.set_metadata("tbaa", _constant(builder.module))
-    return impl_ret_borrowed(context, builder, found, read)
+    return borrowed(context, builder, found, read)
 
 
 def _constant(module: Any) -> Any:
@@ -86,3 +86,9 @@ def _constant(module: Any) -> Any:
     none, yes = ir.IntType(64)(0), ir.IntType(64)(1)
     kind = module.add_metadata(["record", module.add_metadata(["squama"]), none])
     return module.add_metadata([kind, kind, none, yes])
+
+
+extending.register_model(Held)(extending.models.OpaqueModel)
+extending.type_callable(held)(_typed)
+extending.lower_builtin(held, types.BaseNamedTuple)(_hold)
+extending.lower_getattr_generic(Held)(_read)

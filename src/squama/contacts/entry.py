@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.batch import records
 from squama.batch.keeping import kept, making
 from squama.batch.keeping import part as _jit
-from squama.batch.records import held
 from squama.contacts.derivatives import again
 from squama.contacts.detection import VERTEX
 from squama.contacts.follow import follow
@@ -21,7 +21,7 @@ from squama.contacts.meeting import Work
 from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
 from squama.types import Array
 
-SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+SOURCES = [*sorted(Path(__file__).parent.glob("*.py")), Path(records.__file__)]
 GRIP = 1e-6
 """Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
 several stick, as the plate's own local compliance does in truth."""
@@ -37,7 +37,7 @@ def _follow(
     w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
     contacts: Array, events: Array, end: Array,
 ) -> None:  # fmt: skip
-    follow(held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+    follow(records.held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
 
 
 @_jit
@@ -45,7 +45,7 @@ def _again(
     w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
     bends: Array, contacts: Array, events: Array,
 ) -> None:  # fmt: skip
-    again(held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
+    again(records.held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
 
 
 @making
