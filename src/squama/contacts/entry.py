@@ -37,6 +37,7 @@ def _follow(
     w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
     contacts: Array, events: Array, end: Array,
 ) -> None:  # fmt: skip
+    """Follow a path, which stays in memory meanwhile: compiled functions are given its address."""
     follow(records.held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
 
 
@@ -45,6 +46,7 @@ def _again(
     w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
     bends: Array, contacts: Array, events: Array,
 ) -> None:  # fmt: skip
+    """Follow a noted path once more, see :func:`_follow`."""
     again(records.held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
 
 
