@@ -130,10 +130,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "model/boxes.py": ("unit/test_boxes.py", "unit/test_plates.py", THICK[1]),
     "model/history.py": ("unit/test_history.py", "unit/test_cycle.py", "properties/test_cycles.py"),
     "model/elastic_plate.py": (REAL[0], BENT[0], REAL[1]),
-    "model/chain.py": ("unit/test_row.py", THICK[1]),
     "model/sensitivity.py": ("unit/test_inverse_figures.py", "unit/test_gradient.py"),
     "model/thickness.py": ("unit/test_section_joint.py", "unit/test_design.py"),
-    "model/chain_track.py": ("unit/test_row.py", THICK[1]),
     "model/tracks.py": (
         "unit/test_bracket.py",
         "unit/test_inverse_figures.py",

@@ -11,7 +11,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors, follow, hinge_rows
+from squama.curves import doors, follow
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
 from squama.errors import InputError
@@ -39,7 +39,7 @@ def row(
 ) -> xr.Dataset:
     """Twist a row of N scales that does not repeat: its end scales lack one neighbour.
 
-    The twist per pitch is the same all along the row; the force law is "edge" (docs, theory: a finite row).
+    The twist per pitch is the same all along the row (docs, theory: a finite row).
 
     Parameters
     ----------
@@ -155,10 +155,16 @@ def ends(
     return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))
 
 
+def _hinged(asked: Asked) -> States:
+    from squama.curves import hinge_rows
+
+    return hinge_rows.solve(asked)
+
+
 def _compliant(asked: Asked) -> States:
     from squama.curves import real_rows
 
     return real_rows.solve(asked)
 
 
-_MODELS: dict[str, Callable[[Asked], States]] = {"hinge": hinge_rows.solve, "compliant": _compliant}
+_MODELS: dict[str, Callable[[Asked], States]] = {"hinge": _hinged, "compliant": _compliant}
