@@ -164,7 +164,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1 -> 2": _NOTHING,
     },
     ("fe/runs.py", 'MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}'): {"*": _TUNING},
-    ("fe/walk.py", "_FIRST = 1e-3"): {"*": _TUNING},
+    ("fe/walk.py", "_FIRST, _HALVINGS = 1e-3, 7"): {"*": _TUNING},
     ("fe/walk.py", "_STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))"): {"*": _TUNING},
     ("fe/contact.py", "friction = -self._friction.force(*args).reshape(-1, 3)"): {"1 -> 2": _UNKNOWN},
     (
@@ -179,7 +179,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/estimate.py", "p[theta0] = asked.low[theta0] + share * (asked.high[theta0] - asked.low[theta0])"): {
         "+ -> -": "where a search starts",
     },
-    ("fe/condense.py", "if g < 1e-10 or slope * near <= 0:"): {"* -> /": "of the same sign; the twist is not 0"},
     ("inverse/figures.py", "x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]"): {
         "1.0 -> 2.0": "a wider grid brackets the same places",
     },
