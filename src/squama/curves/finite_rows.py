@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import doors, follow
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
-from squama.curves.path import Asked, LoadPath, States
+from squama.curves.path import Asked, LoadPath
 from squama.errors import InputError
 from squama.loads import LOADS
 
@@ -84,23 +83,6 @@ def row(
     >>> print([f"{t:.3f}" for t in ends], f"{float(r.decay):.2f} per scale")
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
-    return rowed(
-        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal
-    ).dataset().set_coords("phi")  # fmt: skip
-
-
-def rowed(
-    beam: Beam,
-    *,
-    scales: int | None = None,
-    mu: float | None = None,
-    to: float | str | None = None,
-    points: int = 100,
-    sense: str = "+",
-    joint: str | None = None,
-    ideal: bool | None = None,
-) -> Answer:
-    """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
     only_one(beam.faces, "a finite row")
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
@@ -109,7 +91,10 @@ def rowed(
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
     held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
-    solve = _MODELS[arguments.one_of("joint", held, tuple(_MODELS))]
+    if held == "hinge":
+        from squama.curves.hinge_rows import solve
+    else:
+        from squama.curves.real_rows import solve
     way = LoadPath.of("twisting", [sign * stop])
     asked = Asked(beam.replace(scales=n), way, m, "edge", 0.0, points, ideal=thin, note=note)
     states = solve(asked)
@@ -119,7 +104,7 @@ def rowed(
     variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
     attrs = attributes(asked, "twisting of a row of scales", sense, held, states.notes)
     attrs |= {"load": "row", "mu": float(m), "sense": sense, **states.attrs}
-    return Answer(variables, attrs)
+    return Answer(variables, attrs).dataset().set_coords("phi")
 
 
 class Ends(NamedTuple):
@@ -153,18 +138,3 @@ def ends(
     torque, tangent = (1 - (1 - float(share)) * n / beam.scales for share in (own[-1] / endless[-1], steep / other))
     far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
     return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))
-
-
-def _hinged(asked: Asked) -> States:
-    from squama.curves import hinge_rows
-
-    return hinge_rows.solve(asked)
-
-
-def _compliant(asked: Asked) -> States:
-    from squama.curves import real_rows
-
-    return real_rows.solve(asked)
-
-
-_MODELS: dict[str, Callable[[Asked], States]] = {"hinge": _hinged, "compliant": _compliant}

@@ -45,7 +45,7 @@ def solve(asked: Asked) -> States:
 
 
 def _values(asked: Asked, way: path.Path, rows: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return everything along the twist in SI units by role, of the row (points,) and of each scale (points, scales)."""
+    """Return everything along the twist in SI units by role: of the row (points,), of each scale (points, scales)."""
     beam, d, v = asked.beam, asked.beam.pitch, path.named(rows)
     moment, force = beam.joint_stiffness, beam.joint_stiffness / d
     phi = v["phi"][:, 0]
