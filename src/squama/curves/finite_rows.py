@@ -83,6 +83,23 @@ def row(
     >>> print([f"{t:.3f}" for t in ends], f"{float(r.decay):.2f} per scale")
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
+    return rowed(
+        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal
+    ).dataset().set_coords("phi")  # fmt: skip
+
+
+def rowed(
+    beam: Beam,
+    *,
+    scales: int | None = None,
+    mu: float | None = None,
+    to: float | str | None = None,
+    points: int = 100,
+    sense: str = "+",
+    joint: str | None = None,
+    ideal: bool | None = None,
+) -> Answer:
+    """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
     only_one(beam.faces, "a finite row")
     n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
@@ -104,7 +121,7 @@ def row(
     variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
     attrs = attributes(asked, "twisting of a row of scales", sense, held, states.notes)
     attrs |= {"load": "row", "mu": float(m), "sense": sense, **states.attrs}
-    return Answer(variables, attrs).dataset().set_coords("phi")
+    return Answer(variables, attrs)
 
 
 class Ends(NamedTuple):

@@ -46,16 +46,17 @@ def own_scales(
     Other arguments as there.
     """
     at, far = np.asarray(rates, float), BEHIND * max(rates)
-    found = finite_rows.row(beam, mu=mu, to=far, points=POINTS, sense=sense, joint=joint, ideal=ideal)
-    x, torque, rubbed, red = (found[name].values for name in ("Phi", "T", "W_fr", "RED"))
+    found = finite_rows.rowed(beam, mu=mu, to=far, points=POINTS, sense=sense, joint=joint, ideal=ideal)
+    x, torque = found["Phi"], found["T"]
+
     rigidity, engaged = float(found.attrs.get("rigidity", beam.torsional_rigidity)), float(found["phi_e"])
     twists = x * beam.pitch
     slopes = real.tangents(rigidity, beam.pitch, engaged, twists, twists, {"torque": torque})["tangent"]
-    stress = found["stress"].values.max(axis=1) if "stress" in found else np.full(x.size, np.nan)
+    stress = found["stress"].max(axis=1) if "stress" in found.variables else np.full(x.size, np.nan)
     # the row may end before the last twist that is asked for
     reached = at <= x[-1] * (1 + 1e-9)
     T, K_t, stress, work, red = (
-        np.where(reached, np.interp(at, x, v), np.nan) for v in (torque, slopes, stress, rubbed, red)
+        np.where(reached, np.interp(at, x, v), np.nan) for v in (torque, slopes, stress, found["W_fr"], found["RED"])
     )
     # it jumps at engagement
     K_t[at * beam.pitch < engaged] = rigidity
