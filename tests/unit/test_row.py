@@ -1,6 +1,5 @@
 """A finite row: against vectors written out here, against the endless beam, and where it must not depend on the way."""
 
-
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
