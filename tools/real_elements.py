@@ -23,7 +23,8 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 
 from squama import Beam
-from squama.fe import condense, runs
+from squama.fe import runs
+from squama.fe.assembly import make_bent
 from squama.fe.contact import RowContact
 from squama.fe.exposed import box
 from squama.fe.geometry import Geometry, geometry
@@ -54,6 +55,10 @@ FAR = 2.5
 """Reach over the twist at engagement."""
 POINTS = 12
 """Increments to the end, at least."""
+FINE = 2e-3
+"""Increment of the beam on the linear joint, rad per pitch."""
+LOCATED = 1e-9
+"""Width, rad per pitch, to which the engagement is located."""
 
 
 def engagement(shape: Geometry) -> float:
@@ -61,12 +66,15 @@ def engagement(shape: Geometry) -> float:
     exposed = box(shape.eta, shape.beta, shape.thickness)
     contact, still = RowContact(Row(shape.rest, exposed=exposed), 0.0), np.zeros(6)
     phi, step = 0.0, 0.005
-    while contact.free(contact.corners(still, phi), contact.corners(still, phi + step)) == 1:
-        phi += step
+    while step > LOCATED:
+        if contact.free(contact.corners(still, phi), contact.corners(still, phi + step)) == 1:
+            phi += step
+        else:
+            step /= 2
         if phi > 1:
             message = "the scales do not engage"
             raise SystemExit(message)
-    return condense.engagement(shape.rest, np.diag([1.0] * 6 + [0.0]), phi + step, exposed=exposed, hinge=False)
+    return phi
 
 
 def run(name: str, mu: float, mesh: str, folder: Path) -> dict[str, Any]:
@@ -83,11 +91,18 @@ def run(name: str, mu: float, mesh: str, folder: Path) -> dict[str, Any]:
     seconds = time.process_time() - begun
     exposed, _ = runs.exposed_part(beam, shape)
     K, phi = own_matrix(beam, mesh), data["phi"].values
-    linear = condense.curve(shape.rest, K, mu, phi[1:], exposed=exposed)
+    joint = np.eye(9)
+    joint[:7, :7] = K
+    linear, T = make_bent(joint, shape, mu, free=(), exposed=exposed), np.full(phi.size, np.nan)
+    linear.aim(0.0, phi[-1])
+    for i, goal in enumerate(phi):
+        if not linear.run(goal, FINE).reached:
+            break
+        T[i] = linear.T
     rows = {
         "phi": phi, "T": data["T"].values / unit / beam.pitch, "N": data["N"].values / unit,
         "theta": data["theta"].values, "p": data["p"].values / beam.pitch, "s": data["s"].values / beam.pitch,
-        "deflection": data["deflection"].values / beam.pitch, "T_linear_joint": np.append(0.0, linear.along["T"]),
+        "deflection": data["deflection"].values / beam.pitch, "T_linear_joint": T,
     }  # fmt: skip
     words = {key: data.attrs[key] for key in ("mesh", "plates", "sentence", "warnings", "energy_error", "beam")}
     contacts = [str(text) for text in dict.fromkeys(data["contact"].values.tolist())]

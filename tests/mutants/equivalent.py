@@ -34,9 +34,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1e-4 -> (1e-4 * 1.1)": "the step of an estimate, as in model/energy.py",
         "* -> /": "as above: only how far a pole is stretched to",
     },
-    ("model/chain.py", "slip = np.sqrt((V * V).sum(axis=0) + 1e-30)"): {
-        "1e-30 -> (1e-30 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
-    },
     ("model/history.py", "bottom = _bottom(f, float(x[i - 1]), float(x[i + 1]))"): {
         "1 -> 2": _WIDER,
         "1 -> 2 #2": _WIDER,
@@ -159,9 +156,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "0 -> 1 #2": "on how many threads MKL factorises",
     },
     ("fe/solver.py", "x = self._call(_SOLVE, np.asfortranarray(b.reshape(self._n, -1)))"): {"1 -> 2": _UNKNOWN},
-    ("curves/hinge_rows.py", 'return chain_track.Track([], End.RANGE, 0, "", stop)'): {
-        "0 -> 1": "no scale is named where the asked twist is the end",
-    },
     ("beam/validity.py", "if tau <= THIN * gap * (1 + 1e-9):"): {"1e-9 -> (1e-9 * 1.1)": _ROUNDING},
     (
         "curves/hinge.py",
@@ -170,7 +164,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1 -> 2": _NOTHING,
     },
     ("fe/runs.py", 'MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}'): {"*": _TUNING},
-    ("fe/walk.py", "_FIRST = 1e-3"): {"*": _TUNING},
+    ("fe/walk.py", "_FIRST, _HALVINGS = 1e-3, 7"): {"*": _TUNING},
     ("fe/walk.py", "_STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))"): {"*": _TUNING},
     ("fe/contact.py", "friction = -self._friction.force(*args).reshape(-1, 3)"): {"1 -> 2": _UNKNOWN},
     (
@@ -185,7 +179,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/estimate.py", "p[theta0] = asked.low[theta0] + share * (asked.high[theta0] - asked.low[theta0])"): {
         "+ -> -": "where a search starts",
     },
-    ("fe/condense.py", "if g < 1e-10 or slope * near <= 0:"): {"* -> /": "of the same sign; the twist is not 0"},
     ("inverse/figures.py", "x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]"): {
         "1.0 -> 2.0": "a wider grid brackets the same places",
     },
@@ -198,7 +191,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/bending.py", "b = A1 - c / 2"): {"- -> +": _BEGINS},
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
-    ("model/chain_track.py", "change, rates = np.abs(x[:, 0]).max(), np.abs(x[:, 1]).max()"): {"1 -> 2": _SHARP},
     (
         "curves/follow.py",
         "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, onward=False, neutral=neutral)",

@@ -11,7 +11,6 @@ import squama
 from oracle import boxes
 from squama.arrays import solution
 from squama.curves import doors
-from squama.model import chain
 from squama.model.paths import ARRAY
 
 SHAPE = ("eta", "beta", "lam", "alpha", "thickness")
@@ -196,23 +195,6 @@ def test_a_curve_of_plates_that_touch_at_rest_is_at_rest() -> None:
     r = squama.twist(thick, points=4, joint="hinge", ideal=False)
     assert str(r.end.item()) == "touching at rest"
     assert (float(r.phi_e), float(r.phi_end), float(abs(r.phi).max())) == (0.0, 0.0, 0.0)
-
-
-def test_a_row_of_equal_inclinations_is_the_endless_beam() -> None:
-    for d in drawn(9, 20):
-        theta, k = d["theta0"] + 0.1, 1
-        shape = {name: d[name] for name in SHAPE}
-        c, f = squama.contact(theta, **shape), squama.forces(theta, **shape, theta0=d["theta0"], mu=d["mu"])
-        sizes = d["eta"], d["beta"], d["lam"], math.sin(d["alpha"]), math.cos(d["alpha"]), d["theta0"], d["mu"], 2
-        row = chain.Row(*sizes, d["thickness"])
-        w = np.array([1 / float(c.dphi_dtheta)])
-        e = chain.terms(row, chain.frame(row, float(c.phi), k), np.array([theta]), np.array([theta]), w, w)
-        assert abs(float(e.c.gap[0])) < 1e-13
-        assert abs(float(e.rate[0])) < 1e-12 * abs(w[0])
-        assert (float(e.c.p[0]), float(e.c.s[0])) == pytest.approx((float(c.p), float(c.s)), rel=1e-10, abs=1e-12)
-        N = (theta - d["theta0"]) / (e.A[0] + e.B[0])
-        assert float(N) == pytest.approx(float(f.normal) / d["eta"], rel=1e-10)
-        assert float(N * e.torque[0]) == pytest.approx(float(f.torque), rel=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,6 @@ def test_steps_are_told_from_none_to_all() -> None:
     [
         ("samples", lambda: squama.uncertainty(BEAM, {"mu": "0.3 +- 0.01"}, samples=3200, **HINGED)),
         ("frequencies", lambda: squama.shake(BEAM, [0.5, 0.6], static="0.06 rad/pitch", rotor="0.01 kg m2", **HINGED)),
-        ("points of the row", lambda: squama.row(BEAM.replace(scales=4), to="0.15 rad/pitch", points=6)),
         ("steps of the search", lambda: squama.inverse_design(TARGET, beam=BEAM, starts=64)),
     ],
 )  # fmt: skip

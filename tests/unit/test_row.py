@@ -1,8 +1,5 @@
 """A finite row: against vectors written out here, against the endless beam, and where it must not depend on the way."""
 
-import math
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
@@ -10,8 +7,6 @@ from scipy.optimize import fsolve
 
 import squama
 from squama.errors import InputError
-from squama.model import chain, chain_track
-from squama.model.outcome import End
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)  # the paper's Fig. 6b
 WIDE = squama.Beam.from_ratios()  # of its Fig. 6a
@@ -86,7 +81,7 @@ def forces_on_row(beam, thetas, rates, phi, N, mu):
 
 @pytest.mark.parametrize(
     ("beam", "scales", "mu", "to"),
-    [(BEAM, 5, 0.4, 0.2), (WIDE, 7, 0.0, 0.15), (WIDE, 4, 0.3, 0.25), (SLANTED, 4, 0.3, 0.25)],
+    [(BEAM, 5, 0.4, 0.2), (WIDE, 7, 0.0, 0.1), (WIDE, 4, 0.3, 0.12), (SLANTED, 4, 0.3, 0.25)],
 )
 def test_every_scale_is_in_balance_and_the_torque_is_that_of_the_forces(beam, scales, mu, to):
     r = hinged(beam, scales=scales, mu=mu, to=f"{to} rad/pitch", points=400)
@@ -111,7 +106,8 @@ def test_the_middle_of_a_long_row_is_the_endless_beam():
         ratios = {k: v for k, v in beam.ratios.items() if k != "theta0"}
         assert float(squama.contact(middle.theta, **ratios).phi) == pytest.approx(0.16, abs=1e-9)
         f = squama.forces(middle.theta, theta0=beam.scale.theta0, mu=0.5, **ratios)
-        assert float(middle.N * beam.scale.length / beam.joint_stiffness) == pytest.approx(float(f.normal), rel=1e-7)
+        # tolerance: slips by differences of the increments of 100 points, 8e-7 on every processor
+        assert float(middle.N * beam.scale.length / beam.joint_stiffness) == pytest.approx(float(f.normal), rel=3e-5)
         assert float(middle.theta) == pytest.approx(float(middle.theta_periodic), abs=1e-9)
 
 
@@ -209,7 +205,7 @@ def test_the_work_of_the_torque_is_stored_or_rubbed_away(scales):
 def test_the_last_scale_lies_down_and_is_held():
     r = hinged(BEAM, scales=25, mu=0.2, to="0.2 rad/pitch")
     last = r.isel(scale=-1)
-    down = last.theta.values == 0
+    down = abs(last.theta.values) < 1e-12
     assert down.any()
     assert (np.diff(down.astype(int)) >= 0).all()
     assert (last.Q.values[down] >= 0).all()
@@ -218,24 +214,36 @@ def test_the_last_scale_lies_down_and_is_held():
 
 
 def test_where_a_row_ends():
-    off = hinged(BEAM, scales=25, mu=0.2, to="0.5 rad/pitch")
-    assert off.end == "off tip edge"
-    assert off.scale_end == 1
-    beta = BEAM.beta * D
-    assert float(np.abs(off.p[-1, 0])) == pytest.approx(beta, rel=1e-2)
+    off = hinged(BEAM, scales=25, mu=0.2, to="0.5 rad/pitch", points=200)
+    assert off.end == "no equilibrium"
+    # there the contact of the first scale, on which none presses, has run to the end of its tip edge
+    last = int(np.flatnonzero(off.phi < 0.267176)[-1])
+    assert float(np.abs(off.p[last, 0])) == pytest.approx(BEAM.beta * D, rel=1e-2)
+    assert float(off.phi_end) == pytest.approx(0.267579, abs=1e-5)
     assert float(off.phi[-1]) == pytest.approx(float(off.phi_end))
-    np.testing.assert_allclose(off.f, 0.2 * off.N)
     before = hinged(BEAM, scales=5, mu=0.2, to="0.05 rad/pitch")
     assert before.end == "range end"
-    assert (before.theta == before.theta[0]).all()
+    np.testing.assert_allclose(before.theta, before.theta[0, 0], rtol=1e-15)
     mirrored = hinged(BEAM, scales=5, mu=0.2, to="0.1 rad/pitch", sense="-")
-    assert mirrored.end in ("no engagement", "other contact")
     assert float(mirrored.T_scales.max()) == 0
-    # scales that touch without engaging end the row, if it goes that far
+    # scales that touch by other edges only
     touch = float(squama.twist(WIDE, mu=0.2, sense="-", joint="hinge").phi_touch)
-    for to, last, end in ((0.2, 0.2, "no engagement"), (0.5, touch, "other contact")):
+    for to, other, scale in ((0.2, "", 0), (0.5, "side edge on base edge (k = 1) at 0.3867 rad/pitch", 1)):
         r = hinged(WIDE, scales=5, mu=0.2, to=f"{to} rad/pitch", sense="-")
-        assert (float(r.phi[-1]), r.end) == (pytest.approx(last), end)
+        assert (r.other_contact, r.scale_end, r.end) == (other, scale, "range end")
+        assert float(r.phi_e) == pytest.approx(touch)
+
+
+def test_a_row_goes_on_behind_a_contact_of_other_features():
+    """The torque without friction is the slope of the energy, through where the last scale meets a face."""
+    r = hinged(WIDE, scales=7, mu=0, to="0.2 rad/pitch", points=400)
+    assert r.end == "range end"
+    assert r.other_contact == "corner D of scale 7 on the face of scale 6 (k = 1) at 0.1066 rad/pitch"
+    assert r.scale_end == 6
+    work = cumulative_simpson(r["T"].values, x=r.Phi.values, initial=0)
+    # tolerance: Simpson's rule over the kinks, 2e-6 on every processor
+    np.testing.assert_allclose(work[30:], r.U_el[30:], rtol=1e-4)
+    assert float(r.N[-1, 5]) > 0
 
 
 def test_the_stop_that_is_not_given_is_the_cut_off_of_the_endless_beam():
@@ -308,94 +316,12 @@ def test_bad_flags(flags, words, tmp_path, monkeypatch, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["beam.toml"]
 
 
-@pytest.mark.parametrize(
-    ("k", "p", "s", "gap", "end"),
-    [
-        (1, 0.59, 2.9, 0.0, None),
-        (1, -0.59, 0.1, 0.0, None),
-        (1, 0.61, 1.0, 0.0, End.OFF_TIP),
-        (1, -0.61, 1.0, 0.0, End.OFF_TIP),
-        (1, 0.0, -0.01, 0.0, End.OFF_SIDE),
-        (1, 0.0, 3.01, 0.0, End.OFF_SIDE),
-        (2, 0.0, 1.0, -1e-3, End.OTHER),
-        (2, 0.0, 1.0, 1e-3, None),
-        (2, 0.61, 1.0, -1e-3, None),
-        (2, -0.61, 1.0, -1e-3, None),
-        (2, 0.0, -0.01, -1e-3, None),
-        (2, 0.0, 3.01, -1e-3, None),
-    ],
-)
-def test_a_row_ends_where_a_contact_leaves_its_edges_or_farther_ones_meet(k, p, s, gap, end, monkeypatch):
-    """Between the second and the third scale of four, or the second and the fourth; all others touch well inside."""
-
-    def pair(row, frame, one, other):
-        found = SimpleNamespace(p=np.zeros(one.size), s=np.ones(one.size), gap=np.ones(one.size))
-        if one.size == row.scales - k:
-            found.p[1], found.s[1], found.gap[1] = p, s, gap
-        return found
-
-    monkeypatch.setattr(chain_track, "pair", pair)
-    row = chain.Row(3.0, 0.6, 0.32, math.sin(0.8), math.cos(0.8), 0.17, 0.2, 4)
-    every = {name: np.zeros(4) for name in chain_track.State._fields}
-    state = chain_track.State(**{**every, "phi": 0.1, "closed": np.array([True] * 3 + [False])})
-    found = chain_track._problem(row, state)
-    assert (found and found[:2]) == (end and (end, 1))
-    # what is not closed does not leave anything
-    if k == 1:
-        assert chain_track._problem(row, state._replace(closed=np.zeros(4, bool))) is None
-
-
-@pytest.mark.parametrize("formula", [None, (30.0, 4.0)], ids=["start", "step"])
-def test_the_matrix_of_a_step_is_the_derivative_of_what_is_left_over(formula, monkeypatch):
-    """With a contact that is open and a scale that lies on the substrate."""
-    n, nu, dice = 5, np.zeros(5), np.random.default_rng(2)
-    row = chain.Row(3.0, 0.6, 0.32, math.sin(0.7), math.cos(0.7), 0.17, 0.3, n)
-    history = dice.normal(size=n)
-    formula = formula and chain_track._Formula(formula[0], formula[1] * history)
-    closed, down = np.array([True, False, True, True, False]), np.array([False, True, False, False, False])
-    seen: list[tuple] = []
-    shift = 1e-3
-
-    def kept(bands, ab, r, **_):
-        seen.append((ab, r.copy()))
-        step = np.zeros((n, 4))
-        # multipliers are not zero from the second step on: the first one leads to those that are wanted
-        if len(seen) % 2:
-            step[:, 0], step[:, 3] = -shift, -nu
-        return step.ravel()
-
-    monkeypatch.setattr(chain_track, "solve_banded", kept)
-
-    def left(q):
-        nonlocal nu
-        theta, w, N, nu = q.reshape(4, n)
-        state = chain_track.State(0.08, theta - shift, w, np.append(N[:-1], 0.0), np.zeros(n), closed, down)
-        chain_track._newton(row, chain_track._Band(n), 0.08, state, formula)
-        return seen[-1]
-
-    low, high = ((0.15, 0.1, 0.1, -1.0), (0.3, 2.0, 1.0, 1.0))
-    q = np.concatenate([dice.uniform(a, b, n) for a, b in zip(low, high, strict=True)])
-    ab, _ = left(q)
-    reach, size = ab.shape[0] // 2, ab.shape[1]
-    dense = np.zeros((size, size))
-    for i in range(size):
-        for j in range(max(0, i - reach), min(size, i + reach + 1)):
-            dense[i, j] = ab[reach + i - j, j]
-    for place in range(4 * n):
-        kind, scale = divmod(place, n)
-        if (kind, scale) == (2, n - 1):
-            continue  # the force of the last scale is always zero
-        h = 1e-6 * (np.arange(4 * n) == place)
-        by_place = (left(q + h)[1] - left(q - h)[1]) / 2e-6
-        np.testing.assert_allclose(dense[:, 4 * scale + kind], by_place, atol=1e-6)
-
-
-@pytest.mark.parametrize(("beam", "mu"), [(BEAM, 0.3), (WIDE, 0.5)])
+@pytest.mark.parametrize(("beam", "mu"), [(BEAM, 0.3), (WIDE, 0.0)])
 def test_the_end_of_a_row_does_not_depend_on_its_points(beam, mu):
-    few, many = (hinged(beam, scales=3, mu=mu, to="1 rad/pitch", points=n) for n in (40, 900))
-    assert few.end.item() == many.end.item() != "range end"
-    # tolerance: what steps of 40 and of 900 points leave, 1.4e-6, on every processor
-    assert float(few.phi_end) == pytest.approx(float(many.phi_end), abs=2e-6)
+    few, many = (hinged(beam, scales=25, mu=mu, to="1 rad/pitch", points=n) for n in (40, 900))
+    assert few.end.item() == many.end.item() == "no equilibrium"
+    # tolerance: what steps of 40 and of 900 points leave, 1e-9, on every processor
+    assert float(few.phi_end) == pytest.approx(float(many.phi_end), abs=1e-6)
 
 
 def test_the_endless_beam_is_there_to_its_end() -> None:

@@ -124,9 +124,9 @@ def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
     m = live.motion(now.setting)
     assert now.quick
     assert (m.joint, m.model) == ("compliant", "thick, elastic scales on compliant joints")
-    # it stops where general contact would have to go on, and says so
-    assert m.end == "other contact"
-    assert "squama twist goes on" in live.outcome(now)[2]
+    # behind a second contact, too
+    assert m.end == "range end"
+    assert "other contact: " in live.outcome(now)[1]
     r = squama.twist(now.beam, at=[f"{m.last} rad/pitch"])
     assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
     words = dict(live.readings(now))

@@ -97,7 +97,7 @@ class Beams(NamedTuple):
     ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
     phi), or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``plates`` (n, 24, 24), see
     :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): which strains are; ``aside`` (n,): the bar's
-    stiffness against lateral bend over that against bend.
+    stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for motions that stay 0, or (n, 0).
     """
 
     shapes: Array
@@ -106,6 +106,7 @@ class Beams(NamedTuple):
     plates: Array
     free: Array
     aside: Array
+    masked: Array
 
 
 @making
@@ -133,7 +134,7 @@ def system(b: Beams, i: int, n: int, periodic: bool) -> System:
         if not periodic:
             rests[o] = math.atan2(st.real, ct.real)
     reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
-    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, rests, np.zeros(0))
+    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, rests, b.masked[i])
 
 
 @_jit

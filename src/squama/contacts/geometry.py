@@ -46,13 +46,6 @@ def rowwise(A: Array, v: Vector) -> Vector:
 
 
 @_in
-def columnwise(A: Array, v: Vector) -> Vector:
-    """Return A^T v for a matrix."""
-    return (A[0, 0] * v[0] + A[1, 0] * v[1] + A[2, 0] * v[2], A[0, 1] * v[0] + A[1, 1] * v[1] + A[2, 1] * v[2],
-            A[0, 2] * v[0] + A[1, 2] * v[1] + A[2, 2] * v[2])  # fmt: skip
-
-
-@_in
 def slopes(e: Turned) -> tuple[float, float]:
     """Return the rates of (1 - cos t)/t^2 and (t - sin t)/t^3 with w.w."""
     g = dot(e.w, e.w)

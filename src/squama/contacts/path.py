@@ -6,6 +6,7 @@ Twists are magnitudes: the other sense is the mirror image, alpha -> -alpha.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -146,8 +147,9 @@ class Answers(NamedTuple):
 
 
 def beams(
-    scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "", aside: Array | float = 1.0
-) -> entry.Beams:
+    scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "", aside: Array | float = 1.0,
+    masked: Sequence[float] = (),
+) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled model.
 
     Parameters
@@ -165,6 +167,8 @@ def beams(
         held and K may be (n, 7, 7).
     aside
         Stiffness of the bar against lateral bend over that against bend (n,).
+    masked
+        1 for each of the six motions that stays 0, as those of hinges; none if not given.
     """
     motions = 9 if stretch else 7
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -180,7 +184,8 @@ def beams(
     free = np.zeros((n, STRAINS))
     free[:, EPS] = stretch == "free"
     K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
-    return entry.Beams(shapes, K, elastic, plates, free, np.broadcast_to(np.asarray(aside, float), n).copy())
+    aside, blocked = np.broadcast_to(np.asarray(aside, float), n).copy(), np.tile(np.asarray(masked, float), (n, 1))
+    return entry.Beams(shapes, K, elastic, plates, free, aside, blocked)
 
 
 def follow_all(
@@ -213,7 +218,8 @@ def moved(
     """
     real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    many = entry.Beams._make([*kind[:4], real.free.repeat(copies, axis=0), kind[5]])
+    free, masked = (v.repeat(copies, axis=0) for v in (real.free, real.masked))
+    many = entry.Beams._make([*kind[:4], free, kind[5], masked])
     ways, strains, most = _legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
     at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
     tell(entry.many, "scales in contact")
@@ -390,9 +396,12 @@ class Path(NamedTuple):
     contact: Contact
 
     @classmethod
-    def of(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, stretch: str = "") -> Path:
+    def of(
+        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, stretch: str = "",
+        masked: Sequence[float] = (),
+    ) -> Path:  # fmt: skip
         """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
-        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, stretch=stretch)
+        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, stretch=stretch, masked=masked)
         found = follow_all(one, np.empty((1, 0)), most=most)
         return cls(scale._replace(alpha=sense * scale.alpha), one, found.contact())
 

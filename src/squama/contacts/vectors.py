@@ -28,12 +28,6 @@ def put(of: Array, to: Array) -> None:
 
 
 @_in
-def magnitude(x: float) -> float:
-    """Return |x|; a complex step goes through."""
-    return x if x.real > 0.0 else -x
-
-
-@_in
 def dot(a: Vector, b: Vector) -> float:
     """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,9 +10,9 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors, follow, hinge_rows
+from squama.curves import doors, follow
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
-from squama.curves.path import Asked, LoadPath, States
+from squama.curves.path import Asked, LoadPath
 from squama.errors import InputError
 from squama.loads import LOADS
 
@@ -39,7 +38,7 @@ def row(
 ) -> xr.Dataset:
     """Twist a row of N scales that does not repeat: its end scales lack one neighbour.
 
-    The twist per pitch is the same all along the row; the force law is "edge" (docs, theory: a finite row).
+    The twist per pitch is the same all along the row (docs, theory: a finite row).
 
     Parameters
     ----------
@@ -109,7 +108,10 @@ def rowed(
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
     held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
-    solve = _MODELS[arguments.one_of("joint", held, tuple(_MODELS))]
+    if held == "hinge":
+        from squama.curves.hinge_rows import solve
+    else:
+        from squama.curves.real_rows import solve
     way = LoadPath.of("twisting", [sign * stop])
     asked = Asked(beam.replace(scales=n), way, m, "edge", 0.0, points, ideal=thin, note=note)
     states = solve(asked)
@@ -153,12 +155,3 @@ def ends(
     torque, tangent = (1 - (1 - float(share)) * n / beam.scales for share in (own[-1] / endless[-1], steep / other))
     far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
     return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))
-
-
-def _compliant(asked: Asked) -> States:
-    from squama.curves import real_rows
-
-    return real_rows.solve(asked)
-
-
-_MODELS: dict[str, Callable[[Asked], States]] = {"hinge": hinge_rows.solve, "compliant": _compliant}

@@ -38,7 +38,7 @@ def solve(asked: Asked) -> States:
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): along,
         ("point", "scale"): {role: each[role] for role in (*_EACH, "Q")},
-        (): {name: np.asarray(v) for name, v in _figures(way, track).items()},
+        (): {name: np.asarray(v) for name, v in figures(way, track).items()},
     }
     return States(by_dim, more.attrs, more.notes)
 
@@ -73,7 +73,7 @@ def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
     return each
 
 
-def _figures(way: path.Path, track: Track) -> dict[str, float | int | str]:
+def figures(way: path.Path, track: Track) -> dict[str, float | int | str]:
     """Return the single figures of a row."""
     c, other = way.contact, track.other()
     end = End.NONE if c.first == -1 and track.end.code == increments.RANGE else track.end.word

@@ -27,15 +27,13 @@ from squama.fe.plate import inclination
 from squama.io import files
 from squama.types import Array
 
-SNAP, STOPPED = "snap", "stopped"
-"""Why a run ends: the scales jump away, no equilibrium being near; no way on is found (a lock)."""
 ITERATIONS = 12
 TOLERANCE = 1e-7
 """Change of a place, in pitches, at which an increment has converged."""
 JUMP = 0.02
 """Largest distance of an equilibrium from where the last ones point; beyond, the increment is halved."""
-_FIRST = 1e-3
-_HALVINGS = 7
+_FIRST, _HALVINGS = 1e-3, 7
+"""Force that is expected at the first contact; how often an increment is halved."""
 _STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))
 """Shares of a prediction and of a Newton step that are tried, lest elements invert."""
 _FARTHER = 1 / 16
@@ -87,14 +85,10 @@ class Walk:
         Directions in which the motions can go.
     record : callable, optional
         What goes into the ``columns`` of every equilibrium, the one at rest first.
-    first : float
-        Force that is expected at the first contact.
     dhat : float
         See :mod:`squama.fe.contact`.
-    jump, slack : float
-        See :data:`JUMP`; an increment may go ``slack`` times as far.
-    halvings : int
-        How often an increment is halved.
+    slack : float
+        An increment may go ``slack`` times as far as :data:`JUMP`.
 
     Attributes
     ----------
@@ -118,16 +112,13 @@ class Walk:
         ways: Array,
         record: Recorder | None = None,
         *,
-        first: float = _FIRST,
         dhat: float = DHAT,
-        jump: float = JUMP,
         slack: float = 1.0,
-        halvings: int = _HALVINGS,
     ) -> None:
         self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
-        self._record, self._jump, self._slack, self._most_halvings = record, jump, slack, halvings
+        self._record, self._slack = record, slack
         self.z, self.v, self.phi = body.start(), np.zeros(len(ways)), 0.0
-        self.kappa = stiffness(first, dhat)
+        self.kappa = stiffness(_FIRST, dhat)
         self.trail = Trail([(np.append(self.z, self.v), self.phi, contact.corners(self.v, self.phi))])
         self.T = self.W = self.W_fr = self._power = 0.0
         self.reduced: Reduced
@@ -206,7 +197,7 @@ class Walk:
         self._watch = watch
         if not self._begun:
             self.begin()
-        step, least = float(np.sign(goal - self.phi)) * abs(increment), abs(increment) / 2**self._most_halvings
+        step, least = float(np.sign(goal - self.phi)) * abs(increment), abs(increment) / 2**_HALVINGS
         while self.phi != goal:
             left = goal - self.phi
             count = max(1, int(np.ceil(abs(left) / abs(step) - 1e-9)))
@@ -301,7 +292,7 @@ class Walk:
             z, v, reduced, short = taken
         else:
             return f"no balance within {ITERATIONS} iterations"
-        if np.abs(v - expected).max() > self._jump * self._slack:
+        if np.abs(v - expected).max() > JUMP * self._slack:
             return "the next equilibrium is a jump away"
         self.iterations = iteration
         self._keep(z, v, phi, reduced, self.contact.load(v, phi, before, self.kappa))
@@ -374,11 +365,7 @@ class Walk:
             reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways, beat=self._beat
         )  # fmt: skip
         found = balance.fall(v, phi)
-        return found if np.abs(found.v - self.v).max() > self._jump else None
-
-    def ending(self, most: float) -> str:
-        """Say why no increment leads on: the scale leaves when it is let go a little farther on, or it stays."""
-        return STOPPED if self.let_go(np.sign(self.phi) or 1.0, most) is None else SNAP
+        return found if np.abs(found.v - self.v).max() > JUMP else None
 
     def explained(self, ended: Ended, goal: float, increment: float) -> Ended:
         """Return how a run to a twist ended, saying so where the scales snap."""

@@ -156,10 +156,10 @@ def unsealed(data: bytes) -> bytes:
     return data[:-SEALED]
 
 
-def regular(path: str | os.PathLike[str], *, missing: str = "check the name") -> int:
+def regular(path: str | os.PathLike[str]) -> int:
     """Return the size of an ordinary file in bytes; refuse all else, and what may not be read."""
-    read_bytes(path, 0, missing=missing)
-    with _reading(path, missing):
+    read_bytes(path, 0)
+    with _reading(path, "check the name"):
         found = Path(path).stat()
     if not stat.S_ISREG(found.st_mode):
         raise _error(path, _ODD, "give the name of a file")

@@ -22,7 +22,6 @@ class End(StrEnum):
     RELEASED = "released"
     RANGE = "range end"
     NONE = "no engagement"
-    SNAP = "snap"
     STOPPED = "no equilibrium"
     SIDE = "side entry"
     TOUCHING = "touching at rest"
@@ -33,7 +32,7 @@ class End(StrEnum):
         return self in (End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC)
 
 
-CODES = (*(end for end in End if end not in (End.LINE, End.SNAP, End.STOPPED, End.SIDE)), End.LINE)
+CODES = (*(end for end in End if end not in (End.LINE, End.STOPPED, End.SIDE)), End.LINE)
 """Ends of hinges in the order of their integer codes (position = code); others are of scales on joints that give."""
 
 SENTENCES: dict[End, str] = {
@@ -46,7 +45,6 @@ SENTENCES: dict[End, str] = {
     End.OTHER: "another pair of plate edges or faces comes into contact; the model of one contact ends here",
     End.RELEASED: "beyond the fold the scales come back to their initial inclination and the contact opens",
     End.RANGE: "the asked range ends (or half a turn of scale or beam is reached) before any lock",
-    End.SNAP: "the contact slips off a corner or opens and the scales jump to another state; the curve ends there",
     End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock or jump",
     End.SIDE: "a plate comes to lie beside another one's edge, face against thickness; the model ends there",
     End.TOUCHING: "the scales are thicker than the gap between them: they touch before anything is loaded",

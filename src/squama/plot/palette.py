@@ -26,7 +26,6 @@ ENDS = {
     End.NONE: "#ffffff",
     End.TOUCHING: "#f7d4d6",
     End.STOPPED: "#664422",
-    End.SNAP: "#cc3311",
     End.SIDE: "#ee99aa",
     "joint unknown": "#bbbbbb",
     "not computed": "#f4e3e3",

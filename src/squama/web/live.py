@@ -267,15 +267,12 @@ def outcome(state: State) -> tuple[str, str, str]:
     for role, words in THRESHOLDS.items():
         if math.isfinite(p.get(role, math.nan)):
             where.append(f"{words} {angle} = {number(p[role])}")
-    # a contact that ends the walk has its place in its words
-    if m.end is not End.NONE and not (m.end is End.OTHER and m.joint == "compliant"):
+    if m.end is not End.NONE:
         where.append(f"end at {angle} = {number(p['load_end'])} rad/pitch")
     if p["other_contact"]:
         where.append(f"other contact: {p['other_contact']}")
     words = SENTENCES[m.end]
     sentence = f"{words[0].upper()}{words[1:]}."
-    if m.end is End.OTHER and m.joint == "compliant":
-        sentence += " squama twist goes on."
     if state.twist > m.last:
         sentence += f" Shown at its last state, {angle} = {number(m.last)}."
     return str(m.end), "; ".join(where), sentence
