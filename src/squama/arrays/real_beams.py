@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.batch.threads import in_parts
 from squama.beam.parts import PLASTIC
-from squama.contacts import path
+from squama.contacts import path, states
 from squama.errors import refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots
@@ -206,11 +206,11 @@ def follow(
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
-            alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], path.bare(beams)[:, int(bends), int(bends)]
+            alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], states.bare(beams)[:, int(bends), int(bends)]
             ends[at], known = path.endings(found.contacts, found.ends), path.named(found.rows)
             for i, name in enumerate(COLUMNS.values()):
                 along[i, at] = known[name]
-            along[-1, at, stressed] = path.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
+            along[-1, at, stressed] = states.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
 
         return work
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
@@ -158,7 +158,7 @@ class Path(NamedTuple):
             **figures(self.case, last, engaged, end.phi, last["theta"]),
             **ending(self.way, answers),
             **thresholds(engaged, self.beam, twists, own),
-            "load_bent": first_at(twists, path.bent(self.way.scale, rows), path.THIN),
+            "load_bent": first_at(twists, states.bent(self.way.scale, rows), states.THIN),
         }
         return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
@@ -230,7 +230,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     column = path.named(rows)
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": column["x"], "s": column["y"]}
-    own |= path.energies(way, rows)
+    own |= states.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     # where contacts last began to slide is told as work per way
     turned = np.where(np.diff(twists, prepend=0.0) < 0, -1.0, 1.0)
@@ -241,8 +241,8 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
         more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
         own |= {role: own[role] + more * twists for role in ("torque", "onset")}
         own |= {role: own[role] + more * twists**2 / 2 for role in ("U_bar", "U_el", "work")}
-    own["theta"] = path.inclinations(way, rows)
-    own |= path.plate_figures(way.scale, path.deflections(rows))
+    own["theta"] = states.inclinations(way, rows)
+    own |= states.plate_figures(way.scale, path.deflections(rows))
     for role in ("scale_twist", "stress_y"):
         own[role] = own[role] * one.mirror[1]
     v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
@@ -251,7 +251,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by role (:func:`squama.contacts.path.motions`)."""
-    force, moment = path.on_tab(one.way, q)
+    force, moment = states.on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)

@@ -16,7 +16,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, real
 from squama.curves.cycle_points import evenly, goals_of, resolving
@@ -404,7 +404,7 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     v = path.named(rows[-len(down) :])
     x, torque = targets[-len(down) :], v["torque"]
     faces = both_faces.alike(one.beam, "twisting")
-    torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
+    torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * states.rigidity(one.way) * x
     if end.code != increments.RANGE:
         return 0.0
     return math.copysign(_crossing(x, torque, v["N"]), loop.top)

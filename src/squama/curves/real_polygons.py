@@ -16,7 +16,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.joint_law import bare
 from squama.beam.matrixfile import MOTIONS
-from squama.contacts import events, increments, path
+from squama.contacts import events, increments, path, states
 from squama.contacts.events import Event
 from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
@@ -197,8 +197,8 @@ def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -
     spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
     faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
     own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
-    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*path.energies(way, rows).values()], axis=0)}
-    own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(rows))
+    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*states.energies(way, rows).values()], axis=0)}
+    own |= {"theta": states.inclinations(way, rows)} | states.plate_figures(way.scale, path.deflections(rows))
     contact = np.append("", events.touching(found.answers))[:n]
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     told = events.events(found.answers)
@@ -232,7 +232,7 @@ def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> 
 
 def bending_rigidity(beam: Beam, way: path.Path) -> float:
     """Return the bending rigidity without contact, N m^2, by a path of one face; the bar of two faces counts once."""
-    alone = float(path.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
+    alone = float(states.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
     return 2 * alone - float(bare("bending", beam.sizes)) if beam.other else alone
 
 
@@ -250,7 +250,7 @@ def _in_si(one: real.Path, found: Followed, stations: Stations, faces: Sequence[
     own = {role: values for role, values in found.own.items() if role != "M"}
     v = in_si(Case.held(beam, one.held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    alone = path.bare(one.way.beams)[0]
+    alone = states.bare(one.way.beams)[0]
     if one.beam.other:
         signs = np.array(one.beam.other.seen[::-1])
         alone = alone + alone * np.outer(signs, signs) - np.diag(_once(one))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import path
+from squama.contacts import path, states
 from squama.contacts.system import PHI, PSI
 from squama.curves import real
 from squama.loads import LOADS
@@ -81,7 +81,7 @@ def released(beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool
     nodes, strain, torque = (np.append(0.0, x) for x in (nodes, strain, torque))
     which = np.searchsorted(nodes, at)
     tangent = _slopes(nodes, torque)[which] * unit * d
-    rigidity = _alone(path.bare(one)[0], int(not twisted)) * unit * d
+    rigidity = _alone(states.bare(one)[0], int(not twisted)) * unit * d
     return Released(strain[which], torque[which] * unit, tangent, tangent / rigidity, rigidity, note)
 
 

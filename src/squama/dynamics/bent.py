@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, cycle_points, real, real_cycles
 from squama.curves.real_polygons import NEUTRAL, bending_rigidity
@@ -85,10 +85,10 @@ class Bend(NamedTuple):
         for i, view in enumerate(self.views):
             corners = np.column_stack([view * x, 0.0 * x])
             found = follow_legs(self.scale, self.K, self.mu, corners, stretch=self.stretch, step=real_cycles.INCREMENT)
-            end, alone = found.answers.end(), float(path.bare(found.way.beams)[0, 1, 1])
+            end, alone = found.answers.end(), float(states.bare(found.way.beams)[0, 1, 1])
             if end.code != increments.RANGE and end.solved < n:
                 n, ends = end.solved, both_faces.WHOSE * bool(i) + end.word
-            u = path.energies(found.way, found.rows)
+            u = states.energies(found.way, found.rows)
             q += view * found.M - alone * x
             stored += u["U_joint"] + u["U_plate"]
         return Walked(q[:n] / self.rigidity, stored[:n] / self.rigidity, ends)

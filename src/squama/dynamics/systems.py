@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
@@ -217,7 +217,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         ends = str(end.word)
     if n < 4:
         return Side(math.inf, y_e, ends)
-    alone = path.rigidity(way)
+    alone = states.rigidity(way)
     y, rows = y[:n], rows[:n]
 
     def scales(torque: Array, twist: Array) -> Array:
@@ -226,7 +226,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         return np.where(np.abs(q) < NOTHING, 0.0, q) * faces / ratio
 
     up = Branch(y, scales(path.named(rows)["torque"], y))
-    u = path.energies(way, rows)
+    u = states.energies(way, rows)
 
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
