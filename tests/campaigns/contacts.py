@@ -45,7 +45,7 @@ class Given(NamedTuple):
 
     def beams(self, free: Array) -> entry.Beams:
         """Return what is followed, with such strains free."""
-        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), stretch="free")
+        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), free=path.STRETCHING)
         return one._replace(free=free[None].astype(float))
 
 

@@ -111,7 +111,7 @@ def test_thin_scales_on_a_joint_that_only_lifts_are_hinges(psi: float, phi: floa
     eta, beta, lam, alpha, theta0 = 3.0, 0.6, 0.4, np.radians(45), np.radians(15)
     stiff = np.diag([1e3, 1e3, 1e3, 1e3, 0.013, 1e3, 0.05, 0.05, 1e3])
     one = path.Scale(eta, beta, lam, alpha, theta0, 0.0)
-    found = follow_straight(one, stiff, mu, np.array([(psi, phi)]), stretch="held")
+    found = follow_straight(one, stiff, mu, np.array([(psi, phi)]), free=path.HELD)
     hinge = combined(psi, phi, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, toward=(psi, phi))
     assert hinge.contact == contact
     own = (found.M[0] - 0.05 * psi) / 0.013, (found.T[0] - 0.05 * phi) / 0.013

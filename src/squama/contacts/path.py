@@ -13,7 +13,7 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments
-from squama.contacts.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
+from squama.contacts.system import EE, EF, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -49,6 +49,12 @@ FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
 """Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
 _LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
+
+
+Free = tuple[int, int, int, int]
+"""Which of the strains bend, twist, lateral bend and stretch are free: 1, else 0."""
+HELD, STRETCHING = (0, 0, 0, 0), (0, 0, 0, 1)
+"""All strains are imposed; the stretch is free."""
 
 
 class Scale(NamedTuple):
@@ -140,7 +146,7 @@ class Answers(NamedTuple):
 
 
 def beams(
-    scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "", aside: Array | float = 1.0,
+    scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
     masked: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled model.
@@ -150,20 +156,19 @@ def beams(
     scale
         Arrays (n,) in place of floats.
     K
-        Matrices (n, 7, 7) or (n, 9, 9); of these the part that neither bends nor stretches unless ``stretch`` is given.
+        Matrices (n, 9, 9), or (n, 7, 7) of bars that neither bend nor stretch.
     mu
         Coefficients of friction (n,).
     sense
         -1 for the mirror image.
-    stretch
-        "free" where there is no axial force, "held" where the length is held; K (n, 9, 9). Without it the length is
-        held and K may be (n, 7, 7).
+    free
+        Which of the strains bend, twist, lateral bend and stretch are free, with no moment or force: 1, else 0.
     aside
         Stiffness of the bar against lateral bend over that against bend (n,).
     masked
         1 for each of the six motions that stays 0, as those of hinges; none if not given.
     """
-    motions = 9 if stretch else 7
+    motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
     alpha, theta0 = sense * scale.alpha, scale.theta0
     shapes = np.column_stack([
@@ -174,11 +179,10 @@ def beams(
     if elastic.any():
         made = plate.compliances(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
         plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
-    free = np.zeros((n, STRAINS))
-    free[:, EPS] = stretch == "free"
-    K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
+    loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
+    K = np.ascontiguousarray(K * np.outer(signs, signs))
     aside, blocked = np.broadcast_to(np.asarray(aside, float), n).copy(), np.tile(np.asarray(masked, float), (n, 1))
-    return entry.Beams(shapes, K, elastic, plates, free, aside, blocked)
+    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked)
 
 
 def follow_all(
@@ -390,11 +394,12 @@ class Path(NamedTuple):
 
     @classmethod
     def of(
-        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, stretch: str = "",
-        masked: Sequence[float] = (),
+        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, free: Free = HELD,
+        aside: float = 1.0, masked: Sequence[float] = (),
     ) -> Path:  # fmt: skip
         """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
-        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, stretch=stretch, masked=masked)
+        scales = Scale(*np.array([scale]).T)
+        one = beams(scales, K[None], np.array([mu]), sense=sense, free=free, aside=aside, masked=masked)
         found = follow_all(one, np.empty((1, 0)), most=most)
         return cls(scale._replace(alpha=sense * scale.alpha), one, found.contact())
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from squama.contacts import entry
 from squama.contacts.path import COLUMNS, Answers, Path, Scale, deflections, motions, named
-from squama.contacts.system import EPS
+from squama.contacts.system import EPS, PHI, PSI, STRAINS
 from squama.model import elastic_plate as plate
 from squama.types import Array
 
@@ -21,24 +21,29 @@ _BLOCK = 64
 
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    n = path.beams.K.shape[1]
+    n, v, K = path.beams.K.shape[1], named(rows), path.beams.K[0]
     q, alone = motions(rows)[:, :n], bare(path.beams)[0]
     loads = q[:, 6 : 6 + len(alone)]
-    whole = np.einsum("ni,ij,nj->n", q, path.beams.K[0], q) / 2
+    whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
+    if n == 9:
+        whole = whole + path.beams.aside[0] * K[7, 7] * v["aside"] ** 2 / 2
     bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
-    return {"U_joint": whole - bar, "U_plate": named(rows)["energy"] - whole, "U_bar": bar}
+    return {"U_joint": whole - bar, "U_plate": v["energy"] - whole, "U_bar": bar}
 
 
 def bare(beams: entry.Beams) -> Array:
     """Return the stiffness (n, 1, 1) of beams without contact against twist, or (n, 2, 2) against twist and bend.
 
-    All are bent, or none is, and free to stretch, or none is.
+    All have the same free strains; against one that is free it is 0.
     """
-    K, free = beams.K, int(beams.free[0, EPS] > 0) if len(beams.K) else 0
-    loads, loose = [6, 7][: K.shape[1] - 6], [*range(6), *[8] * free]
+    K, free = beams.K, np.real(beams.free[0]) > 0 if len(beams.K) else np.zeros(STRAINS, bool)
+    loose = [*range(6), *(row for row, gives in ((6, free[PHI]), (7, free[PSI]), (8, free[EPS])) if gives)]
+    loads = [row for row in (6, 7)[: K.shape[1] - 6] if row not in loose]
     across = K[:, loose][:, :, loads]
     given = np.linalg.solve(K[:, loose][:, :, loose], across)
-    return np.asarray(K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given)
+    out, place = np.zeros((len(K), *[min(2, K.shape[1] - 6)] * 2), K.dtype), np.array(loads, int) - 6
+    out[:, place[:, None], place] = K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given
+    return out
 
 
 def rigidity(path: Path) -> float:

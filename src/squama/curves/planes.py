@@ -145,9 +145,9 @@ def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
 
 def _real(asked: Asked, psi: Array, phi: Array) -> States:
     """Return states (n,) of the real beam."""
-    beam, held = asked.beam, real.Held.of(asked.beam)
-    plate, stretch = real.scale(beam, ideal=asked.ideal), real_polygons.NEUTRAL[asked.neutral]
-    gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), stretch=stretch)
+    beam, held = asked.beam, real.Held.of(asked.beam, *real_polygons.BOTH)
+    plate = real.scale(beam, ideal=asked.ideal)
+    gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), **held.bar)
     contacts, v = gone.answers.contacts, real_path.named(gone.rows)
     state = real_path.endings(contacts, gone.answers.ends).astype("U40")
     reached = np.isin(state, (End.RANGE, End.NONE))
@@ -165,4 +165,4 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     far = float(np.abs([psi, phi]).max())
     kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "W_snap", "U_el", "RED")
     notes = real.notes(held, beam, far, ideal=asked.ideal)
-    return States({(): {name: si[name] for name in kept}}, real.attributes(held), notes)
+    return States({(): {name: si[name] for name in kept}}, real.attributes(held, *real_polygons.BOTH), notes)
