@@ -355,6 +355,16 @@ def test_where_a_row_ends():
     assert math.isnan(float(apart.decay))
 
 
+def test_points_that_a_jump_passes_are_not_told_twice():
+    # behind 0.0699 rad/pitch the solver finds the next equilibrium 0.004 further on, beyond several of the points
+    size = {"length": 0.0675009712, "alpha": 1.0759679181, "theta0": 0.2610130214}
+    beam = PLA.replace(pitch=0.0184974435, scale=size, friction={"mu": 0.3014568057})
+    for to in ("0.1025 rad/pitch", "0.11 rad/pitch"):
+        assert (np.diff(squama.row(beam, to=to, points=120).phi) > 0).all()
+    # tangents are taken without a division by zero
+    own_scales(beam, [0.1005 / beam.pitch])
+
+
 def test_a_contact_that_leaves_its_edge_is_an_event_there():
     """Contacts move along the tip edge, the first one farthest: where it comes to the corner the row jumps, or ends."""
     way = made(0, 0.0, **KINDS["thin, rigid"])
