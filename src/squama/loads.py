@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from squama import units
+from squama.errors import refuse
 from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
@@ -154,7 +155,7 @@ def hold(text: str) -> tuple[str, ...]:
 
     Raises
     ------
-    ValueError
+    InputError
         A word is not known.
     """
     words = [" ".join(part.split()) for part in text.split(",")]
@@ -162,8 +163,9 @@ def hold(text: str) -> tuple[str, ...]:
         return STRAINS
     if words == ["nothing"]:
         return ()
-    if unknown := [word for word in words if word not in STRAINS]:
-        raise ValueError(unknown[0])
+    if any(word not in STRAINS for word in words):
+        names = ", ".join(map(units.shown, (*STRAINS, STRAIGHT, "nothing")))
+        refuse("", units.shown(text), f"must be some of {names}", 'write e.g. "bend, stretch"')
     return tuple(name for name in STRAINS if name in words)
 
 

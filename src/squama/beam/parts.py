@@ -18,7 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 from squama.beam import beamfile, joint_law, matrixfile
 from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
-from squama.loads import GUIDED, NEUTRAL, STRAIGHT, STRAINS, hold, holding
+from squama.loads import GUIDED, NEUTRAL, STRAINS, hold, holding
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -91,17 +91,8 @@ def _line(value: object) -> str:
     raise InputError(Problem("", shown(value), f"must be {' or '.join(map(shown, NEUTRAL))}"))
 
 
-def _hold(value: object) -> str:
-    """Return what is held in words."""
-    try:
-        return holding(hold(str(value)))
-    except ValueError:
-        names = ", ".join(map(shown, (*STRAINS, STRAIGHT, "nothing")))
-        raise InputError(Problem("", shown(value), f"must be some of {names}", 'write e.g. "bend, stretch"')) from None
-
-
 Faces = Annotated[str, BeforeValidator(read)]
-Hold = Annotated[str, BeforeValidator(_hold)]
+Hold = Annotated[str, BeforeValidator(lambda value: holding(hold(str(value))))]
 Pitch = Annotated[float, _read("beam.pitch")]
 Density = Annotated[float, _read("beam.density")]
 Rotor = Annotated[float, _read("beam.rotor")]

@@ -21,14 +21,20 @@ _BLOCK = 64
 
 def energies(path: Path, rows: Array) -> dict[str, Array]:
     """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    n, v, K = path.beams.K.shape[1], named(rows), path.beams.K[0]
-    q, alone = motions(rows)[:, :n], bare(path.beams)[0]
-    loads = q[:, 6 : 6 + len(alone)]
-    whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
-    if n == 9:
-        whole = whole + path.beams.aside[0] * K[7, 7] * v["aside"] ** 2 / 2
+    whole, alone = of_springs(path, rows), bare(path.beams)[0]
+    loads = motions(rows)[:, 6 : 6 + len(alone)]
     bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
-    return {"U_joint": whole - bar, "U_plate": v["energy"] - whole, "U_bar": bar}
+    return {"U_joint": whole - bar, "U_plate": named(rows)["energy"] - whole, "U_bar": bar}
+
+
+def of_springs(path: Path, rows: Array) -> Array:
+    """Return the elastic energy (n,) of joint and bar, E d^3 per pitch."""
+    K = path.beams.K[0]
+    q = motions(rows)[:, : len(K)]
+    whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
+    if len(K) == 9:
+        whole = whole + path.beams.aside[0] * K[7, 7] * named(rows)["aside"] ** 2 / 2
+    return np.asarray(whole)
 
 
 def bare(beams: entry.Beams) -> Array:
