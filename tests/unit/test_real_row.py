@@ -356,6 +356,33 @@ def test_where_a_row_ends():
     assert math.isnan(float(apart.decay))
 
 
+def at_the_end() -> squama.Beam:
+    """A row in which the last pair of scales engages last, where the solver finds no equilibrium near by."""
+    size = {"length": 0.0675009712, "alpha": 1.0759679181, "theta0": 0.2610130214}
+    return PLA.replace(pitch=0.0184974435, scale=size, friction={"mu": 0.3014568057})
+
+
+def test_points_that_a_jump_passes_are_not_told_twice():
+    # behind 0.0699 rad/pitch the next equilibrium is found 0.004 further on, beyond several of the points
+    beam = at_the_end()
+    for to in ("0.1025 rad/pitch", "0.11 rad/pitch"):
+        assert (np.diff(squama.row(beam, to=to, points=120).phi) > 0).all()
+    # tangents are taken without a division by zero
+    own_scales(beam, [0.1005 / beam.pitch])
+
+
+@pytest.mark.xfail(
+    strict=False,
+    reason="where the last pair engages, at 0.0698 rad/pitch, the row ends or not by where its points are: "
+    "to 0.1 and 0.1025 it goes on, to 0.102 it ends as no equilibrium",
+)
+def test_a_row_ends_alike_wherever_its_points_are():
+    for to in (0.1, 0.102, 0.1025, 0.11):
+        found = squama.row(at_the_end(), to=f"{to} rad/pitch", points=120)
+        assert found.end == "range end"
+        assert found.sizes["point"] == 120
+
+
 def test_a_contact_that_leaves_its_edge_is_an_event_there():
     """Contacts move along the tip edge, the first one farthest: where it comes to the corner the row jumps, or ends."""
     way = made(0, 0.0, **KINDS["thin, rigid"])

@@ -36,7 +36,8 @@ def test_the_page_opens_with_the_example_and_draws_it(visit) -> None:
     page.shot("light")
     assert page.page.title() == "squama explorer"
     assert page.state()["name"] == "sliding"
-    assert page.page.locator(".outcome strong").inner_text() == "other contact"
+    # more contacts come in: the curve goes on to the end of the asked range
+    assert page.page.locator(".outcome strong").inner_text() == "range end"
     assert "thick, elastic scales on compliant joints" in page.page.locator(".outcome").inner_text()
     colours = page.page.evaluate(
         """() => { const gl = squamaView.renderer.getContext(); squamaView.draw();
@@ -254,12 +255,12 @@ def test_files_are_handed_out(visit, tmp_path) -> None:
     drawn = Image.open(got["png"]).convert("L")
     assert drawn.width >= 1600
     assert drawn.height >= 700
-    # the whole beam, and it fills the picture
+    # the whole beam, and it fills the picture, which has room for the beam before it was twisted too
     beam = np.abs(np.asarray(drawn, int) - drawn.getpixel((0, 0))) > 8
     across, down = np.flatnonzero(beam.any(axis=0)), np.flatnonzero(beam.any(axis=1))
     assert 0 < across[0] < across[-1] < drawn.width - 1
     assert 0 < down[0] < down[-1] < drawn.height - 1
-    assert max(np.ptp(across) / drawn.width, np.ptp(down) / drawn.height) > 0.8
+    assert max(np.ptp(across) / drawn.width, np.ptp(down) / drawn.height) > 0.7
     assert page.page.evaluate(look) == looked, "the view itself stays as it is"
     assert got["plots-png"].read_bytes().startswith(b"\x89PNG")
     assert "thick, elastic scales on compliant joints" in got["plots-svg"].read_text()

@@ -9,7 +9,7 @@ r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of
 taken. J need not be exact: what its error leaves is in the next Im r, and is corrected.
 
 An increment that an event ends has the size at which the event's condition holds: a gap, N, a place at the end of its
-edge, |y| - mu N or the slope of a gap is zero, whatever the beam. The imaginary part of the size makes that of the
+edge, abs(y) - mu N or the slope of a gap is zero, whatever the beam. The imaginary part of the size makes that of the
 condition vanish, so that the followed curve itself is differentiated, beyond events as well: where contacts come, open,
 stick, slip and hand over, states are continuous. At a snap they are not. Nothing is known there and beyond: imaginary
 parts are NaN.

@@ -5,7 +5,7 @@ Contact c presses scale i from its neighbour j at places r1 and p2, both seen fr
     scale      K_q . (q, e) = sum F - R'^T F,  and the moments of both about the scales' base midpoints
     plate      b = C sum [Phi(x1, y1) F.n_1 - Phi(x2, y2) F.n_2]                 (explicit: no unknowns of its own)
     contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
-    friction   y = f - k v:  |y| <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/|y| = 0 (slips)
+    friction   y = f - k v:  abs(y) <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/abs(y) = 0 (slips)
     strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 

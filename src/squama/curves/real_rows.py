@@ -48,9 +48,15 @@ def followed(way: path.Path, n: int, far: float, points: int) -> Track:
     found = row.track(way, n, _twists(way, far, points))
     end = found.end
     if end.code in (increments.RANGE, increments.AT_REST) or end.solved == points:
-        return found
+        return _once(found)
     last = row.track(way, n, _twists(way, end.phi * (1 - _NEAR), points))
-    return last._replace(end=end, events=found.events)
+    return _once(last._replace(end=end, events=found.events))
+
+
+def _once(track: Track) -> Track:
+    """Return a row without repeated points: where a jump passes several twists, all have the state behind it."""
+    new = np.diff(track.rows[:, 0, 0], prepend=-np.inf) > 0
+    return track._replace(rows=track.rows[new], held=track.held[new], contacts=track.contacts[new])
 
 
 def _twists(way: path.Path, far: float, points: int) -> Array:
