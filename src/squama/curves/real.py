@@ -232,9 +232,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": column["x"], "s": column["y"]}
     own |= path.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
-    # where contacts last began to slide is told as work per way
-    turned = np.where(np.diff(twists, prepend=0.0) < 0, -1.0, 1.0)
-    own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"] * turned, column["W"]
+    own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"], column["W"]
     if one.held.stretch:
         own["stretch"], own["M"] = column["stretch"], column["M"]
     if one.held.more:
