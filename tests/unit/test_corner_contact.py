@@ -70,7 +70,7 @@ def test_what_touches_touches_and_nothing_else_goes_through(beam: squama.Beam) -
         if row["second"] != 4 or row["N"] <= 0:
             continue
         kinds.add(int(row["first"]))
-        along = {5.0: -one.beta, 6.0: one.beta}.get(row["first"], row["along"])
+        along = {5: -one.beta, 6: one.beta}.get(int(row["first"]), float(row["along"]))
         there, gap = p["below"](along)
         np.testing.assert_allclose(there[:2], [row["x"], row["y"]], atol=1e-6)
         assert abs(gap) < 1e-6
