@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 from squama import units
+from squama.errors import refuse
 from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
@@ -141,6 +142,44 @@ def covering(attrs: Mapping[str, Any]) -> str:
 
 MODES = ("uniform", "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
+STRAINS = ("bend", "twist", "lateral bend", "stretch")
+"""What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""
+GUIDED = "bend, twist, lateral bend"
+"""What is held where a beam says nothing: under a torque it stays straight, under a moment it does not twist."""
+STRAIGHT = "straight"
+"""Word for all strains that are not loaded, as what is held."""
+
+
+def hold(text: str) -> tuple[str, ...]:
+    """Return which strains are held, of a text such as "bend, stretch", "straight" or "nothing".
+
+    Raises
+    ------
+    InputError
+        A word is not known.
+    """
+    words = [" ".join(part.split()) for part in text.split(",")]
+    if words == [STRAIGHT]:
+        return STRAINS
+    if words == ["nothing"]:
+        return ()
+    if any(word not in STRAINS for word in words):
+        names = ", ".join(map(units.shown, (*STRAINS, STRAIGHT, "nothing")))
+        refuse("", units.shown(text), f"must be some of {names}", 'write e.g. "bend, stretch"')
+    return tuple(name for name in STRAINS if name in words)
+
+
+def holds(text: str, load: Load) -> bool:
+    """Whether what is held includes the bend of a beam that is twisted, or the twist of one that is bent."""
+    return any(other.verb in hold(text) for other in LOADS.values() if other is not load)
+
+
+def holding(held: Iterable[str]) -> str:
+    """Return what is held in words: the text of :func:`hold`."""
+    names = tuple(held)
+    return STRAIGHT if names == STRAINS else ", ".join(names) or "nothing"
+
+
 NEUTRAL = {"middle": 0.0, "face": 1.0}
 """Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses.
 

@@ -24,7 +24,7 @@ LAYERS = (
     ("io",),
     ("beam",),
     ("fe",),
-    ("joints", "real"),
+    ("joints", "contacts"),
     ("curves", "arrays"),
     ("fabrication", "dynamics"),
     ("plot", "study", "identify", "inverse"),

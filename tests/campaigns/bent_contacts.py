@@ -11,7 +11,7 @@ import numpy as np
 from real_histories import Given, drawn
 
 from oracle.barrier import surface
-from squama.contacts import path
+from squama.contacts import path, states
 from squama.contacts.legs import Bent, follow_legs
 from squama.fe.assembly import make_bent
 from squama.fe.geometry import Geometry
@@ -48,7 +48,7 @@ def along(corners: Array, n: int = 120) -> Array:
 def lost(found: Bent, corners: Array) -> float:
     """Return the work that is neither stored nor rubbed away, over the largest energy."""
     x = np.concatenate([np.zeros((1, 2)), along(corners)])
-    U = sum(path.energies(found.way, found.rows).values())
+    U = sum(states.energies(found.way, found.rows).values())
     loads = np.concatenate([np.zeros((1, 2)), np.column_stack([found.M, found.T])])
     work = ((loads[1:] + loads[:-1]) / 2 * np.diff(x, axis=0)).sum()
     gone = found.column("W_fr")[-1] + found.column("W_snap")[-1]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts import entry, events, increments, path
+from squama.contacts import entry, events, increments, path, states
 from squama.contacts.system import PHI, PSI
 from squama.joints import law
 from squama.joints.factor import MIRROR
@@ -45,7 +45,7 @@ class Given(NamedTuple):
 
     def beams(self, free: Array) -> entry.Beams:
         """Return what is followed, with such strains free."""
-        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), stretch="free")
+        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), free=path.STRETCHING)
         return one._replace(free=free[None].astype(float))
 
 
@@ -149,7 +149,7 @@ def image(a: path.Answers, b: path.Answers, every: int = 1, signs: tuple[int, ..
 
 def deflected(case: Case, found: path.Answers) -> float:
     """Return the largest deflection of a plate over its length."""
-    return float(np.nanmax(path.bent(case.given.scale, found.rows[0, : found.end().solved]), initial=0.0))
+    return float(np.nanmax(states.bent(case.given.scale, found.rows[0, : found.end().solved]), initial=0.0))
 
 
 def smooth(found: path.Answers) -> bool:
@@ -164,7 +164,7 @@ def wrong(case: Case) -> tuple[path.Answers, list[tuple[str, float]]]:
     found = followed(given, corners, free)
     end, v, told = found.end(), path.named(found.rows[0]), []
     N = np.nanmax(v["N"], initial=0.0)
-    if end.code in (increments.NO_EQUILIBRIUM, increments.MANY) and deflected(case, found) < path.THIN and N > FORCE:
+    if end.code in (increments.NO_EQUILIBRIUM, increments.MANY) and deflected(case, found) < states.THIN and N > FORCE:
         told.append((f"ends without a name ({end.code})", end.phi))
     rows = found.rows[0]
     if not np.isfinite(np.delete(rows[: end.solved], [path.COLUMNS.index(n) for n in "xy"], axis=1)).all():

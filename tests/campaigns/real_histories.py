@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.types import Array
@@ -80,7 +80,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
     if end.code == increments.NO_EQUILIBRIUM:
         return end.code, [f"stops at {end.phi:.6g}"] if np.nanmax(rows[:, 2]) > FORCE else []
     found = []
-    U = sum(path.energies(one, rows).values())
+    U = sum(states.energies(one, rows).values())
     most, T = np.nanmax(U), rows[:, 1]
     largest = np.nanmax(np.abs(T))
     lost = np.nanmax(np.abs(rows[:, 7] - U - rows[:, 6] - path.named(rows)["W_snap"])) / most
@@ -88,7 +88,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
         found.append(f"loses {lost:.1e} of its work")
     if end.code == increments.RANGE:
         below = x < one.contact.phi * (1 - 1e-9)
-        if abs(T[below] - path.rigidity(one) * x[below]).max() > SAME * largest:
+        if abs(T[below] - states.rigidity(one) * x[below]).max() > SAME * largest:
             found.append("does not come back to the line without contact")
         finer = one.states(along(turns, 2 * POINTS), step)[0][::2, 1]
         if abs(finer - T).max() > SAME * largest:

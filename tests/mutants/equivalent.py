@@ -193,7 +193,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
     (
         "curves/follow.py",
-        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, onward=False, neutral=neutral)",
+        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, neutral=neutral)",
     ): {
         "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
     },

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from campaigns import real_histories
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.contacts.path import Path as Way
 from squama.contacts.path import Scale
 from squama.fe.plate import axes
@@ -49,7 +49,7 @@ def test_virtual_work_without_friction(i: int) -> None:
     h, at = 1e-4, 1.5 * one.contact.phi
     x = at + h * np.arange(-3, 4)
     rows, _ = one.states(x, step=1e-3)
-    U = sum(path.energies(one, rows).values())
+    U = sum(states.energies(one, rows).values())
     slope = (U[6] - 9 * U[5] + 45 * U[4] - 45 * U[2] + 9 * U[1] - U[0]) / (60 * h)
     assert slope == pytest.approx(rows[3, 1], rel=3e-7)
 
@@ -62,7 +62,7 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
     x = np.concatenate([up, up[::-1][1:], [0.0]])
     rows, end = one.states(x, step=(up[-1] - up[0]) / 300)
     assert end.code == increments.RANGE
-    U = sum(path.energies(one, rows).values())
+    U = sum(states.energies(one, rows).values())
     error = rows[:, 7] - U - rows[:, 6]
     assert np.abs(error).max() < 1e-4 * U.max()
     assert (np.diff(rows[:, 6]) >= 0).all()
@@ -111,7 +111,7 @@ def test_what_touches_near_an_edges_end_is_seen_where_it_touches() -> None:
     rows, end = one.states(twists(one, 20, 1.04))
     assert end.code == increments.RANGE
     assert (np.diff(rows[:, 2]) > 0).all()
-    assert (rows[:, 1] > path.rigidity(one) * rows[:, 0]).all()
+    assert (rows[:, 1] > states.rigidity(one) * rows[:, 0]).all()
 
 
 @pytest.mark.parametrize("i", range(3))
@@ -134,7 +134,7 @@ def test_a_joint_that_gives_in_one_motion_only_is_a_hinge(h: float) -> None:
     c = squama.contact(theta, eta=eta, beta=beta, lam=lam, alpha=alpha, thickness=h)
     phi, rate = c.phi, c.dphi_dtheta
     rows, _ = one.states(phi, step=1e-3)
-    np.testing.assert_allclose(path.inclinations(one, rows), theta, rtol=1e-3)
+    np.testing.assert_allclose(states.inclinations(one, rows), theta, rtol=1e-3)
     np.testing.assert_allclose(rows[:, 1] - rigidity * phi, K_theta * (theta - theta0) / rate, rtol=1e-3)
 
 
@@ -169,7 +169,7 @@ def test_plates_that_touch_at_rest_and_scales_that_never_meet() -> None:
     assert apart.contact.first == -1
     rows, end = apart.states(np.array([0.05, 0.1]))
     assert end.code == increments.RANGE
-    np.testing.assert_allclose(rows[:, 1], path.rigidity(apart) * np.array([0.05, 0.1]), rtol=1e-12)
+    np.testing.assert_allclose(rows[:, 1], states.rigidity(apart) * np.array([0.05, 0.1]), rtol=1e-12)
 
 
 def test_compliances_of_a_plate() -> None:
@@ -188,7 +188,7 @@ def test_stress_of_a_cantilever_under_a_force_at_its_tip() -> None:
     scale = Scale(3.0, 0.1, 0.4, math.radians(45), math.radians(10), 0.02, 1e-3, 0.0)
     # at the middle of the tip, of all powers those of Y^0 are loaded
     bent = 1e-6 * plate.compliances(*np.array([[3.0], [0.1], [0.0]]))[:, :, ::4].sum(axis=2) / 1e-3
-    stress, where = path.stresses(scale, bent)
+    stress, where = states.stresses(scale, bent)
     assert stress[0] == pytest.approx(6 * 1e-6 * 3.0 / (0.2 * 0.02**2), rel=0.05)
     assert where[0, 0] == 0.0
 
@@ -219,7 +219,7 @@ def test_the_tip_of_a_scale_turns_as_its_corners_say(mu: float) -> None:
     row, _ = one.states(np.array([1.6 * one.contact.phi]))
     bent = path.deflections(row).reshape(6, 4).sum(axis=0)
     corners = [float(bent @ side ** np.arange(4)) for side in (1.0, -1.0)]
-    told = path.plate_figures(one.scale, path.deflections(row))
+    told = states.plate_figures(one.scale, path.deflections(row))
     assert told["scale_twist"][0] == pytest.approx((corners[0] - corners[1]) / (2 * one.scale.beta))
     # without friction a contact slides, too: over the same way as with little
     assert path.COLUMNS[16] == "slip"
@@ -261,7 +261,7 @@ def test_force_and_moment_on_the_embedded_part(D: float | None, mu: float) -> No
     np.testing.assert_allclose(on_tip, now[2], atol=1e-9)
     back = -R.T @ F
     force, moment = F + back, np.cross(on_tip - o, F) + np.cross(on_side - o, back)
-    found = path.on_tab(one, path.motions(rows[1:2]))
+    found = states.on_tab(one, path.motions(rows[1:2]))
     np.testing.assert_allclose(found[0][0], force @ E, rtol=0, atol=2e-4 * np.abs(force).max())
     np.testing.assert_allclose(found[1][0], moment @ E, rtol=0, atol=2e-4 * np.abs(moment).max())
     assert abs(rows[1, 12:15]).max() > 0.01

@@ -36,7 +36,7 @@ class Given(NamedTuple):
 
     def beams(self, free: tuple[int, ...] = (0, 0, 0, 0)) -> entry.Beams:
         """Return what is followed, with strains (bend, twist, lateral bend, stretch) free."""
-        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), stretch="free")
+        one = path.beams(path.Scale(*np.array([self.scale]).T), self.K[None], np.array([self.mu]), free=path.STRETCHING)
         return one._replace(free=np.array([free], float))
 
 

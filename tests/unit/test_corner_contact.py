@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from squama.arrays.combined_states import combined
-from squama.contacts import path
+from squama.contacts import path, states
 from squama.contacts.legs import Bent, follow_legs, follow_straight
 from squama.curves import real
 from squama.joints import law
@@ -111,7 +111,7 @@ def test_thin_scales_on_a_joint_that_only_lifts_are_hinges(psi: float, phi: floa
     eta, beta, lam, alpha, theta0 = 3.0, 0.6, 0.4, np.radians(45), np.radians(15)
     stiff = np.diag([1e3, 1e3, 1e3, 1e3, 0.013, 1e3, 0.05, 0.05, 1e3])
     one = path.Scale(eta, beta, lam, alpha, theta0, 0.0)
-    found = follow_straight(one, stiff, mu, np.array([(psi, phi)]), stretch="held")
+    found = follow_straight(one, stiff, mu, np.array([(psi, phi)]), free=path.HELD)
     hinge = combined(psi, phi, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, toward=(psi, phi))
     assert hinge.contact == contact
     own = (found.M[0] - 0.05 * psi) / 0.013, (found.T[0] - 0.05 * phi) / 0.013
@@ -182,7 +182,7 @@ def test_a_tip_edge_that_sticks_beside_its_corner_rubs_nothing_away(n: int) -> N
     part = max(parts, key=len)
     assert part.size > 1
     assert np.ptp(found.column("W_fr")[part]) == 0.0
-    U = np.sum(list(path.energies(found.way, found.rows[part]).values()), axis=0)
+    U = np.sum(list(states.energies(found.way, found.rows[part]).values()), axis=0)
     # tolerance: steps of the path, 1e-6 and less, on every processor
     assert np.ptp(found.column("W")[part]) == pytest.approx(np.ptp(U), rel=1e-3)
 
@@ -201,7 +201,7 @@ def test_friction_may_hold_a_contact_from_the_first_on(ideal: bool) -> None:
     # what holds does not ask by how much
     np.testing.assert_allclose(found.M, followed(beam, ray(far), 1.1, ideal=ideal)[1].M, rtol=1e-8)
     # all work is stored, and general contact finds the same
-    U = np.sum(list(path.energies(found.way, rows).values()), axis=0)
+    U = np.sum(list(states.energies(found.way, rows).values()), axis=0)
     loads, steps = np.column_stack([found.M, found.T]), np.diff(np.array(ray(far)), axis=0)
     # tolerance: trapezoids between the rows, 4e-4, and the barrier of general contact, 1 %, on every processor
     assert ((loads[1:] + loads[:-1]) / 2 * steps).sum() == pytest.approx(U[-1] - U[0], rel=2e-3)

@@ -80,7 +80,7 @@ def test_a_file_of_nine_has_bend_and_elongation(tmp_path):
     assert head.endswith("phi (rad),psi (rad),elongation (m)")
     # what a beam that is neither bent nor stretched takes from it is the same
     assert back.K_theta == pytest.approx(STORED.K_theta)
-    assert back.rigidity(stretched=False) == pytest.approx(STORED.rigidity(stretched=False))
+    assert back.rigidity(()) == pytest.approx(STORED.rigidity(()))
 
 
 def test_units_of_the_file_are_read(tmp_path):

@@ -45,7 +45,7 @@ def test_a_contact_that_leaves_the_tip_edge_snaps(beam: dict[str, float], way: f
     K = law.stiffness(law.Shape(g["width"], g["lam"], g["zeta"], g["beta"], h, g["alpha"], g["theta0"], g["nu"]))
     D = 2e5 * h**3 / (12 * (1 - 0.35**2))
     scale = path.Scale(g["eta"], g["beta"], g["lam"], g["alpha"], g["theta0"], h, D, 0.35)
-    found = path.Path.of(scale, K, g["mu"], stretch="free").follow(np.linspace(0.01, 0.3, 30))
+    found = path.Path.of(scale, K, g["mu"], free=path.STRETCHING).follow(np.linspace(0.01, 0.3, 30))
     events = found.events[0, : int(found.ends[0, 2])]
     assert events[:, 0].tolist() == [increments.ENGAGE, increments.SNAP]
     assert events[1, 1] == pytest.approx(way, abs=1e-4)

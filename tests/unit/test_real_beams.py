@@ -92,7 +92,7 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
     turned = design | {"alpha": -design["alpha"]}
     K = law.stiffness(law.Shape(*(turned[name] for name in law.Shape._fields)))
     scale = path.Scale(*(turned[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")))
-    one = path.Path.of(scale, K, design["mu"], stretch="free")
+    one = path.Path.of(scale, K, design["mu"], free=path.STRETCHING)
     rows, end = one.states(PHI)
     assert 0 < many.phi_e < 0.1
     assert many.phi_e == pytest.approx(one.contact.phi, rel=1e-9)
@@ -182,7 +182,7 @@ def test_the_work_is_stored_rubbed_away_or_lost_in_snaps() -> None:
         D=section.plate_rigidity(own["modulus_ratio"], own["thickness"], 0.3),
     )
     K = law.stiffness(shape.at(np.flatnonzero(known)))
-    beams = path.beams(scale._replace(nu=np.full(len(K), 0.3)), K, own["mu"], stretch="free")
+    beams = path.beams(scale._replace(nu=np.full(len(K), 0.3)), K, own["mu"], free=path.STRETCHING)
     v = path.named(path.follow_all(beams, np.broadcast_to(PHI, (len(K), len(PHI)))).rows)
     for values in (v["W_fr"], v["W_snap"]):
         steps = np.diff(values)

@@ -23,9 +23,9 @@ def scale(h=SHAPE.thickness, D=np.inf, **changed):
 @pytest.mark.parametrize("D", [np.inf, 0.1])
 def test_without_bend_it_is_the_twisted_beam(D):
     phi = np.array([0.03, 0.08, 0.12, 0.16])
-    one = path.Path.of(scale(D=D), K, 0.3, stretch="held")
+    one = path.Path.of(scale(D=D), K, 0.3, free=path.HELD)
     rows, _ = one.states(phi)
-    found = follow_legs(scale(D=D), K, 0.3, np.column_stack([0 * phi, phi]), stretch="held")
+    found = follow_legs(scale(D=D), K, 0.3, np.column_stack([0 * phi, phi]), free=path.HELD)
     np.testing.assert_allclose(found.rows, rows, rtol=0, atol=1e-10)
 
 
@@ -52,18 +52,16 @@ def test_moment_and_torque_are_the_slopes_of_the_energy(D):
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
-@pytest.mark.parametrize("stretch", ["free", "held"])
-def test_general_contact_finds_the_same(mu, stretch):
+@pytest.mark.parametrize("free", [path.STRETCHING, path.HELD])
+def test_general_contact_finds_the_same(mu, free):
     pytest.importorskip("ipctk", reason="general contact needs ipctk (the extra fe)")
     from squama.fe.assembly import make_bent
     from squama.fe.exposed import box
     from squama.fe.geometry import Geometry
 
     shape = Geometry(*SHAPE[:3], ETA, *SHAPE[3:])
-    walk = make_bent(
-        K, shape, mu, free=("stretch",) * (stretch == "free"), exposed=box(ETA, shape.beta, shape.thickness)
-    )
-    found, other = follow_legs(scale(), K, mu, TWIST_FIRST, stretch=stretch, step=1e-3), []
+    walk = make_bent(K, shape, mu, free=("stretch",) * free[-1], exposed=box(ETA, shape.beta, shape.thickness))
+    found, other = follow_legs(scale(), K, mu, TWIST_FIRST, free=free, step=1e-3), []
     for corner in TWIST_FIRST:
         assert walk.run(walk.aim(*corner), 2e-3).reached
         other.append([walk.columns[name][-1] for name in ("M", "T", "N", "stretch")])
@@ -73,7 +71,7 @@ def test_general_contact_finds_the_same(mu, stretch):
     np.testing.assert_allclose(found.T, T, rtol=3e-3)
     np.testing.assert_allclose(found.column("N"), N, rtol=5e-3)
     np.testing.assert_allclose(found.stretch, stretched, atol=5e-5)
-    assert (found.stretch == 0).all() == (stretch == "held")
+    assert (found.stretch == 0).all() == (free == path.HELD)
 
 
 def test_a_joint_that_only_lifts_is_the_hinge():
@@ -81,7 +79,7 @@ def test_a_joint_that_only_lifts_is_the_hinge():
     stiff = np.diag([1e3, 1e3, 1e3, 1e3, 0.013, 1e3, 0.0, 0.0, 1e3])
     stiff[6, 6] = stiff[7, 7] = 0.05
     corners = np.array([(0.0, 0.08), (0.03, 0.12), (0.05, 0.12)])
-    found = follow_legs(scale(h=0.0), stiff, 0.2, corners, stretch="held")
+    found = follow_legs(scale(h=0.0), stiff, 0.2, corners, free=path.HELD)
     ratios = {"eta": ETA, **{k: getattr(SHAPE, k) for k in ("beta", "lam", "alpha", "theta0")}}
     for i, toward in enumerate(((0.0, 1.0), (0.03, 0.04), (1.0, 0.0))):
         one = combined(*corners[i], mu=0.2, toward=toward, **ratios)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import squama
 from squama.beam import matrixfile
 from squama.cli import main
-from squama.contacts import increments, path, row
+from squama.contacts import increments, path, row, states
 from squama.contacts.path import Path, Scale
 from squama.curves import real
 from squama.curves.own_scales import own_scales
@@ -55,7 +55,7 @@ def twists(way, times, n=40):
 
 def stored(way, rows):
     """Elastic energy of each scale, E d^3."""
-    return sum(path.energies(way, rows.reshape(-1, rows.shape[-1])).values()).reshape(rows.shape[:-1])
+    return sum(states.energies(way, rows.reshape(-1, rows.shape[-1])).values()).reshape(rows.shape[:-1])
 
 
 # ---- two scales as vectors: the stationary point of energy less the work of the force that closes the gap ---------
@@ -82,7 +82,7 @@ def bending_energy(eta, beta, D):
 
 def lagrangian(way, phi, unknown, change):
     """Return U - F . D of two scales; ``change`` (48, 24 a scale) from the unknowns of the plates to their powers."""
-    s, K = way.scale, way.beams.K[0]
+    s, K = way.scale, way.beams.K[0, :7, :7]
     q, F, (p, r), b = unknown[:12].reshape(2, 6), unknown[12:15], unknown[15:17], unknown[17:]
     a, t = s.alpha, s.theta0
     x = np.array([-np.sin(a) * np.cos(t), np.sin(t), np.cos(a) * np.cos(t)])
@@ -204,7 +204,7 @@ def test_contacts_at_the_pressed_end_stick_and_the_last_scale_lies_down():
     # a contact that sticks stays at its place on the edge
     i = int(np.flatnonzero(sticks[-2] & sticks[-1])[-1])
     assert abs(x[-1, i] - x[-2, i]) < 1e-3 * abs(x[-1, 0] - x[-2, 0])
-    theta = np.array([path.inclinations(way, rows) for rows in t.rows])
+    theta = np.array([states.inclinations(way, rows) for rows in t.rows])
     down = t.held[:, -1] > 0
     assert down.any()
     np.testing.assert_allclose(theta[down, -1], 0, atol=1e-9)
@@ -224,7 +224,7 @@ def test_a_joint_that_gives_in_one_motion_only_is_a_row_of_hinges(mu):
     assert way.contact.phi == pytest.approx(float(r.phi_e), rel=1e-3)
     x = r.phi.values[r.phi.values > way.contact.phi]
     t = row.track(way, 6, x)
-    theta = np.array([path.inclinations(way, rows) for rows in t.rows])
+    theta = np.array([states.inclinations(way, rows) for rows in t.rows])
     np.testing.assert_allclose(theta, r.theta.values[-x.size :], atol=1e-3 * np.ptp(r.theta.values))
     unit = 1e6 * beam.pitch**3
     np.testing.assert_allclose(named(t)["torque"][:, 0] * unit, r["T"].values[-x.size :], rtol=1e-3)
@@ -293,7 +293,7 @@ def test_a_row_whose_joint_is_not_known_is_on_hinges_and_says_so():
 
 def test_units_and_the_endless_beam_beside():
     r = squama.row(RIGID, scales=8, to="0.1 rad/pitch", points=40)
-    e = squama.twist(RIGID, at=r.Phi.values[1:], neutral="middle")
+    e = squama.twist(RIGID, at=r.Phi.values[1:])
     np.testing.assert_allclose(r.T_periodic[1:], e["T"], rtol=1e-4)
     np.testing.assert_allclose(r.theta_periodic[1:], e.theta, rtol=1e-4)
     assert float(r.phi_e) == pytest.approx(float(e.phi_e), rel=1e-9)
@@ -316,12 +316,13 @@ def test_units_and_the_endless_beam_beside():
 
 
 def made_of(beam):
-    return Path.of(real.scale(beam, ideal=False), real.Held.of(beam).K, beam.friction.mu, most=0.3)
+    held = real.Held.of(beam)
+    return Path.of(real.scale(beam, ideal=False), held.K, beam.friction.mu, most=0.3, **held.bar)
 
 
 def test_stress_and_deflection_are_those_of_the_endless_beam_in_the_middle():
     r = squama.row(PLA, scales=41, to="0.07 rad/pitch").isel(point=-1)
-    e = squama.twist(PLA, at=[float(r.Phi)], neutral="middle").isel(point=0)
+    e = squama.twist(PLA, at=[float(r.Phi)]).isel(point=0)
     for name in ("stress", "deflection", "strain", "pull_out", "N", "theta"):
         assert float(r[name][20]) == pytest.approx(float(e[name]), rel=6e-3), name
     # the first scale is pressed by none and bends up, the last rests on none and bends down

@@ -281,7 +281,12 @@ def test_the_other_sense_bears_the_mirror_image():
     K = law.stiffness(choice.shape(beam)) * np.outer(factor.MIRROR, factor.MIRROR)
     image = real.Held.of(beam)._replace(K=K)
     way = path.Path.of(
-        real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha), K, 0.2, sense=-1, stretch=image.stretch
+        real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha),
+        K,
+        0.2,
+        sense=-1,
+        free=image.free,
+        aside=image.aside,
     )
     one = real.Path(beam, image, way, -1, 0.3)
     twists = np.array([4.0, 8.0]) * beam.pitch

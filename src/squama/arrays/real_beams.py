@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.batch.threads import in_parts
 from squama.beam.parts import PLASTIC
-from squama.contacts import path
+from squama.contacts import path, states
 from squama.errors import refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots
@@ -163,7 +163,7 @@ def follow(
     copies: int = 0,
     held: Array | None = None,
     load: str = "twisting",
-    stretch: str = "free",
+    free: path.Free = path.STRETCHING,
     stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:
@@ -171,8 +171,8 @@ def follow(
 
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
     is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken
-    at some of the twists, ``stressed``. ``stretch``: "free" without axial force, "held" where the length is held,
-    joints (i, 9, 9); empty where joints (i, 7, 7) know none. ``held`` (n,): bends per pitch in which they are held;
+    at some of the twists, ``stressed``. ``free``: strains without a moment or force, joints (i, 9, 9).
+    ``held`` (n,): bends per pitch in which they are held;
     twists are above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come
     while a beam is bent. With ``load`` "bending" beams are bent alone, joints as well: twists are bends then, torques
     moments, the rigidity that of bending.
@@ -195,7 +195,8 @@ def follow(
             joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
             joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
             scale = path.Scale(*(v[at] for v in scales))
-            beams = path.beams(scale, joints, designs.mu[at], sense=sense, stretch=stretch)
+            aside = np.real(designs.width[at] / (2 * designs.lam[at])) ** 2
+            beams = path.beams(scale, joints, designs.mu[at], sense=sense, free=free, aside=aside)
             if bends:
                 found = path.bent_alone(beams, at_all[at], upto[at])
             elif held is not None:
@@ -206,11 +207,11 @@ def follow(
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
-            alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], path.bare(beams)[:, int(bends), int(bends)]
+            alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], states.bare(beams)[:, int(bends), int(bends)]
             ends[at], known = path.endings(found.contacts, found.ends), path.named(found.rows)
             for i, name in enumerate(COLUMNS.values()):
                 along[i, at] = known[name]
-            along[-1, at, stressed] = path.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
+            along[-1, at, stressed] = states.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
 
         return work
 

@@ -74,6 +74,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),
         "scales": Key(None, "number N of scales; the beam is N d long", "25"),
         "faces": Key(None, "faces with scales: one, mirrored or turned; of two also shifted", '"mirrored"'),
+        "hold": Key(None, "strains held: bend, twist, lateral bend, stretch; straight for all", '"bend"'),
         "density": _number(Dimension.DENSITY, DENSITY, "density of the bar; for vibration", '"1150 kg/m3"'),
         "rotor": _number(Dimension.INERTIA, INERTIA, "moment of inertia at its end", '"1e-4 kg m2"'),
     },

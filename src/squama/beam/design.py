@@ -34,6 +34,11 @@ class Beam(Assembly):
     faces : str
         "one": scales on one face; "mirrored" (in the bar's middle plane, as armour) or "turned" (by half a turn about
         the beam's axis): on both; "mirrored, shifted" and "turned, shifted" by half a pitch. See `squama.beam.faces`.
+    hold : str, optional
+        Which strains of the bar a guide or a grip holds, of "bend", "twist", "lateral bend", "stretch": one or several
+        ("bend, stretch"), "straight" for all that are not loaded, "nothing". What is neither loaded nor held is free,
+        with no moment or force. By default "bend, twist, lateral bend": a beam that is twisted stays straight, one that
+        is bent does not twist. Of compliant joints with scales on one face; others are held straight.
     joint, friction : Joint, Friction
         Optional.
     density, rotor : float or str, optional
@@ -56,6 +61,7 @@ class Beam(Assembly):
             pitch: Quantity,
             scales: int = 25,
             faces: str = "one",
+            hold: str | None = None,
             joint: Joint | Mapping[str, Any] = ...,
             friction: Friction | Mapping[str, Any] = ...,
             density: Quantity | None = None,

@@ -12,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from squama.loads import LOADS
+from squama.loads import LOADS, STRAINS
 from squama.model import joint, section
 from squama.model.twisting import Number
 
 if TYPE_CHECKING:
     from squama.beam.matrixfile import StoredMatrix
 
+Free = tuple[int, int, int, int]
+"""Which of the strains bend, twist, lateral bend and stretch are free: 1, else 0."""
 Each = Callable[..., Number]
 """How a law is evaluated: :func:`one`, :func:`one_by_one` or :func:`whole`."""
 
@@ -27,29 +29,35 @@ class Given(NamedTuple):
     """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not.
 
     ``faces``: how many of the bar's have scales; stiffness and matrix are of one, a factor that is given is the beam's.
-    ``middle``: whether the line in the bar's middle keeps its length.
+    ``held``: which strains of the bar are, of :data:`squama.loads.STRAINS`.
     """
 
     stiffness: Number | None
     inclusion_factor: Number | None
     matrix: StoredMatrix | None
     faces: int = 1
-    middle: bool = False
+    held: tuple[str, ...] = ()
 
-    def stretch(self, motions: int) -> str:
-        """Return "free" where there is no axial force, as by default, "held" where the bar keeps its length.
+    @property
+    def may(self) -> tuple[str, ...]:
+        """Strains that are not held, of :data:`squama.loads.STRAINS`.
 
-        Scales on both faces share the stretch, which is held. Empty where a joint's matrix has seven ``motions`` and
-        knows none.
+        None with scales on both faces, each of which is followed by itself, and where a joint's matrix has seven
+        motions and knows no bend.
         """
-        if motions < 9:
-            return ""
-        return "held" if self.middle or self.faces > 1 else "free"
+        if self.faces > 1 or (self.matrix is not None and len(self.matrix.rows) < 9):
+            return ()
+        return tuple(name for name in STRAINS if name not in self.held)
+
+    def free(self, *loaded: str) -> Free:
+        """Return which strains are free, 1 or 0, with others ``loaded``: what is neither loaded nor held."""
+        psi, phi, chi, eps = (int(name in self.may and name not in loaded) for name in STRAINS)
+        return psi, phi, chi, eps
 
     @property
     def line(self) -> str:
         """The line of the bar that keeps its length: "free" for none, without axial force, or "middle"."""
-        return "free" if self.stretch(9 if self.matrix is None else len(self.matrix.rows)) == "free" else "middle"
+        return "free" if "stretch" in self.may else "middle"
 
     def gathered(self, factor: Number) -> Number:
         """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""
@@ -107,7 +115,7 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
-        figure = given.matrix.rigidity(stretched=given.line == "free")
+        figure = given.matrix.rigidity(given.free("twist"))
         return given.gathered(each(_scaled, figure, s.modulus, s.pitch, 4) / bare(load, s, each))
     return given.gathered(each(joint.LAWS[f"inclusion {load}"].value, s.zeta, s.beta, s.lam))
 

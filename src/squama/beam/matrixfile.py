@@ -15,7 +15,7 @@ import functools
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -106,9 +106,9 @@ class StoredMatrix:
         """Stiffness against inclination, E d^3."""
         return inclination_stiffness(self.K[:7, :7])
 
-    def rigidity(self, *, stretched: bool) -> float:
+    def rigidity(self, free: Sequence[int]) -> float:
         """Return the torque over the twist per pitch without contact, E d^3, see :func:`twisting_stiffness`."""
-        return twisting_stiffness(self.K, stretched=stretched)
+        return twisting_stiffness(self.K, free)
 
     @property
     def text(self) -> str:
@@ -168,18 +168,23 @@ def inclination_stiffness(K: Array, motion: int = 4) -> float:
     return float(1 / np.linalg.inv(K[:-1, :-1])[motion, motion])
 
 
-def twisting_stiffness(K: Array, *, stretched: bool = False) -> float:
-    """Return the torque per twist per pitch, the scale's motions free, of a beam that does not bend.
+def twisting_stiffness(K: Array, free: Sequence[int] = ()) -> float:
+    """Return the torque per twist per pitch, the scale's motions free.
 
-    The twist is the last row of K, or the seventh of nine. The length is held; ``stretched``: there is no axial force,
-    K (9, 9).
+    The twist is the last row of K, or the seventh of nine; ``free``: which of the strains bend, twist, lateral bend and
+    stretch are, K (9, 9). None is if not given.
     """
     import numpy as np
 
     twist = 6 if len(K) == 9 else len(K) - 1
-    loose = [*range(twist), *[8] * stretched]
+    loose = [*range(twist), *loose_rows(free)]
     across = K[loose, twist]
     return float(K[twist, twist] - across @ np.linalg.solve(K[np.ix_(loose, loose)], across))
+
+
+def loose_rows(free: Sequence[int]) -> list[int]:
+    """Return the rows of K (9, 9) of free strains, but for the twist; the lateral bend has none, being the bar's."""
+    return [row for row, loose in zip((7, None, None, 8), free, strict=False) if loose and row]
 
 
 def read(path: str | os.PathLike[str]) -> StoredMatrix:

@@ -18,7 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 from squama.beam import beamfile, joint_law, matrixfile
 from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
-from squama.loads import NEUTRAL
+from squama.loads import GUIDED, NEUTRAL, STRAINS, hold, holding
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -92,6 +92,7 @@ def _line(value: object) -> str:
 
 
 Faces = Annotated[str, BeforeValidator(read)]
+Hold = Annotated[str, BeforeValidator(lambda value: holding(hold(str(value))))]
 Pitch = Annotated[float, _read("beam.pitch")]
 Density = Annotated[float, _read("beam.density")]
 Rotor = Annotated[float, _read("beam.rotor")]
@@ -297,6 +298,7 @@ class Assembly(Part):
     pitch: Pitch
     scales: Annotated[int, BeforeValidator(whole)] = 25
     faces: Faces = "one"
+    hold: Hold | None = None
     joint: Joint = Joint()
     friction: Friction = Friction()
     density: Density | None = None
@@ -360,6 +362,19 @@ class Assembly(Part):
         return {"eta": self.eta, "beta": self.beta, "lam": self.lam, **angles}
 
     @property
+    def holding(self) -> str:
+        """What is held, in words: as the beam says, or :data:`squama.loads.GUIDED`."""
+        return self.hold or GUIDED
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Strains of the bar that are held if they are not loaded, of :data:`squama.loads.STRAINS`."""
+        names = hold(self.holding)
+        # a line in the bar's middle that keeps its length holds the stretch
+        also = ("stretch",) if self.substrate.neutral == "middle" else ()
+        return tuple(name for name in STRAINS if name in (*names, *also))
+
+    @property
     def neutral(self) -> str:
         """Line of the bar that keeps its length in bending: "middle" or "face"."""
         return self.substrate.neutral or next(iter(NEUTRAL))
@@ -415,7 +430,7 @@ class Assembly(Part):
         """What is known of the joint."""
         j = self.joint
         return joint_law.Given(
-            j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1, self.substrate.neutral == "middle"
+            j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1, self.held
         )  # fmt: skip
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import back, bow, normal, powers, turn, vector
 from squama.contacts.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
-from squama.contacts.meeting import Work, along_edges, before, clear, frame, lever, meet
+from squama.contacts.meeting import Meeting, Work, along_edges, before, clear, frame, lever, meet
 from squama.contacts.system import (
     APART,
     EE,
@@ -70,7 +70,93 @@ def axis(a: int, like: float) -> Vector:
 
 
 @_jit
-def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:  # noqa: C901 - one loop of cases
+def varied(
+    g: Meeting, P: Array, F: Vector, v: int, places: tuple[int, int, int, int],
+    bows: tuple[float, float, float, float, float, float], slips: tuple[Vector, Vector, Vector, Vector], rubs: bool,
+) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector]:  # fmt: skip
+    """Return how a contact changes with its local variable number v.
+
+    That is r1, p2, both arms, tangents along x and y of both plates, the force, what turns it as the second scale sees
+    it, and the slip. ``places``: unknown places of the contact; ``bows``: second derivatives of both deflections;
+    ``slips``: how the slip changes with the places.
+    """
+    k1, k2, k3, k4 = places
+    xx1, xy1, yy1, xx2, xy2, yy2 = bows
+    a1, b1, c1, d1 = slips
+    none = (0.0, 0.0, 0.0)
+    dr1, dp2, darm1, darm2 = none, none, none, none
+    dtx1, dty1, dtx2, dty2, dF, dFj = none, none, none, none, none, none
+    dv = none
+    if v < 3:
+        dr1 = axis(v, 0.0)
+    elif v < _J:
+        o = axis(v - 3, 0.0)
+        dr1 = cross(o, g.arm1)
+        darm1, dtx1, dty1 = dr1, cross(o, g.tx1), cross(o, g.ty1)
+    elif v < _J + 3:
+        dp2 = turn(P, axis(v - _J, 0.0))
+    elif v < _E:
+        o = turn(P, axis(v - _J - 3, 0.0))
+        dp2 = cross(o, g.arm2)
+        darm2, dtx2, dty2 = dp2, cross(o, g.tx2), cross(o, g.ty2)
+    elif v < _S:
+        e = v - _E
+        o = vector(P, 12 + 6 * e)
+        dp2 = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
+        dtx2, dty2, dFj = cross(o, g.tx2), cross(o, g.ty2), cross(F, o)
+    elif v < _W:
+        p = v - _S
+        dx1, dy1 = 1.0 if k1 == p else 0.0, 1.0 if k2 == p else 0.0
+        dx2, dy2 = 1.0 if k3 == p else 0.0, 1.0 if k4 == p else 0.0
+        darm1 = add(scaled(dx1, g.tx1), dy1, g.ty1)
+        darm2 = add(scaled(dx2, g.tx2), dy2, g.ty2)
+        dr1, dp2 = darm1, darm2
+        dtx1, dty1 = scaled(xx1 * dx1 + xy1 * dy1, g.up1), scaled(xy1 * dx1 + yy1 * dy1, g.up1)
+        dtx2, dty2 = scaled(xx2 * dx2 + xy2 * dy2, g.up2), scaled(xy2 * dx2 + yy2 * dy2, g.up2)
+        if rubs:
+            dv = add(add(add(scaled(dx1, a1), dy1, b1), dx2, c1), dy2, d1)
+    elif v == _W:
+        dr1, darm1 = g.up1, g.up1
+    elif v == _W + 1:
+        dtx1 = g.up1
+    elif v == _W + 2:
+        dty1 = g.up1
+    elif v == _W + 3:
+        dp2, darm2 = g.up2, g.up2
+    elif v == _W + 4:
+        dtx2 = g.up2
+    elif v == _W + 5:
+        dty2 = g.up2
+    else:
+        dF = axis(v - _F, 0.0)
+    return dr1, dp2, darm1, darm2, dtx1, dty1, dtx2, dty2, dF, dFj, dv
+
+
+@_jit
+def rubbing(
+    S: System, row: Array, s: Array, past: Past, g: Meeting, f: Vector, most: float, rubs: bool
+) -> tuple[tuple[Vector, Vector, Vector, Vector], float, float, Vector]:
+    """Return how the slip changes with both places of a contact, the largest friction, and the trial's size and way."""
+    none = (0.0, 0.0, 0.0)
+    if not rubs:
+        return (none, none, none, none), 0.0, 1.0, f
+    v, a1, b1, c1, d1 = before(S, row, s, past, 0)
+    if row[STUCK] > 0:
+        return (scaled(-1.0, a1), scaled(-1.0, b1), scaled(-1.0, c1), scaled(-1.0, d1)), 0.0, 1.0, f
+    w1, w2 = past.weights[1], past.weights[2]
+    v, a1, b1, c1, d1 = scaled(w1, v), scaled(w1, a1), scaled(w1, b1), scaled(w1, c1), scaled(w1, d1)
+    if w2 != 0.0:
+        v2, a2, b2, c2, d2 = before(S, row, s, past, 1)
+        v, a1, b1 = add(v, w2, v2), add(a1, w2, a2), add(b1, w2, b2)
+        c1, d1 = add(c1, w2, c2), add(d1, w2, d2)
+    v = add(v, -dot(v, g.n), g.n)
+    y = add(f, -S.shapes[row[FIRST], STIFF], v)
+    reach = max(np.sqrt(dot(y, y)), 1e-300)
+    return (a1, b1, c1, d1), most, reach, scaled(1 / reach, y)
+
+
+@_jit
+def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:
     """Write the derivatives (22, 28) of what a contact brings to the equations, by its local variables.
 
     Rows: D, friction (2), tangency, force and moment on both scales, F . dp2/de; the moments without the rate of the
@@ -89,75 +175,12 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     f = add(F, -N, g.n)
     A, B = frame(row, g)
     rubs = mu > 0.0 and past.weights[0] != 0.0
-    most, reach, y, hat = 0.0, 1.0, f, f
-    a1 = b1 = c1 = d1 = (0.0, 0.0, 0.0)
-    if rubs:
-        v, a1, b1, c1, d1 = before(S, row, s, past, 0)
-        if row[STUCK] > 0:
-            a1, b1, c1, d1 = scaled(-1.0, a1), scaled(-1.0, b1), scaled(-1.0, c1), scaled(-1.0, d1)
-        else:
-            w1, w2 = past.weights[1], past.weights[2]
-            v, a1, b1, c1, d1 = scaled(w1, v), scaled(w1, a1), scaled(w1, b1), scaled(w1, c1), scaled(w1, d1)
-            if w2 != 0.0:
-                v2, a2, b2, c2, d2 = before(S, row, s, past, 1)
-                v, a1, b1 = add(v, w2, v2), add(a1, w2, a2), add(b1, w2, b2)
-                c1, d1 = add(c1, w2, c2), add(d1, w2, d2)
-            v = add(v, -dot(v, g.n), g.n)
-            y = add(f, -k, v)
-            reach, most = max(np.sqrt(dot(y, y)), 1e-300), mu * max(N, 0.0)
-            hat = scaled(1 / reach, y)
-    k1, k2, k3, k4 = unknown(kind, row[ONE], row[OTHER])
+    slips, most, reach, hat = rubbing(S, row, s, past, g, f, mu * max(N, 0.0), rubs)
+    places, bows = unknown(kind, row[ONE], row[OTHER]), (xx1, xy1, yy1, xx2, xy2, yy2)
     t1, t2 = along_edges(row, g)
-    none = (0.0, 0.0, 0.0)
-    sign = 1.0
-    if kind == EE and dot(cross(t2, t1), g.n) < 0.0:
-        sign = -1.0
+    sign = -1.0 if kind == EE and dot(cross(t2, t1), g.n) < 0.0 else 1.0
     for v_ in range(_INPUTS):
-        dr1, dp2, darm1, darm2 = none, none, none, none
-        dtx1, dty1, dtx2, dty2, dF, dFj = none, none, none, none, none, none
-        dv = none
-        if v_ < 3:
-            dr1 = axis(v_, 0.0)
-        elif v_ < _J:
-            o = axis(v_ - 3, 0.0)
-            dr1 = cross(o, g.arm1)
-            darm1, dtx1, dty1 = dr1, cross(o, g.tx1), cross(o, g.ty1)
-        elif v_ < _J + 3:
-            dp2 = turn(P, axis(v_ - _J, 0.0))
-        elif v_ < _E:
-            o = turn(P, axis(v_ - _J - 3, 0.0))
-            dp2 = cross(o, g.arm2)
-            darm2, dtx2, dty2 = dp2, cross(o, g.tx2), cross(o, g.ty2)
-        elif v_ < _S:
-            e = v_ - _E
-            o = vector(P, 12 + 6 * e)
-            dp2 = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
-            dtx2, dty2, dFj = cross(o, g.tx2), cross(o, g.ty2), cross(F, o)
-        elif v_ < _W:
-            p = v_ - _S
-            dx1, dy1 = 1.0 if k1 == p else 0.0, 1.0 if k2 == p else 0.0
-            dx2, dy2 = 1.0 if k3 == p else 0.0, 1.0 if k4 == p else 0.0
-            darm1 = add(scaled(dx1, g.tx1), dy1, g.ty1)
-            darm2 = add(scaled(dx2, g.tx2), dy2, g.ty2)
-            dr1, dp2 = darm1, darm2
-            dtx1, dty1 = scaled(xx1 * dx1 + xy1 * dy1, g.up1), scaled(xy1 * dx1 + yy1 * dy1, g.up1)
-            dtx2, dty2 = scaled(xx2 * dx2 + xy2 * dy2, g.up2), scaled(xy2 * dx2 + yy2 * dy2, g.up2)
-            if rubs:
-                dv = add(add(add(scaled(dx1, a1), dy1, b1), dx2, c1), dy2, d1)
-        elif v_ == _W:
-            dr1, darm1 = g.up1, g.up1
-        elif v_ == _W + 1:
-            dtx1 = g.up1
-        elif v_ == _W + 2:
-            dty1 = g.up1
-        elif v_ == _W + 3:
-            dp2, darm2 = g.up2, g.up2
-        elif v_ == _W + 4:
-            dtx2 = g.up2
-        elif v_ == _W + 5:
-            dty2 = g.up2
-        else:
-            dF = axis(v_ - _F, 0.0)
+        dr1, dp2, darm1, darm2, dtx1, dty1, dtx2, dty2, dF, dFj, dv = varied(g, P, F, v_, places, bows, slips, rubs)
         dt1, dt2 = (dtx1 if lengthwise(row[ONE]) else dty1), (dtx2 if lengthwise(row[OTHER]) else dty2)
         if kind == EE:
             dm = scaled(sign, add(cross(dt2, t1), 1.0, cross(t2, dt1)))

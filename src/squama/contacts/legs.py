@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts.path import COLUMNS, ROOM, STEP, Answers, Path, Scale, beams, follow_all
+from squama.contacts.path import COLUMNS, ROOM, STEP, STRETCHING, Answers, Free, Path, Scale, beams, follow_all
 from squama.types import Array
 
 
@@ -46,8 +46,9 @@ class Bent(NamedTuple):
 
 
 def follow_legs(
-    scale: Scale, K: Array, mu: float, corners: Array, *, stretch: str = "free", step: float = STEP
-) -> Bent:
+    scale: Scale, K: Array, mu: float, corners: Array, *, free: Free = STRETCHING, aside: float = 1.0,
+    step: float = STEP,
+) -> Bent:  # fmt: skip
     """Follow a beam from rest through corners; every contact is told.
 
     Parameters
@@ -60,22 +61,25 @@ def follow_legs(
         Coefficient of friction.
     corners : (n, 2) array
         Bend and twist per pitch, rad, between which the path is straight; each other than the one before.
-    stretch : {"free", "held"}
-        No axial force, or the length of the axis stays.
+    free, aside
+        Strains without a moment or force, and the stiffness against lateral bend, as of
+        :func:`squama.contacts.path.beams`; of a strain that is free the corners say nothing.
     step
         Largest increment of the way.
     """
     corners = np.asarray(corners, float)
     ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
-    one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), stretch=stretch)
+    one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), free=free, aside=aside)
     found = follow_all(one, ways[None], step=step, corners=corners[None], room=ROOM)
     return Bent(found.rows[0], found, Path(scale, one, found.contact()))
 
 
-def follow_straight(scale: Scale, K: Array, mu: float, ends: Array, *, stretch: str = "free") -> Bent:
+def follow_straight(
+    scale: Scale, K: Array, mu: float, ends: Array, *, free: Free = STRETCHING, aside: float = 1.0
+) -> Bent:
     """Follow a beam from rest straight to each of ``ends`` (n, 2), see :func:`follow_legs`; ``way`` is of the first."""
     n = len(ends)
-    one = beams(Scale(*np.tile(scale, (n, 1)).T), np.broadcast_to(K, (n, 9, 9)), np.full(n, mu), stretch=stretch)
+    one = beams(Scale(*np.tile(scale, (n, 1)).T), np.broadcast_to(K, (n, 9, 9)), np.full(n, mu), free=free, aside=aside)
     corners = np.ascontiguousarray(ends[:, None], float)
     found = follow_all(one, np.hypot(*ends.T)[:, None], corners=corners, room=ROOM)
     return Bent(found.rows[:, 0], found, Path(scale, one, found.contact()))

@@ -13,7 +13,7 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments
-from squama.contacts.system import EE, EF, EPS, FE, FV, PHI, PSI, STRAINS, VF
+from squama.contacts.system import EE, EF, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -27,8 +27,6 @@ NOTES = 200_000
 """Numbers that are noted of a path at first; four times as many where they do not suffice."""
 ROOM, EVENTS = 8, 64
 """Contacts at once, and events of a path, that are told."""
-THIN = 0.1
-"""Deflection over the length from which on a plate is bent beyond what the model of small deflections bears."""
 FREE, SLIP, STICK = range(3)
 """Modes."""
 FACE, CORNERS = 4, 5
@@ -45,17 +43,18 @@ began to slide, or the path turned; ``slip``: the length along which the first c
 which the contacts last changed."""
 WIDTH = len(COLUMNS) + 24
 """Columns of a state, with the powers of the plate's deflection."""
-_GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
-"""Where stresses are looked for: shares of length and half width."""
-_CURVED = plate.curvatures(*_GRID.T)
-_BLOCK = 64
-"""States whose stresses are computed at once: they stay in the cache, and other sizes end in other digits."""
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
 """Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
 _LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
+
+
+Free = tuple[int, int, int, int]
+"""Which of the strains bend, twist, lateral bend and stretch are free: 1, else 0."""
+HELD, STRETCHING = (0, 0, 0, 0), (0, 0, 0, 1)
+"""All strains are imposed; the stretch is free."""
 
 
 class Scale(NamedTuple):
@@ -147,7 +146,7 @@ class Answers(NamedTuple):
 
 
 def beams(
-    scale: Scale, K: Array, mu: Array, *, sense: int = 1, stretch: str = "", aside: Array | float = 1.0,
+    scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
     masked: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled model.
@@ -157,20 +156,19 @@ def beams(
     scale
         Arrays (n,) in place of floats.
     K
-        Matrices (n, 7, 7) or (n, 9, 9); of these the part that neither bends nor stretches unless ``stretch`` is given.
+        Matrices (n, 9, 9), or (n, 7, 7) of bars that neither bend nor stretch.
     mu
         Coefficients of friction (n,).
     sense
         -1 for the mirror image.
-    stretch
-        "free" where there is no axial force, "held" where the length is held; K (n, 9, 9). Without it the length is
-        held and K may be (n, 7, 7).
+    free
+        Which of the strains bend, twist, lateral bend and stretch are free, with no moment or force: 1, else 0.
     aside
         Stiffness of the bar against lateral bend over that against bend (n,).
     masked
         1 for each of the six motions that stays 0, as those of hinges; none if not given.
     """
-    motions = 9 if stretch else 7
+    motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
     alpha, theta0 = sense * scale.alpha, scale.theta0
     shapes = np.column_stack([
@@ -181,11 +179,10 @@ def beams(
     if elastic.any():
         made = plate.compliances(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
         plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
-    free = np.zeros((n, STRAINS))
-    free[:, EPS] = stretch == "free"
-    K = np.ascontiguousarray(K[:, :motions, :motions] * np.outer(signs, signs))
+    loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
+    K = np.ascontiguousarray(K * np.outer(signs, signs))
     aside, blocked = np.broadcast_to(np.asarray(aside, float), n).copy(), np.tile(np.asarray(masked, float), (n, 1))
-    return entry.Beams(shapes, K, elastic, plates, free, aside, blocked)
+    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked)
 
 
 def follow_all(
@@ -397,11 +394,12 @@ class Path(NamedTuple):
 
     @classmethod
     def of(
-        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, stretch: str = "",
-        masked: Sequence[float] = (),
+        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, free: Free = HELD,
+        aside: float = 1.0, masked: Sequence[float] = (),
     ) -> Path:  # fmt: skip
         """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
-        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, stretch=stretch, masked=masked)
+        scales = Scale(*np.array([scale]).T)
+        one = beams(scales, K[None], np.array([mu]), sense=sense, free=free, aside=aside, masked=masked)
         found = follow_all(one, np.empty((1, 0)), most=most)
         return cls(scale._replace(alpha=sense * scale.alpha), one, found.contact())
 
@@ -436,122 +434,3 @@ def motions(rows: Array) -> Array:
     return np.column_stack(
         [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], v["twist"], v["psi"], v["stretch"]]
     )
-
-
-def energies(path: Path, rows: Array) -> dict[str, Array]:
-    """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    n = path.beams.K.shape[1]
-    q, alone = motions(rows)[:, :n], bare(path.beams)[0]
-    loads = q[:, 6 : 6 + len(alone)]
-    whole = np.einsum("ni,ij,nj->n", q, path.beams.K[0], q) / 2
-    bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
-    return {"U_joint": whole - bar, "U_plate": named(rows)["energy"] - whole, "U_bar": bar}
-
-
-def bare(beams: entry.Beams) -> Array:
-    """Return the stiffness (n, 1, 1) of beams without contact against twist, or (n, 2, 2) against twist and bend.
-
-    All are bent, or none is, and free to stretch, or none is.
-    """
-    K, free = beams.K, int(beams.free[0, EPS] > 0) if len(beams.K) else 0
-    loads, loose = [6, 7][: K.shape[1] - 6], [*range(6), *[8] * free]
-    across = K[:, loose][:, :, loads]
-    given = np.linalg.solve(K[:, loose][:, :, loose], across)
-    return np.asarray(K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given)
-
-
-def rigidity(path: Path) -> float:
-    """Return the torque per twist without contact, E d^3."""
-    return float(bare(path.beams)[0, 0, 0])
-
-
-def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
-    """Return the largest stress (von Mises, E) in a scale, by Kirchhoff's moments 6 m / h^2, and its place (n, 2).
-
-    By deflections (n, 24) of one scale or of n; the place is NaN where there is no stress.
-    """
-    n, most = len(bent), np.zeros(len(bent), int)
-    eta, beta, _, _, _, h, D, nu = (np.broadcast_to(np.reshape(v, (-1, 1)), (n, 1)) for v in scale)
-    # m_x^2 - m_x m_y + m_y^2 + 3 m_xy^2 by the curvatures along the length and the width, and their twist
-    own, mixed, twist = 1 - nu + nu * nu, 4 * nu - 1 - nu * nu, 3 * (1 - nu) ** 2
-    scaled, squared = (bent / eta**2, bent / beta**2, bent / (eta * beta)), np.zeros(n, bent.dtype)
-    for low in range(0, n, _BLOCK):
-        some = slice(low, min(n, low + _BLOCK))
-        part = [np.zeros((_BLOCK, 24), bent.dtype) for _ in scaled]
-        for room, v in zip(part, scaled, strict=True):
-            room[: some.stop - low] = v[some]
-        xx, yy, xy = ((v @ C)[: some.stop - low] for v, C in zip(part, _CURVED, strict=True))
-        whole = own[some] * (xx * xx + yy * yy) + mixed[some] * (xx * yy) + twist[some] * (xy * xy)
-        most[some] = np.real(whole).argmax(axis=1)
-        squared[some] = whole[np.arange(len(whole)), most[some]]
-    largest = 6 * (D / h**2).ravel() * np.sqrt(squared)
-    places = _GRID[most] * np.column_stack([eta.ravel(), beta.ravel()])
-    return largest, np.where(np.real(largest[:, None]) > 0, places, np.nan)
-
-
-def stresses_of(scale: Scale, found: Answers) -> Array:
-    """Return the largest stresses (n, m) of n beams at their targets; NaN where scales are rigid."""
-    rows = found.rows
-    told = np.real(rows[..., 0])
-    stress = np.where(scale.elastic[:, None] & np.isfinite(told), 0.0 * rows[..., 0], np.nan)
-    # without contact nothing bends
-    which, column = np.nonzero(np.isfinite(stress) & (np.real(named(rows)["N"]) > 0))
-    one = Scale(*(v[which] for v in scale))
-    stress[which, column] = stresses(one, deflections(rows[which, column]))[0]
-    return stress
-
-
-def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
-    """Return what is told of a scale's deflections (n, 24), by role; E = d = 1.
-
-    Deflection of the middle of its tip along its normal, turn of the tip about its length by that of its corners,
-    largest stress and its place; no stress in a rigid scale.
-    """
-    b = bent.reshape(len(bent), 6, 4)
-    told = {"deflection": b[:, :, 0].sum(axis=1), "scale_twist": b[:, :, 1::2].sum(axis=(1, 2)) / scale.beta}
-    if not scale.elastic:
-        return told | dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(b), np.nan))
-    stress, places = stresses(scale, bent)
-    return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
-
-
-def bent(scale: Scale, rows: Array) -> Array:
-    """Return the largest deflection of the tip's corners over the length (n,), of states."""
-    b = deflections(rows).reshape(len(rows), 6, 4)
-    even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
-    return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
-
-
-def _turns(w: Array) -> Array:
-    """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there, by vectors (n, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    known = np.isfinite(w).all(axis=1)
-    out = np.full((len(w), 3, 3), np.nan)
-    if known.any():
-        out[known] = Rotation.from_rotvec(w[known]).as_matrix()
-    return out
-
-
-def inclinations(path: Path, rows: Array) -> Array:
-    """Return the angle (n,) of n_X against the beam's face, seen along the width at rest, rad."""
-    theta0 = path.scale.theta0
-    at = COLUMNS.index("w_X")
-    x = _turns(rows[:, at : at + 3])[:, :, 0]
-    # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
-    return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
-
-
-def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
-    """Return force (E d^2) and moment (E d^3) of the contacts on the embedded part, about its base midpoint.
-
-    Both (n, 3) by its :func:`motions`, along the scale's own axes, which turn with it; one along n_X pulls it out.
-    """
-    K = path.beams.K[0]
-    loads, w, turns = q[:, : len(K)] @ K[:6].T, q[:, 3:6], _turns(q[:, 3:6])
-    # what is conjugate to a rotation vector is not yet the moment
-    t = np.linalg.norm(w, axis=1)[:, None]
-    k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2
-    once = np.cross(w, loads[:, 3:])
-    force, moment = loads[:, :3], loads[:, 3:] + once / 2 + k * np.cross(w, once)
-    return np.einsum("ni,nij->nj", force, turns), np.einsum("ni,nij->nj", moment, turns)

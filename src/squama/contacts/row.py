@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contacts import entry, increments, path
+from squama.contacts import entry, increments, path, states
 from squama.contacts.system import APART, FIRST, KIND, LIES, ONE, OTHER, PHI, STRAINS
 from squama.types import Array
 
@@ -101,7 +101,8 @@ def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: 
     column = path.named(rows)
     first = path.COLUMNS.index("u_X")
     rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
-    for name, at in (("phi", 0), ("twist", 2), ("torque", 6), ("T", 20), ("W", 9), ("W_fr", 10), ("W_snap", 11)):
+    shared = ("phi", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap")
+    for at, name in [*enumerate(shared), (20, "T")]:
         # the solver tells frictional work and what snaps lose of all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
     for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0), ("T_slip", np.nan)):
@@ -112,14 +113,13 @@ def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: 
     for name, at in (("N", 13), ("f", 14)):
         np.add.at(column[name], (which, scale), met[:, at])
     # of several contacts of a scale the first one has its places told
-    states = path.contacted(met)
+    places = path.contacted(met)
     for name in ("first", "second", "k", "x", "y", "along"):
-        column[name][which[::-1], scale[::-1]] = states[name][::-1]
+        column[name][which[::-1], scale[::-1]] = places[name][::-1]
     which, c = np.nonzero(there & (contacts[:, :, KIND] == LIES))
     held[which, contacts[which, c, FIRST].astype(int)] = contacts[which, c, 10]
     # joints' and plates' energies are told of all scales at once
-    q = path.motions(rows.reshape(points * n, -1))[:, : len(way.beams.K[0])]
-    whole = (np.einsum("ni,ij,nj->n", q, way.beams.K[0], q) / 2).reshape(points, n)
+    whole = states.of_springs(way, rows.reshape(points * n, -1)).reshape(points, n)
     column["energy"][...] = whole + (raw[:, 19] - whole.sum(axis=1))[:, None] / n
     return rows, held
 

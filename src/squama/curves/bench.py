@@ -15,7 +15,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.curves.labelled import Answer
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, Load, holds
 from squama.units import torque_unit
 
 MOST = 200
@@ -33,7 +33,8 @@ class Bench(NamedTuple):
     """A beam at a load angle ``at``, rad per pitch.
 
     ``endless``: held straight (from twisting) by the moment (torque) ``holding``, N m; ``released``: free to bow (to
-    twist), by ``strain`` rad per pitch; ``row``: ``scales`` of it in a straight row. ``notes`` say what is missing.
+    twist), by ``strain`` rad per pitch; ``row``: ``scales`` of it in a straight row. ``notes`` say what is missing;
+    ``held``: whether the beam's other strain is, which is free by :attr:`squama.Beam.hold` else.
     """
 
     load: Load
@@ -45,6 +46,7 @@ class Bench(NamedTuple):
     row: State
     scales: int
     notes: tuple[str, ...]
+    held: bool = True
 
     @property
     def record(self) -> dict[str, object]:
@@ -66,6 +68,12 @@ class Bench(NamedTuple):
         def said(state: State) -> str:
             return f"{factor * state.torque:.3g} {unit}, {state.stiffness_ratio:.3g} times as stiff as the bar"
 
+        if not self.held:
+            yield f"  endless, free to {free} (no {what}): {said(self.endless)}"
+            if math.isfinite(self.row.torque):
+                yield f"  {self.scales} scales in a row, free to {free}: {said(self.row)}"
+            yield from (f"  {note}" for note in self.notes)
+            return
         by = f" by a {what} of {factor * self.holding:.3g} {unit}" if math.isfinite(self.holding) else ""
         yield f"  endless, held {held}{by}: {said(self.endless)}"
         if math.isfinite(self.released.torque):
@@ -94,12 +102,16 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
 
     endless, holding = State(there(load.torque), there("stiffness_ratio")), there("M" if load.sided else "T")
     mu, sense = float(answer["mu"]), str(answer.attrs.get("sense", "+"))
-    one, strain, notes = _released(beam, load, mu, at, ideal=ideal, sense=sense)
+    held = holds(str(answer.attrs["hold"]), load)
+    one, strain = State(math.nan, math.nan), math.nan
+    notes: tuple[str, ...] = ()
+    if held:
+        one, strain, notes = _released(beam, load, mu, at, ideal=ideal, sense=sense)
     row = State(math.nan, math.nan)
     if load.sided and not beam.other and beam.scales <= MOST:
         row, why = _row(beam, mu, at, ideal=ideal, sense=sense)
         notes += why
-    return Bench(load, at, endless, holding, one, strain, row, beam.scales, notes)
+    return Bench(load, at, endless, holding, one, strain, row, beam.scales, notes, held)
 
 
 def _released(

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from squama.contacts import path
+from squama.contacts import path, states
 from squama.curves import doors, real
 from squama.curves.path import Asked, States
 from squama.curves.real_rows import figures, followed
@@ -57,7 +57,7 @@ def _values(asked: Asked, way: path.Path, rows: Array) -> tuple[dict[str, Array]
         "RED": np.divide(rubbed, total, out=np.zeros(phi.size), where=total > 0),
     }  # fmt: skip
     each = {
-        "theta": path.inclinations(way, rows.reshape(-1, rows.shape[2])).reshape(rows.shape[:2]),
+        "theta": states.inclinations(way, rows.reshape(-1, rows.shape[2])).reshape(rows.shape[:2]),
         "N": v["N"] * force, "f": v["f"] * force, "p": v["x"] * d, "s": v["y"] * d,
     }  # fmt: skip
     each["N"][:, -1] = each["f"][:, -1] = math.nan

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_FIRST = ("psi", "phi", "kappa", "Phi", "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
+_BOTH = ("psi", "phi", "kappa", "Phi")
+"""Roles of load angles where bend and twist are both loads."""
+_FIRST = (*_BOTH, "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
 _SYMBOLS = {name: i for i, name in enumerate(SYMBOLS)}
 
 
@@ -85,7 +87,8 @@ def labelled(load: Load, states: States, mus: Array, theory: str = "") -> dict[s
     by_dim = [*states.by_dim.items(), (("mu",) * mus.ndim, {"mu": mus})]
     found = {}
     for dims, values in by_dim:
-        for role, name in sorted(load.variables(tuple(values)).items(), key=lambda one: _place(*one)):
+        first = _FIRST if "kappa" in values else _FIRST[len(_BOTH) :]
+        for role, name in sorted(load.variables(tuple(values)).items(), key=lambda one: _place(first, *one)):
             attrs = SYMBOLS[name].attrs
             if theory and attrs.get("equation", "").startswith("paper"):
                 attrs = attrs | {"equation": f"theory: {theory}"}
@@ -93,9 +96,9 @@ def labelled(load: Load, states: States, mus: Array, theory: str = "") -> dict[s
     return found
 
 
-def _place(role: str, name: str) -> tuple[int, int]:
+def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:
     """Return the place of a variable: first the load and what answers to it, by role, then by its symbol."""
-    return _FIRST.index(role) if role in _FIRST else len(_FIRST), _SYMBOLS[name]
+    return first.index(role) if role in first else len(first), _SYMBOLS[name]
 
 
 def attributes(

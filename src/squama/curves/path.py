@@ -123,8 +123,8 @@ class Case(NamedTuple):
     @classmethod
     def held(cls, beam: Beam, K: Array, sign: int) -> Case:
         """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit, stretched = beam.unit_moment, beam.given.stretch(len(K)) == "free"
-        rigidity = twisting_stiffness(K, stretched=stretched) * unit * beam.pitch
+        unit = beam.unit_moment
+        rigidity = twisting_stiffness(K, beam.given.free("twist")) * unit * beam.pitch
         K_theta = inclination_stiffness(K[:7, :7]) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
 
@@ -166,7 +166,7 @@ def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -
     """
     d, E = case.pitch, modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
-    units |= {"torque": E * d**3, "M": E * d**3, "onset": E * d**3, "stress": E}
+    units |= dict.fromkeys(("torque", "T", "M", "M_lat", "onset"), E * d**3) | {"P": E * d**2, "stress": E}
     v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
     v |= {"load": twists, "rate": twists / d}
     v["scales"] = v["torque"] - case.rigidity * v["rate"]

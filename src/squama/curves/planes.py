@@ -10,7 +10,7 @@ from squama import arguments
 from squama.arrays.combined_states import Combined, combined
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.contacts import events
+from squama.contacts import events, states
 from squama.contacts import path as real_path
 from squama.contacts.legs import follow_straight
 from squama.curves import hinge_polygons, real, real_polygons
@@ -145,24 +145,24 @@ def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
 
 def _real(asked: Asked, psi: Array, phi: Array) -> States:
     """Return states (n,) of the real beam."""
-    beam, held = asked.beam, real.Held.of(asked.beam)
-    plate, stretch = real.scale(beam, ideal=asked.ideal), real_polygons.NEUTRAL[asked.neutral]
-    gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), stretch=stretch)
+    beam, held = asked.beam, real.Held.of(asked.beam, *real_polygons.BOTH)
+    plate = real.scale(beam, ideal=asked.ideal)
+    gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), **held.bar)
     contacts, v = gone.answers.contacts, real_path.named(gone.rows)
     state = real_path.endings(contacts, gone.answers.ends).astype("U40")
     reached = np.isin(state, (End.RANGE, End.NONE))
     state[reached] = np.where(v["contacts"][reached] > 0, SLIDING, OPEN)
     first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
     touching = events.last(gone.answers)
-    own = {"theta": real_path.inclinations(gone.way, gone.rows), "torque": gone.T}
+    own = {"theta": states.inclinations(gone.way, gone.rows), "torque": gone.T}
     own |= {"N": v["N"], "f": v["f"], "W_fr": v["W_fr"], "W_snap": v["W_snap"]}
-    own |= {"U_el": np.sum([*real_path.energies(gone.way, gone.rows).values()], axis=0)}
+    own |= {"U_el": np.sum([*states.energies(gone.way, gone.rows).values()], axis=0)}
     si = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    bar = unit * real_path.bare(gone.way.beams)[0] @ [phi, psi]
+    bar = unit * states.bare(gone.way.beams)[0] @ [phi, psi]
     si |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": si["torque"] - bar[0]}
     si |= {"state": state, "contact": np.where(state == OPEN, "", np.where(reached, touching, np.array(first)))}
     far = float(np.abs([psi, phi]).max())
     kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "W_snap", "U_el", "RED")
     notes = real.notes(held, beam, far, ideal=asked.ideal)
-    return States({(): {name: si[name] for name in kept}}, real.attributes(held), notes)
+    return States({(): {name: si[name] for name in kept}}, real.attributes(held, *real_polygons.BOTH), notes)

@@ -7,18 +7,20 @@ makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.beam.joint_law import Free
 from squama.beam.matrixfile import MOTIONS, SHAPE
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.curves.both_faces import worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
+from squama.loads import LOADS, STRAIGHT, STRAINS, holding
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.types import Array
 from squama.units import change
@@ -30,20 +32,28 @@ STRAIN_LIMIT = 0.3
 _NEAR, _SAME = 1e-5, 1e-6
 OWN = (
     *(*MOTIONS, "stiffness_ratio", "slip", "deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
-    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar", "M", "stretch"),
+    *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar"),
+    *("phi", "psi", "chi", "stretch", "T", "M", "M_lat", "P"),
 )
-"""Roles of variables that simpler models have not; M and stretch where the joint's matrix knows them."""
+"""Roles of variables that simpler models have not; strains and what holds them where the joint's matrix knows them."""
 _ALONG = (
     "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "W_snap", "RED",
     *OWN,
 )  # fmt: skip
 
 
+class Bar(TypedDict):
+    """Which strains of the bar are free, and its stiffness against lateral bend over that against bend."""
+
+    free: Free
+    aside: float
+
+
 class Held(NamedTuple):
     """What holds a beam's scales, and its figures in SI units.
 
-    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's; ``stretch``: "free"
-    where there is no axial force, "held" where the length is held, empty where a matrix (7, 7) knows of none.
+    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's, in twisting. ``free``:
+    strains without a moment or force; ``aside``: the bar's stiffness against lateral bend over that against bend.
     """
 
     joint: Joint
@@ -51,7 +61,13 @@ class Held(NamedTuple):
     K_theta: float
     rigidity: float
     alone: float
-    stretch: str
+    free: Free
+    aside: float
+
+    @property
+    def bar(self) -> Bar:
+        """What the contact solver takes of the bar, by argument."""
+        return {"free": self.free, "aside": self.aside}
 
     @property
     def more(self) -> float:
@@ -59,16 +75,17 @@ class Held(NamedTuple):
         return self.rigidity - self.alone
 
     @classmethod
-    def of(cls, beam: Beam, *, stretched: bool = True) -> Held:
-        """Return that of a beam; refuse one whose joint is not known. Not ``stretched``: the length is held."""
+    def of(cls, beam: Beam, *loaded: str) -> Held:
+        """Return that of a beam with strains ``loaded``, by default the twist; refuse one whose joint is not known."""
         joint = joint_of(beam)
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
-        K = np.asarray(joint.K, float)[slice(None if stretched else 7), slice(None if stretched else 7)]
+        K = np.asarray(joint.K, float)
         case = Case.held(beam, K, 1)
         bare = beam.G_B * beam.J
         rigidity = float(beam.given.gathered(case.rigidity / bare)) * bare if beam.other else case.rigidity
-        return cls(joint, K, case.stiffness, rigidity, case.rigidity, beam.given.stretch(len(K)))
+        bar, free = beam.substrate, beam.given.free(*(loaded or (LOADS["twisting"].verb,)))
+        return cls(joint, K, case.stiffness, rigidity, case.rigidity, free, (bar.width / bar.thickness) ** 2)
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -158,7 +175,7 @@ class Path(NamedTuple):
             **figures(self.case, last, engaged, end.phi, last["theta"]),
             **ending(self.way, answers),
             **thresholds(engaged, self.beam, twists, own),
-            "load_bent": first_at(twists, path.bent(self.way.scale, rows), path.THIN),
+            "load_bent": first_at(twists, states.bent(self.way.scale, rows), states.THIN),
         }
         return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
@@ -167,30 +184,33 @@ class Path(NamedTuple):
         return self.way.states(twists)
 
 
-def solve(asked: Asked, *, stretched: bool = True) -> tuple[list[Path], States]:
-    """Return the paths of a beam for each coefficient of friction; ``stretched`` as of :meth:`Held.of`."""
+def solve(asked: Asked) -> tuple[list[Path], States]:
+    """Return the paths of a beam for each coefficient of friction."""
     beam, to, ideal = asked.beam, abs(asked.path.values[-1]), asked.ideal
     far = path.RANGE if to == math.inf else to
     if far >= math.pi:
         refuse("to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
-    held, sign = Held.of(beam, stretched=stretched), -1 if asked.path.sense == "-" else 1
+    held, sign = Held.of(beam), -1 if asked.path.sense == "-" else 1
     plate = scale(beam, ideal=ideal)
     # engagement is told wherever it is, a short curve may end before
     last = 0.0 if asked.at is None else float(np.max(asked.at, initial=0.0))
     most = max(far, path.RANGE, last)
     found = []
     for mu in np.atleast_1d(asked.mus):
-        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most, stretch=held.stretch)
+        way = path.Path.of(plate, held.K, float(mu), sense=sign, most=most, **held.bar)
         found.append(Path(beam, held, way, sign, far))
     far = far if asked.at is None else last
-    return found, States({}, attributes(held), notes(held, beam, far, ideal=ideal))
+    return found, States({}, attributes(held, asked.path.load.verb), notes(held, beam, far, ideal=ideal))
 
 
-def attributes(held: Held) -> dict[str, float | str]:
-    """Return what answers say of the joint."""
+def attributes(held: Held, *loaded: str) -> dict[str, float | str]:
+    """Return what answers say of the joint, and of what holds a beam with strains ``loaded``."""
+    fixed = [name for name, free in zip(STRAINS, held.free, strict=True) if not free and name not in loaded]
+    straight = len(fixed) + len(loaded) == len(STRAINS)
     return {
         "K_theta": held.K_theta, "rigidity": held.rigidity, "joint_source": held.joint.source,
-        "band": held.joint.band, "neutral": "free" if held.stretch == "free" else "middle",
+        "band": held.joint.band, "hold": STRAIGHT if straight else holding(fixed),
+        "neutral": "free" if held.free[-1] else "middle",
     }  # fmt: skip
 
 
@@ -230,26 +250,43 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     column = path.named(rows)
     own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": column["x"], "s": column["y"]}
-    own |= path.energies(way, rows)
+    own |= states.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"], column["W"]
-    if one.held.stretch:
-        own["stretch"], own["M"] = column["stretch"], column["M"]
+    own |= bar(one.held, column, mirrored=one.sign < 0)
+    if one.beam.other:
+        # what each face alone would take beside M and T is not told
+        own = {role: v for role, v in own.items() if role not in ("psi", "chi", "M_lat", "P")}
     if one.held.more:
         more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
         own |= {role: own[role] + more * twists for role in ("torque", "onset")}
         own |= {role: own[role] + more * twists**2 / 2 for role in ("U_bar", "U_el", "work")}
-    own["theta"] = path.inclinations(way, rows)
-    own |= path.plate_figures(way.scale, path.deflections(rows))
+    own["theta"] = states.inclinations(way, rows)
+    own |= states.plate_figures(way.scale, path.deflections(rows))
     for role in ("scale_twist", "stress_y"):
         own[role] = own[role] * one.mirror[1]
     v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
     return v | embedded(one, path.motions(rows))
 
 
+def bar(held: Held, column: dict[str, Array], *, mirrored: bool = False) -> dict[str, Array]:
+    """Return strains of the bar and what holds them, E = d = 1, by role: 0 of what is free; none of a matrix (7, 7).
+
+    Of the mirror image lateral bends are the other way.
+    """
+    if len(held.K) < 9:
+        return {}
+    side = -1.0 if mirrored else 1.0
+    psi, _, chi, eps = held.free
+    # (adding 0 leaves no -0)
+    loads = {"M": column["M"] * (1 - psi), "M_lat": side * column["B"] * (1 - chi), "P": column["P"] * (1 - eps)}
+    strains = {"psi": column["psi"], "chi": side * column["aside"], "stretch": column["stretch"]}
+    return {role: v + 0.0 for role, v in (strains | loads).items()}
+
+
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by role (:func:`squama.contacts.path.motions`)."""
-    force, moment = path.on_tab(one.way, q)
+    force, moment = states.on_tab(one.way, q)
     moment_unit = one.beam.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)

@@ -12,9 +12,12 @@ from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, States, figures, spaced
 from squama.curves.real_polygons import WALKED, Gone, Stations, go
 from squama.errors import refuse
+from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.types import Array
 
+BENT = LOADS["bending"].verb
+"""The strain that is loaded."""
 FINE = 2e-3
 """Distance of the curve's own points, rad per pitch."""
 _NEAR = FINE / 2
@@ -83,7 +86,7 @@ def solve(asked: Asked) -> tuple[list[Bent], States]:
         refuse("at" if at.size else "to", f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
     found = [_bent(asked, float(mu), far, at) for mu in np.atleast_1d(asked.mus)]
     first = found[0]
-    attrs = {**first.gone.attrs, "rigidity": first.case.rigidity, "neutral": asked.neutral}
+    attrs = {**real.attributes(first.gone.one.held, BENT), "rigidity": first.case.rigidity}
     return found, States({}, attrs, list(dict.fromkeys(note for bent in found for note in bent.gone.notes)))
 
 
@@ -99,7 +102,7 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
         ways = np.union1d(wanted, fine[np.abs(fine[:, None] - wanted).min(axis=1) > _NEAR])
         return Stations(ways, np.column_stack([ways, 0 * ways]), np.ones(ways.size, int))
 
-    gone = go(asked, mu, stations, [(max(far, path.RANGE), 0.0)])
+    gone = go(asked, mu, stations, [(max(far, path.RANGE), 0.0)], loaded=(BENT,))
     (own, bare), ways = gone.bending(), gone.along["psi"]
     case = Case(d, bare, gone.one.held.K_theta, asked.beam.eta, asked.beam.scale.theta0)
     own = {role: values for role, values in own.items() if role not in WALKED}

@@ -16,12 +16,12 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, real
 from squama.curves.cycle_points import evenly, goals_of, resolving
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
-from squama.curves.real_polygons import NEUTRAL, Gone, Stations, go
+from squama.curves.real_polygons import Gone, Stations, go
 from squama.errors import InputError, Problem, refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
@@ -96,8 +96,7 @@ def walk(asked: Asked) -> States:
         ("sense",): walked.senses,
         (): {"energy_error": np.asarray(error)},
     }
-    attrs: dict[str, float | str] = {**real.attributes(walked.held), "increment": INCREMENT}
-    attrs |= {"rigidity": walked.rigidity, "neutral": asked.neutral} if asked.neutral else {}
+    attrs = {**real.attributes(walked.held, asked.path.load.verb), "rigidity": walked.rigidity, "increment": INCREMENT}
     return States(by_dim, attrs, real.notes(walked.held, beam, far, ideal=asked.ideal))
 
 
@@ -115,7 +114,7 @@ def check(values: list[float]) -> None:
 def _engagements(asked: Asked) -> list[float]:
     """Return the signed load angles just before scales come into contact, in the senses that a history goes to."""
     beam, mu, values = asked.beam, float(asked.mus), np.array(asked.path.values)
-    held, plate = real.Held.of(beam), real.scale(beam, ideal=asked.ideal)
+    held, plate = real.Held.of(beam, asked.path.load.verb), real.scale(beam, ideal=asked.ideal)
     if not asked.neutral:
         both = paths(beam, held, plate, mu, values)
         return [one.sign * (one.way.contact.phi - _BEFORE) for one in both.values() if one.way.contact.first != -1]
@@ -123,8 +122,7 @@ def _engagements(asked: Asked) -> list[float]:
     for far in (float(values.max()), float(values.min())):
         for view in both_faces.views(beam):
             ahead = np.array([(far, 0.0)]) * view
-            stretch = NEUTRAL[asked.neutral]
-            met = follow_legs(plate, held.K, mu, ahead, stretch=stretch).answers.contact() if far else None
+            met = follow_legs(plate, held.K, mu, ahead, **held.bar).answers.contact() if far else None
             found += [math.copysign(met.phi - _BEFORE, far)] if met and met.first != -1 else []
     return found
 
@@ -182,7 +180,7 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
         corners = [(v, 0.0) for v in x[np.append(np.flatnonzero(np.diff(numbers)), x.size - 1)].tolist()]
         whole = Stations(ways, np.column_stack([x, 0 * x]), numbers)
-        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT)
+        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT, loaded=(asked.path.load.verb,))
 
     gone = through(bends, legs)
     n = gone.along["psi"].size
@@ -221,7 +219,7 @@ def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Arr
     far, found, seen = float(np.abs(values).max()), {}, both_faces.sense(beam, "twisting")
 
     def way(sign: int) -> path.Path:
-        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), stretch=held.stretch)
+        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), **held.bar)
 
     if seen < 0 and (first := way(-1).contact).first != -1 and first.phi < far:
         reason = f"is beyond {first.phi:.6g} rad/pitch, where the other face's scales touch too, which is not followed"
@@ -404,7 +402,7 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     v = path.named(rows[-len(down) :])
     x, torque = targets[-len(down) :], v["torque"]
     faces = both_faces.alike(one.beam, "twisting")
-    torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * path.rigidity(one.way) * x
+    torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * states.rigidity(one.way) * x
     if end.code != increments.RANGE:
         return 0.0
     return math.copysign(_crossing(x, torque, v["N"]), loop.top)

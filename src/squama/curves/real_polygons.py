@@ -16,7 +16,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.beam.joint_law import bare
 from squama.beam.matrixfile import MOTIONS
-from squama.contacts import events, increments, path
+from squama.contacts import events, increments, path, states
 from squama.contacts.events import Event
 from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
@@ -26,6 +26,8 @@ from squama.types import Array
 
 NEUTRAL = {"free": "free", "middle": "held"}
 """Which line keeps its length: none, there being no axial force, or that in the bar's middle; what the stretch is."""
+BOTH = ("bend", "twist")
+"""Strains that a path of bend and twist loads."""
 _BEFORE = 1e-9
 WALKED = ("mode", "onset")
 """Roles of states that cycles alone need: how the contact moves, and where it last began to slide."""
@@ -123,27 +125,23 @@ class Gone(NamedTuple):
         """Return the variables by their roles in bending alone, and the rigidity without contact, N m^2."""
         v, beam = self.along, self.one.beam
         own = {role: values for role, values in v.items() if role not in _OF_BOTH}
-        own |= {"load": v["psi"], "rate": v["kappa"], "T": v["torque"], "torque": v["M"], "scales": v["M_scales"]}
+        own |= {"load": v["psi"], "rate": v["kappa"], "torque": v["M"], "scales": v["M_scales"]}
+        own |= {"T": v["torque"] * (1 - self.one.held.free[1]), "phi": v["load"]}
         return own, bending_rigidity(beam, self.one.way)
-
-    @property
-    def attrs(self) -> dict[str, float | str]:
-        """What answers say of the joint."""
-        return real.attributes(self.one.held)
 
 
 def go(
     asked: Asked, mu: float, stations: Callable[[float], Stations], ahead: Sequence[tuple[float, float]],
-    step: float = path.STEP,
+    step: float = path.STEP, loaded: tuple[str, ...] = BOTH,
 ) -> Gone:  # fmt: skip
     """Follow a beam from rest through ``stations``, made for the way just before engagement.
 
     ``ahead``: corners of the path, or of one that goes on straight beyond its end, on which engagement is looked for.
-    ``step``: largest increment of the way.
+    ``step``: largest increment of the way; ``loaded``: strains that follow it.
     """
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
-    held, stretch, views = real.Held.of(beam), NEUTRAL[asked.neutral], both_faces.views(beam)
-    firsts = [follow_legs(plate, held.K, mu, np.array(ahead) * view, stretch=stretch) for view in views]
+    held, views = real.Held.of(beam, *loaded), both_faces.views(beam)
+    firsts = [follow_legs(plate, held.K, mu, np.array(ahead) * view, **held.bar) for view in views]
     met = [r.answers.contact() for r in firsts]
     touched = [c.phi if c.first != -1 else math.inf for c in met]
     # a step from there on must not be much smaller than others
@@ -153,7 +151,7 @@ def go(
     faces = []
     for i, view in enumerate(views):
         corners = where.strains[1:] * view
-        found = _followed(one, follow_legs(plate, held.K, mu, corners, stretch=stretch, step=step), where, touched[i])
+        found = _followed(one, follow_legs(plate, held.K, mu, corners, **held.bar, step=step), where, touched[i])
         if found.end == End.NONE and math.isfinite(touched[i]):
             found = found._replace(end=str(End.RANGE))
         faces.append(found._replace(other=both_faces.WHOSE * bool(i and found.other) + found.other))
@@ -179,7 +177,7 @@ def walk(asked: Asked) -> States:
         **{f"{name}_c": value for name, value in reached.items()},
         "energy_error": (work - total) / max(float(along["U_el"].max()), rubbed, 1e-300),
     }  # fmt: skip
-    attrs: dict[str, float | str] = {**gone.attrs, "neutral": asked.neutral, "load": "bending and twisting"}
+    attrs: dict[str, float | str] = {**real.attributes(gone.one.held, *BOTH), "load": "bending and twisting"}
     single = {k: np.asarray(v) for k, v in figures.items()}
     told = _events(stations, gone.faces, (found.stop, found.end), at)
     return States({("point",): along, ("event",): told, (): single}, attrs, gone.notes)
@@ -193,12 +191,13 @@ def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -
     rest[:, [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
     rows = np.concatenate([rest, found.rows])[:n]
     v = path.named(rows)
-    own = {name: v[name] for name in (*MOTIONS, "N", "f", "W_fr", "W_snap", "slip", "stretch", "mode", "M", "torque")}
+    own = {name: v[name] for name in (*MOTIONS, "N", "f", "W_fr", "W_snap", "slip", "mode", "torque")}
+    own |= real.bar(one.held, v) | {"M": v["M"]}
     spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
     faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
     own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
-    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*path.energies(way, rows).values()], axis=0)}
-    own |= {"theta": path.inclinations(way, rows)} | path.plate_figures(way.scale, path.deflections(rows))
+    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*states.energies(way, rows).values()], axis=0)}
+    own |= {"theta": states.inclinations(way, rows)} | states.plate_figures(way.scale, path.deflections(rows))
     contact = np.append("", events.touching(found.answers))[:n]
     (word,) = path.endings(found.answers.contacts, found.answers.ends)
     told = events.events(found.answers)
@@ -232,7 +231,7 @@ def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> 
 
 def bending_rigidity(beam: Beam, way: path.Path) -> float:
     """Return the bending rigidity without contact, N m^2, by a path of one face; the bar of two faces counts once."""
-    alone = float(path.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
+    alone = float(states.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
     return 2 * alone - float(bare("bending", beam.sizes)) if beam.other else alone
 
 
@@ -247,10 +246,11 @@ def _in_si(one: real.Path, found: Followed, stations: Stations, faces: Sequence[
     """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
     beam, n = one.beam, len(found.q)
     psi, phi = stations.strains[:n].T
-    own = {role: values for role, values in found.own.items() if role != "M"}
+    psi, phi = (q if free else v for q, free, v in zip(found.q[:, [7, 6]].T, one.held.free, (psi, phi), strict=False))
+    own = {role: values for role, values in found.own.items() if role not in ("M", "psi")}
     v = in_si(Case.held(beam, one.held.K, 1), beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    alone = path.bare(one.way.beams)[0]
+    alone = states.bare(one.way.beams)[0]
     if one.beam.other:
         signs = np.array(one.beam.other.seen[::-1])
         alone = alone + alone * np.outer(signs, signs) - np.diag(_once(one))

@@ -1,6 +1,6 @@
 """A row of N scales of the real beam, in SI units: thick, elastic scales on a joint that gives.
 
-The row is straight and keeps its length. Its scales may touch anywhere, with several contacts at once.
+All its cells have the same twist, bend and stretch. Its scales may touch anywhere, with several contacts at once.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MANY, _NEAR = 20_000, 1e-9
 
 def solve(asked: Asked) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end."""
-    (one,), more = real.solve(asked, stretched=False)
+    (one,), more = real.solve(asked)
     n, way, d = asked.beam.scales, one.way, asked.beam.pitch
     track = followed(way, n, one.far, asked.points)
     phi = track.rows[:, 0, 0]

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import path
-from squama.contacts.system import PHI, PSI
+from squama.contacts import path, states
 from squama.curves import real
 from squama.loads import LOADS
 from squama.model.outcome import SENTENCES, End
@@ -61,14 +60,13 @@ def released(beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool
         "+" or "-", as of :func:`squama.twist`.
     """
     at = np.atleast_1d(np.asarray(at, float))
-    held = real.Held.of(beam)
-    if beam.other or not held.stretch:
+    held = real.Held.of(beam.replace(hold="lateral bend"), LOADS[load].verb)
+    if not any(held.free):
         none = np.full(at.size, np.nan)
         return Released(none, none, none, none, math.nan, BOTH if beam.other else SEVEN)
     sign, unit, d, twisted = -1 if sense == "-" else 1, beam.unit_moment, beam.pitch, LOADS[load].axis == 1
     scale = path.Scale(*np.array([real.scale(beam, ideal=ideal)]).T)
-    one = path.beams(scale, held.K[None], np.array([mu]), sense=sign if twisted else 1, stretch=held.stretch)
-    one.free[:, PSI if twisted else PHI] = 1.0
+    one = path.beams(scale, held.K[None], np.array([mu]), sense=sign if twisted else 1, **held.bar)
     nodes = np.unique(np.concatenate([at, at + _SLOPE, np.maximum(at - _SLOPE, 0.0)]))
     nodes = nodes[nodes > 0]
     corners = np.zeros((1, nodes.size, 2))
@@ -81,14 +79,9 @@ def released(beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool
     nodes, strain, torque = (np.append(0.0, x) for x in (nodes, strain, torque))
     which = np.searchsorted(nodes, at)
     tangent = _slopes(nodes, torque)[which] * unit * d
-    rigidity = _alone(path.bare(one)[0], int(not twisted)) * unit * d
+    axis = int(not twisted)
+    rigidity = float(states.bare(one)[0, axis, axis]) * unit * d
     return Released(strain[which], torque[which] * unit, tangent, tangent / rigidity, rigidity, note)
-
-
-def _alone(stiffness: Array, axis: int) -> float:
-    """Return the stiffness against one of two strains while the other is free, of that (2, 2) against both."""
-    own, other = float(stiffness[axis, axis]), float(stiffness[1 - axis, 1 - axis])
-    return own - float(stiffness[0, 1]) ** 2 / other
 
 
 def _slopes(x: Array, y: Array) -> Array:

@@ -23,10 +23,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.contacts.legs import follow_legs
 from squama.curves import both_faces, cycle_points, real, real_cycles
-from squama.curves.real_polygons import NEUTRAL, bending_rigidity
+from squama.curves.real_bent import BENT
+from squama.curves.real_polygons import bending_rigidity
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.types import Array
@@ -61,20 +62,20 @@ class Bend(NamedTuple):
     scale: path.Scale
     K: Array
     mu: float
-    stretch: str
+    bar: real.Bar
     views: tuple[int, ...]
     rigidity: float
 
     @classmethod
-    def of(cls, beam: Beam, mu: float, neutral: str, sign: int, *, ideal: bool) -> Bend:
-        """Return that of a beam; ``neutral`` is the line that keeps its length."""
-        scale, K, stretch = real.scale(beam, ideal=ideal), real.Held.of(beam).K, NEUTRAL[neutral]
+    def of(cls, beam: Beam, mu: float, sign: int, *, ideal: bool) -> Bend:
+        """Return that of a beam."""
+        scale, held = real.scale(beam, ideal=ideal), real.Held.of(beam, BENT)
         views = tuple(sign * view for view, _ in both_faces.views(beam))
-        return cls(scale, K, mu, stretch, views, rigidity(beam, neutral) / beam.pitch / beam.unit_moment)
+        return cls(scale, held.K, mu, held.bar, views, rigidity(beam) / beam.pitch / beam.unit_moment)
 
     def engages(self, far: float) -> float:
         """Return the bend per pitch at which scales come into contact, looked for up to ``far``; inf for none."""
-        met = [follow_legs(self.scale, self.K, self.mu, np.array([(view * far, 0.0)]), stretch=self.stretch).answers
+        met = [follow_legs(self.scale, self.K, self.mu, np.array([(view * far, 0.0)]), **self.bar).answers
                for view in self.views]  # fmt: skip
         found = [answers.contact() for answers in met]
         return min((c.phi for c in found if c.first != -1), default=math.inf)
@@ -84,20 +85,20 @@ class Bend(NamedTuple):
         q, stored, n, ends = np.zeros(x.size), np.zeros(x.size), x.size, ""
         for i, view in enumerate(self.views):
             corners = np.column_stack([view * x, 0.0 * x])
-            found = follow_legs(self.scale, self.K, self.mu, corners, stretch=self.stretch, step=real_cycles.INCREMENT)
-            end, alone = found.answers.end(), float(path.bare(found.way.beams)[0, 1, 1])
+            found = follow_legs(self.scale, self.K, self.mu, corners, **self.bar, step=real_cycles.INCREMENT)
+            end, alone = found.answers.end(), float(states.bare(found.way.beams)[0, 1, 1])
             if end.code != increments.RANGE and end.solved < n:
                 n, ends = end.solved, both_faces.WHOSE * bool(i) + end.word
-            u = path.energies(found.way, found.rows)
+            u = states.energies(found.way, found.rows)
             q += view * found.M - alone * x
             stored += u["U_joint"] + u["U_plate"]
         return Walked(q[:n] / self.rigidity, stored[:n] / self.rigidity, ends)
 
 
-def rigidity(beam: Beam, neutral: str) -> float:
+def rigidity(beam: Beam) -> float:
     """Return the bending rigidity of a beam without contact, N m^2."""
-    held, scale = real.Held.of(beam), real.scale(beam, ideal=True)
-    at_rest = follow_legs(scale, held.K, 0.0, np.empty((0, 2)), stretch=NEUTRAL[neutral])
+    held, scale = real.Held.of(beam, BENT), real.scale(beam, ideal=True)
+    at_rest = follow_legs(scale, held.K, 0.0, np.empty((0, 2)), **held.bar)
     return bending_rigidity(beam, at_rest.way)
 
 

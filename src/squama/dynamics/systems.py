@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.contacts import increments, path
+from squama.contacts import increments, path, states
 from squama.curves import both_faces, hinge_cycles, real, real_cycles
 from squama.dynamics import bent, hinged, motion
 from squama.dynamics.branches import APART, Branch, Side
@@ -62,7 +62,7 @@ class Held(NamedTuple):
         """Return the rigidity of a beam without contact, N m^2."""
         if self.joint != "compliant":
             return self.load.rigidity(beam)
-        return bent.rigidity(beam, self.neutral) if self.neutral else real.Held.of(beam).rigidity
+        return bent.rigidity(beam) if self.neutral else real.Held.of(beam).rigidity
 
 
 class Bar(NamedTuple):
@@ -184,7 +184,7 @@ def _bent(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Sides:
     """Return the branches of the real beam that is bent."""
 
     def side(sense: int, most: float) -> Side:
-        return bent.side(bent.Bend.of(beam, held.mu, held.neutral, sense, ideal=held.ideal), most, mode)
+        return bent.side(bent.Bend.of(beam, held.mu, sense, ideal=held.ideal), most, mode)
 
     first = side(sign, far)
     energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
@@ -198,15 +198,15 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
     Of scales on both faces they end where the other face's come into contact too, unless these do the same.
     """
     holds, plate, ends = real.Held.of(beam), real.scale(beam, ideal=held.ideal), ""
-    way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far, stretch=holds.stretch)
+    way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far, **holds.bar)
     y_e = way.contact.phi
     if both_faces.sense(beam, held.load.name) < 0:
-        other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far, stretch=holds.stretch).contact
+        other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far, **holds.bar).contact
         if other.first != -1 and other.phi < far:
             far, ends = other.phi, both_faces.WHOSE + other.words
     if not y_e < far:
         # where it would engage is told all the same
-        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, stretch=holds.stretch).contact.phi
+        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, **holds.bar).contact.phi
         return Side(math.inf, far, ends) if ends else APART._replace(y_e=max(beyond, far))
     faces, ratio = both_faces.alike(beam, held.load.name), holds.rigidity / holds.alone
     y = np.linspace(y_e, far, STEPS)
@@ -217,7 +217,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         ends = str(end.word)
     if n < 4:
         return Side(math.inf, y_e, ends)
-    alone = path.rigidity(way)
+    alone = states.rigidity(way)
     y, rows = y[:n], rows[:n]
 
     def scales(torque: Array, twist: Array) -> Array:
@@ -226,7 +226,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         return np.where(np.abs(q) < NOTHING, 0.0, q) * faces / ratio
 
     up = Branch(y, scales(path.named(rows)["torque"], y))
-    u = path.energies(way, rows)
+    u = states.energies(way, rows)
 
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:

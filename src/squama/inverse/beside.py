@@ -23,7 +23,7 @@ from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import known, said, shape
-from squama.loads import LOADS
+from squama.loads import LOADS, holds
 from squama.types import Array
 
 OF_ROW = {
@@ -42,7 +42,9 @@ OF_BOW = ("torque", "tangent", "stiffness_ratio")
 
 def found_by(target: Target) -> str:
     """Say of what a target's figures are: "(endless, held straight)", "on hinges (endless)"."""
-    place = "(endless, held straight)" if LOADS[target.space.load].sided else "(endless)"
+    load = LOADS[target.space.load]
+    straight = not target.real or holds(target.space.beam.holding, load)
+    place = f"(endless, {'held straight' if straight else 'free to bow'})" if load.sided else "(endless)"
     return place if target.real else f"on hinges {place}"
 
 
@@ -60,7 +62,7 @@ def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
     if load.sided and goals and ask and not impossible(beam):
         found.append(_row(target, beam, goals))
         bowing = [goal for goal in goals if goal.want.figure in OF_BOW]
-        found += [_bow(target, beam, bowing)] * bool(bowing)
+        found += [_bow(target, beam, bowing)] * bool(bowing and holds(beam.holding, load))
     return tuple(found)
 
 

@@ -70,7 +70,7 @@ def joint_of(beam: Beam) -> Joint:
     unit = beam.unit_moment
     K_theta = None if beam.joint.stiffness is None else beam.joint.stiffness / unit
     rigid = None if beam.joint.inclusion_factor is None else beam.torsional_rigidity / (unit * beam.pitch)
-    K = scaled(found.K, K_theta=K_theta, rigidity=rigid, stretched=beam.given.stretch(len(found.K)) == "free")
+    K = scaled(found.K, K_theta=K_theta, rigidity=rigid, free=beam.given.free("twist"))
     return found._replace(K=K)
 
 

@@ -14,9 +14,12 @@ itself with each x_i behind it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from squama.beam.matrixfile import loose_rows
 from squama.types import Array
 
 ORDER = (0, 1, 2, 3, 5, 4, 6, 7, 8)
@@ -56,20 +59,22 @@ def pivots(K: Array) -> Array:
 
 
 def scaled(
-    K: Array, *, K_theta: ArrayLike | None = None, rigidity: ArrayLike | None = None, stretched: bool = False
+    K: Array, *, K_theta: ArrayLike | None = None, rigidity: ArrayLike | None = None, free: Sequence[int] = ()
 ) -> Array:
     """Return K (..., m, m) with K_theta or torque per twist (both E d^3, (...)) as given, whatever is None as it is.
 
     The factor's column of the pivot is stretched, so that the other pivots stay and so does how far each motion goes
-    by itself with the load. The torque per twist is that of a held length or, ``stretched``, without axial force.
+    by itself with the load. ``free``: which of the strains bend, twist, lateral bend and stretch are under the torque.
     """
     L = factor(K)
     for place, value in ((K_THETA, K_theta), (TWIST, rigidity)):
         if value is not None:
             square = value / L[..., place, place] ** 2
-            if place == TWIST and stretched:
-                # T/phi = t a r/(t e + r) where the squares of column phi are multiplied by t: a, e of phi and epsilon
-                e, r = L[..., STRETCH, TWIST] ** 2, (L[..., STRETCH, BEND:] ** 2).sum(axis=-1)
-                square = value * r / (L[..., place, place] ** 2 * r - value * e)
+            loose = [row for row in loose_rows(free) if row < K.shape[-1]]
+            if place == TWIST and loose:
+                # T/phi = t a/(1 + t g) where the squares of column phi are multiplied by t: a of phi, g of what is free
+                across, own = L[..., loose, TWIST], L[..., loose, BEND:]
+                give = np.linalg.solve(own @ np.swapaxes(own, -1, -2), across[..., None])[..., 0]
+                square = value / (L[..., place, place] ** 2 - value * (across * give).sum(axis=-1))
             L[..., place] *= np.sqrt(square)[..., None]
     return product(L)

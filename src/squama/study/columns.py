@@ -117,7 +117,7 @@ def columns(
     own = beam.given
     stated = (values.get("joint.stiffness", own.stiffness), values.get("joint.inclusion_factor", own.inclusion_factor))
     known = [None if value is None else _numbers(value) for value in stated]
-    given = joint_law.Given(known[0], known[1], own.matrix, middle=own.middle)
+    given = joint_law.Given(known[0], known[1], own.matrix, held=own.held)
     K = _numbers(joint_law.stiffness(bar_sizes, given, each))
     rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
     alpha, theta0 = v("alpha", scale.alpha), v("theta0", scale.theta0)

@@ -14,6 +14,7 @@ from squama.beam.parts import PLASTIC
 from squama.contacts import path
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots, scaled
+from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.study.columns import Cells
 from squama.types import Array
@@ -126,7 +127,7 @@ def _joints(c: Cells, b: _Beams, i: Array) -> Array:
     rigidity = None if inclusion is None else b.rigidity[i]
     if K_theta is None and rigidity is None:
         return K
-    return scaled(K, K_theta=K_theta, rigidity=rigidity, stretched=c.given.stretch(K.shape[-1]) == "free")
+    return scaled(K, K_theta=K_theta, rigidity=rigidity, free=c.given.free("twist"))
 
 
 def _part(
@@ -139,10 +140,10 @@ def _part(
     twists = to[:, None] * (_GRID if held is None else np.maximum(_GRID, _BEHIND))
     # a curve of stresses is for the twist at which a scale reaches its strength
     along = along and bool(np.isfinite(strength).any())
-    stretch = c.given.stretch(9 if c.given.matrix is None else len(c.given.matrix.K))
     r = follow(
         b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-        sense=sense, copies=copies, held=held, load=load, stretch=stretch, threads=threads,
+        sense=sense, copies=copies, held=held, load=load,
+        free=c.given.free(*(("bend", "twist") if held is not None else (LOADS[load].verb,))), threads=threads,
         stressed=slice(None if along else STEPS, STEPS + 1),
     )  # fmt: skip
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])

@@ -1,0 +1,149 @@
+"""Figures of states: energies, stresses, inclinations, what the embedded part bears; E = d = 1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from squama.contacts import entry
+from squama.contacts.path import COLUMNS, Answers, Path, Scale, deflections, motions, named
+from squama.contacts.system import EPS, PHI, PSI, STRAINS
+from squama.model import elastic_plate as plate
+from squama.types import Array
+
+THIN = 0.1
+"""Deflection over the length from which on a plate is bent beyond what the model of small deflections bears."""
+_GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
+"""Where stresses are looked for: shares of length and half width."""
+_CURVED = plate.curvatures(*_GRID.T)
+_BLOCK = 64
+"""States whose stresses are computed at once: they stay in the cache, and other sizes end in other digits."""
+
+
+def energies(path: Path, rows: Array) -> dict[str, Array]:
+    """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
+    whole, alone = of_springs(path, rows), bare(path.beams)[0]
+    loads = motions(rows)[:, 6 : 6 + len(alone)]
+    bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
+    return {"U_joint": whole - bar, "U_plate": named(rows)["energy"] - whole, "U_bar": bar}
+
+
+def of_springs(path: Path, rows: Array) -> Array:
+    """Return the elastic energy (n,) of joint and bar, E d^3 per pitch."""
+    K = path.beams.K[0]
+    q = motions(rows)[:, : len(K)]
+    whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
+    if len(K) == 9:
+        whole = whole + path.beams.aside[0] * K[7, 7] * named(rows)["aside"] ** 2 / 2
+    return np.asarray(whole)
+
+
+def bare(beams: entry.Beams) -> Array:
+    """Return the stiffness (n, 1, 1) of beams without contact against twist, or (n, 2, 2) against twist and bend.
+
+    All have the same free strains; against one that is free it is 0.
+    """
+    K, free = beams.K, np.real(beams.free[0]) > 0 if len(beams.K) else np.zeros(STRAINS, bool)
+    loose = [*range(6), *(row for row, gives in ((6, free[PHI]), (7, free[PSI]), (8, free[EPS])) if gives)]
+    loads = [row for row in (6, 7)[: K.shape[1] - 6] if row not in loose]
+    across = K[:, loose][:, :, loads]
+    given = np.linalg.solve(K[:, loose][:, :, loose], across)
+    out, place = np.zeros((len(K), *[min(2, K.shape[1] - 6)] * 2), K.dtype), np.array(loads, int) - 6
+    out[:, place[:, None], place] = K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given
+    return out
+
+
+def rigidity(path: Path) -> float:
+    """Return the torque per twist without contact, E d^3."""
+    return float(bare(path.beams)[0, 0, 0])
+
+
+def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
+    """Return the largest stress (von Mises, E) in a scale, by Kirchhoff's moments 6 m / h^2, and its place (n, 2).
+
+    By deflections (n, 24) of one scale or of n; the place is NaN where there is no stress.
+    """
+    n, most = len(bent), np.zeros(len(bent), int)
+    eta, beta, _, _, _, h, D, nu = (np.broadcast_to(np.reshape(v, (-1, 1)), (n, 1)) for v in scale)
+    # m_x^2 - m_x m_y + m_y^2 + 3 m_xy^2 by the curvatures along the length and the width, and their twist
+    own, mixed, twist = 1 - nu + nu * nu, 4 * nu - 1 - nu * nu, 3 * (1 - nu) ** 2
+    scaled, squared = (bent / eta**2, bent / beta**2, bent / (eta * beta)), np.zeros(n, bent.dtype)
+    for low in range(0, n, _BLOCK):
+        some = slice(low, min(n, low + _BLOCK))
+        part = [np.zeros((_BLOCK, 24), bent.dtype) for _ in scaled]
+        for room, v in zip(part, scaled, strict=True):
+            room[: some.stop - low] = v[some]
+        xx, yy, xy = ((v @ C)[: some.stop - low] for v, C in zip(part, _CURVED, strict=True))
+        whole = own[some] * (xx * xx + yy * yy) + mixed[some] * (xx * yy) + twist[some] * (xy * xy)
+        most[some] = np.real(whole).argmax(axis=1)
+        squared[some] = whole[np.arange(len(whole)), most[some]]
+    largest = 6 * (D / h**2).ravel() * np.sqrt(squared)
+    places = _GRID[most] * np.column_stack([eta.ravel(), beta.ravel()])
+    return largest, np.where(np.real(largest[:, None]) > 0, places, np.nan)
+
+
+def stresses_of(scale: Scale, found: Answers) -> Array:
+    """Return the largest stresses (n, m) of n beams at their targets; NaN where scales are rigid."""
+    rows = found.rows
+    told = np.real(rows[..., 0])
+    stress = np.where(scale.elastic[:, None] & np.isfinite(told), 0.0 * rows[..., 0], np.nan)
+    # without contact nothing bends
+    which, column = np.nonzero(np.isfinite(stress) & (np.real(named(rows)["N"]) > 0))
+    one = Scale(*(v[which] for v in scale))
+    stress[which, column] = stresses(one, deflections(rows[which, column]))[0]
+    return stress
+
+
+def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
+    """Return what is told of a scale's deflections (n, 24), by role; E = d = 1.
+
+    Deflection of the middle of its tip along its normal, turn of the tip about its length by that of its corners,
+    largest stress and its place; no stress in a rigid scale.
+    """
+    b = bent.reshape(len(bent), 6, 4)
+    told = {"deflection": b[:, :, 0].sum(axis=1), "scale_twist": b[:, :, 1::2].sum(axis=(1, 2)) / scale.beta}
+    if not scale.elastic:
+        return told | dict.fromkeys(("stress", "stress_x", "stress_y"), np.full(len(b), np.nan))
+    stress, places = stresses(scale, bent)
+    return told | {"stress": stress, "stress_x": places[:, 0], "stress_y": places[:, 1]}
+
+
+def bent(scale: Scale, rows: Array) -> Array:
+    """Return the largest deflection of the tip's corners over the length (n,), of states."""
+    b = deflections(rows).reshape(len(rows), 6, 4)
+    even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
+    return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
+
+
+def _turns(w: Array) -> Array:
+    """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there, by vectors (n, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    known = np.isfinite(w).all(axis=1)
+    out = np.full((len(w), 3, 3), np.nan)
+    if known.any():
+        out[known] = Rotation.from_rotvec(w[known]).as_matrix()
+    return out
+
+
+def inclinations(path: Path, rows: Array) -> Array:
+    """Return the angle (n,) of n_X against the beam's face, seen along the width at rest, rad."""
+    theta0 = path.scale.theta0
+    at = COLUMNS.index("w_X")
+    x = _turns(rows[:, at : at + 3])[:, :, 0]
+    # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
+    return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
+
+
+def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
+    """Return force (E d^2) and moment (E d^3) of the contacts on the embedded part, about its base midpoint.
+
+    Both (n, 3) by its :func:`motions`, along the scale's own axes, which turn with it; one along n_X pulls it out.
+    """
+    K = path.beams.K[0]
+    loads, w, turns = q[:, : len(K)] @ K[:6].T, q[:, 3:6], _turns(q[:, 3:6])
+    # what is conjugate to a rotation vector is not yet the moment
+    t = np.linalg.norm(w, axis=1)[:, None]
+    k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2
+    once = np.cross(w, loads[:, 3:])
+    force, moment = loads[:, :3], loads[:, 3:] + once / 2 + k * np.cross(w, once)
+    return np.einsum("ni,nij->nj", force, turns), np.einsum("ni,nij->nj", moment, turns)
