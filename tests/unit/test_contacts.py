@@ -123,7 +123,7 @@ BRUTE = {
     "TS": ((1.9, 0.89, 0.46, 59, 22, 0.036), (0.0, 0.25), (0.5, 1.0), "TS"),
     "SB": ((2.2, 0.72, 0.65, 34, 5, 0.019), (0.06, -0.25), (0.9, 1.0), "SB"),
     "behind a second contact": ((2.1, 0.89, 0.35, 70, 7, 0.016), (0.06, 0.25), (1.0,), "TS+BF"),
-    "behind a snap": ((1.8, 0.43, 0.51, 46, 11, 0.034), (-0.072, 0.3), (0.7, 1.0), "side edge on side edge (k = 1)"),
+    "behind a snap": ((1.8, 0.43, 0.51, 46, 11, 0.034), (-0.072, 0.3), (0.7, 1.0), "side edge A1B1 on side edge D2C2"),
 }
 
 
@@ -324,24 +324,28 @@ def engagements(shape: tuple[float, ...], sense: int) -> tuple[list[float], floa
 @pytest.mark.parametrize(("shape", "sense"), ENGAGES)
 def test_engagement_is_where_boxes_meet(shape, sense):
     told, far = engagements(shape, sense)
-    # a gap of 1e-10 is taken for none
-    np.testing.assert_allclose(told, far, rtol=0.0, atol=3e-9)
-
-
-@pytest.mark.xfail(strict=True, reason="a contact comes in at a gap of -1e-10, not 0, and that depends on the steps")
-@pytest.mark.parametrize(("shape", "sense"), ENGAGES)
-def test_engagement_is_located_to_the_last_digits(shape, sense):
-    told, far = engagements(shape, sense)
+    # to the last digits, 7e-16 measured: a gap of -1e-10 at which a contact comes in would be seen
     np.testing.assert_allclose(told, far, rtol=0.0, atol=1e-12)
 
 
 EVENTFUL = [
     (given(2.6, 0.52, 0.49, 58, 15, 0.044, mu=0.3, E=1e5), [[0.06, 0.2]]),
-    (given(2.7, 0.88, 0.59, 43, 5, 0.024, mu=0.1, E=5e4), [[0.1, -0.1]]),
+    (given(2.6, 0.52, 0.49, 58, 15, 0.044, mu=0.3, E=1e5), [[0.1, 0.12]]),
     (given(2.1, 0.89, 0.35, 70, 7, 0.016, mu=0.05), [[0.09, 0.35]]),
     (given(2.1, 0.39, 0.37, 42, 6, 0.027, mu=0.3), [[0.06, 0.2]]),
 ]
-"""A beam that sticks and slides, one that hands over and touches twice as it is bent, one that touches twice."""
+"""A beam that sticks and slides, the same bent farther: it hands over, one that touches twice, one that sticks."""
+
+
+def test_a_contact_beside_another_one_comes_in_at_the_same_way_by_any_steps():
+    """A side edge that bends comes in beside the corner on it, once it is 1e-3 deeper there than nothing at all."""
+    one, ways = given(2.7, 0.88, 0.59, 43, 5, 0.024, mu=0.1, E=5e4), []
+    for n, step in ((12, 1e-3), (7, 1e-3), (12, 2.5e-4), (7, 2.5e-4)):
+        told = events.events(followed(one, np.array([[0.1, -0.1]]), n=n, step=step))
+        assert [event.contact for event in told] == ["BF", "SB"]
+        ways.append(told[1].way)
+    # tolerance: 5e-11 measured; half an increment too early it was 2e-4 apart
+    assert np.ptp(ways) < 3e-9
 
 
 def beside(one: Given, way: float, corners: Array, e: float = 1e-5) -> tuple[Array, Array]:
@@ -367,7 +371,10 @@ def test_conditions_hold_where_events_are():
                 assert sums[0] == pytest.approx(sums[1], rel=0.02, abs=1e-4)
             if event.kind == increments.ENGAGE:
                 assert len(behind) == len(before) + 1
-                assert 0 <= behind[-1, 13] < 1e-4
+                # from zero on: a tenth of the force at a tenth of the way
+                sooner = beside(one, event.way, corners, 1e-6)[1][-1, 13]
+                # tolerance: 0.2 % measured
+                assert sooner == pytest.approx(behind[-1, 13] / 10, rel=0.1)
             if event.kind in (increments.STICK, increments.SLIDE):
                 sliding = before if event.kind == increments.STICK else behind
                 np.testing.assert_allclose(sliding[0, 14], one.mu * sliding[0, 13], rtol=1e-9)
@@ -396,17 +403,19 @@ def test_barrier_behind_a_second_contact(shape, corner, mu):
     assert off(loads(found)[-1:, :2], other) < 5e-3
 
 
-SPLIT = pytest.mark.xfail(
-    strict=True, reason="with a grip of 1e-8 another share is found: 1 % of the moment, as a torque"
-)
-
-
-@pytest.mark.parametrize("mu", [0.6, pytest.param(1.0, marks=SPLIT)])
+@pytest.mark.parametrize("mu", [0.6, 1.0])
 def test_two_that_stick_on_one_edge(mu):
-    """Bent, with alpha = 0, both corners of the tip come in: how they share friction along it is not determined."""
+    """Bent, with alpha = 0, both corners of the tip come in: how they share friction along it is not determined.
+
+    One of them may slide where both nearly do, and which does depends on digits: the moment hardly knows of it.
+    """
     one, told = given(3.0, 0.6, 0.5, 0, 20, 0.08, mu=mu), []
     for grip in (1e-8, 1e-6, 1e-5):
         rows, _ = ring(system(one, grip=grip), np.array([[0.3, 0.0], [0.299, 0.0]]))
         assert rows[-1, 12] == 2
         told.append(rows[-1, 5:9])
-    assert np.ptp(told, axis=0).max() < 1e-5 * np.abs(told).max()
+    M, others = np.array(told)[:, 0], np.array(told)[:, 1:]
+    # tolerance: 1e-8 measured
+    assert np.ptp(M) < 3e-7 * M[0]
+    # tolerance: 0.2 % of the moment measured as a torque, where one sticks and one slides
+    assert np.abs(others).max() < 0.06 * M[0]

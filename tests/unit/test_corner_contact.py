@@ -70,7 +70,7 @@ def test_what_touches_touches_and_nothing_else_goes_through(beam: squama.Beam) -
         if row["second"] != 4 or row["N"] <= 0:
             continue
         kinds.add(int(row["first"]))
-        along = {5.0: -one.beta, 6.0: one.beta}.get(row["first"], row["along"])
+        along = {5: -one.beta, 6: one.beta}.get(int(row["first"]), float(row["along"]))
         there, gap = p["below"](along)
         np.testing.assert_allclose(there[:2], [row["x"], row["y"]], atol=1e-6)
         assert abs(gap) < 1e-6
@@ -152,11 +152,12 @@ def test_a_tip_edge_across_the_beam_comes_to_the_face_all_along(ideal: bool, mu:
     # its corners come down together, on the side edges of the next one
     assert met.words in ("corner B on face (k = 1)", "corner C on face (k = 1)")
     np.testing.assert_allclose(found.T, 0.0, atol=1e-7)
-    # hardly oblique scales come there by a corner
-    _, near = followed(SKIN.replace(scale={"alpha": "0.01 deg"}), ray((0.15, 0.0)), mu, ideal=ideal)
+    # hardly oblique scales come there by a corner; rigid ones roll onto the edge within a station's way
+    hardly = "0.001 deg" if ideal else "0.01 deg"
+    _, near = followed(SKIN.replace(scale={"alpha": hardly}), ray((0.15, 0.0)), mu, ideal=ideal)
     assert near.way.contact.words == "corner B on face (k = 1)"
-    # tolerance: what a hundredth of a degree does, 4.5e-5 measured, on every processor
-    np.testing.assert_allclose(found.M, near.M, atol=5e-5 * near.M[-1])
+    # tolerance: what these angles do, 5e-8 and 4e-9 measured; a corner in place of the edge left 6e-4 at a station
+    np.testing.assert_allclose(found.M, near.M, rtol=0.0, atol=2e-6 * near.M[-1])
     p = heights(one, found, 39)
     assert abs(p["below"](0.0)[1]) < 1e-6
 

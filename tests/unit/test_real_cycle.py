@@ -8,6 +8,7 @@ from fig6b import BEAM, PLAIN, K, held
 
 import squama
 from squama.cli import main
+from squama.contacts import increments
 from squama.curves import real_cycles
 from squama.errors import InputError
 from squama.plot import cycle_figure
@@ -266,7 +267,7 @@ def test_where_no_way_on_is_found_it_says_so(monkeypatch):
 
     def stopped(self, *given):
         rows, end = real(self, *given)
-        return rows, end._replace(code=real_cycles.follow.NO_EQUILIBRIUM, solved=3)
+        return rows, end._replace(code=increments.NO_EQUILIBRIUM, solved=3)
 
     monkeypatch.setattr(real_cycles.path.Path, "states", stopped)
     with pytest.raises(InputError, match="no equilibrium was found beyond this twist, however small the increment"):

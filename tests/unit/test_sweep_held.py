@@ -25,7 +25,6 @@ def test_every_cell_of_the_real_beam_is_its_path(sense: str, tmp_path: Path) -> 
         cell = data.isel(psi=i, mu=j)
         path = f"bend {float(cell.psi)} rad/pitch; twist {sense}0.09 rad/pitch"
         r = squama.bend_twist(SKIN, path, mu=float(cell.mu), points=90)
-        assert r.followed == "one contact"
         assert slices.ends(cell) == r.end.item()
         if r.end.item() == "range end":
             assert float(cell.phi_e) == pytest.approx(abs(float(r.phi_e)), rel=1e-9)

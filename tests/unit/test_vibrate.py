@@ -268,9 +268,10 @@ def test_a_swing_with_too_much_energy_is_refused_with_both_energies():
 
 
 def test_a_later_swing_with_too_much_energy_names_its_sense():
-    beam = BEAM.replace(scale={"alpha": math.radians(10)})
-    with pytest.raises(squama.InputError, match=r"a swing in the sense - has [\d.]+ J"):
-        squama.vibrate(beam, release="0.3 rad/pitch", rotor=ROTOR)
+    """Let go in the sense -, whose contact goes farther, it swings beyond where that of the sense + ends."""
+    beam = BEAM.replace(scale={"alpha": math.radians(5)})
+    with pytest.raises(squama.InputError, match=r"a swing in the sense \+ has [\d.]+ J"):
+        squama.vibrate(beam, release="-0.5 rad/pitch", rotor=ROTOR, mu=0, **HINGE)
 
 
 def test_energies_with_material_damping_are_those_of_cycle():

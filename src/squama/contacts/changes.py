@@ -111,8 +111,21 @@ def tried(w: Walk, h: float, fresh: bool) -> bool:
         if not unfold(w, w.new):
             return False
         if solved(w, h, True):
-            return True
+            # where the edge dips beside its end it is still tangent somewhere: a shorter increment finds where
+            return not dipping(w, w.new)
     return False
+
+
+@_jit
+def dipping(w: Walk, st: State) -> bool:
+    """Say whether an edge lies deeper beside an end of it that took over from it."""
+    found = False
+    for c in range(w.counts[0]):
+        if w.con[c, ENDED] > 0:
+            w.con[c, ENDED] = 0
+            found = found or dips(w, st, c)[0].real < -MISSED_SLOPE
+            w.con[c, ENDED] = 1
+    return found
 
 
 @_jit

@@ -58,6 +58,8 @@ from squama.types import Array
 
 _LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
+_DEEPER = 100
+"""Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
 _LEAST, _SHRINK, _EVENTS, _ZEROS = 1e-8, 0.35, 400, 8
@@ -77,7 +79,8 @@ def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
     if not tried(w, up, fresh):
         return up
     b = value(w, w.new, MEET, -1)
-    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b else up
+    # an edge that dips beside a contact that is known on it comes in deeper: its gap is not closed here
+    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b > -_DEEPER * MISSED_GAP else up
 
 
 @_jit

@@ -252,9 +252,7 @@ def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
     own |= {name: column[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": column["x"], "s": column["y"]}
     own |= states.energies(way, rows)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
-    # where contacts last began to slide is told as work per way
-    turned = np.where(np.diff(twists, prepend=0.0) < 0, -1.0, 1.0)
-    own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"] * turned, column["W"]
+    own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"], column["W"]
     own |= bar(one.held, column, mirrored=one.sign < 0)
     if one.beam.other:
         # what each face alone would take beside M and T is not told
