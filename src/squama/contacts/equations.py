@@ -11,7 +11,7 @@ Contact c presses scale i from its neighbour j at places r1 and p2, both seen fr
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
 increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states
-before, by the backward difference of second order. It is the same law for each kind of contact (contact.md, section 3).
+before, by the backward difference of second order. It is the same law for each kind of contact (docs: contacts).
 """
 
 from __future__ import annotations
