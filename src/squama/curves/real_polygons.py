@@ -120,7 +120,7 @@ class Gone(NamedTuple):
         v, beam = self.along, self.one.beam
         own = {role: values for role, values in v.items() if role not in _OF_BOTH}
         own |= {"load": v["psi"], "rate": v["kappa"], "torque": v["M"], "scales": v["M_scales"]}
-        own |= {"T": v["torque"] * (1 - self.one.held.free[1]), "phi": v["load"]}
+        own |= {"T": v["torque"], "phi": v["load"]}
         return own, bending_rigidity(beam, self.one.way)
 
 
@@ -186,7 +186,8 @@ def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -
     rows = np.concatenate([rest, found.rows])[:n]
     v = path.named(rows)
     own = {name: v[name] for name in (*MOTIONS, "N", "f", "W_fr", "W_snap", "slip", "mode", "torque")}
-    own |= real.bar(one.held, v) | {"M": v["M"]}
+    own |= real.bar(one.held, v)
+    own["torque"] = own["torque"] * (1 - one.held.free[1]) + 0.0
     spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
     faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
     own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
