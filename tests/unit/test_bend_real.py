@@ -104,7 +104,7 @@ def test_bad_input_is_one_line(asked, words):
 def test_the_command_sets_simpler_models_beside(bent, capsys):
     assert main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--hold", "twist, lateral bend"]) == 0
     first, *lines = capsys.readouterr().out.splitlines()
-    assert first.endswith("; no axial force")
+    assert first.endswith("; twist, lateral bend held")
     (head,) = [line for line in lines if line.split() == ["real", "thin,", "rigid", "hinge"]]
     moments = [line for line in lines if line.startswith("  moment M, N m")]
     real_one, _, hinge = (float(v) for v in moments[-1].split()[-3:])

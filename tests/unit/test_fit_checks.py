@@ -74,7 +74,9 @@ def test_a_wrong_unit_of_the_torque_is_named(twists, torques, words):
     assert "check the units of torque and twist" in fit.doubts[0]
     assert not fit.holds
     # no friction makes so large a torque: scales stick all along, and that is said
-    assert any(note.startswith("mu is ") and "or more: from there on the scales stick all along" in note for note in fit.notes) == (torques > 1)
+    assert any(
+        note.startswith("mu is ") and "or more: from there on the scales stick all along" in note for note in fit.notes
+    ) == (torques > 1)
 
 
 @pytest.mark.usefixtures("alone")
