@@ -17,7 +17,7 @@ from squama.identify.forward import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml")
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
 TOP = 0.12
 
 
