@@ -86,6 +86,17 @@ def test_every_door_says_the_same(hold, tmp_path):
     assert float(swept.torque.sel(mu=0.25)) == pytest.approx(T, rel=1e-4)
     alone = squama.bend_twist(beam, "twist 0.08 rad/pitch", mu=0.25)
     assert float(alone["T"][-1]) == pytest.approx(T, rel=1e-4)
+    seen = squama.view(beam, mu=0.25, to="0.08 rad/pitch").state
+    assert seen.torque == pytest.approx(T, rel=1e-4)
+    s, d, substrate = beam.scale, beam.pitch, beam.substrate
+    array = squama.response(
+        np.linspace(0, 0.08, 41), eta=beam.eta, beta=beam.beta, lam=beam.lam, zeta=beam.zeta, alpha=s.alpha,
+        theta0=s.theta0, thickness=s.thickness / d, width=substrate.width / d, nu=substrate.poisson_ratio, mu=0.25,
+        modulus_ratio=s.youngs_modulus / substrate.youngs_modulus, scale_nu=s.nu, hold=hold,
+    )  # fmt: skip
+    assert float(array.torque[-1]) * beam.unit_moment == pytest.approx(T, rel=1e-4)
+    certain = squama.uncertainty(beam.replace(friction={"mu": 0.25}), {"mu": "+- 1e-6"}, at="0.08 rad/pitch", samples=3200)
+    assert float(certain["mean"].sel(figure="torque")) == pytest.approx(T, rel=1e-4)
     # a path that names the bend imposes it
     named = squama.bend_twist(beam, "bend 0 rad/pitch, twist 0.08 rad/pitch", mu=0.25)
     assert (named.psi == 0).all()
