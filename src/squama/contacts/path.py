@@ -13,7 +13,7 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments
-from squama.contacts.system import EE, EF, FE, FV, PHI, PSI, STRAINS, VF
+from squama.contacts.system import EE, EF, FE, FIRST, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -126,7 +126,8 @@ class Answers(NamedTuple):
     """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contacts.follow.write`.
+    all contacts, see :func:`squama.contacts.follow.write`. With scales on both faces what is told of a scale, of
+    contacts and of events is of the scaled face's, and ``other`` are the same answers for the other face.
     """
 
     contacts: Array
@@ -134,6 +135,12 @@ class Answers(NamedTuple):
     events: Array
     ends: Array
     touches: Array
+    other: Answers | None = None
+
+    @property
+    def faces(self) -> tuple[Answers, ...]:
+        """The answers for each face with scales."""
+        return (self, self.other) if self.other else (self,)
 
     def contact(self, i: int = 0) -> Contact:
         """Return what touches first of one beam."""
@@ -147,7 +154,7 @@ class Answers(NamedTuple):
 
 def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
-    masked: Sequence[float] = (),
+    masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled model.
 
@@ -167,6 +174,9 @@ def beams(
         Stiffness of the bar against lateral bend over that against bend (n,).
     masked
         1 for each of the six motions that stays 0, as those of hinges; none if not given.
+    seen, own
+        With scales on both faces the signs with which the other face sees bend, twist and lateral bend, and the
+        stiffness against the four strains that the matrices of both hold, the bar's own.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -181,8 +191,14 @@ def beams(
         plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
     loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
     K = np.ascontiguousarray(K * np.outer(signs, signs))
-    aside, blocked = np.broadcast_to(np.asarray(aside, float), n).copy(), np.tile(np.asarray(masked, float), (n, 1))
-    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked)
+    aside = np.broadcast_to(np.asarray(aside, float), n).copy()
+    alike = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen, own))
+    return entry.Beams(shapes, K, elastic, plates, loose, aside, *alike)
+
+
+def faces_of(beams: entry.Beams) -> int:
+    """Return on how many faces there are scales."""
+    return 2 if beams.seen.shape[1] else 1
 
 
 def follow_all(
@@ -193,12 +209,13 @@ def follow_all(
 
     ``corners`` (n, m, 2): bend and twist at the targets, which are ways then, straight on to ``most``; it is 1 if not
     given, and the last target where there are corners. Without corners targets are twists, which may go back as well.
-    ``room``: how many contacts are told of each state.
+    ``room``: how many contacts are told of each state; with scales on both faces all are.
     """
     ways, strains, most = _legs(targets, corners, most)
-    found = Room.of(ways, room)
+    faces = faces_of(beams)
+    found = Room.of(ways, room, faces)
     tell(entry.many, "scales in contact")
-    entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
+    entry.many(beams, faces, True, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
     return found.answers() if corners is not None else _signed(found.answers(), targets)
 
 
@@ -215,13 +232,14 @@ def moved(
     """
     real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    free, masked = (v.repeat(copies, axis=0) for v in (real.free, real.masked))
-    many = entry.Beams._make([*kind[:4], free, kind[5], masked])
+    free, masked, seen = (v.repeat(copies, axis=0) for v in (real.free, real.masked, real.seen))
+    many = entry.Beams._make([*kind[:4], free, kind[5], masked, seen, kind[8]])
     ways, strains, most = _legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
     at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
     tell(entry.many, "scales in contact")
     tell(entry.move, "derivatives of scales in contact")
-    found, changed = Room.of(at, room), Room.of(ways, room)
+    faces = faces_of(real)
+    found, changed = Room.of(at, room, faces), Room.of(ways, room, faces)
     for i in range(len(at)):
         _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
     whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
@@ -234,7 +252,8 @@ def _signed(answers: Answers, targets: Array) -> Answers:
     """Return answers with the loads of a way that goes back, which is against the twist, by twist."""
     back = np.diff(np.real(targets), axis=1, prepend=0.0) < 0
     if back.any():
-        answers.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
+        for face in answers.faces:
+            face.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
     return answers
 
 
@@ -246,15 +265,15 @@ def _move(
     one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
     own, beam = found.part(one), entry.Beams._make(v[one] for v in real)
     every = entry.Beams._make(v[all_] for v in many)
-    size = NOTES
+    size, faces = NOTES, faces_of(real)
     while True:
         notes = np.zeros((1, size))
-        entry.many(beam, 1, True, step, most[one], ROOM, at[one], legs[one], *own, notes)
+        entry.many(beam, faces, True, step, most[one], faces * ROOM, at[one], legs[one], *own, notes)
         if notes[0, 0] >= 0.0:
             break
         size *= 4
     entry.move(
-        every, step, most[one], ROOM, ways[all_], strains[all_], notes, own.ends, *changed.part(all_)[:-1]
+        every, step, most[one], faces * ROOM, ways[all_], strains[all_], notes, own.ends, *changed.part(all_)[:-1]
     )  # fmt: skip
 
 
@@ -293,12 +312,14 @@ class Room(NamedTuple):
     ends: Array
 
     @classmethod
-    def of(cls, ways: Array, contacts: int) -> Room:
-        """Return room for a number of contacts of each state."""
+    def of(cls, ways: Array, contacts: int, faces: int = 1) -> Room:
+        """Return room for a number of contacts of each state; of both faces there is room for all."""
         (n, m), kind = ways.shape, ways.dtype
-        sizes = (increments.LINE,), (1, 6), (1, 24)
+        contacts = ROOM if faces > 1 else contacts
+        sizes = (increments.LINE,), (faces, 6), (faces, 24)
         states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
-        touches, events = (n, m, contacts, increments.CONTACT), (n, EVENTS, increments.EVENT)
+        touches = n, m, faces * contacts, increments.CONTACT
+        events = n, faces * EVENTS, increments.EVENT + (faces - 1) * ROOM
         return cls._make([*states, np.zeros(touches, kind), np.zeros(events, kind), np.zeros((n, 4))])
 
     def part(self, which: slice) -> Room:
@@ -307,8 +328,51 @@ class Room(NamedTuple):
 
     def answers(self) -> Answers:
         """Return what is written there."""
-        rows = _rows(self.rows, self.motions, self.bends, self.touches)
-        return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
+        if self.motions.shape[2] == 1:
+            rows = _rows(self.rows, self.motions[:, :, 0], self.bends[:, :, 0], self.touches)
+            return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
+        one, other = (self._of_face(i) for i in range(2))
+        return one._replace(other=other)
+
+    def _of_face(self, i: int) -> Answers:
+        """Return what is written of one of two faces: its scale, contacts and events."""
+        raw, touches = self.rows.copy(), np.zeros_like(self.touches)
+        there = np.arange(touches.shape[2]) < np.nan_to_num(np.real(raw[:, :, 12, None]))
+        there &= np.real(self.touches[..., FIRST]) == i
+        # in their order, from the first place on
+        order = np.argsort(~there, axis=2, kind="stable")
+        kept = np.take_along_axis(there, order, axis=2)
+        touches[kept] = np.take_along_axis(self.touches, order[..., None], axis=2)[kept]
+        reached = np.isfinite(np.real(raw[:, :, 0]))
+        raw[reached, 12] = there.sum(axis=2)[reached]
+        for at, told in ((14, 13), (15, 14)):
+            raw[reached, at] = np.where(kept, touches[..., told], 0.0).sum(axis=2)[reached]
+        if i:
+            raw[..., 16] = raw[..., 21]
+        events, ends = _events_of(i, self.events, self.ends)
+        rows = _rows(raw, self.motions[:, :, i], self.bends[:, :, i], touches)
+        return Answers(_first(events, ends), rows, events, ends, touches)
+
+
+def _events_of(face: int, events: Array, ends: Array) -> tuple[Array, Array]:
+    """Return the events of one of two faces, and the ends with how many these are.
+
+    A jump of the scales is of the face whose contacts change by it.
+    """
+    out, last = np.zeros_like(events), ends.copy()
+    codes = np.real(events[:, :, increments.AFTER :])
+    own = np.where((codes >= 0) & (codes // increments.SCALE == face), codes, -1.0)
+    for i, count in enumerate(np.minimum(ends[:, 2], events.shape[1]).astype(int)):
+        before, n = np.full(own.shape[2], -1.0), 0
+        for row, after in zip(events[i, :count], own[i], strict=False):
+            jumps = int(np.real(row[0])) in (increments.SNAP, increments.CHANGE)
+            if set(after) != set(before) if jumps else np.real(row[6 + FIRST]) == face:
+                out[i, n] = row
+                out[i, n, 13], out[i, n, increments.AFTER :] = (after >= 0).sum(), after
+                n += 1
+            before = after
+        last[i, 2] = n
+    return out, last
 
 
 def _first(events: Array, ends: Array) -> Array:
@@ -331,8 +395,8 @@ def _rows(raw: Array, motions: Array, bends: Array, touches: Array) -> Array:
     for i, name in enumerate(told):
         column.get(name, column["phi"])[...] = raw[..., i]
     out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = (
-        motions[:, :, 0],
-        bends[:, :, 0],
+        motions,
+        bends,
     )
     first, there = touches[:, :, 0], np.real(raw[..., 12]) > 0
     absent = {"first": -1, "second": -1, "k": 1, "x": np.nan, "y": np.nan, "along": 0.0}
@@ -386,22 +450,42 @@ def endings(contacts: Array, ends: Array) -> Array:
 
 
 class Path(NamedTuple):
-    """A beam to be followed: its scale as seen in its sense, what is compiled of it, and what touches first."""
+    """A beam to be followed: its scale as seen in its sense, what is compiled of it, and what touches first.
+
+    ``other``: what touches first on the other face, if there are scales.
+    """
 
     scale: Scale
     beams: entry.Beams
     contact: Contact
+    other: Contact | None = None
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """What touches first on each face with scales."""
+        return [self.contact, *([self.other] if self.other else [])]
+
+    @property
+    def engaged(self) -> float:
+        """Way at the first engagement, inf for none."""
+        return min(c.phi for c in self.contacts)
 
     @classmethod
     def of(
         cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, free: Free = HELD,
-        aside: float = 1.0, masked: Sequence[float] = (),
+        aside: float = 1.0, masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
     ) -> Path:  # fmt: skip
         """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
-        scales = Scale(*np.array([scale]).T)
-        one = beams(scales, K[None], np.array([mu]), sense=sense, free=free, aside=aside, masked=masked)
-        found = follow_all(one, np.empty((1, 0)), most=most)
-        return cls(scale._replace(alpha=sense * scale.alpha), one, found.contact())
+        scales, mus = Scale(*np.array([scale]).T), np.array([mu])
+        one = beams(scales, K[None], mus, sense=sense, free=free, aside=aside, masked=masked, seen=seen, own=own)
+        # the other face's scales may come in later
+        found = follow_all(one, np.full((1, 1), most) if len(seen) else np.empty((1, 0)), most=most)
+        return cls.met(scale._replace(alpha=sense * scale.alpha), one, found)
+
+    @classmethod
+    def met(cls, scale: Scale, one: entry.Beams, found: Answers) -> Path:
+        """Return the path of a beam that was followed."""
+        return cls(scale, one, found.contact(), found.other.contact() if found.other else None)
 
     @property
     def mu(self) -> float:
@@ -428,9 +512,9 @@ def named(rows: Array) -> dict[str, Array]:
     return {name: rows[..., i] for i, name in enumerate(COLUMNS)}
 
 
-def motions(rows: Array) -> Array:
-    """Return the motions, twist, bend and stretch (n, 9) of states."""
-    v = named(rows)
+def motions(rows: Array, seen: Sequence[float] = ()) -> Array:
+    """Return the motions, twist, bend and stretch (n, 9) of states; as a face sees them by its signs ``seen``."""
+    v, (bend, twist, _) = named(rows), seen or (1.0, 1.0, 1.0)
     return np.column_stack(
-        [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], v["twist"], v["psi"], v["stretch"]]
+        [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], twist * v["twist"], bend * v["psi"], v["stretch"]]
     )
