@@ -46,6 +46,8 @@ WIDTH = len(COLUMNS) + 24
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
+MIRRORED = (plate.TIP, plate.SIDE_A, plate.SIDE_D, plate.BASE, FACE, *(CORNERS + c for c in (1, 0, 3, 2)))
+"""What each of them is in the mirror image."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
 """Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
 _LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
@@ -95,6 +97,11 @@ class Contact(NamedTuple):
     def words(self) -> str:
         """The pair in words."""
         return words(self.first, self.second, self.k)
+
+    @property
+    def mirrored(self) -> Contact:
+        """What meets in the mirror image, where the sides of a scale are exchanged."""
+        return self._replace(first=MIRRORED[self.first], second=MIRRORED[self.second]) if self.first >= 0 else self
 
 
 def words(first: int, second: int, k: int) -> str:
@@ -377,7 +384,7 @@ def _events_of(face: int, events: Array, ends: Array) -> tuple[Array, Array]:
 
 def _first(events: Array, ends: Array) -> Array:
     """Return the first contacts (n, 6) of paths by their events."""
-    met = (np.real(events[:, :, 0]) == increments.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
+    met = (np.real(events[:, :, 0]) == increments.ENGAGE) & (np.arange(events.shape[1]) < ends[:, 2, None])
     first = events[np.arange(len(events)), met.argmax(axis=1)]
     one, other = features(*np.real(first[:, 8:11]).T)
     out = np.column_stack([one, other, first[:, 7], first[:, 1], first[:, 14:16]])
