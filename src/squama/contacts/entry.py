@@ -163,7 +163,9 @@ def system(b: Beams, i: int, n: int, periodic: bool) -> System:
         if not periodic:
             rests[o] = math.atan2(st.real, ct.real)
     reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
-    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, sees, stride, rests, b.masked[i])
+    return System(
+        shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, sees, stride, rests, b.masked[i]
+    )
 
 
 @_jit

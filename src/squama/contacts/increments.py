@@ -69,8 +69,9 @@ SCALE = 64 * 5 * 4 * 4
 ) = range(22)
 TALLY = 22
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
-frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last two states; the load where a
-contact last began to slide; way since which the contacts are these; increments; events; events without an increment;
+frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last
+two states; the load where a contact last began to slide; way since which the contacts are these; increments; events;
+events without an increment;
 where the last increment is noted, 0 for nowhere."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX

@@ -37,8 +37,9 @@ class System(NamedTuple):
     (N, 24, 24), compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``:
     compliance by which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour;
     ``periodic``: the N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral
-    bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,): inclination at rest over the substrate, on which a scale
-    may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for motions that stay 0, or (0,) for none.
+    bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,): inclination at rest
+    over the substrate, on which a scale may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for
+    motions that stay 0, or (0,) for none.
     """
 
     shapes: Array

@@ -131,6 +131,11 @@ class Path(NamedTuple):
         return notes(self.held, self.beam, self.far, ideal=self.way.scale.h == 0)
 
     @property
+    def faces(self) -> int:
+        """On how many faces there are scales."""
+        return len(self.way.contacts)
+
+    @property
     def lead(self) -> int:
         """Number of the face whose scales touch first: 0 the scaled one, 1 the other."""
         return int(np.argmin([c.phi for c in self.way.contacts]))
@@ -145,10 +150,9 @@ class Path(NamedTuple):
         met = self.way.contacts[face]
         return met if self.seen[face][1] > 0 else met.mirrored
 
-    @property
-    def hinged(self) -> bool:
-        """Whether the contact is that of hinges: a tip edge on the side edge that a hinge's comes to."""
-        return self.contact(self.lead)[:2] == (TIP, SIDE_D)
+    def hinged(self, face: int) -> bool:
+        """Say whether the contact of a face is that of hinges: a tip edge on the side edge that a hinge's comes to."""
+        return self.contact(face)[:2] == (TIP, SIDE_D)
 
     @property
     def case(self) -> Case:
@@ -198,9 +202,7 @@ class Path(NamedTuple):
         answers = self.way.follow(twists[kept])
         faces, end = [face.rows[0] for face in answers.faces], answers.end()
         if not kept.all():
-            faces = [
-                np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T]) for rows in faces
-            ]
+            faces = [np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T]) for rows in faces]
         own = values(self, twists, *faces)
         own |= tangents(self.held.rigidity, self.beam.pitch, met, twists[kept], twists, own)
         which = np.searchsorted(twists, at)

@@ -20,7 +20,6 @@ from squama.contacts.events import Event
 from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
 from squama.curves.path import Asked, States, in_si
-from squama.model.outcome import End
 from squama.types import Array
 
 NEUTRAL = {"free": "free", "middle": "held"}

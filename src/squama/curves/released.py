@@ -21,7 +21,6 @@ from squama.types import Array
 
 _SLOPE = 2.5e-3
 """Step of the load over which the tangent stiffness is taken, rad per pitch."""
-BOTH = "with scales on both faces this is not computed"
 SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
 
 
@@ -63,7 +62,7 @@ def released(beam: Beam, load: str, mu: float, at: Array | float, *, ideal: bool
     held = real.Held.of(beam.replace(hold="lateral bend"), LOADS[load].verb)
     if not any(held.free):
         none = np.full(at.size, np.nan)
-        return Released(none, none, none, none, math.nan, BOTH if beam.other else SEVEN)
+        return Released(none, none, none, none, math.nan, SEVEN)
     sign, unit, d, twisted = -1 if sense == "-" else 1, beam.unit_moment, beam.pitch, LOADS[load].axis == 1
     scale = path.Scale(*np.array([real.scale(beam, ideal=ideal)]).T)
     one = path.beams(scale, held.K[None], np.array([mu]), sense=sign if twisted else 1, **held.bar)
