@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _HISTORY = 'Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'
-_KEYS = "load law joint scales margin increment K_theta rigidity history squama_version"
+_KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Loops in the table of the summary at most."""
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from squama import loads
 from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
@@ -69,8 +70,10 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
         yield f"at {found.at:.4g} rad/pitch ({total:.4g} deg in total){twice}:"
         yield from found.lines
     elif HINGE in laws and data.family is not None:
-        held = "straight by a moment M" if words.sided else "from twisting by a torque T"
-        yield f"each curve is of a beam held {held}, which is in the files"
+        held = "held straight by a moment M" if words.sided else "held from twisting by a torque T"
+        free = "free to bow, by psi per pitch" if words.sided else "free to twist, by phi per pitch"
+        how = held if loads.holds(data.attrs["hold"], words) else free
+        yield f"each curve is of a beam {how}, which is in the files"
     yield ""
     if data.family is not None:
         for name, response in laws.items():
@@ -233,7 +236,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
             name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
         }
     figures = {name: _figures(response) for name, response in laws.items()}
-    keys = "load law joint scales sense margin neutral followed squama_version"
+    keys = "load law joint scales sense margin neutral hold followed squama_version"
     parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
@@ -290,14 +293,18 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
             cells.append("-" if math.isnan(value) else number(value))
         return cells
 
+    held = loads.holds(first.attrs["hold"], words)
+    if words.sided:
+        unloaded = ("  moment M that holds it straight, N m", "M") if held else ("  bend psi, rad/pitch", "psi")
+    else:
+        unloaded = ("  torque T that keeps it from twisting, N m", "T") if held else ("  twist phi, rad/pitch", "phi")
+
     def state(place: str, twist: float) -> list[list[str]]:
         total = math.degrees(twist / beam.pitch * beam.length)
         return [
             [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
             at(f"  {words.torque_words} {torque}, N m", torque, twist),
-            at("  moment M that holds it straight, N m", "M", twist)
-            if words.sided
-            else at("  torque T that keeps it from twisting, N m", "T", twist),
+            at(*unloaded, twist),
             at(f"  d{torque}/d{rate}, N m^2", words.tangent, twist),
             at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),

@@ -180,7 +180,7 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
         corners = [(v, 0.0) for v in x[np.append(np.flatnonzero(np.diff(numbers)), x.size - 1)].tolist()]
         whole = Stations(ways, np.column_stack([x, 0 * x]), numbers)
-        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT, loaded=(asked.path.load.verb,))
+        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT)
 
     gone = through(bends, legs)
     n = gone.along["psi"].size
@@ -202,7 +202,8 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
     for sense in used_senses(values):
         sign = 1 if sense == "+" else -1
         # bend at engagement, and what touches, of the face that comes first in this sense
-        met = [(sign * float(gone.stations.at(np.array([way]))[0, 0]), name) for way, name in gone.found.met if name]
+        ways, there = gone.stations.ways, sign * gone.stations.strains[:, 0]
+        met = [(float(np.interp(way, ways, there)), name) for way, name in gone.found.met if name]
         load_e, name = min((one for one in met if one[0] > 0), default=(math.inf, ""))
         senses.append({
             "load_e": load_e, "first_contact": name, "load_end": max(*(sign * v for v in values), 0.0),
