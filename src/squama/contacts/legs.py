@@ -77,11 +77,13 @@ def follow_legs(
 
 
 def follow_straight(
-    scale: Scale, K: Array, mu: float, ends: Array, *, free: Free = STRETCHING, aside: float = 1.0
-) -> Bent:
+    scale: Scale, K: Array, mu: float, ends: Array, *, free: Free = STRETCHING, aside: float = 1.0,
+    seen: Sequence[float] = (), own: Sequence[float] = (),
+) -> Bent:  # fmt: skip
     """Follow a beam from rest straight to each of ``ends`` (n, 2), see :func:`follow_legs`; ``way`` is of the first."""
     n = len(ends)
-    one = beams(Scale(*np.tile(scale, (n, 1)).T), np.broadcast_to(K, (n, 9, 9)), np.full(n, mu), free=free, aside=aside)
+    scales, mus = Scale(*np.tile(scale, (n, 1)).T), np.full(n, mu)
+    one = beams(scales, np.broadcast_to(K, (n, 9, 9)), mus, free=free, aside=aside, seen=seen, own=own)
     corners = np.ascontiguousarray(ends[:, None], float)
     found = follow_all(one, np.hypot(*ends.T)[:, None], corners=corners, room=ROOM)
-    return Bent(found.rows[:, 0], found, Path(scale, one, found.contact()))
+    return Bent(found.rows[:, 0], found, Path.met(scale, one, found))
