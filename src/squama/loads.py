@@ -172,6 +172,14 @@ def holds(text: str, load: Load) -> bool:
     return any(other.verb in hold(text) for other in LOADS.values() if other is not load)
 
 
+def fixed(attrs: Mapping[str, Any]) -> str:
+    """Say what is held, by a result's attributes, and which line of a hinge's bar keeps its length."""
+    whole = "held straight" if attrs["load"] in ("twisting", "row") else "all else held"
+    words = whole if attrs["hold"] == STRAIGHT else f"{attrs['hold']} held"
+    bent = attrs["joint"] == "hinge" and "neutral" in attrs
+    return f"{words}; {LINES[attrs['neutral']]}" if bent else words
+
+
 def holding(held: Iterable[str]) -> str:
     """Return what is held in words: the text of :func:`hold`."""
     names = tuple(held)

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.errors import refuse
-from squama.loads import LINES, LOADS, THIN
+from squama.loads import LOADS, THIN, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -118,7 +118,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
         f" bent and twisted: {covered(beam)}, mu = {float(data['mu']):g}, "
-        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {LINES[attrs['neutral']]}{freed}"
+        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {fixed(attrs)}{freed}"
     )
     yield ""
     yield _events(data)

@@ -18,7 +18,7 @@ from squama.cli.output import table, warnings
 from squama.curves import bench
 from squama.curves.both_faces import worst
 from squama.fe.agreement import SHARE, holds
-from squama.loads import LINES, LOADS, THIN, Load
+from squama.loads import LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.symbols import OTHER
@@ -62,8 +62,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    line = f"; {LINES[data.attrs['neutral']]}" if "neutral" in data.attrs else ""
-    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}{line}"
+    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
     if found is not None:
         total = math.degrees(found.at / beam.pitch * beam.length)
         twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""
