@@ -12,6 +12,7 @@ import squama
 from squama.beam.faces import FACES
 from squama.cli import main
 from squama.contacts import path
+from squama.contacts.moved import moved
 from squama.curves import real
 from squama.curves.both_faces import worst
 from squama.errors import InputError
@@ -383,12 +384,12 @@ def test_derivatives_of_both_faces_are_those_of_differences(faces: str) -> None:
     scale, mus = path.Scale(*np.array([real.scale(beam, ideal=False)]).T), np.array([0.3])
     one = path.beams(scale, held.K[None], mus, **held.bar)
     at = np.array([[0.1, 0.17]])
-    found = path.moved(one, at + 1e-20j * np.array([[0.0, 1.0]]), 1, most=0.0)
+    found = moved(one, at + 1e-20j * np.array([[0.0, 1.0]]), 1, most=0.0)
     up, down = (path.follow_all(one, at + np.array([[0.0, v]]), most=0.0) for v in (step, -step))
-    for moved, a, b in zip(found.faces, up.faces, down.faces, strict=True):
+    for face, a, b in zip(found.faces, up.faces, down.faces, strict=True):
         for name in ("torque", "psi", "N", "w_Y"):
             slope = (path.named(a.rows)[name] - path.named(b.rows)[name])[0, 1] / (2 * step)
-            told = path.named(moved.rows)[name][0, 1].imag / 1e-20
+            told = path.named(face.rows)[name][0, 1].imag / 1e-20
             assert told == pytest.approx(slope, rel=1e-3, abs=1e-6)
 
 

@@ -445,15 +445,3 @@ def test_scales_of_the_other_face_follow_the_same_bar(faces: str, load: str) -> 
         assert state.other.theta == pytest.approx(found.theta_other.item(), rel=1e-9)
     else:
         assert (state.name, state.other.name) == (SLIDING, FREE)
-
-
-@pytest.mark.parametrize("sense", ["+", "-"])
-def test_the_scaled_face_is_shown_as_such_where_the_other_one_touches_first(sense: str) -> None:
-    """A curve begins with the face that touches first, a picture with the scaled one."""
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(faces="mirrored")
-    state = Motion(Setting(beam, 0.2, sense=sense)).state(0.1)
-    r = squama.twist(beam, mu=0.2, at="0.1 rad/pitch", sense=sense)
-    leading, open_one = (state, state.other)[:: 1 if sense == "+" else -1]
-    assert (leading.name, open_one.name, open_one.N) == (SLIDING, FREE, 0)
-    assert leading.theta == pytest.approx(r.theta.item(), rel=1e-3)
-    assert open_one.theta == pytest.approx(r.theta_other.item(), rel=1e-3)

@@ -13,7 +13,8 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments
-from squama.contacts.system import EE, EF, FE, FIRST, FV, PHI, PSI, STRAINS, VF
+from squama.contacts.of_face import events_of, of_face
+from squama.contacts.system import EE, EF, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -23,8 +24,6 @@ RANGE = 0.3
 """Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
 STEP = 4e-3
 """Largest increment, rad per pitch; a quarter of it changes a torque by some 1e-5."""
-NOTES = 200_000
-"""Numbers that are noted of a path at first; four times as many where they do not suffice."""
 ROOM, EVENTS = 8, 64
 """Contacts at once, and events of a path, that are told."""
 FREE, SLIP, STICK = range(3)
@@ -218,44 +217,15 @@ def follow_all(
     given, and the last target where there are corners. Without corners targets are twists, which may go back as well.
     ``room``: how many contacts are told of each state; with scales on both faces all are.
     """
-    ways, strains, most = _legs(targets, corners, most)
+    ways, strains, most = on_legs(targets, corners, most)
     faces = faces_of(beams)
     found = Room.of(ways, room, faces)
     tell(entry.many, "scales in contact")
     entry.many(beams, faces, True, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
-    return found.answers() if corners is not None else _signed(found.answers(), targets)
+    return found.answers() if corners is not None else signed(found.answers(), targets)
 
 
-def moved(
-    beams: entry.Beams, targets: Array, copies: int, *, most: float | Array | None = None, step: float = STEP,
-    corners: Array | None = None, room: int = 1,
-) -> Answers:  # fmt: skip
-    """Follow beams to targets (n, m) as :func:`follow_all`, with complex steps in beams, targets and corners.
-
-    Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
-    the path is followed once. All that is returned but the ends is complex, its real parts those of
-    :func:`follow_all` but for rounding. Imaginary parts are NaN where there are no derivatives, see
-    :mod:`squama.contacts.derivatives`: behind a snap, first of all.
-    """
-    real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
-    kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    free, masked, seen = (v.repeat(copies, axis=0) for v in (real.free, real.masked, real.seen))
-    many = entry.Beams._make([*kind[:4], free, kind[5], masked, seen, kind[8]])
-    ways, strains, most = _legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
-    at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
-    tell(entry.many, "scales in contact")
-    tell(entry.move, "derivatives of scales in contact")
-    faces = faces_of(real)
-    found, changed = Room.of(at, room, faces), Room.of(ways, room, faces)
-    for i in range(len(at)):
-        _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
-    whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
-    both = [_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)]
-    answers = Room._make([*both, whole.ends]).answers()
-    return answers if corners is not None else _signed(answers, targets)
-
-
-def _signed(answers: Answers, targets: Array) -> Answers:
+def signed(answers: Answers, targets: Array) -> Answers:
     """Return answers with the loads of a way that goes back, which is against the twist, by twist."""
     back = np.diff(np.real(targets), axis=1, prepend=0.0) < 0
     if back.any():
@@ -264,34 +234,7 @@ def _signed(answers: Answers, targets: Array) -> Answers:
     return answers
 
 
-def _move(
-    real: entry.Beams, many: entry.Beams, i: int, copies: int, most: Array, step: float, at: Array, legs: Array,
-    ways: Array, strains: Array, found: Room, changed: Room,
-) -> None:  # fmt: skip
-    """Follow beam i, note its increments, and follow its copies."""
-    one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
-    own, beam = found.part(one), entry.Beams._make(v[one] for v in real)
-    every = entry.Beams._make(v[all_] for v in many)
-    size, faces = NOTES, faces_of(real)
-    while True:
-        notes = np.zeros((1, size))
-        entry.many(beam, faces, True, step, most[one], faces * ROOM, at[one], legs[one], *own, notes)
-        if notes[0, 0] >= 0.0:
-            break
-        size *= 4
-    entry.move(
-        every, step, most[one], faces * ROOM, ways[all_], strains[all_], notes, own.ends, *changed.part(all_)[:-1]
-    )  # fmt: skip
-
-
-def _joined(real: Array, imag: Array) -> Array:
-    """Return complex numbers of both parts, NaN in one of them or not."""
-    out = real.astype(complex)
-    out.imag = imag
-    return out
-
-
-def _legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
+def on_legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
     """Return ways (n, m), strains there (n, m, 4), and how far to look for a first contact (n,)."""
     n, m = targets.shape
     strains = np.zeros((n, m, STRAINS), targets.dtype)
@@ -343,43 +286,10 @@ class Room(NamedTuple):
 
     def _of_face(self, i: int) -> Answers:
         """Return what is written of one of two faces: its scale, contacts and events."""
-        raw, touches = self.rows.copy(), np.zeros_like(self.touches)
-        there = np.arange(touches.shape[2]) < np.nan_to_num(np.real(raw[:, :, 12, None]))
-        there &= np.real(self.touches[..., FIRST]) == i
-        # in their order, from the first place on
-        order = np.argsort(~there, axis=2, kind="stable")
-        kept = np.take_along_axis(there, order, axis=2)
-        touches[kept] = np.take_along_axis(self.touches, order[..., None], axis=2)[kept]
-        reached = np.isfinite(np.real(raw[:, :, 0]))
-        raw[reached, 12] = there.sum(axis=2)[reached]
-        for at, told in ((14, 13), (15, 14)):
-            raw[reached, at] = np.where(kept, touches[..., told], 0.0).sum(axis=2)[reached]
-        if i:
-            raw[..., 16] = raw[..., 21]
-        events, ends = _events_of(i, self.events, self.ends)
+        raw, touches = of_face(i, self.rows, self.touches)
+        events, ends = events_of(i, self.events, self.ends)
         rows = _rows(raw, self.motions[:, :, i], self.bends[:, :, i], touches)
         return Answers(_first(events, ends), rows, events, ends, touches)
-
-
-def _events_of(face: int, events: Array, ends: Array) -> tuple[Array, Array]:
-    """Return the events of one of two faces, and the ends with how many these are.
-
-    A jump of the scales is of the face whose contacts change by it.
-    """
-    out, last = np.zeros_like(events), ends.copy()
-    codes = np.real(events[:, :, increments.AFTER :])
-    own = np.where((codes >= 0) & (codes // increments.SCALE == face), codes, -1.0)
-    for i, count in enumerate(np.minimum(ends[:, 2], events.shape[1]).astype(int)):
-        before, n = np.full(own.shape[2], -1.0), 0
-        for row, after in zip(events[i, :count], own[i], strict=False):
-            jumps = int(np.real(row[0])) in (increments.SNAP, increments.CHANGE)
-            if set(after) != set(before) if jumps else np.real(row[6 + FIRST]) == face:
-                out[i, n] = row
-                out[i, n, 13], out[i, n, increments.AFTER :] = (after >= 0).sum(), after
-                n += 1
-            before = after
-        last[i, 2] = n
-    return out, last
 
 
 def _first(events: Array, ends: Array) -> Array:
