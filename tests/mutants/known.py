@@ -206,6 +206,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/events.py": ("unit/test_contacts.py", *CORNERS),
     "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
     "contacts/legs.py": ("unit/test_real_bent.py", "unit/test_real_bend_twist.py"),
+    "contacts/moved.py": ("unit/test_contact_derivatives.py",),
+    "contacts/of_face.py": ("properties/test_both_faces.py",),
     "contacts/path.py": (*REAL, "unit/test_real_beams.py"),
     "contacts/row.py": ("unit/test_real_row.py", "unit/test_row.py"),
     "contacts/states.py": REAL,

@@ -11,11 +11,15 @@ import pytest
 import squama
 from squama.beam.faces import FACES
 from squama.cli import main
+from squama.contacts import path
+from squama.contacts.moved import moved
+from squama.curves import real
 from squama.curves.both_faces import worst
 from squama.errors import InputError
 from squama.symbols import OF_A_SCALE
 
-BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", mu=0.2, youngs_modulus="2 MPa")
+FREE = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", mu=0.2, youngs_modulus="2 MPa")
+BEAM = FREE.replace(hold="straight")
 BOTH = ("mirrored", "turned")
 HINGE = {"joint": "hinge", "ideal": True}
 
@@ -97,8 +101,7 @@ def test_moment_and_torque_are_slopes_of_the_energy(faces: str, how: dict[str, o
 
 @pytest.mark.parametrize("joint", ["hinge", "compliant"])
 def test_mirrored_beams_do_the_same_both_ways_and_turned_ones_both_at_once(joint: str) -> None:
-    # between two faces the middle keeps its length
-    beam = BEAM.replace(joint={"inclusion_factor": 1.5}, substrate={"neutral": "middle"})
+    beam = BEAM.replace(joint={"inclusion_factor": 1.5})
     at = np.linspace(1, 9, 5)
     one, back = (squama.twist(beam, at=at, joint=joint, sense=s) for s in "+-")
     for sense in "+-":
@@ -194,12 +197,11 @@ def test_what_takes_one_face_says_so(call, tmp_path, monkeypatch) -> None:
 
 
 def test_the_line_between_both_faces_is_in_the_middle() -> None:
-    for call in (
-        lambda b: squama.bend(b, neutral="face"),
-        lambda b: squama.bend_twist(b, "bend 1 rad/m", neutral="free", joint="compliant"),
-    ):
-        with pytest.raises(InputError, match=r'write "?(neutral=)?"?middle"'):
-            call(BEAM.replace(faces="turned"))
+    """Of hinges; on compliant joints the bar may stretch."""
+    with pytest.raises(InputError, match=r'write "?(neutral=)?"?middle"'):
+        squama.bend(BEAM.replace(faces="turned"), neutral="face")
+    found = squama.bend_twist(FREE.replace(faces="turned"), "bend 1 rad/m", neutral="free", joint="compliant")
+    assert found.attrs["neutral"] == "free"
 
 
 def test_tabs_of_both_faces_stiffen_the_bar_unless_that_is_given() -> None:
@@ -207,8 +209,7 @@ def test_tabs_of_both_faces_stiffen_the_bar_unless_that_is_given() -> None:
     both = BEAM.replace(faces="mirrored")
     assert both.C_f == pytest.approx(1 + 2 * (alone - 1), rel=1e-12)
     assert any("tabs in both faces" in line for line in both.warnings())
-    held = BEAM.replace(substrate={"neutral": "middle"})
-    one, two = (squama.twist(b, joint="compliant").attrs["rigidity"] for b in (held, both))
+    one, two = (squama.twist(b, joint="compliant").attrs["rigidity"] for b in (BEAM, both))
     bare = BEAM.G_B * BEAM.J
     assert two - bare == pytest.approx(2 * (one - bare), rel=1e-12)
     given = both.replace(joint={"inclusion_factor": 1.3})
@@ -235,7 +236,7 @@ def test_the_face_that_comes_to_another_contact_first_ends_the_curve() -> None:
 
 
 def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="straight")
     one, both = (squama.twist(b) for b in (beam, beam.replace(faces="turned")))
     # the slope right after engagement
     for r in (one, both):
@@ -249,11 +250,10 @@ def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
 @pytest.mark.parametrize(("faces", "both"), [("turned", 2), ("mirrored", 1)])
 def test_a_second_contact_of_a_face_goes_on(faces: str, both: int) -> None:
     """Mirrored, the other face opens; turned, both do the same."""
-    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="straight")
     r = squama.twist(beam.replace(faces=faces), to="0.24 rad/pitch")
     assert float(r.phi_second) < float(r.phi[-1]) == pytest.approx(0.24)
-    # between two faces the middle keeps its length
-    one = squama.twist(beam.replace(substrate={"neutral": "middle"}), at=r.Phi.values)
+    one = squama.twist(beam, at=r.Phi.values)
     np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9, atol=1e-12)
     assert float(one.N[-1]) > 0
 
@@ -270,14 +270,14 @@ def test_points_are_even_up_to_the_end(faces: str) -> None:
     assert float(r.T_c) == float(r["T"][-1])
 
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(substrate={"neutral": "middle"})
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="straight")
 
 
 @pytest.mark.parametrize("joint", ["hinge", "compliant"])
 @pytest.mark.parametrize("faces", BOTH)
 def test_every_figure_of_a_scale_is_told_of_the_other_face(faces: str, joint: str) -> None:
     """They are those of one face on the path that the other one sees."""
-    bend, twist = FACES[faces].seen
+    bend, twist, _ = FACES[faces].seen
     paths = [f"bend {0.15 * b} rad/pitch, twist {0.03 * t} rad/pitch" for b, t in ((-1, 1), (-bend, twist))]
     both, one = (
         squama.bend_twist(beam, path, points=30, joint=joint)
@@ -315,3 +315,105 @@ def test_limits_are_those_of_the_face_that_comes_to_them_first(sense: str) -> No
         assert float(both[name]) == pytest.approx(float(one[name]), rel=1e-3)
     np.testing.assert_array_equal(both.stress_other, 0)
     assert {f"{name}_other" for name in OF_A_SCALE if name in one and name != "contact"} <= set(both)
+
+
+def half_of(beam: squama.Beam, free: tuple[int, ...]) -> path.Path:
+    """Return scales on one face of half a bar: half of a cell that both faces halve."""
+    held, order = real.Held.of(beam), (1, 0, 3)
+    K = held.K.copy()
+    for row, strain in enumerate(order):
+        K[6 + row, 6 + row] -= held.own[strain] / 2
+    return path.Path.of(real.scale(beam, ideal=False), K, 0.0, free=free, aside=0.0)
+
+
+@pytest.mark.parametrize("beam", [SKIN, FREE])
+def test_turned_faces_keep_a_free_beam_straight(beam: squama.Beam) -> None:
+    """By symmetry it neither bows nor bends sideways, and each face twists half the bar, which stretches."""
+    both = beam.replace(faces="turned", hold="nothing")
+    at = np.array([0.06, 0.1, 0.15])
+    r, rubbed = (squama.twist(both, mu=mu, at=at / beam.pitch) for mu in (0, 0.3))
+    assert r.attrs["hold"] == "nothing"
+    assert float(np.abs([rubbed.psi, rubbed.chi]).max()) < 1e-8
+    assert float(np.abs([r.psi, r.chi]).max()) < 1e-9
+    assert float(np.abs([r.M, r.M_lat, r.P]).max()) == 0
+    (half,) = half_of(both, (0, 0, 0, 1)).follow(at).rows
+    np.testing.assert_allclose(r["T"], 2 * beam.unit_moment * path.named(half)["torque"], rtol=1e-7)
+    np.testing.assert_allclose(r.stretch, path.named(half)["stretch"], rtol=1e-7)
+    for name in ("theta", "N", "slip"):
+        np.testing.assert_allclose(rubbed[f"{name}_other"], rubbed[name], rtol=1e-7)
+    # nothing else is held, so that holding it takes nothing
+    guided = squama.twist(both, mu=0, at=at / beam.pitch, hold="bend, lateral bend")
+    np.testing.assert_allclose(guided["T"], r["T"], rtol=1e-7)
+    assert float(np.abs([guided.M, guided.M_lat]).max()) < 1e-7 * float(r["T"].max())
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_mirrored_faces_let_a_free_beam_bow_until_the_other_one_touches(sense: str) -> None:
+    """One face's scales push the beam off; bent so far, the other ones come in, which a straight beam keeps open."""
+    both, how = FREE.replace(faces="mirrored"), {"mu": 0.3, "to": "0.2 rad/pitch", "points": 60, "sense": sense}
+    held, free = (squama.twist(both, hold=hold, **how) for hold in ("straight", "nothing"))
+    assert math.isinf(float(held.phi_e_other))
+    assert float(free.phi_e) < 0.04 < 0.1 < float(free.phi_e_other) < 0.18
+    assert float(free["T"][-1]) < 0.8 * float(held["T"][-1])
+    assert abs(float(free.psi[-1])) > 0.05
+    # each sense bows the beam to its own side
+    assert float(free.psi[-1]) * {"+": 1, "-": -1}[sense] < 0
+    assert (float(held.N_other[-1]), float(free.N_other[-1]) > 0) == (0, True)
+    for r in (held, free):
+        assert abs(float(r.energy_error)) < 1e-4
+        assert (r.stiffness_ratio[r.phi < r.phi_e] == 1).all()
+
+
+@pytest.mark.parametrize("faces", BOTH)
+@pytest.mark.parametrize("hold", ["nothing", "lateral bend", "twist, stretch"])
+def test_the_load_of_a_free_beam_is_the_slope_of_its_energy(faces: str, hold: str) -> None:
+    beam, h = FREE.replace(faces=faces, hold=hold), 1e-3
+    for load, torque, angle in ((squama.twist, "T", "phi"), (squama.bend, "M", "psi")):
+        at = np.array([0.17 - h, 0.17, 0.17 + h])
+        r = load(beam, mu=0, at=at / beam.pitch, joint="compliant")
+        np.testing.assert_allclose(r[angle], at, rtol=1e-12)
+        slope = float(r.U_el[2] - r.U_el[0]) / (2 * h) * beam.pitch
+        assert float(r[torque][1]) == pytest.approx(slope, rel=1e-4)
+
+
+@pytest.mark.parametrize("faces", BOTH)
+def test_derivatives_of_both_faces_are_those_of_differences(faces: str) -> None:
+    """With a complex step in the twist, friction and free strains."""
+    beam = FREE.replace(faces=faces)
+    held, step = real.Held.of(beam), 1e-6
+    scale, mus = path.Scale(*np.array([real.scale(beam, ideal=False)]).T), np.array([0.3])
+    one = path.beams(scale, held.K[None], mus, **held.bar)
+    at = np.array([[0.1, 0.17]])
+    found = moved(one, at + 1e-20j * np.array([[0.0, 1.0]]), 1, most=0.0)
+    up, down = (path.follow_all(one, at + np.array([[0.0, v]]), most=0.0) for v in (step, -step))
+    for face, a, b in zip(found.faces, up.faces, down.faces, strict=True):
+        for name in ("torque", "psi", "N", "w_Y"):
+            slope = (path.named(a.rows)[name] - path.named(b.rows)[name])[0, 1] / (2 * step)
+            told = path.named(face.rows)[name][0, 1].imag / 1e-20
+            assert told == pytest.approx(slope, rel=1e-3, abs=1e-6)
+
+
+def test_a_cycle_goes_on_where_both_faces_touch() -> None:
+    """At a small alpha both faces of a mirrored beam take part in either sense."""
+    wide = {"width": 1.1 * FREE.scale.width}
+    beam = FREE.replace(scale={"alpha": "5 deg"}, substrate=wide, faces="mirrored", hold="straight")
+    c = squama.cycle(beam, "0, 0.2, -0.2, 0 rad/pitch", mu=0.3, joint="compliant", points=20)
+    r = squama.twist(beam, at="0.2 rad/pitch", mu=0.3, joint="compliant")
+    i, j = int(c.phi.values.argmax()), int(c.phi.values.argmin())
+    for name in ("T", "N", "N_other", "M", "W_fr"):
+        assert float(c[name][i]) == pytest.approx(r[name].item(), rel=1e-3), name
+    assert 0 < float(c.N_other[i]) < float(c.N[i])
+    for name, sign in (("T", -1), ("N", 1), ("N_other", 1), ("M", -1)):
+        assert float(c[name][j]) == pytest.approx(sign * float(c[name][i]), rel=1e-6), name
+    assert abs(float(c.energy_error)) < 1e-3
+    assert c.W_d.values[0] == pytest.approx(c.W_d.values[1], rel=1e-6)
+
+
+def test_events_name_the_face() -> None:
+    """Bent to and fro: one face touches and opens, then the other one."""
+    r = squama.bend_twist(SKIN.replace(faces="mirrored"), "bend 0.1 rad/pitch; bend -0.1 rad/pitch", points=20)
+    told = [word for word in r.event.values.tolist() if word.endswith("engagement (BF)")]
+    assert told == ["engagement (BF)", "of the other face: engagement (BF)"]
+    place = {word: float(psi) for word, psi in zip(r.event.values.tolist(), r.psi_event, strict=True)}
+    assert place[told[1]] == pytest.approx(-place[told[0]], rel=1e-6)
+    assert (r.N[-1].item(), r.contact[-1].item(), r.contact_other[-1].item()) == (0, "", "BF")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from squama.contacts import increments, path
+from squama.contacts.moved import moved
 from squama.joints import law
 from squama.types import Array
 
@@ -38,7 +39,7 @@ def derived(sizes: dict[str, float], at: Array = AT, corners: Array | None = Non
     n = len(names(sizes))
     steps = {name: STEP * 1j * (np.arange(n) == i) for i, name in enumerate(names(sizes))}
     corners = None if corners is None else corners[None].repeat(n, axis=0)
-    return path.moved(made(sizes, n, **steps), np.repeat(at[None], n, axis=0), n, most=0.0, corners=corners)
+    return moved(made(sizes, n, **steps), np.repeat(at[None], n, axis=0), n, most=0.0, corners=corners)
 
 
 def differences(sizes: dict[str, float], name: str, step: float, at: Array, corners: Array | None) -> Array:
@@ -118,7 +119,7 @@ def test_no_derivatives_behind_a_snap() -> None:
 
 def test_steps_of_targets_go_along_the_path() -> None:
     beams = made(SLENDER)
-    found = path.moved(beams, AT[None] * (1 + STEP * 1j), 1, most=0.0)
+    found = moved(beams, AT[None] * (1 + STEP * 1j), 1, most=0.0)
     T, phi = found.rows[0, :, FIGURES[0]], AT
     touched = found.contacts[0, 3].real < 0.98 * phi
     slope = np.gradient(T.real, phi, edge_order=2)
@@ -129,5 +130,5 @@ def test_steps_of_targets_go_along_the_path() -> None:
 
 def test_notes_take_more_room_where_they_need_it(monkeypatch: pytest.MonkeyPatch) -> None:
     found = derived(SLENDER)
-    monkeypatch.setattr(path, "NOTES", 5_000)
+    monkeypatch.setattr("squama.contacts.moved.NOTES", 5_000)
     np.testing.assert_array_equal(derived(SLENDER).rows, found.rows)

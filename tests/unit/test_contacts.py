@@ -98,7 +98,7 @@ def system(one: Given, free: tuple[int, ...] = (0, 0, 0, 1), N: int = 1, grip: f
     K[np.ix_(order, order)], K[8, 8] = b.K[0], b.K[0, 7, 7]
     every = ([shape], [[X, Y, np.cross(X, Y)]], [[0.0, lam, 0.0]], [K], b.plates[:1])
     reach = int(math.hypot(eta, 2 * beta))
-    return System(*(np.array([*v] * N) for v in every), b.free[0], grip, reach, True)
+    return System(*(np.array([*v] * N) for v in every), b.free[0], grip, reach, True, np.ones((N, 3)), 1)
 
 
 def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int = 12) -> tuple[Array, Array]:

@@ -170,3 +170,15 @@ def test_the_explorer_holds_a_bend():
             start.change("bend", text)
     with pytest.raises(InputError, match="is beyond the beam's"):
         live.motion(start.change("bend", "0.9").setting)
+
+
+@pytest.mark.parametrize("sense", ["+", "-"])
+def test_the_scaled_face_is_shown_as_such_where_the_other_one_touches_first(sense: str) -> None:
+    """A curve begins with the face that touches first, a picture with the scaled one."""
+    beam = SKIN.replace(faces="mirrored")
+    state = Motion(Setting(beam, 0.2, sense=sense)).state(0.1)
+    r = squama.twist(beam, mu=0.2, at="0.1 rad/pitch", sense=sense)
+    leading, open_one = (state, state.other)[:: 1 if sense == "+" else -1]
+    assert (leading.name, open_one.name, open_one.N) == (SLIDING, FREE, 0)
+    assert leading.theta == pytest.approx(r.theta.item(), rel=1e-3)
+    assert open_one.theta == pytest.approx(r.theta_other.item(), rel=1e-3)

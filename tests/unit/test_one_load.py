@@ -91,9 +91,8 @@ def test_what_is_not_known_is_said():
     assert "held straight: joint.matrix knows no bend" in r.attrs["warnings"]
     assert (r.attrs["neutral"], r.attrs["hold"]) == ("middle", "straight")
     assert "M" not in r
-    for beam, why in ((seven, "nine motions"), (SKIN.replace(faces="mirrored"), "both faces")):
-        found = bench(beam, respond(beam, "twisting", points=20), ideal=False)
-        assert any(why in note for note in found.notes)
+    found = bench(seven, respond(seven, "twisting", points=20), ideal=False)
+    assert any("nine motions" in note for note in found.notes)
     with pytest.raises(squama.InputError, match="neutral"):
         squama.twist(seven, neutral="free")
     with pytest.raises(squama.InputError, match="neutral"):

@@ -263,13 +263,14 @@ def test_how_far_it_says_one_can_go_one_can():
 
 
 def test_where_no_way_on_is_found_it_says_so(monkeypatch):
-    real = real_cycles.path.Path.states
+    real = real_cycles.path.Path.follow
 
     def stopped(self, *given):
-        rows, end = real(self, *given)
-        return rows, end._replace(code=increments.NO_EQUILIBRIUM, solved=3)
+        found = real(self, *given)
+        found.ends[0, [0, 3]] = increments.NO_EQUILIBRIUM, 3
+        return found
 
-    monkeypatch.setattr(real_cycles.path.Path, "states", stopped)
+    monkeypatch.setattr(real_cycles.path.Path, "follow", stopped)
     with pytest.raises(InputError, match="no equilibrium was found beyond this twist, however small the increment"):
         cycle("0.1 rad/pitch")
 

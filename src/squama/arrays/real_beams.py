@@ -13,6 +13,7 @@ from squama.batch.threads import in_parts
 from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
 from squama.contacts import path, states
+from squama.contacts.moved import moved
 from squama.errors import naming, refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots
@@ -209,7 +210,7 @@ def follow(
             elif held is not None:
                 found = path.held_bent(beams, held[at], at_all[at], upto[at])
             elif copies:
-                found = path.moved(beams, at_all[at], copies, most=upto[at])
+                found = moved(beams, at_all[at], copies, most=upto[at])
             else:
                 found = path.follow_all(beams, at_all[at], most=upto[at])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])

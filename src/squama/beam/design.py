@@ -38,7 +38,7 @@ class Beam(Assembly):
         Which strains of the bar a guide or a grip holds, of "bend", "twist", "lateral bend", "stretch": one or several
         ("bend, stretch"), "straight" for all that are not loaded, "nothing". What is neither loaded nor held is free,
         with no moment or force: a twisted beam bows, a bent one twists. By default nothing is held. Of compliant
-        joints with scales on one face; others are held straight.
+        joints; hinges are held straight.
     joint, friction : Joint, Friction
         Optional.
     density, rotor : float or str, optional

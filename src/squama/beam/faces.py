@@ -6,8 +6,9 @@ scaled face's own laws,
 
     (psi, phi) -> det(S) (S_x psi, S_z phi),
 
-so with E(psi, phi) the energy of one face that of both is E(psi, phi) + E(det S S_x psi, det S S_z phi), and moments
-and torques of both are its derivatives. A shift changes nothing of an endless beam: its strains are the same all along.
+likewise the lateral bend as det(S) S_y times, and the stretch as it is. So with E(psi, phi) the energy of one face that
+of both is E(psi, phi) + E(det S S_x psi, det S S_z phi), and moments and torques of both are its derivatives. A shift
+changes nothing of an endless beam: its strains are the same all along.
 
 "mirrored" in the plane y = 0, as the flanks of a fish or the two sides of a coat of mail: the other face sees
 (-psi, -phi), so each sense of twist closes the scales of one face. "turned" by half a turn about the beam's axis, both
@@ -37,9 +38,10 @@ class Other(NamedTuple):
         return x * y * z
 
     @property
-    def seen(self) -> tuple[int, int]:
-        """Signs of the bend and of the twist that it sees, by the scaled face's laws."""
-        return self.det * self.S[0], self.det * self.S[2]
+    def seen(self) -> tuple[int, int, int]:
+        """Signs of bend, twist and lateral bend that it sees, by the scaled face's laws."""
+        x, y, z = self.S
+        return self.det * x, self.det * z, self.det * y
 
 
 _MIRROR, _TURN = (1, -1, 1), (-1, -1, 1)

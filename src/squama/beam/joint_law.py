@@ -28,24 +28,24 @@ Each = Callable[..., Number]
 class Given(NamedTuple):
     """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not.
 
-    ``faces``: how many of the bar's have scales; stiffness and matrix are of one, a factor that is given is the beam's.
+    ``seen``: signs with which the other face sees bend, twist and lateral bend, empty where it has no scales; stiffness
+    and matrix are of one face, a factor that is given is the beam's.
     ``held``: which strains of the bar are, of :data:`squama.loads.STRAINS`.
     """
 
     stiffness: Number | None
     inclusion_factor: Number | None
     matrix: StoredMatrix | None
-    faces: int = 1
+    seen: tuple[int, ...] = ()
     held: tuple[str, ...] = ()
 
     @property
     def may(self) -> tuple[str, ...]:
         """Strains that are not held, of :data:`squama.loads.STRAINS`.
 
-        None with scales on both faces, each of which is followed by itself, and where a joint's matrix has seven
-        motions and knows no bend.
+        None where a joint's matrix has seven motions and knows no bend.
         """
-        if self.faces > 1 or (self.matrix is not None and len(self.matrix.rows) < 9):
+        if self.matrix is not None and len(self.matrix.rows) < 9:
             return ()
         return tuple(name for name in STRAINS if name not in self.held)
 
@@ -61,9 +61,7 @@ class Given(NamedTuple):
 
     def gathered(self, factor: Number) -> Number:
         """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""
-        if self.faces == 1 or self.inclusion_factor is not None:
-            return factor
-        return 1 + self.faces * (factor - 1)
+        return 1 + 2 * (factor - 1) if self.seen else factor
 
 
 class Sizes(NamedTuple):
@@ -115,8 +113,8 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
-        figure = given.matrix.rigidity(given.free("twist"))
-        return given.gathered(each(_scaled, figure, s.modulus, s.pitch, 4) / bare(load, s, each))
+        figure = given.matrix.rigidity(given.free("twist"), given.seen, own(s) if given.seen else ())
+        return each(_scaled, figure, s.modulus, s.pitch, 4) / bare(load, s, each)
     return given.gathered(each(joint.LAWS[f"inclusion {load}"].value, s.zeta, s.beta, s.lam))
 
 
@@ -128,6 +126,12 @@ def rigidity(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
 def bare(load: str, s: Sizes, each: Each = one) -> Number:
     """Return the rigidity of the bar without scales, N m^2."""
     return _BARE[load](s, each)
+
+
+def own(s: Sizes) -> tuple[float, float, float, float]:
+    """Return the stiffness of one bar without scales against its strains, E d^3 (of the stretch: per stretch)."""
+    bend, twist = (bare(load, s) / (s.modulus * s.pitch**4) for load in ("bending", "twisting"))
+    return float(bend), float(twist), float(bend * (s.width / s.depth) ** 2), float(s.width * s.depth / s.pitch**2)
 
 
 def _scaled(figure: Number, modulus: Number, pitch: Number, power: int) -> Number:

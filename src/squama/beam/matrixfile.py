@@ -106,9 +106,9 @@ class StoredMatrix:
         """Stiffness against inclination, E d^3."""
         return inclination_stiffness(self.K[:7, :7])
 
-    def rigidity(self, free: Sequence[int]) -> float:
+    def rigidity(self, free: Sequence[int], seen: Sequence[int] = (), own: Sequence[float] = ()) -> float:
         """Return the torque over the twist per pitch without contact, E d^3, see :func:`twisting_stiffness`."""
-        return twisting_stiffness(self.K, free)
+        return twisting_stiffness(self.K, free, seen, own)
 
     @property
     def text(self) -> str:
@@ -168,18 +168,43 @@ def inclination_stiffness(K: Array, motion: int = 4) -> float:
     return float(1 / np.linalg.inv(K[:-1, :-1])[motion, motion])
 
 
-def twisting_stiffness(K: Array, free: Sequence[int] = ()) -> float:
+def twisting_stiffness(
+    K: Array, free: Sequence[int] = (), seen: Sequence[int] = (), own: Sequence[float] = ()
+) -> float:
     """Return the torque per twist per pitch, the scale's motions free.
 
     The twist is the last row of K, or the seventh of nine; ``free``: which of the strains bend, twist, lateral bend and
-    stretch are, K (9, 9). None is if not given.
+    stretch are, K (9, 9). None is if not given. With scales on both faces ``seen`` and ``own`` as of
+    :func:`of_strains`.
     """
     import numpy as np
 
     twist = 6 if len(K) == 9 else len(K) - 1
-    loose = [*range(twist), *loose_rows(free)]
+    if len(seen):
+        K, twist, free = of_strains(K, seen, own), 0, free if len(K) == 9 else ()
+        loose = [row - 6 for row in loose_rows(free)]
+    else:
+        loose = [*range(twist), *loose_rows(free)]
     across = K[loose, twist]
     return float(K[twist, twist] - across @ np.linalg.solve(K[np.ix_(loose, loose)], across))
+
+
+def of_strains(K: Array, seen: Array | Sequence[int], own: Array | Sequence[float]) -> Array:
+    """Return the stiffness (..., s, s) against twist, bend and stretch with scales on both faces, these free to move.
+
+    ``K`` (..., 6 + s, 6 + s) is of one face. The other one sees bend, twist and lateral bend ``seen`` (..., 3) times;
+    both hold the bar's ``own`` (..., 4) stiffness against bend, twist, lateral bend and stretch.
+    """
+    import numpy as np
+
+    s = K.shape[-1] - 6
+    across, signs, bar = K[..., :6, 6:], np.ones((*K.shape[:-2], s)), np.zeros((*K.shape[:-2], s), K.dtype)
+    alone = K[..., 6:, 6:] - np.swapaxes(across, -1, -2) @ np.linalg.solve(K[..., :6, :6], across)
+    for row, (sees, strain) in enumerate(((1, 1), (0, 0), (None, 3))[:s]):
+        bar[..., row] = np.asarray(own)[..., strain]
+        if sees is not None:
+            signs[..., row] = np.asarray(seen)[..., sees]
+    return np.asarray(alone * (1 + signs[..., None] * signs[..., None, :]) - bar[..., None] * np.eye(s))
 
 
 def loose_rows(free: Sequence[int]) -> list[int]:

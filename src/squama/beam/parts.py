@@ -429,9 +429,8 @@ class Assembly(Part):
     def given(self) -> joint_law.Given:
         """What is known of the joint."""
         j = self.joint
-        return joint_law.Given(
-            j.stiffness, j.inclusion_factor, j.matrix, 2 if self.other else 1, self.held
-        )  # fmt: skip
+        seen = self.other.seen if self.other else ()
+        return joint_law.Given(j.stiffness, j.inclusion_factor, j.matrix, seen, self.held)
 
     @property
     def torsional_rigidity(self) -> float:

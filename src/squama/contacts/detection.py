@@ -32,6 +32,7 @@ from squama.contacts.system import (
     State,
     System,
     corner,
+    further,
     high,
     lengthwise,
     low,
@@ -196,8 +197,7 @@ def clear(S: System, v: Array, i: int, j: int, bent1: float, bent2: float) -> fl
 @_jit
 def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Array, n: int) -> int:
     """Write all vertices of a scale and neighbour k whose gap is below ``cap``; return how many there are."""
-    N = len(S.shapes)
-    j, room = (i + k) % N, len(out)
+    j, room = further(S, i, k), len(out)
     bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
     v, u, corners = W.views[0], W.views[1], W.corners
     view(W, i, j, k, False, v)
@@ -311,7 +311,7 @@ def gap_at(S: System, st: State, W: Work, row: Array) -> float:
     """Return the gap of a vertex that is there, real or with a complex step."""
     i, kind, one, other = int(row[FIRST]), int(row[KIND]), int(row[ONE]), int(row[OTHER])
     k, a, none = int(row[APART]), row[AT], 0.0 * S.shapes[int(row[FIRST]), ETA]
-    j, upper = (i + k) % len(S.shapes), kind in (FV, FE)
+    j, upper = further(S, i, k), kind in (FV, FE)
     v = W.views[0]
     view(W, i, j, k, upper, v)
     if kind == EE:
@@ -396,7 +396,7 @@ def deepest(
     n, N, best = 0, len(S.shapes), -1
     for i in range(N):
         for k in range(1, S.reach + 1):
-            if (S.periodic or i + k < N) and (every or near[i, k - 1] > 0):
+            if further(S, i, k) < N and (every or near[i, k - 1] > 0):
                 first, n = n, vertices(S, st, W, i, k, cap, out, n)
                 for a in range(first, n):
                     if not known(S, st, con, m, out[a], W.vertex):

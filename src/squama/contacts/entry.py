@@ -18,7 +18,21 @@ from squama.contacts.geometry import PAIR, PLACED, put
 from squama.contacts.increments import TALLY, Walk
 from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
-from squama.contacts.system import CHI, ELASTIC, EPS, MOTIONS, MU, PHI, PSI, STIFF, Past, State, System, copy
+from squama.contacts.system import (
+    CHI,
+    ELASTIC,
+    EPS,
+    MOTIONS,
+    MU,
+    PHI,
+    PSI,
+    STIFF,
+    STRAINS,
+    Past,
+    State,
+    System,
+    copy,
+)
 from squama.types import Array
 
 SOURCES = [*sorted(Path(__file__).parent.glob("*.py")), Path(records.__file__)]
@@ -74,7 +88,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
         np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
     )  # fmt: skip
-    wide = n if S.periodic else min(n, 3 * (k + 1) * (MOTIONS + 6 * _CROWD))
+    wide = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + 6 * _CROWD))
     J = Linear(
         np.zeros(n * wide), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)), np.zeros(n, np.int64),
         np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
@@ -98,6 +112,8 @@ class Beams(NamedTuple):
     phi), or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``plates`` (n, 24, 24), see
     :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): which strains are; ``aside`` (n,): the bar's
     stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for motions that stay 0, or (n, 0).
+    With scales on both faces ``seen`` (n, 3) are the signs with which the other face sees bend, twist and lateral bend,
+    and ``own`` (n, 4) the stiffness against the strains that both matrices hold, the bar's own; else both are (n, 0).
     """
 
     shapes: Array
@@ -107,16 +123,27 @@ class Beams(NamedTuple):
     free: Array
     aside: Array
     masked: Array
+    seen: Array
+    own: Array
+
+
+@_jit
+def faces(b: Beams) -> int:
+    """Return on how many faces there are scales."""
+    return 2 if b.seen.shape[1] > 0 else 1
 
 
 @making
 def system(b: Beams, i: int, n: int, periodic: bool) -> System:
-    """Return one beam: n scales that repeat for ever, or a row of them, which may come to lie on the substrate."""
+    """Return one beam: n scales that repeat for ever, or a row of them, which may come to lie on the substrate.
+
+    With scales on both faces every other one is of the other face.
+    """
     s, K = b.shapes[i], b.K[i]
     eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
     shapes, axes = np.zeros((n, 6), s.dtype), np.zeros((n, 3, 3), s.dtype)
     bases, joint, plates = np.zeros((n, 3), s.dtype), np.zeros((n, 10, 10), s.dtype), np.zeros((n, 24, 24), s.dtype)
-    rests = np.zeros(0 if periodic else n)
+    rests, sees, stride = np.zeros(0 if periodic else n), np.ones((n, 3)), faces(b)
     for o in range(n):
         put((eta, beta, s[7]), shapes[o], 0)
         shapes[o, MU], shapes[o, ELASTIC], shapes[o, STIFF] = s[8], 1.0 if b.elastic[i] else 0.0, SLIDING
@@ -129,12 +156,30 @@ def system(b: Beams, i: int, n: int, periodic: bool) -> System:
                 joint[o, _place(a), _place(c)] = K[a, c]
         if len(K) == 9:
             joint[o, MOTIONS + CHI, MOTIONS + CHI] = b.aside[i] * K[7, 7]
+        if o % stride == 1:
+            turned_over(b, i, joint[o], sees[o])
         if b.elastic[i]:
             copy(b.plates[i], plates[o])
         if not periodic:
             rests[o] = math.atan2(st.real, ct.real)
     reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
-    return System(shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, rests, b.masked[i])
+    return System(
+        shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, sees, stride, rests, b.masked[i]
+    )
+
+
+@_jit
+def turned_over(b: Beams, i: int, K: Array, sees: Array) -> None:
+    """Make a joint (10, 10) that of a scale of the other face, without the bar, which is counted once."""
+    copy(b.seen[i], sees)
+    for e in range(STRAINS):
+        if e != EPS:
+            for a in range(MOTIONS + STRAINS):
+                K[a, MOTIONS + e] *= sees[e]
+            for a in range(MOTIONS + STRAINS):
+                K[MOTIONS + e, a] *= sees[e]
+    for e in range(STRAINS):
+        K[MOTIONS + e, MOTIONS + e] -= b.own[i, e]
 
 
 @_jit
@@ -173,7 +218,7 @@ def _move(
     k = len(ways) // len(notes)
     for i in range(len(ways)):
         _again(
-            walk(system(b, i, 1, True), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
+            walk(system(b, i, faces(b), True), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
             int(ends[i // k, 3]), rows[i], motions[i], bends[i], contacts[i], events[i],
         )  # fmt: skip
 

@@ -59,8 +59,8 @@ from squama.types import Array
 
 @_jit
 def elastic(S: System, st: State, at: Array, r: Array, loads: Array) -> None:
-    """Write what joints and bar oppose to a state: residual of the scales, and M, T, B, P of one scale in the mean."""
-    N = len(S.shapes)
+    """Write what joints and bar oppose to a state: residual of the scales, and M, T, B, P of a cell in the mean."""
+    N, cells = len(S.shapes), len(S.shapes) // S.stride
     for e in range(STRAINS):
         loads[e] = 0.0
     for i in range(N):
@@ -74,7 +74,7 @@ def elastic(S: System, st: State, at: Array, r: Array, loads: Array) -> None:
             if a < MOTIONS:
                 r[at[i] + a] = out
             else:
-                loads[a - MOTIONS] += out / N
+                loads[a - MOTIONS] += out / cells
 
 
 @_jit
@@ -82,7 +82,7 @@ def residual(
     S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, r: Array, loads: Array
 ) -> None:
     """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
-    N = len(S.shapes)
+    N, cells = len(S.shapes), len(S.shapes) // S.stride
     elastic(S, st, at, r, loads)
     for c in range(m):
         row, o = con[c], at[N + c]
@@ -134,11 +134,11 @@ def residual(
             r[at[j] + 3 + a] += moment2[a]
         for e in range(STRAINS):
             rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
-            loads[e] += dot(F, rate) / N
+            loads[e] += dot(F, rate) / cells
     columns = strain_columns(S, n)
     for e in range(STRAINS):
         if columns[e] >= 0:
-            r[columns[e]] = loads[e] * N
+            r[columns[e]] = loads[e] * cells
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):

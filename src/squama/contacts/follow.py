@@ -34,6 +34,7 @@ from squama.contacts.increments import (
     T_SINCE,
     T_SIZE,
     T_SLID,
+    T_SLID_OTHER,
     T_TRIAL,
     T_WAY,
     T_WORK,
@@ -173,12 +174,12 @@ def jump(w: Walk, events: Array, step: float) -> int:
             code = found if trial == begin and way == 0 else code
             if found == 0:
                 after = energy(w, w.new)
-                rubbed, slid = t[T_RUBBED], t[T_SLID]
+                rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
                 note(w, h)
                 remark(w, LOST, -1)
                 accept(w, h, True)
                 # what is rubbed in a snap is a part of what it loses
-                t[T_RUBBED], t[T_SLID] = rubbed, slid
+                t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
                 lost = before + h * t[T_LOAD] - after
                 c = 0 if w.counts[0] > 0 else -1
                 if lost > _SNAPS * before:
@@ -290,7 +291,7 @@ def write(w: Walk, row: Array, contacts: Array) -> None:
             mode = 2 if w.con[c, STUCK] > 0 else 1
     row[9], row[10], row[11], row[12], row[13], row[14], row[15] = t[T_WORK], t[T_RUBBED], t[T_LOST], m, mode, N, f
     row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now)
-    row[20] = t[T_LOAD]
+    row[20], row[21] = t[T_LOAD], t[T_SLID_OTHER]
     for c in range(min(m, len(contacts))):
         out = contacts[c]
         for a in range(ENDED):
@@ -344,7 +345,7 @@ def follow(
 
     Where nothing touches up to there, that is looked for straight on to the way ``most``.
 
-    Written are ``rows`` (n, 21), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
+    Written are ``rows`` (n, 22), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
     (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally

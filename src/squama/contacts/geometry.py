@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System
+from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System, further
 from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
@@ -58,7 +58,8 @@ def slopes(e: Turned) -> tuple[float, float]:
 @_jit
 def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> None:
     """Write scale j as scale i, k scales before it, sees it (combined.md, section 1): turn, shift, and their rates."""
-    w = (-k * strains[PSI], -k * strains[CHI], -k * strains[PHI])
+    psi, phi, chi = S.sees[i, PSI], S.sees[i, PHI], S.sees[i, CHI]
+    w = (-k * psi * strains[PSI], -k * chi * strains[CHI], -k * phi * strains[PHI])
     e, v = turned(w), (0.0 * w[0], 0.0 * w[0], 1.0 + strains[EPS])
     once = cross(w, v)
     twice = cross(w, once)
@@ -78,9 +79,9 @@ def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> 
             dT = scaled(k, mixed(1.0, z, e.b, zw, e.c, cross(w, zw)))
         else:
             dw = (
-                -k * (1.0 if strain == PSI else 0.0),
-                -k * (1.0 if strain == CHI else 0.0),
-                -k * (1.0 if strain == PHI else 0.0),
+                -k * (psi if strain == PSI else 0.0),
+                -k * (chi if strain == CHI else 0.0),
+                -k * (phi if strain == PHI else 0.0),
             )
             o1 = spin(e, dw)
             s = 2 * dot(w, dw)
@@ -98,8 +99,8 @@ def neighbours(S: System, strains: Array, pairs: Array) -> None:
     N = len(S.shapes)
     for i in range(N):
         for k in range(1, S.reach + 1):
-            if S.periodic or i + k < N:
-                neighbour(S, strains, i, (i + k) % N, k, pairs[i, k - 1])
+            if further(S, i, k) < N:
+                neighbour(S, strains, i, further(S, i, k), k, pairs[i, k - 1])
 
 
 @_jit

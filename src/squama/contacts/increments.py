@@ -37,10 +37,12 @@ RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
 at rest, more contacts than there is room for."""
 ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
-CONTACT, EVENT, LINE = 16, 25, 21
+CONTACT, EVENT, LINE = 16, 25, 22
 """Columns of a contact, an event and a row that are written."""
 AFTER = 17
 """First column of an event that holds a contact that there is behind it, see :func:`number`."""
+SCALE = 64 * 5 * 4 * 4
+"""How many such numbers there are of a scale."""
 (
     T_WAY,
     T_H,
@@ -51,6 +53,7 @@ AFTER = 17
     T_RUBBED,
     T_LOST,
     T_SLID,
+    T_SLID_OTHER,
     T_POWER,
     T_POWER2,
     T_LOAD,
@@ -63,11 +66,12 @@ AFTER = 17
     T_NOTED,
     T_TRIAL,
     T_JUMPED,
-) = range(21)
-TALLY = 21
+) = range(22)
+TALLY = 22
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
-frictional work, energy lost in snaps, length of slip; rates of both works at the last two states; the load where a
-contact last began to slide; way since which the contacts are these; increments; events; events without an increment;
+frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last
+two states; the load where a contact last began to slide; way since which the contacts are these; increments; events;
+events without an increment;
 where the last increment is noted, 0 for nowhere."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX
@@ -176,9 +180,11 @@ def accept(w: Walk, h: float, event: bool) -> None:
     if t[T_FRESH].real < 1:
         t[T_POWER2] = power
     t[T_POWER], t[T_LOAD] = power, load
-    if w.counts[0] > 0 and w.con[0, STUCK] == 0:
-        D = before(S, w.con[0], w.new.s[0], w.past, 0)[0]
-        t[T_SLID] += np.sqrt(dot(D, D))
+    for face in range(S.stride):
+        c = foremost(w, face)
+        if c >= 0 and w.con[c, STUCK] == 0:
+            D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
+            t[T_SLID + face] += np.sqrt(dot(D, D))
     copied(w.old, w.older)
     copied(w.now, w.old)
     copied(w.new, w.now)
@@ -187,6 +193,15 @@ def accept(w: Walk, h: float, event: bool) -> None:
     t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
     t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
     t[T_COUNT] += 1
+
+
+@_jit
+def foremost(w: Walk, face: int) -> int:
+    """Return the first contact of a face's scales; -1 where there is none."""
+    for c in range(w.counts[0]):
+        if w.con[c, FIRST] % w.S.stride == face:
+            return c
+    return -1
 
 
 @_jit

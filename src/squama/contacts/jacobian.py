@@ -325,7 +325,7 @@ def around(S: System, at: Array, all_: int, a: int) -> tuple[int, int]:
     N = len(S.shapes)
     if S.periodic:
         return 0, all_
-    return at[max(0, a - S.reach)], at[a + 1] if a + 1 < N else all_
+    return at[max(0, a - S.reach * S.stride)], at[a + 1] if a + 1 < N else all_
 
 
 @_jit

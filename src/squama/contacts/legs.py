@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,7 @@ class Bent(NamedTuple):
 
 def follow_legs(
     scale: Scale, K: Array, mu: float, corners: Array, *, free: Free = STRETCHING, aside: float = 1.0,
-    step: float = STEP,
+    seen: Sequence[float] = (), own: Sequence[float] = (), step: float = STEP,
 ) -> Bent:  # fmt: skip
     """Follow a beam from rest through corners; every contact is told.
 
@@ -61,25 +62,28 @@ def follow_legs(
         Coefficient of friction.
     corners : (n, 2) array
         Bend and twist per pitch, rad, between which the path is straight; each other than the one before.
-    free, aside
-        Strains without a moment or force, and the stiffness against lateral bend, as of
-        :func:`squama.contacts.path.beams`; of a strain that is free the corners say nothing.
+    free, aside, seen, own
+        Strains without a moment or force, the stiffness against lateral bend, and what scales on both faces bring, as
+        of :func:`squama.contacts.path.beams`; of a strain that is free the corners say nothing.
     step
         Largest increment of the way.
     """
     corners = np.asarray(corners, float)
     ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
-    one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), free=free, aside=aside)
+    scales, mus = Scale(*np.array([scale]).T), np.array([mu])
+    one = beams(scales, K[None], mus, free=free, aside=aside, seen=seen, own=own)
     found = follow_all(one, ways[None], step=step, corners=corners[None], room=ROOM)
-    return Bent(found.rows[0], found, Path(scale, one, found.contact()))
+    return Bent(found.rows[0], found, Path.met(scale, one, found))
 
 
 def follow_straight(
-    scale: Scale, K: Array, mu: float, ends: Array, *, free: Free = STRETCHING, aside: float = 1.0
-) -> Bent:
+    scale: Scale, K: Array, mu: float, ends: Array, *, free: Free = STRETCHING, aside: float = 1.0,
+    seen: Sequence[float] = (), own: Sequence[float] = (),
+) -> Bent:  # fmt: skip
     """Follow a beam from rest straight to each of ``ends`` (n, 2), see :func:`follow_legs`; ``way`` is of the first."""
     n = len(ends)
-    one = beams(Scale(*np.tile(scale, (n, 1)).T), np.broadcast_to(K, (n, 9, 9)), np.full(n, mu), free=free, aside=aside)
+    scales, mus = Scale(*np.tile(scale, (n, 1)).T), np.full(n, mu)
+    one = beams(scales, np.broadcast_to(K, (n, 9, 9)), mus, free=free, aside=aside, seen=seen, own=own)
     corners = np.ascontiguousarray(ends[:, None], float)
     found = follow_all(one, np.hypot(*ends.T)[:, None], corners=corners, room=ROOM)
-    return Bent(found.rows[:, 0], found, Path(scale, one, found.contact()))
+    return Bent(found.rows[:, 0], found, Path.met(scale, one, found))

@@ -35,7 +35,7 @@ class Linear(NamedTuple):
 @_jit
 def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     """Lay the unknowns out; return how many there are, -1 where there is no room for them."""
-    N, kept = len(S.shapes), J.kept
+    N, kept, far = len(S.shapes), J.kept, S.reach * S.stride
     n = layout(S, con, m, J.at)
     inner = n
     for e in range(STRAINS):
@@ -45,7 +45,7 @@ def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     if not S.periodic:
         half = 0
         for i in range(N):
-            end = J.at[i + S.reach + 1] if i + S.reach + 1 < N else inner
+            end = J.at[i + far + 1] if i + far + 1 < N else inner
             half = max(half, end - J.at[i] - 1)
     narrow = 3 * half + 1 < inner
     kept[INNER], kept[HALF] = inner, half

@@ -13,6 +13,7 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments
+from squama.contacts.of_face import events_of, of_face
 from squama.contacts.system import EE, EF, FE, FV, PHI, PSI, STRAINS, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
@@ -23,8 +24,6 @@ RANGE = 0.3
 """Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
 STEP = 4e-3
 """Largest increment, rad per pitch; a quarter of it changes a torque by some 1e-5."""
-NOTES = 200_000
-"""Numbers that are noted of a path at first; four times as many where they do not suffice."""
 ROOM, EVENTS = 8, 64
 """Contacts at once, and events of a path, that are told."""
 FREE, SLIP, STICK = range(3)
@@ -46,6 +45,8 @@ WIDTH = len(COLUMNS) + 24
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """What may meet, by number."""
+MIRRORED = (plate.TIP, plate.SIDE_A, plate.SIDE_D, plate.BASE, FACE, *(CORNERS + c for c in (1, 0, 3, 2)))
+"""What each of them is in the mirror image."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
 """Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
 _LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
@@ -96,6 +97,11 @@ class Contact(NamedTuple):
         """The pair in words."""
         return words(self.first, self.second, self.k)
 
+    @property
+    def mirrored(self) -> Contact:
+        """What meets in the mirror image, where the sides of a scale are exchanged."""
+        return self._replace(first=MIRRORED[self.first], second=MIRRORED[self.second]) if self.first >= 0 else self
+
 
 def words(first: int, second: int, k: int) -> str:
     """Return what meets in words."""
@@ -126,7 +132,8 @@ class Answers(NamedTuple):
     """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contacts.follow.write`.
+    all contacts, see :func:`squama.contacts.follow.write`. With scales on both faces what is told of a scale, of
+    contacts and of events is of the scaled face's, and ``other`` are the same answers for the other face.
     """
 
     contacts: Array
@@ -134,6 +141,12 @@ class Answers(NamedTuple):
     events: Array
     ends: Array
     touches: Array
+    other: Answers | None = None
+
+    @property
+    def faces(self) -> tuple[Answers, ...]:
+        """The answers for each face with scales."""
+        return (self, self.other) if self.other else (self,)
 
     def contact(self, i: int = 0) -> Contact:
         """Return what touches first of one beam."""
@@ -147,7 +160,7 @@ class Answers(NamedTuple):
 
 def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
-    masked: Sequence[float] = (),
+    masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled model.
 
@@ -167,6 +180,9 @@ def beams(
         Stiffness of the bar against lateral bend over that against bend (n,).
     masked
         1 for each of the six motions that stays 0, as those of hinges; none if not given.
+    seen, own
+        With scales on both faces the signs with which the other face sees bend, twist and lateral bend, and the
+        stiffness against the four strains that the matrices of both hold, the bar's own.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -181,8 +197,14 @@ def beams(
         plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
     loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
     K = np.ascontiguousarray(K * np.outer(signs, signs))
-    aside, blocked = np.broadcast_to(np.asarray(aside, float), n).copy(), np.tile(np.asarray(masked, float), (n, 1))
-    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked)
+    aside = np.broadcast_to(np.asarray(aside, float), n).copy()
+    alike = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen, own))
+    return entry.Beams(shapes, K, elastic, plates, loose, aside, *alike)
+
+
+def faces_of(beams: entry.Beams) -> int:
+    """Return on how many faces there are scales."""
+    return 2 if beams.seen.shape[1] else 1
 
 
 def follow_all(
@@ -193,79 +215,26 @@ def follow_all(
 
     ``corners`` (n, m, 2): bend and twist at the targets, which are ways then, straight on to ``most``; it is 1 if not
     given, and the last target where there are corners. Without corners targets are twists, which may go back as well.
-    ``room``: how many contacts are told of each state.
+    ``room``: how many contacts are told of each state; with scales on both faces all are.
     """
-    ways, strains, most = _legs(targets, corners, most)
-    found = Room.of(ways, room)
+    ways, strains, most = on_legs(targets, corners, most)
+    faces = faces_of(beams)
+    found = Room.of(ways, room, faces)
     tell(entry.many, "scales in contact")
-    entry.many(beams, 1, True, step, most, ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
-    return found.answers() if corners is not None else _signed(found.answers(), targets)
+    entry.many(beams, faces, True, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
+    return found.answers() if corners is not None else signed(found.answers(), targets)
 
 
-def moved(
-    beams: entry.Beams, targets: Array, copies: int, *, most: float | Array | None = None, step: float = STEP,
-    corners: Array | None = None, room: int = 1,
-) -> Answers:  # fmt: skip
-    """Follow beams to targets (n, m) as :func:`follow_all`, with complex steps in beams, targets and corners.
-
-    Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
-    the path is followed once. All that is returned but the ends is complex, its real parts those of
-    :func:`follow_all` but for rounding. Imaginary parts are NaN where there are no derivatives, see
-    :mod:`squama.contacts.derivatives`: behind a snap, first of all.
-    """
-    real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
-    kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    free, masked = (v.repeat(copies, axis=0) for v in (real.free, real.masked))
-    many = entry.Beams._make([*kind[:4], free, kind[5], masked])
-    ways, strains, most = _legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
-    at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
-    tell(entry.many, "scales in contact")
-    tell(entry.move, "derivatives of scales in contact")
-    found, changed = Room.of(at, room), Room.of(ways, room)
-    for i in range(len(at)):
-        _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
-    whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
-    both = [_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)]
-    answers = Room._make([*both, whole.ends]).answers()
-    return answers if corners is not None else _signed(answers, targets)
-
-
-def _signed(answers: Answers, targets: Array) -> Answers:
+def signed(answers: Answers, targets: Array) -> Answers:
     """Return answers with the loads of a way that goes back, which is against the twist, by twist."""
     back = np.diff(np.real(targets), axis=1, prepend=0.0) < 0
     if back.any():
-        answers.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
+        for face in answers.faces:
+            face.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
     return answers
 
 
-def _move(
-    real: entry.Beams, many: entry.Beams, i: int, copies: int, most: Array, step: float, at: Array, legs: Array,
-    ways: Array, strains: Array, found: Room, changed: Room,
-) -> None:  # fmt: skip
-    """Follow beam i, note its increments, and follow its copies."""
-    one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
-    own, beam = found.part(one), entry.Beams._make(v[one] for v in real)
-    every = entry.Beams._make(v[all_] for v in many)
-    size = NOTES
-    while True:
-        notes = np.zeros((1, size))
-        entry.many(beam, 1, True, step, most[one], ROOM, at[one], legs[one], *own, notes)
-        if notes[0, 0] >= 0.0:
-            break
-        size *= 4
-    entry.move(
-        every, step, most[one], ROOM, ways[all_], strains[all_], notes, own.ends, *changed.part(all_)[:-1]
-    )  # fmt: skip
-
-
-def _joined(real: Array, imag: Array) -> Array:
-    """Return complex numbers of both parts, NaN in one of them or not."""
-    out = real.astype(complex)
-    out.imag = imag
-    return out
-
-
-def _legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
+def on_legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
     """Return ways (n, m), strains there (n, m, 4), and how far to look for a first contact (n,)."""
     n, m = targets.shape
     strains = np.zeros((n, m, STRAINS), targets.dtype)
@@ -293,12 +262,14 @@ class Room(NamedTuple):
     ends: Array
 
     @classmethod
-    def of(cls, ways: Array, contacts: int) -> Room:
-        """Return room for a number of contacts of each state."""
+    def of(cls, ways: Array, contacts: int, faces: int = 1) -> Room:
+        """Return room for a number of contacts of each state; of both faces there is room for all."""
         (n, m), kind = ways.shape, ways.dtype
-        sizes = (increments.LINE,), (1, 6), (1, 24)
+        contacts = ROOM if faces > 1 else contacts
+        sizes = (increments.LINE,), (faces, 6), (faces, 24)
         states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
-        touches, events = (n, m, contacts, increments.CONTACT), (n, EVENTS, increments.EVENT)
+        touches = n, m, faces * contacts, increments.CONTACT
+        events = n, faces * EVENTS, increments.EVENT + (faces - 1) * ROOM
         return cls._make([*states, np.zeros(touches, kind), np.zeros(events, kind), np.zeros((n, 4))])
 
     def part(self, which: slice) -> Room:
@@ -307,13 +278,23 @@ class Room(NamedTuple):
 
     def answers(self) -> Answers:
         """Return what is written there."""
-        rows = _rows(self.rows, self.motions, self.bends, self.touches)
-        return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
+        if self.motions.shape[2] == 1:
+            rows = _rows(self.rows, self.motions[:, :, 0], self.bends[:, :, 0], self.touches)
+            return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
+        one, other = (self._of_face(i) for i in range(2))
+        return one._replace(other=other)
+
+    def _of_face(self, i: int) -> Answers:
+        """Return what is written of one of two faces: its scale, contacts and events."""
+        raw, touches = of_face(i, self.rows, self.touches)
+        events, ends = events_of(i, self.events, self.ends)
+        rows = _rows(raw, self.motions[:, :, i], self.bends[:, :, i], touches)
+        return Answers(_first(events, ends), rows, events, ends, touches)
 
 
 def _first(events: Array, ends: Array) -> Array:
     """Return the first contacts (n, 6) of paths by their events."""
-    met = (np.real(events[:, :, 0]) == increments.ENGAGE) & (np.arange(EVENTS) < ends[:, 2, None])
+    met = (np.real(events[:, :, 0]) == increments.ENGAGE) & (np.arange(events.shape[1]) < ends[:, 2, None])
     first = events[np.arange(len(events)), met.argmax(axis=1)]
     one, other = features(*np.real(first[:, 8:11]).T)
     out = np.column_stack([one, other, first[:, 7], first[:, 1], first[:, 14:16]])
@@ -331,8 +312,8 @@ def _rows(raw: Array, motions: Array, bends: Array, touches: Array) -> Array:
     for i, name in enumerate(told):
         column.get(name, column["phi"])[...] = raw[..., i]
     out[..., COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], out[..., len(COLUMNS) :] = (
-        motions[:, :, 0],
-        bends[:, :, 0],
+        motions,
+        bends,
     )
     first, there = touches[:, :, 0], np.real(raw[..., 12]) > 0
     absent = {"first": -1, "second": -1, "k": 1, "x": np.nan, "y": np.nan, "along": 0.0}
@@ -386,22 +367,42 @@ def endings(contacts: Array, ends: Array) -> Array:
 
 
 class Path(NamedTuple):
-    """A beam to be followed: its scale as seen in its sense, what is compiled of it, and what touches first."""
+    """A beam to be followed: its scale as seen in its sense, what is compiled of it, and what touches first.
+
+    ``other``: what touches first on the other face, if there are scales.
+    """
 
     scale: Scale
     beams: entry.Beams
     contact: Contact
+    other: Contact | None = None
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """What touches first on each face with scales."""
+        return [self.contact, *([self.other] if self.other else [])]
+
+    @property
+    def engaged(self) -> float:
+        """Way at the first engagement, inf for none."""
+        return min(c.phi for c in self.contacts)
 
     @classmethod
     def of(
         cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, free: Free = HELD,
-        aside: float = 1.0, masked: Sequence[float] = (),
+        aside: float = 1.0, masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
     ) -> Path:  # fmt: skip
         """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
-        scales = Scale(*np.array([scale]).T)
-        one = beams(scales, K[None], np.array([mu]), sense=sense, free=free, aside=aside, masked=masked)
-        found = follow_all(one, np.empty((1, 0)), most=most)
-        return cls(scale._replace(alpha=sense * scale.alpha), one, found.contact())
+        scales, mus = Scale(*np.array([scale]).T), np.array([mu])
+        one = beams(scales, K[None], mus, sense=sense, free=free, aside=aside, masked=masked, seen=seen, own=own)
+        # the other face's scales may come in later
+        found = follow_all(one, np.full((1, 1), most) if len(seen) else np.empty((1, 0)), most=most)
+        return cls.met(scale._replace(alpha=sense * scale.alpha), one, found)
+
+    @classmethod
+    def met(cls, scale: Scale, one: entry.Beams, found: Answers) -> Path:
+        """Return the path of a beam that was followed."""
+        return cls(scale, one, found.contact(), found.other.contact() if found.other else None)
 
     @property
     def mu(self) -> float:
@@ -428,9 +429,9 @@ def named(rows: Array) -> dict[str, Array]:
     return {name: rows[..., i] for i, name in enumerate(COLUMNS)}
 
 
-def motions(rows: Array) -> Array:
-    """Return the motions, twist, bend and stretch (n, 9) of states."""
-    v = named(rows)
+def motions(rows: Array, seen: Sequence[float] = ()) -> Array:
+    """Return the motions, twist, bend and stretch (n, 9) of states; as a face sees them by its signs ``seen``."""
+    v, (bend, twist, _) = named(rows), seen or (1.0, 1.0, 1.0)
     return np.column_stack(
-        [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], v["twist"], v["psi"], v["stretch"]]
+        [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], twist * v["twist"], bend * v["psi"], v["stretch"]]
     )

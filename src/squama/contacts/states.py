@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from squama.beam.matrixfile import of_strains
 from squama.contacts import entry
 from squama.contacts.path import COLUMNS, Answers, Path, Scale, deflections, motions, named
 from squama.contacts.system import EPS, PHI, PSI, STRAINS
@@ -19,22 +20,37 @@ _BLOCK = 64
 """States whose stresses are computed at once: they stay in the cache, and other sizes end in other digits."""
 
 
-def energies(path: Path, rows: Array) -> dict[str, Array]:
-    """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar."""
-    whole, alone = of_springs(path, rows), bare(path.beams)[0]
+def energies(path: Path, rows: Array, other: Array | None = None) -> dict[str, Array]:
+    """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar.
+
+    ``other``: states of the other face, if there are scales.
+    """
+    whole, alone = of_springs(path, rows, other), bare(path.beams)[0]
     loads = motions(rows)[:, 6 : 6 + len(alone)]
     bar = np.einsum("ni,ij,nj->n", loads, alone, loads) / 2
     return {"U_joint": whole - bar, "U_plate": named(rows)["energy"] - whole, "U_bar": bar}
 
 
-def of_springs(path: Path, rows: Array) -> Array:
-    """Return the elastic energy (n,) of joint and bar, E d^3 per pitch."""
-    K = path.beams.K[0]
+def of_springs(path: Path, rows: Array, other: Array | None = None) -> Array:
+    """Return the elastic energy (n,) of joint and bar, E d^3 per pitch; arguments as of :func:`energies`."""
+    K, aside = path.beams.K[0], named(rows)["aside"]
     q = motions(rows)[:, : len(K)]
     whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
     if len(K) == 9:
-        whole = whole + path.beams.aside[0] * K[7, 7] * named(rows)["aside"] ** 2 / 2
-    return np.asarray(whole)
+        whole = whole + path.beams.aside[0] * K[7, 7] * aside**2 / 2
+    if other is None:
+        return np.asarray(whole)
+    strains = rows[:, [COLUMNS.index(name) for name in ("psi", "twist", "aside", "stretch")]]
+    bar = strains**2 @ path.beams.own[0] / 2
+    return np.asarray(whole + of_springs(path, _as_seen(path, other)) - bar)
+
+
+def _as_seen(path: Path, other: Array) -> Array:
+    """Return states of the other face with the strains that it sees."""
+    found = other.copy()
+    for name, sign in zip(("psi", "twist", "aside"), path.beams.seen[0], strict=True):
+        found[:, COLUMNS.index(name)] *= sign
+    return found
 
 
 def bare(beams: entry.Beams) -> Array:
@@ -43,11 +59,15 @@ def bare(beams: entry.Beams) -> Array:
     All have the same free strains; against one that is free it is 0.
     """
     K, free = beams.K, np.real(beams.free[0]) > 0 if len(beams.K) else np.zeros(STRAINS, bool)
-    loose = [*range(6), *(row for row, gives in ((6, free[PHI]), (7, free[PSI]), (8, free[EPS])) if gives)]
-    loads = [row for row in (6, 7)[: K.shape[1] - 6] if row not in loose]
+    scales, strains = 6, K.shape[1] - 6
+    if beams.seen.shape[1]:
+        K, scales = of_strains(K, beams.seen, beams.own), 0
+    gives = [scales + row for row, strain in enumerate((PHI, PSI, EPS)[:strains]) if free[strain]]
+    loose = [*range(scales), *gives]
+    loads = [row for row in range(scales, scales + min(2, strains)) if row not in loose]
     across = K[:, loose][:, :, loads]
     given = np.linalg.solve(K[:, loose][:, :, loose], across)
-    out, place = np.zeros((len(K), *[min(2, K.shape[1] - 6)] * 2), K.dtype), np.array(loads, int) - 6
+    out, place = np.zeros((len(K), *[min(2, strains)] * 2), K.dtype), np.array(loads, int) - scales
     out[:, place[:, None], place] = K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given
     return out
 

@@ -1,6 +1,7 @@
 """Scales on a bar, their joints and plates, and what a state of them holds; E = d = 1.
 
-An endless beam is one scale with its own images; a row has N scales, each with unknowns of its own.
+An endless beam is one scale with its own images, or two with scales on both faces; a row has N scales, each with
+unknowns of its own. All share the strains of the bar.
 """
 
 from __future__ import annotations
@@ -35,8 +36,10 @@ class System(NamedTuple):
     section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates``
     (N, 24, 24), compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``:
     compliance by which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour;
-    ``periodic``: the N scales repeat for ever; ``rests`` (N,): inclination at rest over the substrate, on which a scale
-    may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for motions that stay 0, or (0,) for none.
+    ``periodic``: the N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral
+    bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,): inclination at rest
+    over the substrate, on which a scale may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for
+    motions that stay 0, or (0,) for none.
     """
 
     shapes: Array
@@ -48,6 +51,8 @@ class System(NamedTuple):
     grip: float
     reach: int
     periodic: bool
+    sees: Array
+    stride: int
     rests: Array = _NONE
     masked: Array = _NONE
 
@@ -101,7 +106,13 @@ def copied(a: State, b: State) -> None:
 @_in
 def partner(S: System, c: Array) -> int:
     """Return the number of a contact's other scale."""
-    j: int = c[FIRST] + c[APART]
+    return further(S, c[FIRST], c[APART])
+
+
+@_in
+def further(S: System, i: int, k: int) -> int:
+    """Return the number of the scale of the same face that is k cells further; from N on there is none in a row."""
+    j: int = i + k * S.stride
     return j % len(S.shapes) if S.periodic else j
 
 

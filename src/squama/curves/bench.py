@@ -105,7 +105,7 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     at = min(2 * engaged, last) if at is None else at
     if not engaged < at <= last * (1 + 1e-9):
         return None
-    held = bool(beam.other) or holds(str(answer.attrs["hold"]), load)
+    held = holds(str(answer.attrs["hold"]), load)
     how: _How = {"mu": float(answer["mu"]), "ideal": ideal, "sense": str(answer.attrs.get("sense", "+"))}
     other, notes = _other(beam, load, at, held=held, **how)
     row = State(math.nan, math.nan)
@@ -131,8 +131,7 @@ def _other(beam: Beam, load: Load, at: float, *, held: bool, **how: Unpack[_How]
     """Return what the beam does that is held straight, or free where it was ``held``."""
     none, free = State(math.nan, math.nan), "bow" if load.sided else "twist"
     if held and not beam.replace(hold=NOTHING).given.may:
-        why = "with scales on both faces this is not computed" if beam.other else SEVEN
-        return none, (f"free to {free}: {why}",)
+        return none, (f"free to {free}: {SEVEN}",)
     try:
         hold = NOTHING if held else STRAIGHT
         found = doors.respond(beam, load.name, at=[at / beam.pitch], joint="compliant", hold=hold, **how)

@@ -1,7 +1,8 @@
-"""Scales on both faces: each face follows its own path by one face's model, and the bar is counted once.
+"""Scales on both faces, on hinges: each face follows its own path by one face's model, and the bar is counted once.
 
 A face sees the beam's path by :mod:`squama.beam.faces`. To first order embedded tabs do not feel those of the other
-face, so what each adds to the bar is what it adds alone (:meth:`squama.beam.joint_law.Given.gathered`).
+face, so what each adds to the bar is what it adds alone (:meth:`squama.beam.joint_law.Given.gathered`). On compliant
+joints the scales of both faces are one system (:mod:`squama.contacts.system`).
 """
 
 from __future__ import annotations
@@ -14,15 +15,12 @@ import numpy as np
 
 from squama.beam import faces
 from squama.beam.design import Beam
-from squama.curves.path import FINE, Asked, Case, Curve, LoadPath, Solved, figures, stiffened
+from squama.curves.path import Asked, Case, Curve, LoadPath, Solved, figures
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
-_FORCES, _ENERGIES = ("torque", "onset"), ("U_el", "U_bar", "work")
-_SUMS = ("scales", "W_fr", "W_snap", "U_joint", "U_plate")
-_LIMITS = ("load_strength", "load_strain", "load_second", "load_bent")
 _NEAR = 1e-9
 WHOSE = "of the other face: "
 """Before what is told of the other face's contacts."""
@@ -35,7 +33,7 @@ def sense(beam: Beam, load: str) -> int:
 
 def views(beam: Beam) -> list[tuple[int, int]]:
     """Return the signs of the bend and of the twist that each face sees, the scaled face first."""
-    return [(1, 1), beam.other.seen] if beam.other else [(1, 1)]
+    return [(1, 1), beam.other.seen[:2]] if beam.other else [(1, 1)]
 
 
 def alike(beam: Beam, load: str) -> int:
@@ -51,12 +49,9 @@ def total(parts: Sequence[Mapping[str, Array]], bar: float) -> dict[str, Array]:
     if len(parts) == 1:
         return dict(parts[0])
     found, rate = dict(parts[0]), parts[0]["rate"]
-    once = {"tangent": bar + 0 * rate} | dict.fromkeys(_FORCES, bar * rate)
-    once |= dict.fromkeys(_ENERGIES, bar * rate**2 / 2) | dict.fromkeys(_SUMS, 0 * rate)
-    for role in found.keys() & once.keys():
-        found[role] = once[role] + sum(part[role] - once[role] for part in parts)
-    if "stiffness_ratio" in found:
-        found["stiffness_ratio"] = found["tangent"] / bar
+    once = {"tangent": bar + 0 * rate, "torque": bar * rate, "U_el": bar * rate**2 / 2}
+    for role, own in (once | dict.fromkeys(("scales", "W_fr"), 0 * rate)).items():
+        found[role] = own + sum(part[role] - own for part in parts)
     whole = found["U_el"] + found["W_fr"]
     found["RED"] = np.divide(found["W_fr"], whole, out=0 * whole, where=whole > 0)
     return found
@@ -66,14 +61,12 @@ class Both(NamedTuple):
     """The path of a beam with scales on both faces, solved; ``lead``: the face whose scales touch first.
 
     ``turns`` are the signs with which the faces see the load that is held. What is told of a scale is of the leading
-    face; inclination and normal force of the other's go along. The curve ends where one of the two does. ``far``: load
-    angle to which it goes at most, of a path that is walked.
+    face; inclination and normal force of the other's go along. The curve ends where one of the two does.
     """
 
     lead: Solved
     other: Solved
     turns: tuple[int, int]
-    far: float = 0.0
 
     @property
     def case(self) -> Case:
@@ -86,23 +79,7 @@ class Both(NamedTuple):
         return self.lead.load_e
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
-        """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end.
-
-        Each face that is walked is followed at load angles known before.
-        """
-        if self.far:
-            loads = even(self.far, points, self.load_e) if at is None else np.asarray(at, float)
-            grid = _fine(loads, float(loads.max(initial=0.0)), self.load_e)
-            own, other = self._followed(points, grid)
-            cut = min(float(one.figures["rate_c"]) for one in (own, other)) * self.case.pitch
-            along = _until(cut, self._summed(own, other))
-            if at is None and cut < self.far:
-                # the last steps before an end hang on where the others are
-                cut = float(grid[max(0, int(np.searchsorted(grid, cut)) - 2)])
-                loads = even(cut, points, self.load_e)
-                grid = _fine(loads, cut, self.load_e)
-                along = self._summed(*self._followed(points, grid))
-            return self._told(own, other, grid, along, loads, cut)
+        """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end."""
         own, other = self._followed(points, at)
         cuts = [float(one.figures["rate_c"]) * self.case.pitch for one in (own, other)]
         loads, cut = own.along["load"], cuts[0]
@@ -131,18 +108,12 @@ class Both(NamedTuple):
         load_end = load_end if ends is told or math.isfinite(load_end) else cut
         kept = told | figures(self.case, last, load_e, load_end, theta_end)
         kept["load_e_other"] = float(other.figures["load_e"])
-        kept |= {role: _sooner(told[role], other.figures[role], cut) for role in _LIMITS if role in told}
         if ends is not told:
             words = str(ends["other_contact"])
             kept["end"] = str(End.OTHER) if ends["end"] == End.NONE else ends["end"]
             kept["other_contact"] = WHOSE + words if words else ""
         if "T" in along:
             kept["T_c"] = last["T"]
-        if "load_twofold" in told:
-            reached = np.isfinite(along["torque"])
-            touching = reached & (grid >= load_e)
-            ratios = along["stiffness_ratio"][touching]
-            kept |= stiffened(grid[touching], ratios, grid[reached], along["torque"][reached])
         which = np.searchsorted(grid, loads)
         return Curve({role: v[which] for role, v in along.items()}, kept)
 
@@ -168,12 +139,6 @@ def worst(along: Mapping[str, Array], role: str) -> Array:
     return np.fmax(own, along[role + OTHER]) if role + OTHER in along else own
 
 
-def _sooner(one: float | str, other: float | str, cut: float) -> float:
-    """Return the first of two load angles at which a face comes to a limit, NaN for none up to the cut-off."""
-    first = float(np.fmin(float(one), float(other)))
-    return first if first <= cut * (1 + _NEAR) else math.nan
-
-
 def even(cut: float, points: int, load_e: float) -> Array:
     """Return evenly spaced load angles up to ``cut``, the one next to engagement there."""
     loads = np.linspace(0.0, cut, points)
@@ -182,28 +147,12 @@ def even(cut: float, points: int, load_e: float) -> Array:
     return loads
 
 
-def _fine(loads: Array, most: float, load_e: float) -> Array:
-    """Return load angles and those between them at which a path that is walked is looked at for its figures."""
-    # the slope right after engagement is looked at, wherever the points stand
-    fine = [*np.linspace(0.0, most, math.ceil(most / FINE) + 1), min(load_e, most)]
-    return np.union1d(loads, fine)
-
-
-def _until(cut: float, along: dict[str, Array]) -> dict[str, Array]:
-    """Return variables, by role, without their values beyond the end."""
-    beyond = along["load"] > cut * (1 + _NEAR)
-    kept = ("load", "rate")
-    return {
-        role: v if role in kept or v.dtype.kind != "f" else np.where(beyond, np.nan, v) for role, v in along.items()
-    }
-
-
 def gather(
-    asked: Asked, paths: Sequence[Solved], solve: Callable[[Asked], Sequence[Solved]], far: float = 0.0
-) -> Sequence[Solved]:
+    asked: Asked, paths: Sequence[Solved], solve: Callable[[Asked], Sequence[Solved]]
+) -> Sequence[Solved]:  # fmt: skip
     """Return the paths of a beam by those of its scaled face, for each coefficient of friction.
 
-    ``solve`` gives the other face's, which sees the load in its own sense; ``far`` as of :class:`Both`.
+    ``solve`` gives the other face's, which sees the load in its own sense.
     """
     beam, load = asked.beam, asked.path.load
     if not (way := sense(beam, load.name)):
@@ -215,5 +164,5 @@ def gather(
     found = []
     for pair in zip(paths, others, strict=True):
         lead = int(pair[1].load_e < pair[0].load_e)
-        found.append(Both(pair[lead], pair[1 - lead], (across[lead], across[1 - lead]), far))
+        found.append(Both(pair[lead], pair[1 - lead], (across[lead], across[1 - lead])))
     return found

@@ -125,10 +125,9 @@ def curves(asked: Asked, joint: str) -> Answer:
     way = asked.path
     solve = model(joint, asked).solve
     one_face, more = solve(asked)
-    # the real beam that is bent is followed on all its faces at once
-    whole = joint == "compliant" and bool(asked.neutral)
-    far = _farthest(asked) if joint == "compliant" else 0.0
-    solved_paths = one_face if whole else both_faces.gather(asked, one_face, lambda other: solve(other)[0], far)
+    # the real beam is followed on all its faces at once
+    whole = joint == "compliant"
+    solved_paths = one_face if whole else both_faces.gather(asked, one_face, lambda other: solve(other)[0])
     found = [path.curve(points=asked.points, at=asked.at) for path in solved_paths]
     family = ("mu",) * asked.mus.ndim
 
@@ -144,14 +143,6 @@ def curves(asked: Asked, joint: str) -> Answer:
         by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(asked.beam, way.sense))
         attrs["sense"] = way.sense
     return Answer(labelled(way.load, States(by_dim), asked.mus, theory(way.load, joint)), attrs)
-
-
-def _farthest(asked: Asked) -> float:
-    """Return the load angle at which a path that is walked stops, where it has no earlier end."""
-    from squama.contacts.path import RANGE
-
-    to = abs(asked.path.values[-1])
-    return RANGE if to == math.inf else to
 
 
 def cycles(asked: Asked, joint: str) -> Answer:

@@ -126,10 +126,14 @@ class Case(NamedTuple):
         return cls(beam.pitch, kind.rigidity(beam), beam.joint_stiffness, beam.eta, beam.scale.theta0, sense == "-")
 
     @classmethod
-    def held(cls, beam: Beam, K: Array, sign: int) -> Case:
-        """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist."""
-        unit = beam.unit_moment
-        rigidity = twisting_stiffness(K, beam.given.free("twist")) * unit * beam.pitch
+    def held(cls, beam: Beam, K: Array, sign: int, own: Sequence[float] = ()) -> Case:
+        """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist.
+
+        ``own``: with scales on both faces what the matrices of both hold, see
+        :func:`squama.beam.matrixfile.of_strains`.
+        """
+        unit, given = beam.unit_moment, beam.given
+        rigidity = twisting_stiffness(K, given.free("twist"), given.seen, own) * unit * beam.pitch
         K_theta = inclination_stiffness(K[:7, :7]) * unit
         return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
 

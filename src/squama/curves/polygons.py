@@ -164,18 +164,15 @@ def meant(
     if held == "hinge" and not thin:
         refuse("ideal", "False", "is not covered by the hinge that is bent", "leave it out")
     lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
-    first = "middle" if beam.other else lines[0]
-    line = arguments.one_of("neutral", neutral or first, lines)
-    if beam.other and line != first:
-        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", f'write "{first}"')
+    line = arguments.one_of("neutral", neutral or lines[0], lines)
+    if beam.other and line == "face":
+        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", 'write "middle"')
     return held, thin, note, line
 
 
 def stretched(beam: Beam, neutral: str) -> Beam:
     """Return a beam on its compliant joint that is free to stretch ("free") or keeps its length ("middle")."""
     line = arguments.one_of("neutral", neutral, tuple(real_polygons.NEUTRAL))
-    if line == "free" and beam.other:
-        refuse("neutral", '"free"', "is of scales on one face: between two it is the middle", 'write "middle"')
     if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
         refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
     if beam.given.line == line:

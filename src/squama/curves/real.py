@@ -7,21 +7,25 @@ makes it thin and rigid. All contacts of neighbouring scales are followed (:mod:
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple, TypedDict
 
 import numpy as np
 
+from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.beam.joint_law import Free
 from squama.beam.matrixfile import MOTIONS, SHAPE
 from squama.contacts import increments, path, states
-from squama.curves.both_faces import worst
+from squama.curves.both_faces import WHOSE, of_other, worst
 from squama.curves.path import FINE, Asked, Case, Curve, States, figures, first_at, in_si, spaced, stiffened
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.joints.factor import MIRROR
 from squama.loads import LOADS, STRAIGHT, STRAINS, holding
-from squama.model.elastic_plate import SIDE_D, TIP
+from squama.model.elastic_plate import BASE, SIDE_D, TIP
+from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 from squama.units import change
 
@@ -38,41 +42,40 @@ OWN = (
 """Roles of variables that simpler models have not; strains and what holds them where the joint's matrix knows them."""
 _ALONG = (
     "rate", "load", "torque", "scales", "tangent", "p", "s", "theta", "N", "f", "f0", "U_el", "W_fr", "W_snap", "RED",
-    *OWN,
+    *OWN, *(role + OTHER for role in OF_A_SCALE),
 )  # fmt: skip
 
 
 class Bar(TypedDict):
-    """Which strains of the bar are free, and its stiffness against lateral bend over that against bend."""
+    """What the contact solver takes of the bar: see :func:`squama.contacts.path.beams`."""
 
     free: Free
     aside: float
+    seen: tuple[int, ...]
+    own: tuple[float, ...]
 
 
 class Held(NamedTuple):
     """What holds a beam's scales, and its figures in SI units.
 
-    ``K`` and the rigidity ``alone`` are those of scales on one face, ``rigidity`` is the beam's, in twisting. ``free``:
-    strains without a moment or force; ``aside``: the bar's stiffness against lateral bend over that against bend.
+    ``K`` is of scales on one face, ``rigidity`` is the beam's, in twisting. ``free``: strains without a moment or
+    force; ``aside``: the bar's stiffness against lateral bend over that against bend. With scales on both faces
+    ``seen`` and ``own`` as of :func:`squama.contacts.path.beams`.
     """
 
     joint: Joint
     K: Array
     K_theta: float
     rigidity: float
-    alone: float
     free: Free
     aside: float
+    seen: tuple[int, ...] = ()
+    own: tuple[float, ...] = ()
 
     @property
     def bar(self) -> Bar:
         """What the contact solver takes of the bar, by argument."""
-        return {"free": self.free, "aside": self.aside}
-
-    @property
-    def more(self) -> float:
-        """What tabs of the other face add to the rigidity, N m^2."""
-        return self.rigidity - self.alone
+        return {"free": self.free, "aside": self.aside, "seen": self.seen, "own": self.own}
 
     @classmethod
     def of(cls, beam: Beam, *loaded: str) -> Held:
@@ -81,11 +84,24 @@ class Held(NamedTuple):
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
         K = np.asarray(joint.K, float)
-        case = Case.held(beam, K, 1)
-        bare = beam.G_B * beam.J
-        rigidity = float(beam.given.gathered(case.rigidity / bare)) * bare if beam.other else case.rigidity
+        own = _own(beam, K) if beam.other else ()
+        case = Case.held(beam, K, 1, own)
         bar, free = beam.substrate, beam.given.free(*(loaded or (LOADS["twisting"].verb,)))
-        return cls(joint, K, case.stiffness, rigidity, case.rigidity, free, (bar.width / bar.thickness) ** 2)
+        aside = (bar.width / bar.thickness) ** 2
+        return cls(joint, K, case.stiffness, case.rigidity, free, aside, beam.given.seen, own)
+
+
+def _own(beam: Beam, K: Array) -> tuple[float, ...]:
+    """Return what the matrices K of both faces hold alike, E d^3: the bar's own stiffness against its four strains.
+
+    A given inclusion factor is the whole beam's: what both hold of the twist is so large that it becomes that.
+    """
+    bend, twist, aside, stretch = joint_law.own(beam.sizes)
+    if beam.joint.inclusion_factor is not None:
+        whole = Case.held(beam, K, 1, (bend, 0.0, aside, stretch)).rigidity
+        twist = (whole - beam.torsional_rigidity) / (beam.pitch * beam.unit_moment)
+    # a matrix (7, 7) knows the twist alone
+    return (bend, twist, aside, stretch) if len(K) == 9 else (0.0, twist, 0.0, 0.0)
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
@@ -115,9 +131,28 @@ class Path(NamedTuple):
         return notes(self.held, self.beam, self.far, ideal=self.way.scale.h == 0)
 
     @property
-    def hinged(self) -> bool:
-        """Whether the contact is that of hinges: a tip edge on the side edge that a hinge's comes to."""
-        return self.way.contact[:2] == (TIP, SIDE_D)
+    def faces(self) -> int:
+        """On how many faces there are scales."""
+        return len(self.way.contacts)
+
+    @property
+    def lead(self) -> int:
+        """Number of the face whose scales touch first: 0 the scaled one, 1 the other."""
+        return int(np.argmin([c.phi for c in self.way.contacts]))
+
+    @property
+    def seen(self) -> list[tuple[int, ...]]:
+        """Signs of bend, twist and lateral bend that each face sees, that of the scaled one first."""
+        return [(1, 1, 1), *([self.held.seen] if self.held.seen else [])]
+
+    def contact(self, face: int) -> path.Contact:
+        """Return what touches first on a face, as where the twist that the face sees is above 0."""
+        met = self.way.contacts[face]
+        return met if self.seen[face][1] > 0 else met.mirrored
+
+    def hinged(self, face: int) -> bool:
+        """Say whether the contact of a face is that of hinges: a tip edge on the side edge that a hinge's comes to."""
+        return self.contact(face)[:2] == (TIP, SIDE_D)
 
     @property
     def case(self) -> Case:
@@ -127,8 +162,8 @@ class Path(NamedTuple):
 
     @property
     def load_e(self) -> float:
-        """Twist per pitch at engagement, inf for none."""
-        return self.way.contact.phi
+        """Twist per pitch at the first engagement, inf for none."""
+        return self.way.engaged
 
     @property
     def mirror(self) -> Array:
@@ -137,7 +172,7 @@ class Path(NamedTuple):
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at evenly spaced twists, or at twists per pitch; NaN beyond an earlier end."""
-        engaged = self.way.contact.phi
+        engaged = self.load_e
         if at is None:
             at = spaced(self.far, points, engaged)
             found = self._curve(at)
@@ -151,32 +186,36 @@ class Path(NamedTuple):
 
     def _curve(self, at: Array) -> Curve:
         """Return the curve at twists per pitch; NaN beyond an earlier end."""
-        engaged = self.way.contact.phi
+        engaged = self.load_e
         most = float(at.max(initial=0.0))
         fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
-        wanted = np.union1d(at, engaged) if engaged < most else np.unique(at)
+        met = np.unique([c.phi for c in self.way.contacts])
+        wanted = np.union1d(at, met[met < most])
         # no step may be much smaller than the others; twists that are all but equal are put between their neighbours
         bounds = np.concatenate([[-np.inf], wanted, [np.inf]])
         after = np.searchsorted(bounds, fine)
         apart = np.minimum(fine - bounds[after - 1], bounds[after] - fine)
         twists = np.union1d(wanted, fine[apart > _NEAR])
-        kept = np.append(True, np.diff(twists) > _SAME) | (twists == engaged)
-        kept[:-1] &= ~(twists[1:] == engaged) | (engaged - twists[:-1] > _SAME)
+        meets, apart = np.isin(twists, met), np.diff(twists) > _SAME
+        kept = np.append(True, apart) | meets
+        kept[:-1] &= ~meets[1:] | apart
         answers = self.way.follow(twists[kept])
-        rows, end = answers.rows[0], answers.end()
+        faces, end = [face.rows[0] for face in answers.faces], answers.end()
         if not kept.all():
-            rows = np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T])
-        own = values(self, twists, rows)
-        own |= tangents(self.held.rigidity, self.beam.pitch, engaged, twists[kept], twists, own)
+            faces = [np.column_stack([np.interp(twists, twists[kept], column) for column in rows.T]) for rows in faces]
+        own = values(self, twists, *faces)
+        own |= tangents(self.held.rigidity, self.beam.pitch, met, twists[kept], twists, own)
         which = np.searchsorted(twists, at)
         reached = np.flatnonzero(np.isfinite(own["torque"]))
         last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in own.items()}
         found = {
             **figures(self.case, last, engaged, end.phi, last["theta"]),
-            **ending(self.way, answers),
+            **ending(self, answers),
             **thresholds(engaged, self.beam, twists, own),
-            "load_bent": first_at(twists, states.bent(self.way.scale, rows), states.THIN),
+            "load_bent": _bent(self.way.scale, twists, faces),
         }
+        if len(faces) > 1:
+            found["load_e_other"] = self.way.contacts[1 - self.lead].phi
         return Curve({role: own[role][which] for role in _ALONG if role in own}, found)
 
     def states(self, twists: Array) -> tuple[Array, path.End]:
@@ -225,7 +264,7 @@ def rigid_tab(group: float, inclusion: float) -> float:
 def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
     """Say where a curve to the twist ``far`` (rad per pitch) leaves what the model was compared with."""
     lines = [held.joint.note] if held.joint.note else []
-    if not beam.given.may and set(beam.held) < set(STRAINS) and not beam.other:
+    if not beam.given.may and set(beam.held) < set(STRAINS):
         lines.append(
             "the beam is held straight: joint.matrix knows no bend (squama joint --matrix writes all nine motions)"
         )
@@ -248,29 +287,52 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
     return lines
 
 
-def values(one: Path, twists: Array, rows: Array) -> dict[str, Array]:
-    """Return every variable at the states of ``rows``, SI units, by role."""
-    way = one.way
-    column = path.named(rows)
-    own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
-    own |= {name: column[name] for name in ("slip", "N", "f", "W_fr", "W_snap")} | {"p": column["x"], "s": column["y"]}
-    own |= states.energies(way, rows)
+def _bent(scale: path.Scale, twists: Array, faces: Sequence[Array]) -> float:
+    """Return the twist at which a scale is first bent beyond the plate model, by the states of each face; else NaN."""
+    found = [first_at(twists, states.bent(scale, rows), states.THIN) for rows in faces]
+    return float(np.fmin.reduce(found))
+
+
+def values(one: Path, twists: Array, *faces: Array) -> dict[str, Array]:
+    """Return every variable at states, SI units, by role.
+
+    ``faces``: rows of each face, that of the scaled one first. Figures of a scale are of the face that touches first.
+    """
+    column, lead = path.named(faces[0]), one.lead
+    own = {name: column[name] for name in ("W_fr", "W_snap")} | states.energies(one.way, *faces)
     own["U_el"] = own["U_joint"] + own["U_plate"] + own["U_bar"]
     own["torque"], own["onset"], own["work"] = column["torque"], column["T_slip"], column["W"]
-    own |= bar(one.held, column, mirrored=one.sign < 0)
-    if one.beam.other:
-        # what each face alone would take beside M and T is not told
-        own = {role: v for role, v in own.items() if role not in ("psi", "chi", "M_lat", "P")}
-    if one.held.more:
-        more = one.held.more / (one.beam.pitch * one.beam.unit_moment)
-        own |= {role: own[role] + more * twists for role in ("torque", "onset")}
-        own |= {role: own[role] + more * twists**2 / 2 for role in ("U_bar", "U_el", "work")}
-    own["theta"] = states.inclinations(way, rows)
-    own |= states.plate_figures(way.scale, path.deflections(rows))
+    own |= bar(one.held, column, mirrored=one.sign < 0) | _of_scale(one, faces[lead], lead)
+    own |= of_other(_of_scale(one, faces[1 - lead], 1 - lead)) if faces[1:] else {}
+    v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
+    for face, rows in enumerate(faces):
+        tab = embedded(one, path.motions(rows, one.seen[face]))
+        v |= tab if face == lead else of_other(tab)
+    return v
+
+
+def _of_scale(one: Path, rows: Array, face: int) -> dict[str, Array]:
+    """Return the figures of a scale at the states of its face, E = d = 1, by role.
+
+    Places are told as where the twist that the face sees is above 0, all else along the scale's own axes.
+    """
+    column, scale = path.named(rows), one.way.scale
+    own = {name: column[name] * sign for name, sign in zip(MOTIONS, one.mirror, strict=False)}
+    own |= {name: column[name] for name in ("slip", "N", "f")} | {"p": column["x"], "s": column["y"]}
+    if one.seen[face][1] < 0:
+        own |= {role: np.where(across, -own[role], own[role]) for role, across in _across(column).items()}
+    own["theta"] = states.inclinations(one.way, rows)
+    own |= states.plate_figures(scale, path.deflections(rows))
     for role in ("scale_twist", "stress_y"):
         own[role] = own[role] * one.mirror[1]
-    v = in_si(one.case, one.beam.substrate.youngs_modulus, twists, own)
-    return v | embedded(one, path.motions(rows))
+    return own
+
+
+def _across(column: dict[str, Array]) -> dict[str, Array]:
+    """Return whether the places of the first contact, p and s, run across the scale, by states (n,)."""
+    one, other = column["first"], column["second"]
+    faced = (one == path.FACE) | (other == path.FACE)
+    return {"p": ~faced & np.isin(one, (TIP, BASE)), "s": faced | np.isin(other, (TIP, BASE))}
 
 
 def bar(held: Held, column: dict[str, Array], *, mirrored: bool = False) -> dict[str, Array]:
@@ -308,20 +370,24 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
 
 
 def tangents(
-    rigidity: float, d: float, engaged: float, steps: Array, twists: Array, v: dict[str, Array]
+    rigidity: float, d: float, engaged: Sequence[float] | Array, steps: Array, twists: Array, v: dict[str, Array]
 ) -> dict[str, Array]:
     """Return the tangent stiffness at load angles, from the steps among them, and over that without contact.
 
-    ``rigidity`` is the one without contact, N m^2, ``engaged`` the load angle per pitch at engagement, ``d`` the pitch.
+    ``rigidity`` is the one without contact, N m^2, ``engaged`` the rising load angles per pitch at engagement of each
+    face, ``d`` the pitch.
     """
     torque = np.interp(steps, twists, v["torque"])
     slope = np.where(np.isfinite(torque), rigidity, np.nan)
-    contact = np.flatnonzero(steps >= engaged)
-    if contact.size > 1:
-        slope[contact] = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
-    found = np.interp(twists, steps, slope)
     # it jumps at engagement
-    found[twists < engaged] = rigidity
+    jumps = [at for i, at in enumerate(engaged) if i == 0 or at - engaged[i - 1] > _NEAR]
+    for begin, end in pairwise([*jumps, math.inf]):
+        contact = np.flatnonzero((steps >= begin) & (steps <= end))
+        if contact.size > 1:
+            slopes = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
+            slope[contact[steps[contact] < end]] = slopes[steps[contact] < end]
+    found = np.interp(twists, steps, slope)
+    found[twists < engaged[0]] = rigidity
     found[np.isnan(v["torque"])] = np.nan
     return {"tangent": found, "stiffness_ratio": found / rigidity}
 
@@ -332,16 +398,18 @@ def impossible(beam: Beam) -> str:
     return joint.note if joint.K is None else ""
 
 
-def ending(way: path.Path, answers: path.Answers) -> dict[str, float | int | str]:
-    """Return how a curve ends, what touches first, and what comes in next, by role."""
-    c = way.contact
+def ending(one: Path, answers: path.Answers) -> dict[str, float | int | str]:
+    """Return how a curve ends, what touches first, and what comes in next on a face, by role."""
+    c, at, words = one.contact(one.lead), math.nan, ""
     (name,) = path.endings(np.array([c], float), answers.ends)
-    events = answers.events[0, : int(answers.ends[0, 2])]
-    second = events[(events[:, 0] == increments.ENGAGE) & (events[:, 13] > 1)][:1]
-    at, words = math.nan, ""
-    if second.size:
-        ((one,), (other,)), at = path.features(*second[:, 8:11].T), float(second[0, 1])
-        words = f"{path.words(int(one), int(other), int(second[0, 7]))} at {at:.4g} rad/pitch"
+    for i, face in enumerate(answers.faces):
+        events = face.events[0, : int(face.ends[0, 2])]
+        second = events[(events[:, 0] == increments.ENGAGE) & (events[:, 13] > 1)][:1]
+        if second.size and not second[0, 1] >= at:
+            (first,), (other,) = path.features(*second[:, 8:11].T)
+            met = path.Contact(int(first), int(other), int(second[0, 7]), at := float(second[0, 1]), 0.0, 0.0)
+            met = met if one.seen[i][1] > 0 else met.mirrored
+            words = f"{WHOSE * (i != one.lead)}{met.words} at {at:.4g} rad/pitch"
     return {
         "end": str(name),
         "neighbour": max(0, c.k) if c.first != -1 else 0,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts import events, path
+from squama.contacts import path
 from squama.curves import real
 from squama.curves.path import Asked, Case, Curve, States, figures, spaced
 from squama.curves.real_polygons import WALKED, Gone, Stations, go
@@ -63,14 +63,14 @@ class Bent(NamedTuple):
         # the slope jumps at engagement
         free = within & (at < gone.onset)
         along["tangent"][free], along["stiffness_ratio"][free] = self.case.rigidity, 1.0
-        met, neighbour = gone.faces[0].met[1], gone.one.way.contact.k
+        lead = gone.one.lead
         cut = {role: float(values[-1]) for role, values in self.own.items() if values.dtype.kind == "f"}
-        second = events.second(gone.faces[0].events)
         end = math.inf if gone.found.end == End.NONE else gone.found.stop
         found = {
             **figures(self.case, cut, engaged, end, cut["theta"]),
             "T_c": cut["T"], "end": gone.found.end, "other_contact": gone.found.other,
-            "neighbour": max(0, neighbour), "first_contact": met, "load_second": second.way if second else math.nan,
+            "neighbour": max(0, gone.one.way.contacts[lead].k), "first_contact": gone.found.met[lead][1],
+            "load_second": gone.found.second,
             **({"load_e_other": gone.touched[1]} if len(gone.touched) > 1 else {}),
             **real.thresholds(gone.onset, gone.one.beam, ways, self.own),
         }  # fmt: skip
@@ -106,5 +106,5 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
     (own, bare), ways = gone.bending(), gone.along["psi"]
     case = Case(d, bare, gone.one.held.K_theta, asked.beam.eta, asked.beam.scale.theta0)
     own = {role: values for role, values in own.items() if role not in WALKED}
-    own |= real.tangents(bare, d, gone.onset, ways, ways, own)
+    own |= real.tangents(bare, d, gone.onsets, ways, ways, own)
     return Bent(case, gone, ways, own)

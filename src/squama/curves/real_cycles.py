@@ -16,15 +16,16 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path, states
+from squama.contacts import increments, path
 from squama.contacts.legs import follow_legs
-from squama.curves import both_faces, real
+from squama.curves import real
 from squama.curves.cycle_points import evenly, goals_of, resolving
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
 from squama.curves.real_polygons import Gone, Stations, go
 from squama.errors import InputError, Problem, refuse
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
+from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
 INCREMENT = 5e-4
@@ -36,7 +37,7 @@ _BEFORE = 1e-4
 _ALONG = (
     *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "W_snap"),
     *("T", "contact"),
-    *real.OWN,
+    *real.OWN, *(role + OTHER for role in OF_A_SCALE),
 )  # fmt: skip
 _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
 
@@ -117,14 +118,18 @@ def _engagements(asked: Asked) -> list[float]:
     held, plate = real.Held.of(beam, asked.path.load.verb), real.scale(beam, ideal=asked.ideal)
     if not asked.neutral:
         both = paths(beam, held, plate, mu, values)
-        return [one.sign * (one.way.contact.phi - _BEFORE) for one in both.values() if one.way.contact.first != -1]
+        found = [one.sign * (c.phi - _BEFORE) for one in both.values() for c in one.way.contacts if c.first != -1]
+        return _apart(found)
     found = []
-    for far in (float(values.max()), float(values.min())):
-        for view in both_faces.views(beam):
-            ahead = np.array([(far, 0.0)]) * view
-            met = follow_legs(plate, held.K, mu, ahead, **held.bar).answers.contact() if far else None
-            found += [math.copysign(met.phi - _BEFORE, far)] if met and met.first != -1 else []
-    return found
+    for far in filter(None, (float(values.max()), float(values.min()))):
+        way = follow_legs(plate, held.K, mu, np.array([(far, 0.0)]), **held.bar).way
+        found += [math.copysign(c.phi - _BEFORE, far) for c in way.contacts if c.first != -1]
+    return _apart(found)
+
+
+def _apart(places: list[float]) -> list[float]:
+    """Return rising places without those that all but equal the one before: both faces may engage at once."""
+    return [x for before, x in itertools.pairwise([-math.inf, *sorted(places)]) if x - before > _BEFORE]
 
 
 def _points(values: list[float], points: int, engaged: list[float]) -> _Way:
@@ -151,20 +156,15 @@ def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
     except LeftError as error:
         _refuse(asked, error, values[legs[error.point]])
     size, negative = np.abs(twists), twists < 0
-    parts = {sense: real.values(one, size, found) for sense, one in both.items()}
+    parts = {sense: real.values(one, size, *found) for sense, one in both.items()}
     v = dict(parts["+"])
     if "-" in parts:
         v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
-    v = both_faces.total([v] * both_faces.alike(beam, "twisting"), held.rigidity)
-    if beam.other and "M" in v:
-        # the other face sees the bend in its own sense
-        other = beam.other.seen[0]
-        v["M"] = v["M"] * (1 + other if both_faces.alike(beam, "twisting") == 2 else np.where(negative, other, 1))
     sign = np.where(negative, -1.0, 1.0)
     v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
     return _Walked(
         v,
-        path.named(found)["mode"],
+        path.named(found[0])["mode"],
         held.rigidity,
         _senses(both, values),
         lambda loop: _residual(both, values, loop),
@@ -195,45 +195,38 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         down = np.array(goals_of(loop.top, 0.0, 60))
         end = int(np.flatnonzero(legs == last)[-1]) if last else 0
         there = through(np.append(bends[: end + 1], down), np.append(legs[: end + 1], [last + 1] * down.size)).along
-        return _crossing(there["psi"][end + 1 :], there["M"][end + 1 :], there["N"][end + 1 :])
+        pressed = there["N"] + there.get(f"N{OTHER}", 0.0)
+        return _crossing(there["psi"][end + 1 :], there["M"][end + 1 :], pressed[end + 1 :])
 
-    met = gone.faces[0].met
-    senses = [
-        {
-            "load_e": met[0] if sense == "+" else math.inf, "first_contact": met[1] if sense == "+" else "",
-            "load_end": max(*(v if sense == "+" else -v for v in values), 0.0),
-            "end": str(End.RANGE if sense == "+" and met[1] else End.NONE),
-            "neighbour": int(sense == "+" and bool(met[1])), "other_contact": "",
-        }
-        for sense in used_senses(values)
-    ]  # fmt: skip
+    senses = []
+    for sense in used_senses(values):
+        sign = 1 if sense == "+" else -1
+        # bend at engagement, and what touches, of the face that comes first in this sense
+        ways, there = gone.stations.ways, sign * gone.stations.strains[:, 0]
+        met = [(float(np.interp(way, ways, there)), name) for way, name in gone.found.met if name]
+        load_e, name = min((one for one in met if one[0] > 0), default=(math.inf, ""))
+        senses.append({
+            "load_e": load_e, "first_contact": name, "load_end": max(*(sign * v for v in values), 0.0),
+            "end": str(End.RANGE if name else End.NONE), "neighbour": int(bool(name)), "other_contact": "",
+        })  # fmt: skip
     told = {"sense": np.array(used_senses(values))} | {k: np.array([row[k] for row in senses]) for k in senses[0]}
     return _Walked(v, v["mode"], bare, told, left, gone.one.held)
 
 
 def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Array) -> dict[str, real.Path]:
-    """Return what is followed in each sense that a history of twists goes to.
-
-    Of scales on both faces one acts at a time, or both do the same: a history to where both touch is refused.
-    """
-    far, found, seen = float(np.abs(values).max()), {}, both_faces.sense(beam, "twisting")
-
-    def way(sign: int) -> path.Path:
-        return path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), **held.bar)
-
-    if seen < 0 and (first := way(-1).contact).first != -1 and first.phi < far:
-        reason = f"is beyond {first.phi:.6g} rad/pitch, where the other face's scales touch too, which is not followed"
-        refuse("twist", f"{far:.6g} rad/pitch", reason, "turn round before")
+    """Return what is followed in each sense that a history of twists goes to."""
+    far, found = float(np.abs(values).max()), {}
     for sense in used_senses(values.tolist()):
         sign = -1 if sense == "-" else 1
-        found[sense] = real.Path(beam, held, way(1 if seen < 0 else sign), sign, far)
+        way = path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), **held.bar)
+        found[sense] = real.Path(beam, held, way, sign, far)
     return found
 
 
 def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
     """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
 
-    Rows as of :class:`squama.contacts.path.Answers`.
+    Rows (f, n, 60) of each face, see :class:`squama.contacts.path.Answers`.
 
     Raises
     ------
@@ -241,8 +234,9 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
         The contact ends on the history.
     """
     sums = [path.COLUMNS.index(name) for name in ("W_fr", "W_snap", "W", "slip")]
-    found, before = np.zeros((x.size, path.WIDTH)), np.zeros(len(sums))
-    found[:, [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
+    faces = len(paths["+"].way.contacts)
+    found, before = np.zeros((faces, x.size, path.WIDTH)), np.zeros((faces, 1, len(sums)))
+    found[..., [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
     # a part is what lies between two states without twist
     ends = [*np.flatnonzero(x == 0), x.size]
     for a, b in itertools.pairwise(ends):
@@ -250,14 +244,15 @@ def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
         if part.stop - part.start < 2:
             continue
         one = paths["-" if x[a + 1] < 0 else "+"]
-        own, end = one.way.states(np.abs(x[part]), increment)
+        answers = one.way.follow(np.abs(x[part]), increment)
+        own, end = np.concatenate([face.rows for face in answers.faces]), answers.end()
         if end.code != increments.RANGE:
             error = _left(one, end, end.solved, x[part])
             error.point += part.start
             raise error
-        own[:, sums] += before
-        before = own[-1, sums]
-        found[part] = own
+        own[..., sums] += before
+        before = own[:, -1:, sums]
+        found[:, part] = own
     return found
 
 
@@ -295,7 +290,9 @@ def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
 def _along(walked: _Walked, way: _Way) -> tuple[_Way, dict[str, Array]]:
     """Return every variable along the history, by role, with what follows from its ways, and these."""
     v = dict(walked.along)
-    v["f"] = v["f"] * np.where(np.diff(np.abs(way.twists), prepend=0.0) < 0, -1.0, 1.0)
+    for role in ("f", f"f{OTHER}"):
+        if role in v:
+            v[role] = v[role] * np.where(np.diff(np.abs(way.twists), prepend=0.0) < 0, -1.0, 1.0)
     way, v = _sliding(way, v)
     size = np.abs(way.twists)
     inward = np.diff(size, prepend=0.0) < 0
@@ -334,7 +331,10 @@ def _sliding(way: _Way, v: dict[str, Array]) -> tuple[_Way, dict[str, Array]]:
     v = {role: grown(values) for role, values in v.items()}
     new = i + 1 + np.arange(i.size)
     # what is left of the friction while it turns round lies across; where the scales slide it is all there
-    v["f"][new] = v["N"][new] * v["f"][new + 1] / v["N"][new + 1]
+    for face in ("", OTHER):
+        if f"f{face}" in v:
+            f, N = v[f"f{face}"], v[f"N{face}"]
+            f[new] = N[new] * np.divide(f[new + 1], N[new + 1], out=0 * N[new], where=N[new + 1] > 0)
     return own, v
 
 
@@ -398,14 +398,12 @@ def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Lo
     start = [j for j in range(last + 1) if values[j] == 0][-1]
     down = goals_of(abs(loop.top), 0.0, 60)
     targets = np.array([*np.abs(values[start : last + 1]), *down])
-    rows, end = one.way.states(targets, INCREMENT)
-    v = path.named(rows[-len(down) :])
-    x, torque = targets[-len(down) :], v["torque"]
-    faces = both_faces.alike(one.beam, "twisting")
-    torque = faces * torque + (one.held.rigidity / one.held.alone - faces) * states.rigidity(one.way) * x
-    if end.code != increments.RANGE:
+    answers = one.way.follow(targets, INCREMENT)
+    if answers.end().code != increments.RANGE:
         return 0.0
-    return math.copysign(_crossing(x, torque, v["N"]), loop.top)
+    v = [path.named(face.rows[0, -len(down) :]) for face in answers.faces]
+    pressed = np.sum([face["N"] for face in v], axis=0)
+    return math.copysign(_crossing(targets[-len(down) :], v[0]["torque"], pressed), loop.top)
 
 
 def _crossing(x: Array, torque: Array, N: Array) -> float:
@@ -421,7 +419,7 @@ def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array
     """Return what holds for either sense of twist that the history goes to."""
     rows = []
     for one in paths.values():
-        contact = one.way.contact
+        contact = one.contact(one.lead)
         rows.append(
             {
                 "load_e": contact.phi,

@@ -14,14 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.joint_law import Free, bare
+from squama.beam.joint_law import Free
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts import events, increments, path, states
 from squama.contacts.events import Event
 from squama.contacts.legs import Bent, follow_legs
 from squama.curves import both_faces, real
-from squama.curves.path import Asked, Case, States, in_si
-from squama.model.outcome import End
+from squama.curves.path import Asked, States, in_si
 from squama.types import Array
 
 NEUTRAL = {"free": "free", "middle": "held"}
@@ -65,20 +64,22 @@ class Stations(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """States at the first stations (E = d = 1, by role), and their contacts; way and word of the end.
+    """States at the first stations (E = d = 1, by role) as far as the path goes; way and word of its end.
 
-    ``q`` (n, 9) are the motions, twist, bend and stretch; ``met`` way and name of the first contact, ``events`` what
-    happens; ``other`` contacts of which another one comes in first, in words.
+    ``rows`` are those of each face, ``contacts`` the names of what touches there. ``met`` way and name of the first
+    contact of each face, ``events`` what happens on each; ``other`` contact of which another one comes in first, in
+    words; ``second`` its way, NaN for none.
     """
 
     own: dict[str, Array]
-    q: Array
-    contact: Array
-    met: tuple[float, str]
-    events: list[Event]
+    rows: list[Array]
+    contacts: list[Array]
+    met: list[tuple[float, str]]
+    events: list[list[Event]]
     stop: float
     end: str
     other: str = ""
+    second: float = math.nan
 
 
 def impossible(beam: Beam) -> str:
@@ -92,14 +93,13 @@ def unbent(beam: Beam) -> str:
 
 
 class Gone(NamedTuple):
-    """A path that was followed: variables ``along`` the stations as far as it went; of each face states and engagement.
+    """A path that was followed: variables ``along`` the stations as far as it went; ``found``: its states.
 
-    ``found``: the states of the beam; ``touched`` ways at engagement, inf where none; ``notes`` for the reader.
+    ``touched`` ways at engagement of each face, inf where none; ``notes`` for the reader.
     """
 
     one: real.Path
     stations: Stations
-    faces: list[Followed]
     found: Followed
     along: dict[str, Array]
     touched: list[float]
@@ -115,13 +115,18 @@ class Gone(NamedTuple):
         """Way from which on stations are in contact: that at engagement lies just before it."""
         return self.engaged * (1 - 2 * _BEFORE)
 
+    @property
+    def onsets(self) -> list[float]:
+        """Rising ways from which on stations of each face are in contact."""
+        return [self.onset, *sorted(self.touched)[1:]]
+
     def bending(self) -> tuple[dict[str, Array], float]:
         """Return the variables by their roles in bending alone, and the rigidity without contact, N m^2."""
-        v, beam = self.along, self.one.beam
+        v = self.along
         own = {role: values for role, values in v.items() if role not in _OF_BOTH}
         own |= {"load": v["psi"], "rate": v["kappa"], "torque": v["M"], "scales": v["M_scales"]}
         own |= {"T": v["torque"], "phi": v["load"]}
-        return own, bending_rigidity(beam, self.one.way)
+        return own, bending_rigidity(self.one.beam, self.one.way)
 
 
 def go(
@@ -134,24 +139,16 @@ def go(
     ``step``: largest increment of the way.
     """
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
-    held, views = real.Held.of(beam, *asked.path.loaded), both_faces.views(beam)
-    firsts = [follow_legs(plate, held.K, mu, np.array(ahead) * view, **held.bar) for view in views]
-    met = [r.answers.contact() for r in firsts]
-    touched = [c.phi if c.first != -1 else math.inf for c in met]
+    held = real.Held.of(beam, *asked.path.loaded)
+    way = follow_legs(plate, held.K, mu, np.array(ahead), **held.bar).way
+    touched = [c.phi if c.first != -1 else math.inf for c in way.contacts]
     # a step from there on must not be much smaller than others
     where = stations(min(touched) * (1 - _BEFORE))
     far = float(np.abs(where.strains).max())
-    one = real.Path(beam, held, firsts[0].way, 1, far)
-    faces = []
-    for i, view in enumerate(views):
-        corners = where.strains[1:] * view
-        found = _followed(one, follow_legs(plate, held.K, mu, corners, **held.bar, step=step), where, touched[i])
-        if found.end == End.NONE and math.isfinite(touched[i]):
-            found = found._replace(end=str(End.RANGE))
-        faces.append(found._replace(other=both_faces.WHOSE * bool(i and found.other) + found.other))
-    whole = _gathered(one, faces, where)
+    one = real.Path(beam, held, way, 1, far)
+    found = _followed(one, follow_legs(plate, held.K, mu, where.strains[1:], **held.bar, step=step), where, touched)
     notes = real.notes(held, beam, far, ideal=asked.ideal)
-    return Gone(one, where, faces, whole, _in_si(one, whole, where, faces), touched, notes)
+    return Gone(one, where, found, _in_si(one, found, where), touched, notes)
 
 
 def walk(asked: Asked) -> States:
@@ -173,88 +170,70 @@ def walk(asked: Asked) -> States:
     }  # fmt: skip
     attrs = real.attributes(gone.one.held, *asked.path.loaded) | {"load": "bending and twisting"}
     single = {k: np.asarray(v) for k, v in figures.items()}
-    told = _events(stations, gone.faces, (found.stop, found.end), at)
+    told = _events(stations, found.events, (found.stop, found.end), at)
     return States({("point",): along, ("event",): told, (): single}, attrs, gone.notes)
 
 
-def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -> Followed:
-    """Return the states of a beam that engages at a way, rest the first of them, and what happens on its way."""
-    way, met, end = one.way, found.answers.contact(), found.answers.end()
+def _followed(one: real.Path, found: Bent, stations: Stations, engaged: list[float]) -> Followed:
+    """Return the states of a beam whose faces engage at these ways, rest the first of them, and what happens."""
+    way, answers, end = one.way, found.answers, found.answers.end()
     n = end.solved + 1
     rest = np.zeros((1, found.rows.shape[1]))
     rest[:, [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
-    rows = np.concatenate([rest, found.rows])[:n]
-    v = path.named(rows)
-    own = {name: v[name] for name in (*MOTIONS, "N", "f", "W_fr", "W_snap", "slip", "mode", "torque")}
-    own |= real.bar(one.held, v)
-    own["torque"] = own["torque"] * (1 - one.held.free[1]) + 0.0
-    spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
+    faces = [np.concatenate([rest, face.rows[0]])[:n] for face in answers.faces]
+    v = path.named(faces[0])
+    own = {name: v[name] for name in ("W_fr", "W_snap", "mode")} | real.bar(one.held, v)
+    own["torque"] = v["torque"] * (1 - one.held.free[1]) + 0.0
+    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*states.energies(way, *faces).values()], axis=0)}
+    stop = end.phi if end.code != increments.RANGE else float(stations.ways[-1])
+    met, told, contacts = [], [], []
+    for i, (face, rows, at) in enumerate(zip(answers.faces, faces, engaged, strict=True)):
+        figures, first = _of_scale(one, face, rows), face.contact()
+        own |= both_faces.of_other(figures) if i else figures
+        contacts.append(np.append("", events.touching(face))[:n])
+        met.append((at, events.named(first.first, first.second, first.k) if first.first >= 0 else ""))
+        # the same place as without stations, to the last digit
+        every = [event._replace(way=event.way if j else at) for j, event in enumerate(events.events(face))]
+        told.append([event for event in every if event.way <= stop])
+    (word,) = path.endings(np.array([min(way.contacts, key=lambda c: c.phi)], float), answers.ends)
+    seconds = [events.second(of_face) for of_face in told]
+    second = min((event.way for event in seconds if event), default=math.nan)
+    words = [both_faces.WHOSE * i + event.placed for i, event in enumerate(seconds) if event and event.way == second]
+    return Followed(own, faces, contacts, met, told, stop, str(word), "".join(words[:1]), second)
+
+
+def _of_scale(one: real.Path, found: path.Answers, rows: Array) -> dict[str, Array]:
+    """Return the figures of a scale at the states of its face, by role; rest is the first of them."""
+    v, n = path.named(rows), len(rows)
+    own = {name: v[name] for name in (*MOTIONS, "N", "f", "slip")}
+    spots = np.concatenate([np.full((1, 4), np.nan), found.touches[0, :, 0, 6:10]])[:n]
     faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
     own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
-    own |= {"onset": v["T_slip"], "work": v["W"], "U_el": np.sum([*states.energies(way, rows).values()], axis=0)}
-    own |= {"theta": states.inclinations(way, rows)} | states.plate_figures(way.scale, path.deflections(rows))
-    contact = np.append("", events.touching(found.answers))[:n]
-    (word,) = path.endings(found.answers.contacts, found.answers.ends)
-    told = events.events(found.answers)
-    stop = end.phi if end.code != increments.RANGE else float(stations.ways[-1])
-    first = engaged, events.named(met.first, met.second, met.k) if met.first >= 0 else ""
-    # the same place as without stations, to the last digit
-    told = [event._replace(way=event.way if i else engaged) for i, event in enumerate(told) if event.way <= stop]
-    second = events.second(told)
-    return Followed(own, path.motions(rows), contact, first, told, stop, str(word), second.placed if second else "")
-
-
-def _gathered(one: real.Path, faces: Sequence[Followed], stations: Stations) -> Followed:
-    """Return the states of a beam by those of its faces: sums, else those of the scaled face."""
-    first = faces[0]
-    if len(faces) == 1:
-        return first
-    # where both go all the way one that touches nothing says less
-    last = min(faces, key=lambda face: (round(face.stop, 9), face.end == End.NONE))
-    n = min(len(face.q) for face in faces)
-    psi, phi = stations.strains[:n].T
-    (bend, twist), (bare_phi, bare_psi) = both_faces.views(one.beam)[1], _once(one)
-    a, b = ({role: v[:n] for role, v in face.own.items()} for face in faces)
-    bar = (bare_phi * phi**2 + bare_psi * psi**2) / 2
-    own = a | {"torque": a["torque"] + twist * b["torque"] - bare_phi * phi}
-    own |= {"M": a["M"] + bend * b["M"] - bare_psi * psi}
-    own |= {role: a[role] + b[role] for role in ("W_fr", "W_snap")}
-    own |= {role: a[role] + b[role] - bar for role in ("U_el", "work")}
-    own |= both_faces.of_other(b)
-    return Followed(own, first.q[:n], first.contact[:n], first.met, first.events, last.stop, last.end, last.other)
+    own["theta"] = states.inclinations(one.way, rows)
+    return own | states.plate_figures(one.way.scale, path.deflections(rows))
 
 
 def bending_rigidity(beam: Beam, way: path.Path) -> float:
-    """Return the bending rigidity without contact, N m^2, by a path of one face; the bar of two faces counts once."""
-    alone = float(states.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
-    return 2 * alone - float(bare("bending", beam.sizes)) if beam.other else alone
+    """Return the bending rigidity without contact, N m^2."""
+    return float(states.bare(way.beams)[0, 1, 1]) * beam.unit_moment * beam.pitch
 
 
-def _once(one: real.Path) -> tuple[float, float]:
-    """Return the stiffness of what both faces share, against twist and bend (E = d = 1): the bar without tabs."""
-    beam, held = one.beam, one.held
-    twist = (2 * held.alone - held.rigidity) / beam.pitch
-    return twist / beam.unit_moment, float(bare("bending", beam.sizes)) / beam.pitch / beam.unit_moment
-
-
-def _in_si(one: real.Path, found: Followed, stations: Stations, faces: Sequence[Followed]) -> dict[str, Array]:
+def _in_si(one: real.Path, found: Followed, stations: Stations) -> dict[str, Array]:
     """Give the states their units, with what the scales add to the bar and what the embedded part bears."""
-    beam, n = one.beam, len(found.q)
-    psi, phi = stations.strains[:n].T
-    psi, phi = (q if free else v for q, free, v in zip(found.q[:, [7, 6]].T, one.held.free, (psi, phi), strict=False))
+    beam, column = one.beam, path.named(found.rows[0])
+    n = len(found.rows[0])
+    told = zip((column["psi"], column["twist"]), one.held.free, stations.strains[:n].T, strict=False)
+    psi, phi = (state if free else asked for state, free, asked in told)
     own = {role: values for role, values in found.own.items() if role not in ("M", "psi")}
-    v = in_si(Case.held(beam, one.held.K, 1), beam.substrate.youngs_modulus, phi, own)
+    v = in_si(one.case, beam.substrate.youngs_modulus, phi, own)
     unit = beam.unit_moment
-    alone = states.bare(one.way.beams)[0]
-    if one.beam.other:
-        signs = np.array(one.beam.other.seen[::-1])
-        alone = alone + alone * np.outer(signs, signs) - np.diag(_once(one))
-    bar = unit * alone @ [phi, psi]
+    bar = unit * states.bare(one.way.beams)[0] @ [phi, psi]
     v |= {"psi": psi, "kappa": psi / beam.pitch, "M": unit * found.own["M"], "leg": stations.legs[:n]}
-    v |= {"M_scales": v["M"] - bar[1], "scales": v["torque"] - bar[0], "contact": found.contact}
-    for face in faces[1:]:
-        v |= both_faces.of_other({"contact": face.contact[:n], **real.embedded(one, face.q[:n])})
-    return v | real.embedded(one, found.q)
+    v |= {"M_scales": v["M"] - bar[1], "scales": v["torque"] - bar[0]}
+    for i, (rows, contact) in enumerate(zip(found.rows, found.contacts, strict=True)):
+        figures = {"contact": contact, **real.embedded(one, path.motions(rows, one.seen[i]))}
+        v |= both_faces.of_other(figures) if i else figures
+    return v
 
 
 class _Places(NamedTuple):
@@ -276,11 +255,13 @@ class _Places(NamedTuple):
         return {"psi": psi, "phi": phi, "kappa": psi / self.pitch, "Phi": phi / self.pitch, "theta": theta}
 
 
-def _events(stations: Stations, faces: Sequence[Followed], end: tuple[float, str], at: _Places) -> dict[str, Array]:
+def _events(
+    stations: Stations, faces: Sequence[Sequence[Event]], end: tuple[float, str], at: _Places
+) -> dict[str, Array]:
     """Return what happens on the way, and where: what contacts do, corners, the end."""
     rows: list[tuple[float, str]] = []
     for of, face in zip(("", both_faces.WHOSE), faces, strict=False):
-        rows += [(event.way, of + event.word) for event in face.events]
+        rows += [(event.way, of + event.word) for event in face]
     rows += [(way, "corner") for way, _ in stations.corners()[:-1]]
     rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), end]
     places = [at(way) for way, _ in rows]

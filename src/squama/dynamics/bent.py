@@ -1,7 +1,7 @@
 r"""Branches of a real beam that is bent: thick, elastic scales on joints, walked along the bend and back.
 
 By the same model as ``squama.bend`` and ``squama.cycle`` in bending: a path of both loads
-(:mod:`squama.contacts.legs`), the twist held, of each face. The scales' moment and energy are over the beam's rigidity.
+(:mod:`squama.contacts.legs`), the twist held. The scales' moment and energy are over the beam's rigidity.
 
 Along a mode the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
 
@@ -25,7 +25,7 @@ from scipy.interpolate import CubicSpline
 from squama.beam.design import Beam
 from squama.contacts import increments, path, states
 from squama.contacts.legs import follow_legs
-from squama.curves import both_faces, cycle_points, real, real_cycles
+from squama.curves import cycle_points, real, real_cycles
 from squama.curves.real_bent import BENT
 from squama.curves.real_polygons import bending_rigidity
 from squama.dynamics.branches import APART, Branch, Side
@@ -54,45 +54,34 @@ class Walked(NamedTuple):
 
 
 class Bend(NamedTuple):
-    """A real beam that is bent in one sense: what :func:`squama.contacts.legs.follow_legs` takes.
-
-    ``rigidity``: the beam's, E d^3; ``views`` are the signs of the bend that its faces see.
-    """
+    """A real beam that is bent in one sense, ``sign``: what :func:`squama.contacts.legs.follow_legs` takes."""
 
     scale: path.Scale
     K: Array
     mu: float
     bar: real.Bar
-    views: tuple[int, ...]
-    rigidity: float
+    sign: int
 
     @classmethod
     def of(cls, beam: Beam, mu: float, sign: int, *, ideal: bool) -> Bend:
         """Return that of a beam."""
         scale, held = real.scale(beam, ideal=ideal), real.Held.of(beam, BENT)
-        views = tuple(sign * view for view, _ in both_faces.views(beam))
-        return cls(scale, held.K, mu, held.bar, views, rigidity(beam) / beam.pitch / beam.unit_moment)
+        return cls(scale, held.K, mu, held.bar, sign)
 
     def engages(self, far: float) -> float:
         """Return the bend per pitch at which scales come into contact, looked for up to ``far``; inf for none."""
-        met = [follow_legs(self.scale, self.K, self.mu, np.array([(view * far, 0.0)]), **self.bar).answers
-               for view in self.views]  # fmt: skip
-        found = [answers.contact() for answers in met]
-        return min((c.phi for c in found if c.first != -1), default=math.inf)
+        way = follow_legs(self.scale, self.K, self.mu, np.array([(self.sign * far, 0.0)]), **self.bar).way
+        return min((c.phi for c in way.contacts if c.first != -1), default=math.inf)
 
     def walk(self, x: Array) -> Walked:
         """Walk from rest through bends (n,), no two in a row equal."""
-        q, stored, n, ends = np.zeros(x.size), np.zeros(x.size), x.size, ""
-        for i, view in enumerate(self.views):
-            corners = np.column_stack([view * x, 0.0 * x])
-            found = follow_legs(self.scale, self.K, self.mu, corners, **self.bar, step=real_cycles.INCREMENT)
-            end, alone = found.answers.end(), float(states.bare(found.way.beams)[0, 1, 1])
-            if end.code != increments.RANGE and end.solved < n:
-                n, ends = end.solved, both_faces.WHOSE * bool(i) + end.word
-            u = states.energies(found.way, found.rows)
-            q += view * found.M - alone * x
-            stored += u["U_joint"] + u["U_plate"]
-        return Walked(q[:n] / self.rigidity, stored[:n] / self.rigidity, ends)
+        corners = np.column_stack([self.sign * x, 0.0 * x])
+        found = follow_legs(self.scale, self.K, self.mu, corners, **self.bar, step=real_cycles.INCREMENT)
+        end, alone = found.answers.end(), float(states.bare(found.way.beams)[0, 1, 1])
+        n, ends = (x.size, "") if end.code == increments.RANGE else (end.solved, str(end.word))
+        u = states.energies(found.way, *(face.rows[0] for face in found.answers.faces))
+        stored = u["U_joint"] + u["U_plate"]
+        return Walked(self.sign * found.M[:n] / alone - x[:n], stored[:n] / alone, ends)
 
 
 def rigidity(beam: Beam) -> float:

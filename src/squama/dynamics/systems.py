@@ -159,10 +159,10 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
     if held.neutral:
         return _bent(beam, held, mode, sign, far), None
     if held.joint == "compliant":
-        seen = both_faces.sense(beam, held.load.name)
-        first = _real(beam, held, 1 if seen < 0 else sign, far)
+        first = _real(beam, held, sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
-        second = first if seen < 0 else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
+        alike = both_faces.sense(beam, held.load.name) < 0
+        second = first if alike else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
         return Sides(*(first, second)[::sign]), None
     return _hinged(beam, held, mode)
 
@@ -193,40 +193,33 @@ def _bent(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Sides:
 
 
 def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
-    """Return the branches of the real beam: each way back from a turning point is walked from there.
-
-    Of scales on both faces they end where the other face's come into contact too, unless these do the same.
-    """
+    """Return the branches of the real beam: each way back from a turning point is walked from there."""
     holds, plate, ends = real.Held.of(beam), real.scale(beam, ideal=held.ideal), ""
     way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far, **holds.bar)
-    y_e = way.contact.phi
-    if both_faces.sense(beam, held.load.name) < 0:
-        other = path.Path.of(plate, holds.K, held.mu, sense=-sign, most=far, **holds.bar).contact
-        if other.first != -1 and other.phi < far:
-            far, ends = other.phi, both_faces.WHOSE + other.words
+    y_e = way.engaged
     if not y_e < far:
         # where it would engage is told all the same
-        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, **holds.bar).contact.phi
-        return Side(math.inf, far, ends) if ends else APART._replace(y_e=max(beyond, far))
-    faces, ratio = both_faces.alike(beam, held.load.name), holds.rigidity / holds.alone
+        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, **holds.bar).engaged
+        return APART._replace(y_e=max(beyond, far))
     y = np.linspace(y_e, far, STEPS)
-    rows, end = way.states(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
-    n, rows = y.size, rows[1:]
+    answers = way.follow(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
+    end, faces = answers.end(), [face.rows[0, 1:] for face in answers.faces]
+    n, rows = y.size, faces[0]
     if end.code != increments.RANGE:
         n = int(np.isfinite(rows[:, 1]).sum())
         ends = str(end.word)
     if n < 4:
         return Side(math.inf, y_e, ends)
     alone = states.rigidity(way)
-    y, rows = y[:n], rows[:n]
+    y = y[:n]
 
     def scales(torque: Array, twist: Array) -> Array:
-        """Return the scales' torque over the beam's rigidity by one face's, without the rounding before contact."""
+        """Return the scales' torque over the beam's rigidity, without the rounding before contact."""
         q = torque / alone - twist
-        return np.where(np.abs(q) < NOTHING, 0.0, q) * faces / ratio
+        return np.where(np.abs(q) < NOTHING, 0.0, q)
 
-    up = Branch(y, scales(path.named(rows)["torque"], y))
-    u = states.energies(way, rows)
+    up = Branch(y, scales(path.named(rows)["torque"][:n], y))
+    u = states.energies(way, *(face[:n] for face in faces))
 
     @functools.lru_cache(maxsize=256)
     def walked(top: float) -> Branch:
@@ -236,7 +229,7 @@ def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
         q = scales(path.named(states[there.size :])["torque"], np.append(top, back))
         return Branch(np.concatenate([[y_e], back[::-1], [top]]), np.concatenate([[0.0], q[::-1]]))
 
-    stored = (u["U_joint"] + u["U_plate"]) * faces / (ratio * alone)
+    stored = (u["U_joint"] + u["U_plate"]) / alone
     return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), CubicSpline(y, stored))
 
 

@@ -137,7 +137,7 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            v = path.named(real_cycles.rows(paths, twists, real_cycles.INCREMENT))
+            v = path.named(real_cycles.rows(paths, twists, real_cycles.INCREMENT)[0])
             signed = v["torque"] * beam.unit_moment * np.where(twists < 0, -1.0, 1.0)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)

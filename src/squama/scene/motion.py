@@ -12,7 +12,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge, polygons
+from squama.curves import both_faces, follow, hinge, polygons, real
 from squama.curves.bent_twist import Twisted
 from squama.curves.path import Solved, idealisation, thin
 from squama.errors import refuse
@@ -128,11 +128,16 @@ class Motion:
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
-        # forces are drawn where the tip edge meets the side edge
-        self.drawn = bool(self.hinge or getattr(path, "hinged", False))
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
+        # forces are drawn where the tip edge meets the side edge
+        self.drawn, self.other_drawn = bool(self.hinge), False
+        if isinstance(path, real.Path):
+            self.drawn, self.other_drawn = path.hinged(0), path.hinged(path.faces - 1)
+            if path.lead:
+                # its curve begins with the face that touches first
+                self.curve |= _exchanged(self.curve)
         self.half = float(self.curve["N"].max()) / 2 or 1.0
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
@@ -159,7 +164,7 @@ class Motion:
     def _other_of_whole(self) -> Motion:
         """Return the motion of the other face's scales, whose figures are in the curve."""
         other = copy(self)
-        other.curve = self.curve | {role: self.curve[role + OTHER] for role in OF_A_SCALE if role + OTHER in self.curve}
+        other.curve, other.drawn = self.curve | _exchanged(self.curve), self.other_drawn
         other.half = float(other.curve["N"].max()) / 2 or 1.0
         return other
 
@@ -281,13 +286,19 @@ class Motion:
         return np.asarray(c.a_rate), np.asarray(c.c_rate)
 
 
+def _exchanged(curve: dict[str, Array]) -> dict[str, Array]:
+    """Return the figures of the scales of a curve, by role, with those of both faces exchanged."""
+    both = [(role, role + OTHER) for role in OF_A_SCALE if role in curve and role + OTHER in curve]
+    return {to: curve[of] for role, other in both for of, to in ((role, other), (other, role))}
+
+
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:
     """Return the design of each face with scales, and its part of a state; the scaled face first."""
     found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(motion.shape, lambda state: state)]
     if motion.other:
         other = motion.setting.beam.other
         assert other is not None
-        bend, twist = other.seen
+        bend, twist, _ = other.seen
         design = motion.shape | {"S": list(other.S), "shift": other.shift, "neighbour": motion.other.shape["neighbour"]}
         design |= {"sense": twist * design["sense"], "bend": bend, "held": bend * design["held"]}
         found.append((design, lambda state: state.other or state))
