@@ -11,7 +11,7 @@ from squama.contacts.legs import Bent, follow_legs
 from squama.curves import real
 from squama.joints import law
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
 
 
 def twisted_then_bent(n: int) -> Bent:
@@ -104,7 +104,7 @@ def test_scales_without_overlap_touch_where_boxes_do(name: str) -> None:
     def gap(phi: float) -> float:
         return boxes.displaced(size, beam["theta0"], phi, 1, rates[:6] * phi, rates[6] * phi)
 
-    found = squama.response(np.linspace(0.01, 0.3, 30), **beam)
+    found = squama.response(np.linspace(0.01, 0.3, 30), **beam, hold="bend, lateral bend")
     twists = np.linspace(0.0, 0.3, 61)
     first = next(i for i, phi in enumerate(twists) if gap(phi) < 0)
     assert float(found.phi_e) == pytest.approx(brentq(gap, twists[first - 1], twists[first], xtol=1e-14), rel=1e-9)

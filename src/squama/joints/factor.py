@@ -63,18 +63,19 @@ def scaled(
 ) -> Array:
     """Return K (..., m, m) with K_theta or torque per twist (both E d^3, (...)) as given, whatever is None as it is.
 
-    The factor's column of the pivot is stretched, so that the other pivots stay and so does how far each motion goes
-    by itself with the load. ``free``: which of the strains bend, twist, lateral bend and stretch are under the torque.
+    For K_theta the factor's column of that pivot is stretched, so that the other pivots stay and so does how far each
+    motion goes by itself with the load. Torque per twist is given by what acts beside the joint, on the twist alone.
+    ``free``: which of the strains bend, twist, lateral bend and stretch are under the torque.
     """
     L = factor(K)
-    for place, value in ((K_THETA, K_theta), (TWIST, rigidity)):
-        if value is not None:
-            square = value / L[..., place, place] ** 2
-            loose = [row for row in loose_rows(free) if row < K.shape[-1]]
-            if place == TWIST and loose:
-                # T/phi = t a/(1 + t g) where the squares of column phi are multiplied by t: a of phi, g of what is free
-                across, own = L[..., loose, TWIST], L[..., loose, BEND:]
-                give = np.linalg.solve(own @ np.swapaxes(own, -1, -2), across[..., None])[..., 0]
-                square = value / (L[..., place, place] ** 2 - value * (across * give).sum(axis=-1))
-            L[..., place] *= np.sqrt(square)[..., None]
-    return product(L)
+    if K_theta is not None:
+        L[..., K_THETA] *= np.sqrt(K_theta / L[..., K_THETA, K_THETA] ** 2)[..., None]
+    found = product(L)
+    if rigidity is not None:
+        own, loose = L[..., TWIST, TWIST] ** 2, [row for row in loose_rows(free) if row < K.shape[-1]]
+        if loose:
+            across, rest = L[..., loose, TWIST], L[..., loose, BEND:]
+            give = np.linalg.solve(rest @ np.swapaxes(rest, -1, -2), across[..., None])[..., 0]
+            own = own / (1 + (across * give).sum(axis=-1))
+        found[..., TWIST, TWIST] += rigidity - own
+    return found

@@ -54,8 +54,8 @@ def test_measured_figures_go_before_all(with_matrix: bool) -> None:
     unit = given.substrate.youngs_modulus * given.pitch**3
     pivots = factor.pivots(joint_of(given).K)
     assert pivots[factor.K_THETA] * unit == pytest.approx(given.joint_stiffness, rel=1e-9)
-    # a matrix of seven motions knows no stretch; the others have no axial force
-    twist = matrixfile.twisting_stiffness(joint_of(given).K, () if with_matrix else (0, 0, 0, 1))
+    # a matrix of seven motions knows no bend and no stretch, which are free on the others
+    twist = matrixfile.twisting_stiffness(joint_of(given).K, () if with_matrix else (1, 0, 1, 1))
     assert twist * unit * given.pitch == pytest.approx(given.torsional_rigidity, rel=1e-9)
     only = factor.pivots(joint_of(plain.replace(joint={"stiffness": given.joint_stiffness})).K)
     assert only[factor.TWIST] == pytest.approx(factor.pivots(joint_of(plain).K)[factor.TWIST], rel=1e-9)

@@ -9,6 +9,7 @@ import pytest
 from shapes import drawn
 
 import squama
+from squama.beam import matrixfile
 from squama.errors import InputError
 from squama.fe.geometry import Geometry
 from squama.joints import factor, law, processes
@@ -91,12 +92,19 @@ def test_scaled_to_measured_figures() -> None:
         before, after = factor.pivots(part), factor.pivots(to)
         assert after[factor.K_THETA] == pytest.approx(0.02, rel=1e-12)
         assert after[factor.TWIST] == pytest.approx(0.5, rel=1e-12)
-        rest = [i for i in range(len(part)) if i not in {factor.K_THETA, factor.TWIST}]
-        np.testing.assert_allclose(after[rest], before[rest], rtol=1e-10)
+        np.testing.assert_allclose(after[: factor.K_THETA], before[: factor.K_THETA], rtol=1e-10)
+        # torque per twist is given beside the joint: nothing else changes by it
+        alone = factor.scaled(part, rigidity=0.5) - part
+        alone[factor.TWIST, factor.TWIST] = 0.0
+        np.testing.assert_allclose(alone, 0, atol=1e-13)
         # a scale goes by itself with the twist as before
         own = [np.linalg.solve(x[:6, :6], x[:6, 6]) for x in (part, to)]
         np.testing.assert_allclose(*own, rtol=1e-10)
     np.testing.assert_allclose(factor.scaled(K), K, rtol=1e-12, atol=1e-15)
+    # any torque per twist of a bar that may bow, which is limited by its bending without what acts beside it
+    for rigidity in (0.01, 0.5, 50.0):
+        found = matrixfile.twisting_stiffness(factor.scaled(K, rigidity=rigidity, free=(1, 0, 1, 1)), (1, 0, 1, 1))
+        assert found == pytest.approx(rigidity, rel=1e-9)
 
 
 def test_it_is_near_elements_that_were_not_fitted() -> None:
