@@ -40,6 +40,7 @@ from squama.contacts.increments import (
     T_ZERO,
     Walk,
     accept,
+    balanced,
     energy,
     energy_now,
     guess,
@@ -79,7 +80,7 @@ def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
     if not tried(w, up, fresh):
         return up
     b = value(w, w.new, MEET, -1)
-    # an edge that dips beside a contact that is known on it comes in deeper: its gap is not closed here
+    # one that was near another contact may come in deeper: its gap is not closed here
     return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b > -_DEEPER * MISSED_GAP else up
 
 
@@ -179,7 +180,7 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 accept(w, h, True)
                 # what is rubbed in a snap is a part of what it loses
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
-                lost = before + h * t[T_LOAD] - after
+                lost = before + len(w.S.shapes) * h * t[T_LOAD] - after
                 c = 0 if w.counts[0] > 0 else -1
                 if lost > _SNAPS * before:
                     t[T_LOST] += lost
@@ -214,15 +215,12 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             continue
         clear(w.near)
         what, c, v = violated(w, w.new, True)
-        if what < 0:
-            note(w, h)
-            accept(w, h, False)
-            t[T_H], t[T_ZERO] = min(most, 2 * h), 0.0
-            return 0
-        if what != MEET:
-            deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
-        where, what, c = locate(w, h, fresh, what, c, v)
-        if where < 0.0:
+        where = h
+        if what >= 0:
+            if what != MEET:
+                deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
+            where, what, c = locate(w, h, fresh, what, c, v)
+        if where < 0.0 or not balanced(w, where):
             restore(w)
             h *= _SHRINK
             if h < _LEAST:
