@@ -49,7 +49,7 @@ _DIP = 1e-3
 """Depth, in pitches, by which the gap along a bent edge may be less between two places that are looked at."""
 ALONG, ACROSS = 16, 8
 """Places that are looked at along a bent edge of the length, and of the width."""
-_PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.13, 6
+_PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.03, 6
 _BERNSTEIN = np.array([[math.comb(r, m) / math.comb(7, m) for m in range(2, 8)] for r in range(8)])
 """Coefficients of Bernstein's polynomials of degree 7, of the powers X^2 .. X^7."""
 

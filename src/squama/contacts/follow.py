@@ -49,6 +49,7 @@ from squama.contacts.increments import (
     remark,
     remember,
     restore,
+    rounded,
     tell,
     weigh,
 )
@@ -182,7 +183,7 @@ def jump(w: Walk, events: Array, step: float) -> int:
                 t[T_RUBBED], t[T_SLID] = rubbed, slid
                 lost = before + len(w.S.shapes) * h * t[T_LOAD] - after
                 c = 0 if w.counts[0] > 0 else -1
-                if lost > _SNAPS * before:
+                if lost > _SNAPS * max(before, rounded(w)):
                     t[T_LOST] += lost
                     tell(w, events, SNAP, c, lost)
                 else:

@@ -80,6 +80,8 @@ NOTHING, LOST = -1, 5
 
 UNBALANCED = 1e-4
 """Work, over the energy, that an increment may lose."""
+_SMALL = 1e-4
+"""Motions, in pitches and rad, whose energies are very small."""
 
 
 class Walk(NamedTuple):
@@ -179,6 +181,15 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float]:
 
 
 @_jit
+def rounded(w: Walk) -> float:
+    """Return an energy below which differences of energies say nothing: that of motions that are very small."""
+    most = 0.0 * w.tally[T_ENERGY]
+    for a in range(MOTIONS):
+        most = max(most, w.S.K[0, a, a])
+    return _SMALL**2 * most
+
+
+@_jit
 def balanced(w: Walk, h: float) -> bool:
     """Say whether the work of the increment just solved for is what joints and plates store and friction takes.
 
@@ -188,7 +199,7 @@ def balanced(w: Walk, h: float) -> bool:
     # loads are those of one scale
     work *= len(w.S.shapes)
     stored, had = energy(w, w.new), w.tally[T_ENERGY]
-    return bool(abs(work - rubbed + had - stored) <= UNBALANCED * max(abs(stored), abs(had)))
+    return bool(abs(work - rubbed + had - stored) <= UNBALANCED * max(abs(stored), abs(had), rounded(w)))
 
 
 @_jit
