@@ -375,6 +375,17 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
 
 
 @_jit
+def tell_gone(w: Walk, events: Array, c: int) -> None:
+    """Write into the last event which of the contacts before is gone, and where it was."""
+    n = int(w.tally[T_EVENTS].real) - 1
+    if n < len(events):
+        for a in range(FIRST, STUCK):
+            events[n, 6 + a] = w.kept[c, a]
+        for a in range(3):
+            events[n, 14 + a] = w.old.s[c, a]
+
+
+@_jit
 def energy_now(w: Walk) -> float:
     """Return the elastic energy of the last state."""
     prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
