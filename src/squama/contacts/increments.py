@@ -78,7 +78,7 @@ NOTHING, LOST = -1, 5
 """What ends an increment beside the violations: nothing, and a snap."""
 
 
-UNBALANCED = 1e-4
+UNBALANCED = 3e-4
 """Work, over the energy, that an increment may lose."""
 _SMALL = 1e-4
 """Motions, in pitches and rad, whose energies are very small."""
