@@ -17,7 +17,7 @@ STEEP = {"eta": 3.816, "beta": 0.662, "lam": 0.335, "alpha": 0.863, "theta0": 0.
 LONG = {"eta": 4.68, "beta": 0.313, "lam": 0.512, "alpha": 0.501, "theta0": 0.226, "h": 0.032, "mu": 0.3, "D": np.inf}
 FIGURES = [path.COLUMNS.index(name) for name in ("T", "M", "N", "W_fr", "W", "energy", "u_Z", "w_X", "x", "psi")]
 AT = np.linspace(0.004, 0.3, 75)
-E, S, C = increments.ENGAGE, increments.SNAP, increments.CHANGE
+E, S = increments.ENGAGE, increments.SNAP
 
 
 def made(sizes: dict[str, float], n: int = 1, **changes: Array) -> path.entry.Beams:
