@@ -44,7 +44,8 @@ LOOPS = {
         [0, 120, 0, 150, 60, 172, 0], 3.0, 15.0, 4.0, 5.0,
     ),
     "stiff_skin_loop.csv": Loop(
-        "stiff_skin.toml", "the real beam", {"points": 400}, 0.31, 0.105,
+        "stiff_skin.toml", "the real beam, which a guide keeps straight",
+        {"points": 400, "hold": "bend, lateral bend"}, 0.31, 0.105,
         [0, 110, 0, 130, 90, 135, 0], 2.0, 0.2, 0.1, 0.05,
     ),
 }  # fmt: skip

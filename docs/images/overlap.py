@@ -175,8 +175,8 @@ def along(ax: Axes, scale: path.Scale, rows: np.ndarray, span: tuple[float, floa
 def picture() -> Figure:
     """Return the figure."""
     beam = squama.Beam.from_toml(str(BEAM))
-    scale, held = real.scale(beam, ideal=False), real.Held.of(beam)
-    rows, _ = path.Path.of(scale, held.K, MU, stretch=held.stretch).states(np.array(TWISTS))
+    scale, held = real.scale(beam, ideal=False), real.Held.of(beam.replace(hold="bend, lateral bend"))
+    rows, _ = path.Path.of(scale, held.K, MU, **held.bar).states(np.array(TWISTS))
     figure = style.new_figure(style.PAGE, 2.6)
     left, right = figure.subplots(1, 2, width_ratios=(1.55, 1))
     span = seen(left, Pair.of(scale, rows[-1]))

@@ -5,16 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from datetime import date, timedelta
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squama.errors import refuse
+from squama import loads
+from squama.errors import naming, refuse
 from squama.loads import LOADS, Load
 from squama.model import reach
 from squama.model.laws import LAWS
 from squama.types import Array
 from squama.units import MARGIN, shown
+
+if TYPE_CHECKING:
+    from squama.beam.design import Beam
 
 EXAMPLES = {
     "eta": "3", "beta": "1.25", "lam": "0.45", "mu": "0.25", "margin": "0.01", "stiffness_ratio": "1",
@@ -42,6 +47,15 @@ def beam(value: object) -> None:
         refuse("beam", path, "is a text, not a beam", f"for a beam file write squama.Beam.from_toml({path})")
     remedy = 'give a squama.Beam, e.g. squama.Beam.from_toml("beam.toml")'
     refuse("beam", "", f"is of type {type(value).__name__}, not a beam", remedy)
+
+
+def held_by(beam: Beam, hold: str | None) -> Beam:
+    """Return a beam with what is held of it in place of its own ``hold``, if it is given."""
+    if hold is None:
+        return beam
+    with naming("hold"):
+        loads.hold(hold)
+    return beam.replace(hold=hold)
 
 
 def place(value: object, example: str, name: str = "path") -> None:

@@ -144,10 +144,8 @@ MODES = ("uniform", "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
 """What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""
-GUIDED = "bend, twist, lateral bend"
-"""What is held where a beam says nothing: under a torque it stays straight, under a moment it does not twist."""
-STRAIGHT = "straight"
-"""Word for all strains that are not loaded, as what is held."""
+STRAIGHT, NOTHING = "straight", "nothing"
+"""Words for what is held: all strains that are not loaded, and none, which is so where a beam says nothing."""
 
 
 def hold(text: str) -> tuple[str, ...]:
@@ -161,10 +159,10 @@ def hold(text: str) -> tuple[str, ...]:
     words = [" ".join(part.split()) for part in text.split(",")]
     if words == [STRAIGHT]:
         return STRAINS
-    if words == ["nothing"]:
+    if words == [NOTHING]:
         return ()
     if any(word not in STRAINS for word in words):
-        names = ", ".join(map(units.shown, (*STRAINS, STRAIGHT, "nothing")))
+        names = ", ".join(map(units.shown, (*STRAINS, STRAIGHT, NOTHING)))
         refuse("", units.shown(text), f"must be some of {names}", 'write e.g. "bend, stretch"')
     return tuple(name for name in STRAINS if name in words)
 
@@ -174,10 +172,18 @@ def holds(text: str, load: Load) -> bool:
     return any(other.verb in hold(text) for other in LOADS.values() if other is not load)
 
 
+def fixed(attrs: Mapping[str, Any]) -> str:
+    """Say what is held, by a result's attributes, and which line of a hinge's bar keeps its length."""
+    whole = "held straight" if attrs["load"] in ("twisting", "row") else "all else held"
+    words = whole if attrs["hold"] == STRAIGHT else f"{attrs['hold']} held"
+    bent = attrs["joint"] == "hinge" and "neutral" in attrs
+    return f"{words}; {LINES[attrs['neutral']]}" if bent else words
+
+
 def holding(held: Iterable[str]) -> str:
     """Return what is held in words: the text of :func:`hold`."""
     names = tuple(held)
-    return STRAIGHT if names == STRAINS else ", ".join(names) or "nothing"
+    return STRAIGHT if names == STRAINS else ", ".join(names) or NOTHING
 
 
 NEUTRAL = {"middle": 0.0, "face": 1.0}

@@ -29,7 +29,7 @@ ROTOR = "1e-4 kg m2"
 
 def measured(r: np.random.Generator) -> tuple[squama.Beam, dict[str, Array], dict[str, float]]:
     """Return the beam that a fit starts from, a measured decay and the true values."""
-    start = squama.Beam.from_toml(ROOT / "stiff_skin.toml").replace(rotor=ROTOR)
+    start = squama.Beam.from_toml(ROOT / "stiff_skin.toml").replace(rotor=ROTOR, hold="bend, lateral bend")
     mu, factor, damping = r.uniform(0.15, 0.4), r.uniform(0.8, 1.25), r.uniform(0.005, 0.03)
     K = factor * real.Held.of(start).K_theta
     beam = start.replace(friction={"mu": mu}, joint={"stiffness": K})

@@ -59,7 +59,7 @@ def loop(beam: squama.Beam, to: float, joint: str, r: np.random.Generator) -> tu
 def measured(case: tuple[str, str], r: np.random.Generator) -> tuple[squama.Beam, dict[str, Array], dict[str, float]]:
     """Return the beam that a fit starts from, a measured loop and the true values."""
     file, scale, to, joint, size = BEAMS[case[0]]
-    start = squama.Beam.from_toml(ROOT / file).replace(scale=scale)
+    start = squama.Beam.from_toml(ROOT / file).replace(scale=scale, hold="bend, lateral bend")
     beam, K = truth(start, joint, r)
     x, T, way = loop(beam, to, joint, r)
     degree = np.radians(1) / start.scales

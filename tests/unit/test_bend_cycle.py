@@ -12,8 +12,8 @@ from squama.fe.assembly import make_bent
 from squama.fe.geometry import geometry
 from squama.joints.choice import joint_of
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
 HISTORY = "0, 0.12, 0.09, 0.12, 0, 0.1, 0 rad/pitch"
 
 
@@ -96,7 +96,21 @@ def test_hinges_are_asked_for(capsys):
     assert hinge.attrs["joint"] == "hinge"
     face = SKIN.replace(substrate={"neutral": "face"})
     assert squama.cycle(face, "0.08 rad/pitch", load="bending").attrs["joint"] == "hinge"
-    assert main(["cycle", "examples/stiff_skin.toml", "--load", "bending", "--to", "0.1 rad/pitch"]) == 0
+    assert (
+        main(
+            [
+                "cycle",
+                "examples/stiff_skin.toml",
+                "--load",
+                "bending",
+                "--to",
+                "0.1 rad/pitch",
+                "--hold",
+                "twist, lateral bend",
+            ]
+        )
+        == 0
+    )
     out = capsys.readouterr().out
     assert "in cycles of bending: mu = 0.25, thick, elastic scales on compliant joints" in out
     assert "sense +: first contact at 0.06036 rad/pitch: BF" in out

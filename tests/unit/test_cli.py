@@ -133,14 +133,14 @@ def test_summary_of_the_real_beam(beam, capsys):
     assert ([float(cell) for cell in shown], last) == (pytest.approx(ratios, rel=5e-3), "-")
     assert row("  largest stress in a scale, MPa")[1:] == ["-", "-"]
     # where simpler models part from the real one
-    assert torques[1] > 4 * torques[0]
+    assert torques[2] > 4 * torques[0]
     for model in ("thin, rigid", "hinge"):
         (line,) = [line for line in lines if line.startswith(f"{model}: ")]
-        assert "within 5% in torque up to" in line
+        assert "5% in torque up to" in line or "5% off in torque from the start" in line
     (line,) = [line for line in lines if line.startswith("joint of a scale: ")]
     assert "six motions, by the law of the joint, torque to about" in line
     assert "thick, elastic scales" in line
-    assert f"{beam.scales} scales in a row, held straight" in text
+    assert f"{beam.scales} scales in a row, free to bow" in text
     assert "held straight by" not in _out(capsys, "twist", "beam.toml", "--to", "0.01 rad/pitch")
     # the hinge locks, and nobody meets its torque there: the real beam is the headline
     assert f"{float(hinge.T_c):.4g}" not in text
@@ -230,7 +230,7 @@ def test_summary_of_a_family_of_the_real_beam(beam, capsys):
         assert cells[0] == f"{float(r.mu[i]):g}"
         assert cells[-1] == f"{float(r.RED_c[i]):.4g}"
         assert r.end[i].item() in line
-        assert f"mu = {float(r.mu[i]):g}: hinge: within 5% in torque up to" in text
+        assert f"mu = {float(r.mu[i]):g}: hinge: " in text
     assert {"thin, rigid", "hinge"} <= set(lines)
 
 
@@ -249,8 +249,8 @@ def test_json_of_the_real_beam(beam, capsys):
     assert found["derived"]["K_theta"] == r.attrs["K_theta"] != beam.joint_stiffness
     (thin,), (hinge,) = (found["derived"]["off"][name] for name in ("thin, rigid", "hinge"))
     for off in (thin, hinge):
-        assert float(r.phi_e) < off["within"] < off["last"]
-        assert off["torque"] > 1
+        assert 0 <= off["within"] < off["last"]
+    assert hinge["torque"] > 1
     assert found["warnings"] == list(r.attrs["warnings"])
 
 

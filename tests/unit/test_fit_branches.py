@@ -72,7 +72,10 @@ def walked_of(beam, loop, v):
 
 def test_what_is_walked_is_the_cycle():
     """Torques at points of a cycle are the cycle's; rigidity without contact, zero and drift are added to it."""
-    beam, history = squama.Beam.from_toml("examples/pla_on_vps.toml"), "0.1, 0.05, 0.12, 0 rad/pitch"
+    beam, history = (
+        squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, lateral bend"),
+        "0.1, 0.05, 0.12, 0 rad/pitch",
+    )
     loop, held = squama.cycle(beam, history, points=40), real.Held.of(beam)
     load = loop.phi.values
     v = Physical(0.25, held.K_theta, held.rigidity, beam.scale.theta0)

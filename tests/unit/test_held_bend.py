@@ -97,7 +97,9 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
         assert (told["state"]["load"], told["asked"]) == (0, 0)
         assert told["bend"] == pytest.approx(math.radians(60) / SKIN.scales)
         shown = squama.view(SKIN, bend="60 deg total", joint=joint)
-        assert shown.state.theta == pytest.approx(squama.bend_twist(SKIN, "bend 60 deg total", joint=joint).theta[-1])
+        assert shown.state.theta == pytest.approx(
+            squama.bend_twist(SKIN, "bend 60 deg total, twist 0 rad/m", joint=joint).theta[-1]
+        )
         assert "twist 0.0000 rad per pitch (60° and 0° over" in repr(shown)
         # both named, both are there; neither, and it is twisted most of the way
         assert squama.view(SKIN, bend="60 deg total", to="30 deg total", joint=joint).state.load > 0

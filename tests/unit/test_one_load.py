@@ -12,7 +12,6 @@ import squama
 from squama.cli import main
 from squama.curves.bench import bench
 from squama.curves.doors import respond
-from squama.curves.released import released
 from squama.paper import parameters as par
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
@@ -63,40 +62,38 @@ def test_hinges_tell_the_moment_that_holds_them_straight(sense):
 
 def test_free_to_bow():
     """Against general contact on the joint's matrix, 0.05 % off, with friction; figures of the nonlinear elements."""
-    found = released(SKIN, "twisting", 0.25, [0.1, 0.06, 0.08])
-    np.testing.assert_allclose(found.torque, [13.2e-3, 5.61e-3, 9.51e-3], rtol=0.015)
-    np.testing.assert_allclose(found.strain, [-0.0513, -0.00715, -0.0296], atol=1.5e-3)
-    assert found.stiffness_ratio[0] == pytest.approx(2.74, rel=0.02)
-    assert not found.note
+    found = squama.twist(SKIN, mu=0.25, at=["0.06 rad/pitch", "0.08 rad/pitch", "0.1 rad/pitch"])
+    np.testing.assert_allclose(found["T"], [5.61e-3, 9.51e-3, 13.2e-3], rtol=0.015)
+    np.testing.assert_allclose(found.psi, [-0.00715, -0.0296, -0.0513], atol=1.5e-3)
+    assert float(found.stiffness_ratio[-1]) == pytest.approx(2.74, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("beam", "load", "at"), [(SKIN, "twisting", 0.1), (SKIN, "bending", 0.1), (PLA, "bending", 0.15)]
-)
+@pytest.mark.parametrize(("beam", "load", "at"), [(SKIN, "twist", 0.1), (SKIN, "bend", 0.1), (PLA, "bend", 0.15)])
 def test_free_of_moment_is_so_by_another_path(beam, load, at):
     """Without friction the way does not count: a straight ray to the same strains has no moment (no torque)."""
-    found = released(beam, load, 0.0, at)
-    other, held = float(found.strain[0]), "M" if load == "twisting" else "T"
-    strains = (other, at) if load == "twisting" else (at, other)
+    found = getattr(squama, load)(beam, mu=0, at=[at / beam.pitch])
+    own, other, held = ("T", "psi", "M") if load == "twist" else ("M", "phi", "T")
+    strains = (float(found[other][0]), at)[:: 1 if load == "twist" else -1]
     q = squama.bend_twist(beam, [tuple(v / beam.pitch for v in strains)], mu=0)
-    whole = float(np.abs(q["T" if load == "twisting" else "M"]).max())
+    whole = float(np.abs(q[own]).max())
     assert abs(float(q[held][-1])) < 2e-4 * whole
-    assert float(found.torque[0]) == pytest.approx(float(q["T" if load == "twisting" else "M"][-1]), rel=2e-4)
+    assert float(found[own][0]) == pytest.approx(float(q[own][-1]), rel=2e-4)
 
 
 def test_what_is_not_known_is_said():
-    both = SKIN.replace(faces="mirrored")
-    assert "both faces" in released(both, "twisting", 0.25, 0.08).note
     seven = squama.Beam.from_toml("examples/stiff_skin.toml")
     from squama.beam.matrixfile import stored
     from squama.curves.real import Held
 
     held = Held.of(seven)
     seven = seven.replace(joint={"matrix": stored(seven, held.K[:7, :7])})
-    assert "nine motions" in released(seven, "twisting", 0.25, 0.08).note
     r = squama.twist(seven, points=5)
-    assert r.attrs["neutral"] == "middle"
+    assert "held straight: joint.matrix knows no bend" in r.attrs["warnings"]
+    assert (r.attrs["neutral"], r.attrs["hold"]) == ("middle", "straight")
     assert "M" not in r
+    for beam, why in ((seven, "nine motions"), (SKIN.replace(faces="mirrored"), "both faces")):
+        found = bench(beam, respond(beam, "twisting", points=20), ideal=False)
+        assert any(why in note for note in found.notes)
     with pytest.raises(squama.InputError, match="neutral"):
         squama.twist(seven, neutral="free")
     with pytest.raises(squama.InputError, match="neutral"):
@@ -106,41 +103,46 @@ def test_what_is_not_known_is_said():
 def test_the_papers_figure_6b_takes_a_moment():
     """Thin, rigid scales on the compliant joint, eta 3: by general contact, over E d^3."""
     beam, phi = par.fig6b(3.0), np.array([0.1, 0.15, 0.2])
-    r = squama.twist(beam, at=phi / beam.pitch, joint="compliant", ideal=True, mu=0.2)
-    free = released(beam, "twisting", 0.2, phi, ideal=True)
+    how = {"at": phi / beam.pitch, "joint": "compliant", "ideal": True, "mu": 0.2}
+    r, free = squama.twist(beam, hold="straight", **how), squama.twist(beam, **how)
     held = {"T": [0.00934, 0.01839, 0.02813], "M": [0.00337, 0.00883, 0.01581]}
     for name, values in held.items():
         np.testing.assert_allclose(r[name] / beam.unit_moment, values, rtol=0.02)
-    np.testing.assert_allclose(free.torque / beam.unit_moment, [0.00635, 0.01051, 0.01443], rtol=0.02)
+    np.testing.assert_allclose(free["T"] / beam.unit_moment, [0.00635, 0.01051, 0.01443], rtol=0.02)
 
 
 def test_the_bench_is_what_the_summary_says(capsys):
-    assert main(["twist", "examples/stiff_skin.toml"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert "endless beam" in lines[0]
-    assert [
-        part in line
-        for part, line in zip(
-            ("held straight by a bending moment of", "free to bow", "25 scales"), lines[2:5], strict=True
-        )
-    ] == [True] * 3
+    said = ("free to bow", "held straight by a bending moment of", "25 scales in a row, free")
+    for hold, order in (("nothing", said), ("bend", (said[1], said[0], "25 scales in a row, held"))):
+        assert main(["twist", "examples/stiff_skin.toml", "--hold", hold]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert "endless beam" in lines[0]
+        assert [part in line for part, line in zip(order, lines[2:5], strict=True)] == [True] * 3
     assert main(["twist", "examples/stiff_skin.toml", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)["bench"]
     answer = respond(SKIN, "twisting", points=200)
     found = bench(SKIN, answer, ideal=False)
     assert record["endless"]["torque"] == pytest.approx(found.endless.torque)
-    assert found.released.stiffness_ratio < 0.3 * found.endless.stiffness_ratio
-    assert found.row.torque < 0.8 * found.endless.torque
+    assert record["straight"]["holding"] == pytest.approx(found.other.holding)
+    assert found.other.stiffness_ratio > 3 * found.endless.stiffness_ratio
+    assert found.row.torque < found.endless.torque
     at = [found.at / SKIN.pitch]
-    assert found.holding == pytest.approx(float(squama.twist(SKIN, at=at).M[0]), rel=1e-3)
+    assert found.other.holding == pytest.approx(float(squama.twist(SKIN, at=at, hold="straight").M[0]), rel=1e-3)
     row = squama.row(SKIN, to=found.at / SKIN.pitch, points=60)
     assert found.row.torque == pytest.approx(float(row["T"][-1]), rel=1e-3)
 
 
+def test_what_is_held_is_given_once(capsys):
+    assert main(["twist", "examples/stiff_skin.toml", "--hold", "bend", "--set", "beam.hold=bend"]) == 2
+    assert "--set beam.hold: is given twice, by --hold, too" in capsys.readouterr().err
+    assert main(["twist", "examples/stiff_skin.toml", "--hold", "bow"]) == 2
+    assert '--hold = "bow": must be some of' in capsys.readouterr().err
+
+
 def test_the_bench_of_a_bent_beam():
     found = bench(SKIN, respond(SKIN, "bending", points=200), ideal=False)
-    assert found.released.torque < 0.3 * found.endless.torque
-    assert "held from twisting by a torque of" in next(found.lines)
+    assert found.endless.torque < 0.3 * found.other.torque
+    assert "free to twist" in next(found.lines)
 
 
 def test_no_contact_no_bench():

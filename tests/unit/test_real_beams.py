@@ -92,7 +92,8 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
     turned = design | {"alpha": -design["alpha"]}
     K = law.stiffness(law.Shape(*(turned[name] for name in law.Shape._fields)))
     scale = path.Scale(*(turned[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")))
-    one = path.Path.of(scale, K, design["mu"], free=path.STRETCHING)
+    aside = (design["width"] / (2 * design["lam"])) ** 2
+    one = path.Path.of(scale, K, design["mu"], free=(1, 0, 1, 1), aside=aside)
     rows, end = one.states(PHI)
     assert 0 < many.phi_e < 0.1
     assert many.phi_e == pytest.approx(one.contact.phi, rel=1e-9)
@@ -102,7 +103,7 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
 
 def test_modulus_to_infinity_is_rigid() -> None:
     rigid, stiff = (squama.response(PHI, **DESIGN, modulus_ratio=ratio) for ratio in (np.inf, 1e13))
-    assert rigid.stiffness_ratio.max() > 5
+    assert rigid.stiffness_ratio.max() > 2
     np.testing.assert_allclose(stiff.torque, rigid.torque, rtol=1e-4)
 
 

@@ -15,8 +15,8 @@ from squama.errors import InputError
 from squama.joints.choice import joint_of
 from squama.plot import path_figure
 
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
 BY_EDGES = "twist 0.09 rad/pitch; bend 0.02 rad/pitch, twist 0.1 rad/pitch"
 BENT_FIRST = "bend 0.08 rad/pitch; twist 0.1 rad/pitch"
 
@@ -200,13 +200,13 @@ def test_what_only_hinges_have_means_them(given):
 
 def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
-    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--neutral", "middle"]) == 0
+    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--hold", "straight"]) == 0
     first, *lines = capsys.readouterr().out.splitlines()
     assert "thick, elastic scales on compliant joints; the line in the middle" in first
     head = next(i for i, line in enumerate(lines) if line.split() == ["real", "hinge"])
     rows = [line.split() for line in lines[head:]]
     torques = [row for row in rows if row[:2] == ["torque", "T,"]]
-    r = squama.bend_twist(SKIN, path, mu=0.6, neutral="middle")
+    r = squama.bend_twist(SKIN, path, mu=0.6, hold="straight")
     at = np.flatnonzero(r.leg == 1)[-1]
     assert float(torques[0][-2]) == pytest.approx(float(r["T"][at]), rel=2e-3)
     # a hinge that has locked before has no torque

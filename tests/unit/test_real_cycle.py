@@ -13,7 +13,7 @@ from squama.curves import real_cycles
 from squama.errors import InputError
 from squama.plot import cycle_figure
 
-FAR = {"beam": squama.Beam.from_toml("examples/stiff_skin.toml"), "ideal": False}
+FAR = {"beam": squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend"), "ideal": False}
 
 
 def stiff(beam):

@@ -26,7 +26,7 @@ SHAPES = [
 KINDS = {"thick, elastic": {}, "thick, rigid": {"D": math.inf}, "thin, elastic": {"h": 0.0}}
 KINDS["thin, rigid"] = KINDS["thick, rigid"] | KINDS["thin, elastic"]
 NU = 0.35
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
 RIGID = PLA.replace(scale={"youngs_modulus": None, "poisson_ratio": None, "strength": None})
 
 
@@ -458,7 +458,7 @@ def test_a_beams_own_scales_are_those_of_the_door():
     assert own.T[0] < many.T[0]
     # before engagement there is nothing between
     assert own_scales(beam, [1e-3]).stiffness_ratio == pytest.approx(1.0)
-    end = own_scales(squama.Beam.from_toml("examples/stiff_skin.toml"), [4.0, 9.0])
+    end = own_scales(squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend"), [4.0, 9.0])
     assert np.isfinite(end.T[0])
     assert np.isnan(end.T[1])
     assert "a row of 25 scales ends at" in end.note

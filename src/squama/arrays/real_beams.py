@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squama import arguments
+from squama import arguments, loads
 from squama.batch.threads import in_parts
+from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
 from squama.contacts import path, states
-from squama.errors import refuse
+from squama.errors import naming, refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots
+from squama.loads import NOTHING
 from squama.model import section
 from squama.types import Array
 
@@ -100,6 +102,7 @@ def response(
     modulus_ratio: ArrayLike = np.inf,
     scale_nu: ArrayLike = PLASTIC,
     sense: str = "+",
+    hold: str = NOTHING,
     threads: int | None = None,
 ) -> Response:
     """Twist arrays of real beams: thick, elastic scales on a joint of six motions (docs, theory: the real beam).
@@ -119,6 +122,8 @@ def response(
         Young's modulus of the scales over the substrate's (inf: rigid), their Poisson's ratio.
     sense
         "+" or "-"; twists are magnitudes.
+    hold
+        What is held, as in :func:`squama.twist`: by default nothing, the beams bow.
     threads
         By default as many as there are cores, or as NUMBA_NUM_THREADS says.
 
@@ -136,8 +141,8 @@ def response(
     >>> import numpy as np, squama
     >>> r = squama.response(np.linspace(0, 0.12, 25), eta=4, beta=0.5, lam=0.4, zeta=0.35, alpha=np.radians(45),
     ...     theta0=np.radians(15), thickness=[0.04, 0.08], width=1.2, nu=0.48, mu=0.3, modulus_ratio=3e4)
-    >>> print(r.phi_e.round(3), r.stiffness_ratio[:, -1].round(0), r.end)
-    [0.052 0.038] [ 5. 12.] ['range end' 'range end']
+    >>> print(r.phi_e.round(3), r.stiffness_ratio[:, -1].round(1), r.end)
+    [0.049 0.036] [2.  2.2] ['range end' 'range end']
     """
     twists = arguments.not_negative("phi", phi)
     if twists.ndim != 1 or not twists.size or (np.diff(twists) <= 0).any() or twists[-1] >= np.pi:
@@ -147,7 +152,9 @@ def response(
         eta=eta, beta=beta, lam=lam, zeta=zeta, alpha=alpha, theta0=theta0, thickness=thickness, width=width, nu=nu,
         mu=mu, modulus_ratio=modulus_ratio, scale_nu=scale_nu,
     )  # fmt: skip
-    found = follow(Designs(*columns), twists, sense=sign, threads=threads)
+    with naming("hold"):
+        free = Given(None, None, None, held=loads.hold(hold)).free("twist")
+    found = follow(Designs(*columns), twists, free=free, sense=sign, threads=threads)
     return Response._make(v.reshape((*shape, *v.shape[1:])) for v in found)
 
 
@@ -155,6 +162,7 @@ def follow(
     designs: Designs,
     twists: Array,
     *,
+    free: path.Free,
     K: Callable[[Array], Array] | None = None,
     known: Array | None = None,
     most: Array | float | None = None,
@@ -163,7 +171,6 @@ def follow(
     copies: int = 0,
     held: Array | None = None,
     load: str = "twisting",
-    free: path.Free = path.STRETCHING,
     stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:

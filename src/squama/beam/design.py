@@ -37,8 +37,8 @@ class Beam(Assembly):
     hold : str, optional
         Which strains of the bar a guide or a grip holds, of "bend", "twist", "lateral bend", "stretch": one or several
         ("bend, stretch"), "straight" for all that are not loaded, "nothing". What is neither loaded nor held is free,
-        with no moment or force. By default "bend, twist, lateral bend": a beam that is twisted stays straight, one that
-        is bent does not twist. Of compliant joints with scales on one face; others are held straight.
+        with no moment or force: a twisted beam bows, a bent one twists. By default nothing is held. Of compliant
+        joints with scales on one face; others are held straight.
     joint, friction : Joint, Friction
         Optional.
     density, rotor : float or str, optional

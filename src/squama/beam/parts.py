@@ -18,7 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 from squama.beam import beamfile, joint_law, matrixfile
 from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
-from squama.loads import GUIDED, NEUTRAL, STRAINS, hold, holding
+from squama.loads import NEUTRAL, NOTHING, STRAINS, hold, holding
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -363,8 +363,8 @@ class Assembly(Part):
 
     @property
     def holding(self) -> str:
-        """What is held, in words: as the beam says, or :data:`squama.loads.GUIDED`."""
-        return self.hold or GUIDED
+        """What is held, in words: as the beam says, or nothing."""
+        return self.hold or NOTHING
 
     @property
     def held(self) -> tuple[str, ...]:

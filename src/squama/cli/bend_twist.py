@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.errors import refuse
-from squama.loads import LINES, LOADS, THIN
+from squama.loads import LOADS, THIN, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
 _FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
 _MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
-_KEYS = "load free law joint scales joint_source band neutral margin path squama_version"
+_KEYS = "load free law joint scales joint_source band neutral hold margin path squama_version"
 _AT_ENDS = {
     "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
     "stress": ("largest stress in a scale, MPa", 1e-6),
@@ -91,10 +91,10 @@ def ways(data: Answer) -> dict[str, list[float]]:
     from squama.curves.both_faces import worst
 
     found: dict[str, list[float]] = {name: [] for name in _AT_ENDS if name in data.variables}
-    place = np.column_stack([data["kappa"], data["Phi"]])
-    for leg, corner in enumerate(np.array(data.attrs["path"]), 1):
+    whole = str(data["end"].item()) in (End.RANGE, End.NONE)
+    for leg in range(1, len(data.attrs["path"]) + 1):
         last = np.flatnonzero(data["leg"] == leg)[-1:]
-        reached = last.size and np.allclose(place[last[0]], corner, rtol=0, atol=1e-9 * np.abs(corner).max())
+        reached = last.size and (whole or leg < data["leg"].max())
         for name, values in found.items():
             along = worst(data.curves, name) if name == "stress" else data[name]
             values.append(float(along[last[0]]) if reached else math.nan)
@@ -118,7 +118,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
         f" bent and twisted: {covered(beam)}, mu = {float(data['mu']):g}, "
-        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {LINES[attrs['neutral']]}{freed}"
+        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {fixed(attrs)}{freed}"
     )
     yield ""
     yield _events(data)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.errors import refuse
-from squama.loads import LOADS, model
+from squama.loads import LOADS, fixed, model
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _HISTORY = 'Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'
-_KEYS = "load law joint scales margin increment K_theta rigidity history squama_version"
+_KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Loops in the table of the summary at most."""
 
@@ -78,7 +78,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Return the summary: a row per loop, and what holds for the whole history."""
     kind, compliant = LOADS[data.attrs["load"]], data.attrs["joint"] == "compliant"
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    yield f" in cycles of {kind.name}: mu = {float(data['mu']):g}, {model(data.attrs)}"
+    yield f" in cycles of {kind.name}: mu = {float(data['mu']):g}, {model(data.attrs)}; {fixed(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]

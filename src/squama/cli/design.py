@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.places import check_places
@@ -251,7 +252,7 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     import numpy as np
 
     n, names = front.sizes["design"], _objectives(front)
-    held = ", held straight" * LOADS[front.attrs["load"]].sided
+    held = ", held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
     yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}, endless{held}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
     own = [str(name) for name in front.data_vars if "." in str(name)]

@@ -341,6 +341,11 @@ class Base:
             found.setdefault("friction", {})["mu"] = mu
         return found
 
+    @property
+    def names(self) -> dict[str, str]:
+        """The flags that give values in place of the file's, by table and key."""
+        return {f"{s.table}.{s.key}": f"--set {s.table}.{s.key}" for s in self.set_}
+
     def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
         """Read the beam, ``mu`` in place of the file's; mistakes are kept, of a value of --set laid to that flag.
 
@@ -349,8 +354,7 @@ class Base:
         from squama.beam.design import Beam
 
         found = None
-        names = {f"{s.table}.{s.key}": f"--set {s.table}.{s.key}" for s in self.set_}
-        with problems().caught(), laid(names):
+        with problems().caught(), laid(self.names):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
         if friction and found is not None:
             check_friction(path, found)
@@ -380,6 +384,9 @@ class Base:
 _COLUMNS = 'What columns of a table of measured points are, e.g. "Winkel=total (deg), 3=T (N mm)" (by name, then unit).'
 
 
+_HOLD = "What is held that is not loaded: some of bend, twist, lateral bend, stretch, or straight (nothing)."
+
+
 @group
 class Common(Base):
     """Flags of every command that computes a dataset of a beam."""
@@ -387,6 +394,21 @@ class Common(Base):
     plot: Plot = ()
     csv: Annotated[File | None, flag("CSV file to write, units in the header.")] = None
     netcdf: Annotated[File | None, flag("netCDF file to write (.nc), all that there is.")] = None
+    hold: Annotated[str | None, flag(_HOLD)] = None
+
+    def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
+        """Return the values in place of the file's; what is held is one of them."""
+        found = super().overrides(mu)
+        if self.hold is not None:
+            if "hold" in found.get("beam", {}):
+                refuse("--set beam.hold", "", "is given twice, by --hold, too", "keep one of them")
+            found.setdefault("beam", {})["hold"] = self.hold
+        return found
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The flags that give values in place of the file's, by table and key."""
+        return super().names | ({} if self.hold is None else {"beam.hold": "--hold"})
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""

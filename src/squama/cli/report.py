@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from squama import loads
 from squama.beam import faces
 from squama.cli import output
 from squama.cli.output import table, warnings
 from squama.curves import bench
 from squama.curves.both_faces import worst
 from squama.fe.agreement import SHARE, holds
-from squama.loads import LINES, LOADS, THIN, Load
+from squama.loads import LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.symbols import OTHER
@@ -61,16 +62,17 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    line = f"; {LINES[data.attrs['neutral']]}" if "neutral" in data.attrs else ""
-    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}{line}"
+    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
     if found is not None:
         total = math.degrees(found.at / beam.pitch * beam.length)
         twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""
         yield f"at {found.at:.4g} rad/pitch ({total:.4g} deg in total){twice}:"
         yield from found.lines
     elif HINGE in laws and data.family is not None:
-        held = "straight by a moment M" if words.sided else "from twisting by a torque T"
-        yield f"each curve is of a beam held {held}, which is in the files"
+        held = "held straight by a moment M" if words.sided else "held from twisting by a torque T"
+        free = "free to bow, by psi per pitch" if words.sided else "free to twist, by phi per pitch"
+        how = held if loads.holds(data.attrs["hold"], words) else free
+        yield f"each curve is of a beam {how}, which is in the files"
     yield ""
     if data.family is not None:
         for name, response in laws.items():
@@ -233,7 +235,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
             name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
         }
     figures = {name: _figures(response) for name, response in laws.items()}
-    keys = "load law joint scales sense margin neutral followed squama_version"
+    keys = "load law joint scales sense margin neutral hold followed squama_version"
     parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
@@ -290,14 +292,18 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
             cells.append("-" if math.isnan(value) else number(value))
         return cells
 
+    held = loads.holds(first.attrs["hold"], words)
+    if words.sided:
+        unloaded = ("  moment M that holds it straight, N m", "M") if held else ("  bend psi, rad/pitch", "psi")
+    else:
+        unloaded = ("  torque T that keeps it from twisting, N m", "T") if held else ("  twist phi, rad/pitch", "phi")
+
     def state(place: str, twist: float) -> list[list[str]]:
         total = math.degrees(twist / beam.pitch * beam.length)
         return [
             [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
             at(f"  {words.torque_words} {torque}, N m", torque, twist),
-            at("  moment M that holds it straight, N m", "M", twist)
-            if words.sided
-            else at("  torque T that keeps it from twisting, N m", "T", twist),
+            at(*unloaded, twist),
             at(f"  d{torque}/d{rate}, N m^2", words.tangent, twist),
             at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
             at("  theta, deg", "theta", twist, math.degrees(1)),

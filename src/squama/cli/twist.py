@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.loads import LOADS
+from squama.loads import LOADS, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number, shown
 
@@ -180,7 +180,8 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     beside = f"endless beam: {moment(endless)}" if math.isfinite(endless) else "the endless beam's curve ends before"
     place = f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else ""
     which = f", scale {int(data['scale_end'])}" if data["scale_end"] else ""
-    yield f" as a row of {n} scales: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law"
+    about = f"mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
+    yield f" as a row of {n} scales: {about}"
     yield held(data.attrs)
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
     yield f"end: {end}{place}{which}"

@@ -1,85 +1,94 @@
-"""What an endless beam's torque or moment becomes on the bench: free to bow or twist, with its own number of scales.
+"""What an endless beam's torque or moment becomes on the bench: held and free, and with its own number of scales.
 
-:func:`squama.twist` and :func:`squama.bend` answer for an endless beam that is held straight, or from twisting. This
-sets beside that answer, at one load, what holds it, the same beam under its load alone (:mod:`squama.curves.released`)
-and, in twisting, a straight row of its own scales (:func:`squama.row`).
+:func:`squama.twist` and :func:`squama.bend` answer for an endless beam that is free to bow, or to twist, unless it is
+held. This sets beside that answer, at one load, the same beam held straight (free where the answer is of one that is
+held), and in twisting a row of its own scales (:func:`squama.row`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.curves import doors
 from squama.curves.labelled import Answer
-from squama.loads import LOADS, Load, holds
+from squama.errors import InputError
+from squama.loads import LOADS, NOTHING, STRAIGHT, Load, holds
 from squama.units import torque_unit
 
 MOST = 200
 """Most scales of a row that is set beside an endless beam."""
+SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
 
 
 class State(NamedTuple):
-    """Torque or moment (N m), and the tangent stiffness over that before contact; NaN where not known."""
+    """Torque or moment (N m), and the tangent stiffness over that before contact; NaN where not known.
+
+    ``strain``: what the beam does that is not loaded, rad per pitch: bend of a twisted beam, twist of a bent one;
+    ``holding``: the moment or torque (N m) that holds that, 0 where it is free.
+    """
 
     torque: float
     stiffness_ratio: float
+    strain: float = math.nan
+    holding: float = math.nan
+
+
+class _How(TypedDict):
+    mu: float
+    ideal: bool
+    sense: str
 
 
 class Bench(NamedTuple):
     """A beam at a load angle ``at``, rad per pitch.
 
-    ``endless``: held straight (from twisting) by the moment (torque) ``holding``, N m; ``released``: free to bow (to
-    twist), by ``strain`` rad per pitch; ``row``: ``scales`` of it in a straight row. ``notes`` say what is missing;
-    ``held``: whether the beam's other strain is, which is free by :attr:`squama.Beam.hold` else.
+    ``endless``: as it was answered; ``other``: held straight (from twisting) where that is free, else free to bow (to
+    twist); ``row``: ``scales`` of it in a row; ``held``: whether the endless one is. ``notes`` say what is missing.
     """
 
     load: Load
     at: float
     endless: State
-    holding: float
-    released: State
-    strain: float
+    other: State
     row: State
     scales: int
     notes: tuple[str, ...]
-    held: bool = True
+    held: bool
 
     @property
     def record(self) -> dict[str, object]:
         """The figures as plain data, SI units."""
-        found = {
-            "at": self.at, "holding": self.holding, "scales": self.scales, "strain": self.strain,
-            **{name: getattr(self, name)._asdict() for name in ("endless", "released", "row")},
-        }  # fmt: skip
-        return found | {"notes": list(self.notes)}
+        states = {"endless": self.endless, ("free" if self.held else STRAIGHT): self.other, "row": self.row}
+        found = {name: state._asdict() for name, state in states.items()}
+        return {"at": self.at, "held": self.held, "scales": self.scales, **found, "notes": list(self.notes)}
 
     @property
     def lines(self) -> Iterator[str]:
         """The figures in words, a line each."""
-        twisting = self.load.sided
-        held, free = ("straight", "bow") if twisting else ("from twisting", "twist")
-        what = "bending moment" if twisting else "torque"
         factor, unit = torque_unit(self.endless.torque)
+        straight, bow = ("straight", "bow") if self.load.sided else ("from twisting", "twist")
+        what = "bending moment" if self.load.sided else "torque"
 
         def said(state: State) -> str:
             return f"{factor * state.torque:.3g} {unit}, {state.stiffness_ratio:.3g} times as stiff as the bar"
 
-        if not self.held:
-            yield f"  endless, free to {free} (no {what}): {said(self.endless)}"
-            if math.isfinite(self.row.torque):
-                yield f"  {self.scales} scales in a row, free to {free}: {said(self.row)}"
-            yield from (f"  {note}" for note in self.notes)
-            return
-        by = f" by a {what} of {factor * self.holding:.3g} {unit}" if math.isfinite(self.holding) else ""
-        yield f"  endless, held {held}{by}: {said(self.endless)}"
-        if math.isfinite(self.released.torque):
-            yield f"  endless, free to {free} (no {what}): {said(self.released)}"
+        def how(state: State, *, held: bool) -> str:
+            if not held:
+                return f"free to {bow} (no {what})"
+            by = f" by a {what} of {factor * state.holding:.3g} {unit}" if math.isfinite(state.holding) else ""
+            return f"held {straight}{by}"
+
+        for state, held in ((self.endless, self.held), (self.other, not self.held)):
+            if math.isfinite(state.torque):
+                yield f"  endless, {how(state, held=held)}: {said(state)}"
         if math.isfinite(self.row.torque):
-            yield f"  {self.scales} scales in a row, held straight: {said(self.row)}"
+            held_so = f"held {straight}" if self.held else f"free to {bow}"
+            yield f"  {self.scales} scales in a row, {held_so}: {said(self.row)}"
         yield from (f"  {note}" for note in self.notes)
 
 
@@ -90,42 +99,51 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     not touch before the load, or the answer does not come to it.
     """
     load = LOADS[answer.attrs["load"]]
-    x, torque = answer[load.angle], answer[load.torque]
-    known = np.isfinite(torque)
+    x = answer[load.angle]
+    known = np.isfinite(answer[load.torque])
     last, engaged = float(x[known].max(initial=0.0)), float(answer[f"{load.angle}_e"])
     at = min(2 * engaged, last) if at is None else at
     if not engaged < at <= last * (1 + 1e-9):
         return None
+    held = bool(beam.other) or holds(str(answer.attrs["hold"]), load)
+    how: _How = {"mu": float(answer["mu"]), "ideal": ideal, "sense": str(answer.attrs.get("sense", "+"))}
+    other, notes = _other(beam, load, at, held=held, **how)
+    row = State(math.nan, math.nan)
+    if load.sided and not beam.other and beam.scales <= MOST:
+        row, why = _row(beam, at, hold=str(answer.attrs["hold"]), **how)
+        notes += why
+    return Bench(load, at, _state(answer, load, at), other, row, beam.scales, notes, held)
+
+
+def _state(answer: Answer, load: Load, at: float) -> State:
+    """Return an answer's state at a load angle per pitch."""
+    x, known = answer[load.angle], np.isfinite(answer[load.torque])
+    strain, holding = ("psi", "M") if load.sided else ("phi", "T")
+    names = load.torque, "stiffness_ratio", strain, holding
 
     def there(name: str) -> float:
         return float(np.interp(at, x[known], answer[name][known])) if name in answer.variables else math.nan
 
-    endless, holding = State(there(load.torque), there("stiffness_ratio")), there("M" if load.sided else "T")
-    mu, sense = float(answer["mu"]), str(answer.attrs.get("sense", "+"))
-    held = holds(str(answer.attrs["hold"]), load)
-    one, strain = State(math.nan, math.nan), math.nan
-    notes: tuple[str, ...] = ()
-    if held:
-        one, strain, notes = _released(beam, load, mu, at, ideal=ideal, sense=sense)
-    row = State(math.nan, math.nan)
-    if load.sided and not beam.other and beam.scales <= MOST:
-        row, why = _row(beam, mu, at, ideal=ideal, sense=sense)
-        notes += why
-    return Bench(load, at, endless, holding, one, strain, row, beam.scales, notes, held)
+    return State(*map(there, names))
 
 
-def _released(
-    beam: Beam, load: Load, mu: float, at: float, *, ideal: bool, sense: str
-) -> tuple[State, float, tuple[str, ...]]:
-    from squama.curves.released import released
+def _other(beam: Beam, load: Load, at: float, *, held: bool, **how: Unpack[_How]) -> tuple[State, tuple[str, ...]]:
+    """Return what the beam does that is held straight, or free where it was ``held``."""
+    none, free = State(math.nan, math.nan), "bow" if load.sided else "twist"
+    if held and not beam.replace(hold=NOTHING).given.may:
+        why = "with scales on both faces this is not computed" if beam.other else SEVEN
+        return none, (f"free to {free}: {why}",)
+    try:
+        hold = NOTHING if held else STRAIGHT
+        found = doors.respond(beam, load.name, at=[at / beam.pitch], joint="compliant", hold=hold, **how)
+    except InputError as error:
+        return none, (str(error),)
+    return _state(found, load, at), ()
 
-    r = released(beam, load.name, mu, at, ideal=ideal, sense=sense)
-    note = f"free to {'bow' if load.sided else 'twist'}: {r.note}"
-    return State(float(r.torque[0]), float(r.stiffness_ratio[0])), float(r.strain[0]), (note,) * bool(r.note)
 
-
-def _row(beam: Beam, mu: float, at: float, *, ideal: bool, sense: str) -> tuple[State, tuple[str, ...]]:
+def _row(beam: Beam, at: float, *, hold: str, **how: Unpack[_How]) -> tuple[State, tuple[str, ...]]:
     from squama.curves.own_scales import own_scales
 
-    own = own_scales(beam, [at / beam.pitch], mu=mu, sense=sense, joint="compliant", ideal=ideal)
+    one = beam.replace(hold=hold)
+    own = own_scales(one, [at / beam.pitch], joint="compliant", **how)
     return State(float(own.T[0]), float(own.stiffness_ratio[0])), (own.note,) * bool(own.note)

@@ -49,6 +49,7 @@ def twist(
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
+    hold: str | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -82,20 +83,25 @@ def twist(
         ``joint="hinge", ideal=True`` is the paper's model.
     neutral
         "free" (there is no axial force: the default) or "middle" (the bar keeps its length), in place of the beam's own
-        ``substrate.neutral``; of the compliant joint. Either way the beam is held straight, by the moment ``M``.
+        ``substrate.neutral``; of the compliant joint.
+    hold
+        What is held, in place of the beam's own ``hold``: some of "bend", "lateral bend", "stretch" ("bend, stretch"),
+        or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the compliant joint: hinges
+        are held straight.
 
     Returns
     -------
     xarray.Dataset
-        Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians;
-        single figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version
-        in the attributes. The real beam goes on through every contact that comes in: ``N``, ``f`` are sums over all
-        contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` tell the second one,
-        ``W_snap`` the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the plate model
-        (docs, theory: contact). With scales on both faces loads and energies are the beam's, what is told of a scale
-        is of the face that touches first; ``theta_other``, ``N_other``, ``stress_other`` and the like, and
-        ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain`` are of the face that comes there
-        first.
+        Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians; single
+        figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version in the
+        attributes. The real beam goes on through every contact that comes in: ``N``, ``f`` are sums over all contacts,
+        ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` tell the second one, ``W_snap``
+        the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the plate model (docs,
+        theory: contact). ``psi``, ``chi``, ``stretch`` are the bend, lateral bend and stretch per pitch, ``M``,
+        ``M_lat``, ``P`` what holds them, 0 where they are free. With scales on both faces loads and energies are the
+        beam's, what is told of a scale is of the face that touches first; ``theta_other``, ``N_other``,
+        ``stress_other`` and the like, and ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain``
+        are of the face that comes there first.
 
     Raises
     ------
@@ -124,6 +130,7 @@ def twist(
         ideal=ideal,
         joint=joint,
         neutral=neutral,
+        hold=hold,
     ).dataset()
 
 
@@ -138,6 +145,7 @@ def bend(
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
+    hold: str | None = None,
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
 
@@ -161,13 +169,16 @@ def bend(
         Which line of the bar keeps its length, in place of the beam's own (``substrate.neutral``): "free" (none, there
         is no axial force: the compliant joint's default) or "middle"; on the hinge "middle" (the default) or "face"
         (that of the scales, as the paper's theory of bending takes it).
+    hold
+        As in :func:`twist`, of "twist", "lateral bend", "stretch": by default a beam under a moment is free to twist.
 
     Returns
     -------
     xarray.Dataset
-        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``T`` is the
-        torque that keeps a beam of oblique scales from twisting, ``contact`` what touches (docs, theory: bending and
-        twisting), ``r`` its distance from the base of the other scale. Attributes: ``joint``, ``scales``, ``neutral``.
+        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``phi`` is the
+        twist of a beam of oblique scales that is free to, ``T`` the torque that holds it else, ``contact`` what touches
+        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale. Attributes:
+        ``joint``, ``scales``, ``neutral``.
 
     Raises
     ------
@@ -183,8 +194,9 @@ def bend(
     """
     arguments.beam(beam)
     return respond(
-        beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral
-    ).dataset()
+        beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral,
+        hold=hold,
+    ).dataset()  # fmt: skip
 
 
 def respond(
@@ -201,6 +213,7 @@ def respond(
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
+    hold: str | None = None,
 ) -> Answer:
     """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
     kind, d = arguments.load(load), beam.pitch
@@ -215,7 +228,7 @@ def respond(
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
     points = arguments.whole("points", points, 3, 1e6)
-    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal, neutral)
+    beam, held, thin, note, line = _meant(arguments.held_by(beam, hold), kind, law, joint, ideal, neutral)
     asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
     return follow.curves(asked, held)
 
@@ -273,6 +286,7 @@ def cycle(
     loops: int = 1,
     joint: str | None = None,
     ideal: bool | None = None,
+    hold: str | None = None,
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
 
@@ -298,8 +312,8 @@ def cycle(
         How many times the history is gone through.
     joint
         "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
-    ideal
-        Thin, rigid scales, as in :func:`squama.twist`.
+    ideal, hold
+        Thin, rigid scales, and what is held, as in :func:`squama.twist`.
 
     Returns
     -------
@@ -341,6 +355,7 @@ def cycle(
         loops=loops,
         ideal=ideal,
         joint=joint,
+        hold=hold,
     ).dataset()
 
 
@@ -356,6 +371,7 @@ def cycled(
     loops: int = 1,
     joint: str | None = None,
     ideal: bool | None = None,
+    hold: str | None = None,
 ) -> Answer:
     """Return what :func:`cycle` returns, before it is a dataset."""
     kind = arguments.load(load)
@@ -369,7 +385,7 @@ def cycled(
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    beam, held, thin, note, line = _meant(beam, kind, law, joint, ideal)
+    beam, held, thin, note, line = _meant(arguments.held_by(beam, hold), kind, law, joint, ideal)
     line = line if held == "compliant" else ""
     way = LoadPath.of(load, values, typed)
     asked = Asked(beam, way, m, law, margin, points, ideal=thin, note=note, neutral=line)

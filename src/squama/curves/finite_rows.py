@@ -35,10 +35,11 @@ def row(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    hold: str | None = None,
 ) -> xr.Dataset:
     """Twist a row of N scales that does not repeat: its end scales lack one neighbour.
 
-    The twist per pitch is the same all along the row (docs, theory: a finite row).
+    The twist per pitch, and bend and stretch, are the same all along the row (docs, theory: a finite row).
 
     Parameters
     ----------
@@ -56,8 +57,8 @@ def row(
         Number of points along the twist.
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
-    joint, ideal
-        "compliant" or "hinge", and thin, rigid scales or those of the beam, as in :func:`squama.twist`.
+    joint, ideal, hold
+        "compliant" or "hinge", thin, rigid scales or those of the beam, and what is held, as in :func:`squama.twist`.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def row(
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
     return rowed(
-        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal
+        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal, hold=hold
     ).dataset().set_coords("phi")  # fmt: skip
 
 
@@ -98,6 +99,7 @@ def rowed(
     sense: str = "+",
     joint: str | None = None,
     ideal: bool | None = None,
+    hold: str | None = None,
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
@@ -113,7 +115,8 @@ def rowed(
     else:
         from squama.curves.real_rows import solve
     way = LoadPath.of("twisting", [sign * stop])
-    asked = Asked(beam.replace(scales=n), way, m, "edge", 0.0, points, ideal=thin, note=note)
+    beam = arguments.held_by(beam.replace(scales=n), hold)
+    asked = Asked(beam, way, m, "edge", 0.0, points, ideal=thin, note=note)
     states = solve(asked)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.curves import both_faces
-from squama.curves.path import Asked, States
-from squama.loads import LOADS, neutral_height
+from squama.curves.path import VERBS, Asked, States
+from squama.loads import LOADS, STRAINS, holding, neutral_height
 from squama.model import energy
 from squama.model.outcome import End
 from squama.model.screw import CONTACTS, NONE
@@ -213,6 +213,7 @@ def relax(asked: Asked, free: int) -> States:
     figures |= {f"{n}_e": np.asarray(math.nan) if first is None else along[n][first] for n in _FIGURES[:-1]}
     figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
     attrs = {"neutral": asked.neutral, "load": "bending and twisting", "free": load.name}
+    attrs["hold"] = holding(name for name in STRAINS if name not in VERBS)
     return States({("point",): along, ("event",): events, (): figures}, attrs)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.path import Asked, States, idealisation, thin
-from squama.loads import Load
+from squama.loads import STRAIGHT, Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -114,6 +114,7 @@ def attributes(
         "scales": idealisation(asked.beam, joint, ideal=thin(load, asked.law, joint, ideal=asked.ideal)),
         "beam": text(asked.beam),
         **({"faces": asked.beam.faces} if asked.beam.other else {}),
+        **({"hold": STRAIGHT} if joint == "hinge" else {}),
         "squama_version": __version__,
         **({} if load.sided else {"neutral": asked.beam.neutral}),
         "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),

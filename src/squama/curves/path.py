@@ -16,6 +16,8 @@ from squama.types import Array
 
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
 """Tangent stiffness over that of the beam without contact whose twist is a figure."""
+VERBS = tuple(load.verb for load in sorted(LOADS.values(), key=lambda load: load.axis))
+"""Strains that may be loaded: bend and twist."""
 FINE = 2e-3
 """Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
 
@@ -23,16 +25,19 @@ FINE = 2e-3
 class LoadPath(NamedTuple):
     """Bend and twist per pitch (psi, phi) to go to one after the other, from rest; rad, signed.
 
-    An infinite one is the end of the curve in that sense. ``typed``: the words in which load angles were given.
+    An infinite one is the end of the curve in that sense. ``typed``: the words in which load angles were given;
+    ``loaded``: the strains that the path names, others are free unless they are held.
     """
 
     points: tuple[tuple[float, float], ...]
     typed: Mapping[float, str] = {}
+    loaded: tuple[str, ...] = VERBS
 
     @classmethod
     def of(cls, load: str, values: Sequence[float], typed: Mapping[float, str] = {}) -> LoadPath:
         """Return the path along one load."""
-        return cls(tuple((0.0, v) if LOADS[load].axis else (v, 0.0) for v in map(float, values)), typed)
+        kind = LOADS[load]
+        return cls(tuple((0.0, v) if kind.axis else (v, 0.0) for v in map(float, values)), typed, (kind.verb,))
 
     def said(self, value: float) -> str:
         """Return a load angle as it was typed, and per pitch."""

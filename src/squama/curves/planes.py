@@ -13,9 +13,9 @@ from squama.beam.faces import only_one
 from squama.contacts import events, states
 from squama.contacts import path as real_path
 from squama.contacts.legs import follow_straight
-from squama.curves import hinge_polygons, real, real_polygons
+from squama.curves import hinge_polygons, real
 from squama.curves.labelled import Labelled, attributes, labelled
-from squama.curves.path import Asked, Case, States, in_si
+from squama.curves.path import VERBS, Asked, Case, States, in_si
 from squama.curves.polygons import Stations, meant, read, stretched
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
@@ -145,7 +145,7 @@ def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
 
 def _real(asked: Asked, psi: Array, phi: Array) -> States:
     """Return states (n,) of the real beam."""
-    beam, held = asked.beam, real.Held.of(asked.beam, *real_polygons.BOTH)
+    beam, held = asked.beam, real.Held.of(asked.beam, *VERBS)
     plate = real.scale(beam, ideal=asked.ideal)
     gone = follow_straight(plate, held.K, float(asked.mus), np.column_stack([psi, phi]), **held.bar)
     contacts, v = gone.answers.contacts, real_path.named(gone.rows)
@@ -165,4 +165,4 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     far = float(np.abs([psi, phi]).max())
     kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "W_snap", "U_el", "RED")
     notes = real.notes(held, beam, far, ideal=asked.ideal)
-    return States({(): {name: si[name] for name in kept}}, real.attributes(held, *real_polygons.BOTH), notes)
+    return States({(): {name: si[name] for name in kept}}, real.attributes(held, *VERBS), notes)

@@ -13,7 +13,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import follow, hinge_polygons, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
-from squama.curves.path import Asked, LoadPath
+from squama.curves.path import VERBS, Asked, LoadPath
 from squama.errors import naming, refuse
 from squama.loads import LINES, LOADS, NEUTRAL
 from squama.units import shown
@@ -36,6 +36,7 @@ def bend_twist(
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
+    hold: str | None = None,
     free: str | None = None,
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
@@ -49,9 +50,9 @@ def bend_twist(
         The beam.
     path
         Where to go from rest, one after the other and straight: text such as "bend 5 rad/m; twist 8 rad/m", a semicolon
-        between ways, a comma between what changes on one way ("bend 5 rad/m, twist 8 rad/m" is a ray); what is not
-        named is held. Bends are positive towards the scaled face; both may be negative. Or pairs (curvature, twist
-        rate) in rad/m or as texts.
+        between ways, a comma between what changes on one way ("bend 5 rad/m, twist 8 rad/m" is a ray); what one way
+        does not name stays as it is, what none of them names is free unless it is held. Bends are positive towards the
+        scaled face; both may be negative. Or pairs (curvature, twist rate) in rad/m or as texts.
     mu
         Coefficient of friction; the beam's own if not given.
     margin
@@ -67,6 +68,8 @@ def bend_twist(
         Which line of the bar keeps its length: "free" (none, there is no axial force: the compliant joint's default) or
         "middle"; on the hinge "middle" (the default) or "face" (that of the scales, as the theory of bending alone
         takes it).
+    hold
+        What is held of that which the path does not name, as in :func:`twist`.
     free
         Of the hinge:
         "twisting" leaves the twist of a beam that is bent free, "bending" the bend of one that is twisted: its moment
@@ -104,8 +107,9 @@ def bend_twist(
     """
     arguments.beam(beam)
     return bent_and_twisted(
-        beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, free=free
-    ).dataset()
+        beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, hold=hold,
+        free=free,
+    ).dataset()  # fmt: skip
 
 
 def bent_and_twisted(
@@ -118,6 +122,7 @@ def bent_and_twisted(
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
+    hold: str | None = None,
     free: str | None = None,
 ) -> Answer:
     """Return what :func:`bend_twist` returns, before it is a dataset."""
@@ -127,7 +132,7 @@ def bent_and_twisted(
     twisting = LOADS["twisting"]
     held, thin, note, line = meant(beam, joint, ideal, neutral, free)
     if held == "compliant":
-        beam = stretched(beam, line)
+        beam = stretched(arguments.held_by(beam, hold), line)
     asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
@@ -196,24 +201,25 @@ def read(path: Stations, beam: Beam) -> LoadPath:
     items = [part.strip() for part in path.split(";")] if isinstance(path, str) else path
     if not isinstance(items, Sequence | np.ndarray) or not len(items):
         refuse("path", "", "is not a path", f"write e.g. {EXAMPLE}")
-    points = [(0.0, 0.0)]
+    points, loaded = [(0.0, 0.0)], set[str]()
     for i, item in enumerate(items):
         name = f"path[{i}]" if len(items) > 1 else "path"
         with naming(name):
-            point = _named(item, points[-1], beam) if isinstance(item, str) else _pair(item, beam)
+            point, verbs = _named(item, points[-1], beam) if isinstance(item, str) else (_pair(item, beam), VERBS)
+            loaded.update(verbs)
             if point == points[-1]:
                 refuse("", shown(item), "goes nowhere: it is where the path stands", "leave it out")
             if max(map(abs, point)) >= math.pi:
                 refuse("", shown(item), "is half a turn per pitch or more", "give less")
         points.append(point)
-    return LoadPath(tuple(points[1:]))
+    return LoadPath(tuple(points[1:]), loaded=tuple(verb for verb in VERBS if verb in loaded))
 
 
-def _named(text: str, here: tuple[float, float], beam: Beam) -> tuple[float, float]:
-    """Return where a text such as "bend 5 rad/m, twist 8 rad/m" goes from here, per pitch."""
+def _named(text: str, here: tuple[float, float], beam: Beam) -> tuple[tuple[float, float], Sequence[str]]:
+    """Return where a text such as "bend 5 rad/m, twist 8 rad/m" goes from here, per pitch, and what it names."""
     verbs = {load.verb: load for load in LOADS.values()}
     found = list(here)
-    said = []
+    said: list[str] = []
     for part in text.split(","):
         verb, _, value = part.strip().partition(" ")
         if verb not in verbs or verb in said or not value:
@@ -221,7 +227,7 @@ def _named(text: str, here: tuple[float, float], beam: Beam) -> tuple[float, flo
         said.append(verb)
         load = verbs[verb]
         found[load.axis] = load.read(value.strip(), pitch=beam.pitch, scales=beam.scales, bare=False) * beam.pitch
-    return found[0], found[1]
+    return (found[0], found[1]), said
 
 
 def _pair(item: object, beam: Beam) -> tuple[float, float]:

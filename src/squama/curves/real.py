@@ -225,6 +225,10 @@ def rigid_tab(group: float, inclusion: float) -> float:
 def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
     """Say where a curve to the twist ``far`` (rad per pitch) leaves what the model was compared with."""
     lines = [held.joint.note] if held.joint.note else []
+    if not beam.given.may and set(beam.held) < set(STRAINS) and not beam.other:
+        lines.append(
+            "the beam is held straight: joint.matrix knows no bend (squama joint --matrix writes all nine motions)"
+        )
     # a matrix of elements says for which shape it was made; in one that does not, or a factor, the tab's give is in
     matrix, factor = beam.joint.matrix, beam.joint.inclusion_factor
     measured = factor is not None or (matrix is not None and matrix.made.keys().isdisjoint(SHAPE))

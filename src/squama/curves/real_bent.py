@@ -102,7 +102,7 @@ def _bent(asked: Asked, mu: float, far: float, at: Array) -> Bent:
         ways = np.union1d(wanted, fine[np.abs(fine[:, None] - wanted).min(axis=1) > _NEAR])
         return Stations(ways, np.column_stack([ways, 0 * ways]), np.ones(ways.size, int))
 
-    gone = go(asked, mu, stations, [(max(far, path.RANGE), 0.0)], loaded=(BENT,))
+    gone = go(asked, mu, stations, [(max(far, path.RANGE), 0.0)])
     (own, bare), ways = gone.bending(), gone.along["psi"]
     case = Case(d, bare, gone.one.held.K_theta, asked.beam.eta, asked.beam.scale.theta0)
     own = {role: values for role, values in own.items() if role not in WALKED}

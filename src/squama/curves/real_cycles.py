@@ -180,7 +180,7 @@ def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
         ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
         corners = [(v, 0.0) for v in x[np.append(np.flatnonzero(np.diff(numbers)), x.size - 1)].tolist()]
         whole = Stations(ways, np.column_stack([x, 0 * x]), numbers)
-        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT, loaded=(asked.path.load.verb,))
+        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT)
 
     gone = through(bends, legs)
     n = gone.along["psi"].size

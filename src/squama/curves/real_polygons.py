@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.joint_law import bare
+from squama.beam.joint_law import Free, bare
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts import events, increments, path, states
 from squama.contacts.events import Event
@@ -26,8 +26,6 @@ from squama.types import Array
 
 NEUTRAL = {"free": "free", "middle": "held"}
 """Which line keeps its length: none, there being no axial force, or that in the bar's middle; what the stretch is."""
-BOTH = ("bend", "twist")
-"""Strains that a path of bend and twist loads."""
 _BEFORE = 1e-9
 WALKED = ("mode", "onset")
 """Roles of states that cycles alone need: how the contact moves, and where it last began to slide."""
@@ -59,10 +57,6 @@ class Stations(NamedTuple):
             parts.append(one if not i else cls(*(v[1:] for v in one)))
             start += length
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
-
-    def at(self, ways: Array) -> Array:
-        """Return bend and twist per pitch (n, 2) at ways."""
-        return np.column_stack([np.interp(ways, self.ways, v) for v in self.strains.T])
 
     def corners(self) -> list[tuple[float, int]]:
         """Return way and number of each leg's end."""
@@ -126,21 +120,21 @@ class Gone(NamedTuple):
         v, beam = self.along, self.one.beam
         own = {role: values for role, values in v.items() if role not in _OF_BOTH}
         own |= {"load": v["psi"], "rate": v["kappa"], "torque": v["M"], "scales": v["M_scales"]}
-        own |= {"T": v["torque"] * (1 - self.one.held.free[1]), "phi": v["load"]}
+        own |= {"T": v["torque"], "phi": v["load"]}
         return own, bending_rigidity(beam, self.one.way)
 
 
 def go(
     asked: Asked, mu: float, stations: Callable[[float], Stations], ahead: Sequence[tuple[float, float]],
-    step: float = path.STEP, loaded: tuple[str, ...] = BOTH,
+    step: float = path.STEP,
 ) -> Gone:  # fmt: skip
     """Follow a beam from rest through ``stations``, made for the way just before engagement.
 
     ``ahead``: corners of the path, or of one that goes on straight beyond its end, on which engagement is looked for.
-    ``step``: largest increment of the way; ``loaded``: strains that follow it.
+    ``step``: largest increment of the way.
     """
     beam, plate = asked.beam, real.scale(asked.beam, ideal=asked.ideal)
-    held, views = real.Held.of(beam, *loaded), both_faces.views(beam)
+    held, views = real.Held.of(beam, *asked.path.loaded), both_faces.views(beam)
     firsts = [follow_legs(plate, held.K, mu, np.array(ahead) * view, **held.bar) for view in views]
     met = [r.answers.contact() for r in firsts]
     touched = [c.phi if c.first != -1 else math.inf for c in met]
@@ -165,7 +159,7 @@ def walk(asked: Asked) -> States:
     corners, beam = asked.path.points, asked.beam
     gone = go(asked, float(asked.mus), lambda engaged: Stations.of(corners, asked.points, engaged), corners)
     stations, found, along = gone.stations, gone.found, gone.along
-    at = _Places(stations, along["theta"], beam.pitch)
+    at = _Places(stations, along, gone.one.held.free, beam.pitch)
     reached = {name: along[name][-1] for name in ("torque", "M", "W_fr", "RED")}
     rubbed = float(along["W_fr"][-1] + along["W_snap"][-1])
     total, work = float(along["U_el"][-1]) + rubbed, float(along.pop("work")[-1])
@@ -177,7 +171,7 @@ def walk(asked: Asked) -> States:
         **{f"{name}_c": value for name, value in reached.items()},
         "energy_error": (work - total) / max(float(along["U_el"].max()), rubbed, 1e-300),
     }  # fmt: skip
-    attrs: dict[str, float | str] = {**real.attributes(gone.one.held, *BOTH), "load": "bending and twisting"}
+    attrs = real.attributes(gone.one.held, *asked.path.loaded) | {"load": "bending and twisting"}
     single = {k: np.asarray(v) for k, v in figures.items()}
     told = _events(stations, gone.faces, (found.stop, found.end), at)
     return States({("point",): along, ("event",): told, (): single}, attrs, gone.notes)
@@ -192,7 +186,8 @@ def _followed(one: real.Path, found: Bent, stations: Stations, engaged: float) -
     rows = np.concatenate([rest, found.rows])[:n]
     v = path.named(rows)
     own = {name: v[name] for name in (*MOTIONS, "N", "f", "W_fr", "W_snap", "slip", "mode", "torque")}
-    own |= real.bar(one.held, v) | {"M": v["M"]}
+    own |= real.bar(one.held, v)
+    own["torque"] = own["torque"] * (1 - one.held.free[1]) + 0.0
     spots = np.concatenate([np.full((1, 4), np.nan), found.answers.touches[0, :, 0, 6:10]])[:n]
     faced = (v["first"] == path.FACE) | (v["second"] == path.FACE)
     own |= {"p": np.where(faced, spots[:, 1], v["x"]), "s": np.where(faced, spots[:, 2], v["y"])}
@@ -266,15 +261,18 @@ class _Places(NamedTuple):
     """Where ways lead, by name."""
 
     stations: Stations
-    theta: Array
+    along: dict[str, Array]
+    free: Free
     pitch: float
 
     def __call__(self, way: float) -> dict[str, float]:
         """Return bend and twist per pitch and per length, and inclination; NaN at no way."""
         if not math.isfinite(way):
             return dict.fromkeys(("psi", "phi", "kappa", "Phi", "theta"), math.nan)
-        ((psi, phi),) = self.stations.at(np.array([way])).tolist()
-        theta = float(np.interp(way, self.stations.ways[: self.theta.size], self.theta))
+        ways, (bends, twists) = self.stations.ways, self.stations.strains.T
+        free, own = self.free, self.along
+        columns = own["psi"] if free[0] else bends, own["load"] if free[1] else twists, own["theta"]
+        psi, phi, theta = (float(np.interp(way, ways[: v.size], v)) for v in columns)
         return {"psi": psi, "phi": phi, "kappa": psi / self.pitch, "Phi": phi / self.pitch, "theta": theta}
 
 

@@ -1,8 +1,8 @@
 """A design asked once more by the models that a search leaves out.
 
-The search holds an endless beam straight; where hinges answer, its scales are thin and rigid, too. What is handed out
-is therefore asked as everybody asks it (``squama.twist`` or ``squama.bend`` of the file), as a row of its own number of
-scales, and free to bow.
+The search asks an endless beam; where hinges answer, its scales are thin and rigid and it is held straight. What is
+handed out is therefore asked as everybody asks it (``squama.twist`` or ``squama.bend`` of the file), as a row of its
+own number of scales and, where it is held straight, free to bow.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from squama import arguments
 from squama.beam.design import Beam
+from squama.curves.doors import respond
 from squama.curves.own_scales import own_scales
 from squama.curves.real import impossible
-from squama.curves.released import released
 from squama.errors import InputError
 from squama.inverse import real
 from squama.inverse.goals import Goal, Pitches
@@ -23,7 +22,7 @@ from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import known, said, shape
-from squama.loads import LOADS, holds
+from squama.loads import LOADS, NOTHING, holds
 from squama.types import Array
 
 OF_ROW = {
@@ -101,14 +100,15 @@ def _row(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
 
 def _bow(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
     """Return what the endless beam does without the bending moment that holds it straight."""
-    words, mu = "free to bow", float(arguments.friction(beam.friction.mu, None))
-    phis = np.array(_rates(beam, goals)) * beam.pitch
+    words, names = "free to bow", {"torque": "T", "tangent": "K_t"}
     try:
-        bowed = released(beam, "twisting", mu, phis, sense=target.options.sense)
+        bowed = respond(beam, "twisting", at=_rates(beam, goals), sense=target.options.sense, hold=NOTHING)
     except InputError as error:
         return Beside("free_to_bow", words, (), str(error))
-    values = np.array([getattr(bowed, goal.want.figure)[i] for i, goal in enumerate(goals)])
-    return Beside("free_to_bow", words, _reached(target, beam, goals, values), bowed.note)
+    figures = [goal.want.figure for goal in goals]
+    values = np.array([bowed[names.get(figure, figure)][i] for i, figure in enumerate(figures)])
+    note = "" if np.isfinite(values).all() else str(bowed["end"].item())
+    return Beside("free_to_bow", words, _reached(target, beam, goals, values), note)
 
 
 def _reached(target: Target, beam: Beam, goals: Sequence[Goal], values: Array) -> tuple[Reached, ...]:

@@ -23,6 +23,7 @@ from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, FrontTable, twist
 from squama.io.tabular import guess
+from squama.loads import STRAIGHT
 from squama.model.outcome import named
 from squama.progress import work
 from squama.study.columns import Cells, valid
@@ -379,6 +380,7 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
         "title": "Pareto front of scale-covered beams",
         **{name: getattr(target.options, name) for name in ("load", "law", "sense", "margin")},
         "joint": target.options.joint,
+        "hold": space.beam.holding if target.real else STRAIGHT,
         "scales": idealisation(space.beam, target.options.joint, ideal=not target.real),
         "objectives": [f"{WAYS[o.sense]} {o.name}" for o in chosen.objectives],
         **{name: getattr(chosen, name) for name in ("population", "generations", "seed")},

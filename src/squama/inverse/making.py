@@ -18,6 +18,7 @@ from squama.inverse.residuals import Residuals
 from squama.inverse.space import Space
 from squama.joints import law
 from squama.joints.choice import shape
+from squama.loads import STRAIGHT
 from squama.types import Array
 from squama.units import change, moment
 
@@ -114,6 +115,8 @@ def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -
 def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     """Return in lines what finite elements say of a beam at twist rates (rad/m), beside the real beam's curve.
 
+    Both are of one pitch that is held straight.
+
     Raises
     ------
     InputError
@@ -121,12 +124,12 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     """
     run = runs.cell(beam, to=max(rates), sense=sense, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
     x, T = run["Phi"].values, run["T"].values
-    own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, joint="compliant")["T"]
+    own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, joint="compliant", hold=STRAIGHT)["T"]
     # slopes of both between the same twists
     ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
     lines = []
     for rate in rates:
-        where = f"elements ({MESH} mesh), {rate * beam.pitch:.4g} rad per pitch"
+        where = f"elements ({MESH} mesh), held straight, {rate * beam.pitch:.4g} rad per pitch"
         if rate > x[-1] * (1 + 1e-9):
             lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
             continue

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.curves import doors
-from squama.curves.released import released
 from squama.errors import Problems, refuse
 from squama.io import tabular
+from squama.loads import NOTHING, STRAIGHT
 from squama.paper import parameters as par
 from squama.paper.parameters import Claim
 from squama.types import Array
@@ -139,10 +139,12 @@ def straight(etas: Sequence[float]) -> Iterator[Claim]:
     rows = []
     for eta in etas:
         beam = par.fig6b(float(eta))
-        r = doors.twist(beam, mu=HELD_MU, at=phi / beam.pitch, joint="compliant", ideal=True)
-        free = released(beam, "twisting", HELD_MU, phi, ideal=True)
-        torque = r["T"].values
-        rows.append(np.array([r["M"].values / torque, free.torque / torque]))
+        held, free = (
+            doors.respond(
+                beam, "twisting", mu=HELD_MU, at=phi / beam.pitch, joint="compliant", ideal=True, hold=hold
+            ) for hold in (STRAIGHT, NOTHING)
+        )  # fmt: skip
+        rows.append(np.array([held["M"], free["T"]]) / held["T"])
     moment, torque = np.concatenate(rows, axis=1)
     text, law = f"the beam is in pure twist (mu = {HELD_MU:g})", "compliant"
     note = "one end of a beam that is fixed, and one that is turned, hold the ends coaxial, not each pitch straight"

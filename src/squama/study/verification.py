@@ -22,7 +22,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
-from squama.loads import model
+from squama.loads import STRAIGHT, model
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -82,7 +82,8 @@ def verify(
 ) -> Verified:
     """Twist a beam of finite elements and set the compliant joint, the hinge and, if asked, finite beams beside it.
 
-    Twist only: bending is not verified. Where no scale touches up to ``to`` nothing is tested, see :class:`Verified`.
+    Elements of one pitch, and the models beside them, are held straight. Twist only: bending is not verified. Where no
+    scale touches up to ``to`` nothing is tested, see :class:`Verified`.
 
     Parameters
     ----------
@@ -144,12 +145,12 @@ def verify(
     }
     if not hinged:
         say("compliant joint")
-        # the length of a periodic cell of elements is held
-        free: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "neutral": "middle", **asked}
+        # a periodic cell of elements is held straight, its length too
+        straight: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "hold": STRAIGHT, **asked}
         if not ideal:
-            curves["thin"] = "", doors.twist(beam, **free | {"ideal": True})
-        curves["compliant"] = "", doors.twist(beam, **free)
-        curves["mesh"] = ", stiffness of this mesh", doors.twist(with_matrix(beam, K), **free)
+            curves["thin"] = "", doors.twist(beam, **straight | {"ideal": True})
+        curves["compliant"] = "", doors.twist(beam, **straight)
+        curves["mesh"] = ", stiffness of this mesh", doors.twist(with_matrix(beam, K), **straight)
     models = {name: (f"{model(data.attrs)}{more}", data) for name, (more, data) in curves.items()}
     if scales is not None:
         say(f"finite beam of {scales} scales")
