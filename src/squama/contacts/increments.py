@@ -172,7 +172,12 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float]:
             load += w.loads[e] * w.leg[4 + e]
     if t[T_FRESH].real >= 1:
         share = h / t[T_SIZE]
-        return h * mean(t[T_LOAD2], t[T_LOAD], load, share), h * mean(t[T_POWER2], t[T_POWER], power, share), load, power
+        return (
+            h * mean(t[T_LOAD2], t[T_LOAD], load, share),
+            h * mean(t[T_POWER2], t[T_POWER], power, share),
+            load,
+            power,
+        )
     # forces may turn at once behind an event
     for c in range(w.counts[0]):
         if w.con[c, STUCK] == 0:
