@@ -191,7 +191,8 @@ def rounded(w: Walk) -> float:
     most = 0.0 * w.tally[T_ENERGY]
     for a in range(MOTIONS):
         most = max(most, w.S.K[0, a, a])
-    return _SMALL**2 * most
+    least: float = _SMALL**2 * most
+    return least
 
 
 @_jit
