@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from campaigns import real_histories
-from squama.contacts import increments, path, states
+from squama.contacts import events, increments, path, states
 from squama.contacts.path import Path as Way
 from squama.contacts.path import Scale
 from squama.fe.plate import axes
@@ -71,19 +71,32 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
         assert rows[-1, 6] > 1e-4 * U.max()
 
 
-DEEPER = "trial 2, history 9 (mu 0.487, to 0.0566): loses "
-"""A corner of a bent tip edge comes in beside the contact on that edge, at once at a gap of -1e-3."""
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None:
-    assert [line for line in real_histories.trial(seed, size=25) if not line.startswith(DEEPER)] == []
+    assert real_histories.trial(seed, size=25) == []
     assert "range end" in capsys.readouterr().out
 
 
-@pytest.mark.xfail(strict=False, reason="loses 3.8e-4 of its work where the corner comes in, 2e-4 are allowed")
 def test_a_corner_that_comes_in_beside_its_edges_contact_loses_no_work() -> None:
-    assert not any(line.startswith(DEEPER) for line in real_histories.trial(2, size=10))
+    """It comes in where its gap closes; behind the turn the path jumps, and what is lost there is told."""
+    draws = np.random.default_rng([13, 2])
+    for _ in range(10):
+        given = real_histories.drawn(draws)
+        e = given.path().contact.phi
+        far = min(e * draws.uniform(1.3, 3), e + 0.25, 0.5)
+        turns = real_histories.history(draws, e, far)
+    one, x = given.path(), real_histories.along(turns, real_histories.POINTS)
+    found = one.follow(x, (far - e) / 200)
+    rows, first = found.rows[0], slice(real_histories.POINTS + 1)
+    came = [event for event in events.events(found) if event.way < far]
+    assert [(event.kind, event.contact) for event in came[1:]] == [
+        (increments.CHANGE, "TF"), (increments.ENGAGE, "BF"),
+    ]  # fmt: skip
+    U = sum(states.energies(one, rows).values())
+    error = np.abs(rows[:, 7] - U - rows[:, 6] - path.named(rows)["W_snap"]) / U.max()
+    assert path.named(rows)["contacts"][first][-1] == 2
+    assert error[first].max() < 3e-6
+    assert error.max() < 2e-4
 
 
 def test_what_touches_near_an_edges_end_is_seen_where_it_touches() -> None:

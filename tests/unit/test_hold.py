@@ -95,7 +95,9 @@ def test_every_door_says_the_same(hold, tmp_path):
         modulus_ratio=s.youngs_modulus / substrate.youngs_modulus, scale_nu=s.nu, hold=hold,
     )  # fmt: skip
     assert float(array.torque[-1]) * beam.unit_moment == pytest.approx(T, rel=1e-4)
-    certain = squama.uncertainty(beam.replace(friction={"mu": 0.25}), {"mu": "+- 1e-6"}, at="0.08 rad/pitch", samples=3200)
+    certain = squama.uncertainty(
+        beam.replace(friction={"mu": 0.25}), {"mu": "+- 1e-6"}, at="0.08 rad/pitch", samples=3200
+    )
     assert float(certain["mean"].sel(figure="torque")) == pytest.approx(T, rel=1e-4)
     # a path that names the bend imposes it
     named = squama.bend_twist(beam, "bend 0 rad/pitch, twist 0.08 rad/pitch", mu=0.25)

@@ -130,11 +130,13 @@ def test_bent_first_contacts_hand_over_and_nothing_jumps():
     r = squama.bend_twist(SKIN, "bend 0.1 rad/pitch; twist 0.15 rad/pitch")
     # (behind the corner the contact may stick for no more than a moment)
     happens = ~np.isin(r.event.values, ["BF slides", "BF sticks"])
-    assert r.event.values[happens].tolist() == ["engagement (BF)", "corner", "BF to TF", "TF to TS", "range end"]
+    assert r.event.values[happens].tolist() == [
+        "engagement (BF)", "corner", "BF to TF", "another contact (BF)", "TF to TS", "release (BF)", "range end",
+    ]  # fmt: skip
     psi, phi = r.psi_event.values[happens], r.phi_event.values[happens]
     # tolerance: "within some" is 5 % here
     # the tip leaves the face at the line on which rigid plates would lie flush, within some
-    assert phi[3] == pytest.approx(psi[3] * np.tan(SKIN.scale.alpha), rel=0.1)
+    assert phi[4] == pytest.approx(psi[4] * np.tan(SKIN.scale.alpha), rel=0.1)
     assert "M_jump" not in r
     assert abs(np.diff(r.M)).max() < 0.05 * float(r.M.max())
     assert float(r.stress.max()) > 0
@@ -149,8 +151,8 @@ def test_more_contacts_come_in_on_the_way_and_are_told():
     assert words[:2] == ["engagement (TS)", f"another contact ({side})"]
     assert "release" in words
     assert r.other_contact.item() == f"{side} at {ways[1]:.4g} rad/pitch"
-    # tolerance: the end of one contact as it was told before there were more, .228
-    assert ways[1] == pytest.approx(0.2275, abs=2e-3)
+    # where the gap of the second contact closes: it was 0.2275 where it came in at a gap of -1e-3
+    assert ways[1] == pytest.approx(0.2240, abs=5e-4)
     behind = (r.leg == 1) & (r.phi > ways[1])
     assert all("+" in name for name in r.contact.values[behind])
     assert abs(float(r.energy_error)) < 1e-3

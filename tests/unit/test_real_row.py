@@ -371,16 +371,37 @@ def test_points_that_a_jump_passes_are_not_told_twice():
     own_scales(beam, [0.1005 / beam.pitch])
 
 
-@pytest.mark.xfail(
-    strict=False,
-    reason="where the last pair engages, at 0.0698 rad/pitch, the row ends or not by where its points are: "
-    "to 0.1 and 0.1025 it goes on, to 0.102 it ends as no equilibrium",
-)
 def test_a_row_ends_alike_wherever_its_points_are():
-    for to in (0.1, 0.102, 0.1025, 0.11):
-        found = squama.row(at_the_end(), to=f"{to} rad/pitch", points=120)
-        assert found.end == "range end"
-        assert found.sizes["point"] == 120
+    """Second contacts come in where their gaps close, so no jump passes points on its way."""
+    held = real.Held.of(at_the_end())
+    scale = real.scale(at_the_end(), ideal=False)
+    way = Path.of(scale, held.K, at_the_end().friction.mu, most=0.3, **held.bar)
+    told = []
+    for to, points in ((0.1, 40), (0.102, 120), (0.1025, 200), (0.11, 40)):
+        found = row.track(way, 25, np.linspace(0.0, to, points + 1)[1:])
+        assert (np.diff(found.rows[:, 0, 0]) > 0).all()
+        told.append((found.end.code, found.events))
+    assert {code for code, _ in told} == {told[0][0]}
+    # tolerance: 1.4e-7 measured
+    np.testing.assert_allclose([events[-1, 1] for _, events in told], told[0][1][-1, 1], rtol=0.0, atol=5e-6)
+    for _, events in told[1:]:
+        assert len(events) == len(told[0][1])
+
+
+def test_second_contacts_of_a_short_row_do_not_depend_on_its_points():
+    """Three scales, of which the second one bends along the third one's edge: nothing jumps."""
+    held = real.Held.of(at_the_end())
+    scale = real.scale(at_the_end(), ideal=False)
+    way = Path.of(scale, held.K, at_the_end().friction.mu, most=0.3, **held.bar)
+    told = []
+    for points in (40, 100, 200, 450):
+        found = row.track(way, 3, np.linspace(0.0, 0.1, points + 1)[1:])
+        assert found.end.code == increments.RANGE
+        told.append(found.events)
+    for events in told[1:]:
+        np.testing.assert_array_equal(events[:, [0, 6, 7, 8, 9, 10]], told[0][:, [0, 6, 7, 8, 9, 10]])
+        # tolerance: 2e-9 measured
+        np.testing.assert_allclose(events[:, 1], told[0][:, 1], rtol=0.0, atol=1e-6)
 
 
 def test_a_contact_that_leaves_its_edge_is_an_event_there():
@@ -437,7 +458,9 @@ def test_a_beams_own_scales_are_those_of_the_door():
     assert own.T[0] < many.T[0]
     # before engagement there is nothing between
     assert own_scales(beam, [1e-3]).stiffness_ratio == pytest.approx(1.0)
-    end = own_scales(squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend"), [4.0, 9.0])
-    assert np.isfinite(end.T[0])
-    assert np.isnan(end.T[1])
+    end = own_scales(
+        squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend"), [4.0, 9.0, 20.0]
+    )
+    assert np.isfinite(end.T[:2]).all()
+    assert np.isnan(end.T[2])
     assert "a row of 25 scales ends at" in end.note

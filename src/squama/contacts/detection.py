@@ -46,11 +46,11 @@ from squama.types import Array
 GAP, AT = 5, 6
 """Columns of a vertex after those of a contact: its gap, and its places (3)."""
 VERTEX = 9
-DIP = 1e-3
-"""Depth, in pitches, to which a bent edge may dip into a face beside a place where it touches and is one contact."""
+_DIP = 1e-3
+"""Depth, in pitches, by which the gap along a bent edge may be less between two places that are looked at."""
 ALONG, ACROSS = 16, 8
 """Places that are looked at along a bent edge of the length, and of the width."""
-_PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.13, 6
+_PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.03, 6
 _BERNSTEIN = np.array([[math.comb(r, m) / math.comb(7, m) for m in range(2, 8)] for r in range(8)])
 """Coefficients of Bernstein's polynomials of degree 7, of the powers X^2 .. X^7."""
 
@@ -270,7 +270,7 @@ def minima(
         return n
     many = ALONG if lengthwise(e) else ACROSS
     here, there = max(0, math.floor(begin * many)), min(many, math.ceil(stop * many))
-    size, bound = (a1 - a0) / many, cap + DIP + S.shapes[other, H] / 2 + faced
+    size, bound = (a1 - a0) / many, cap + _DIP + S.shapes[other, H] / 2 + faced
     for g in range(here + 1, there + 1):
         a = a0 + (a1 - a0) * g / many
         x, y = on_edge(S, own, e, a)
@@ -280,7 +280,7 @@ def minima(
         if side * (s[2] + s[5] * x + s[8] * y + s[11] * (height(S, own, st.b[own], x, y) - side * half)) > bound:
             continue
         slope, x, y, gap, on = dip(S, st, s, own, other, upper, e, a)
-        if not on or slope < 0.0 or gap >= cap + DIP:
+        if not on or slope < 0.0 or gap >= cap + _DIP:
             continue
         before, x, y, _, inside = dip(S, st, s, own, other, upper, e, a - size)
         if not inside or before >= 0.0:
@@ -357,13 +357,12 @@ def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
 
 @_jit
 def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> bool:
-    """Say whether a vertex is a contact already, or one bent edge's dip beside a contact of it; ``c`` is room."""
+    """Say whether a vertex is a contact already, or one at the place of a contact; ``c`` is room."""
     kind, one, other = int(row[KIND]), int(row[ONE]), int(row[OTHER])
     for a in range(5):
         c[a] = int(row[a])
     x1, y1, x2, y2 = spots(S, c, row[AT:])
     i, j = c[FIRST], partner(S, c)
-    bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
     for a in range(m):
         if con[a, FIRST] != c[FIRST] or con[a, APART] != c[APART]:
             continue
@@ -376,12 +375,6 @@ def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> boo
                 and abs(X2 - x2) < near * S.shapes[j, ETA]
                 and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
             return True
-        if bent and row[GAP] > -DIP:
-            for side in range(2):
-                p, q = edges_of(kind, one, other, side)
-                r, s = edges_of(k, o, t, side)
-                if (p >= 0 and p in (r, s)) or (q >= 0 and q in (r, s)):
-                    return True
     return False
 
 

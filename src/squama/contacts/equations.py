@@ -50,6 +50,7 @@ from squama.contacts.system import (
     Past,
     State,
     System,
+    cells,
     partner,
     strain_columns,
 )
@@ -60,7 +61,7 @@ from squama.types import Array
 @_jit
 def elastic(S: System, st: State, at: Array, r: Array, loads: Array) -> None:
     """Write what joints and bar oppose to a state: residual of the scales, and M, T, B, P of a cell in the mean."""
-    N, cells = len(S.shapes), len(S.shapes) // S.stride
+    N, many = len(S.shapes), cells(S)
     for e in range(STRAINS):
         loads[e] = 0.0
     for i in range(N):
@@ -74,7 +75,7 @@ def elastic(S: System, st: State, at: Array, r: Array, loads: Array) -> None:
             if a < MOTIONS:
                 r[at[i] + a] = out
             else:
-                loads[a - MOTIONS] += out / cells
+                loads[a - MOTIONS] += out / many
 
 
 @_jit
@@ -82,7 +83,7 @@ def residual(
     S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, r: Array, loads: Array
 ) -> None:
     """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
-    N, cells = len(S.shapes), len(S.shapes) // S.stride
+    N, many = len(S.shapes), cells(S)
     elastic(S, st, at, r, loads)
     for c in range(m):
         row, o = con[c], at[N + c]
@@ -134,11 +135,11 @@ def residual(
             r[at[j] + 3 + a] += moment2[a]
         for e in range(STRAINS):
             rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
-            loads[e] += dot(F, rate) / cells
+            loads[e] += dot(F, rate) / many
     columns = strain_columns(S, n)
     for e in range(STRAINS):
         if columns[e] >= 0:
-            r[columns[e]] = loads[e] * cells
+            r[columns[e]] = loads[e] * many
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):

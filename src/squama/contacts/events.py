@@ -60,6 +60,9 @@ class Event(NamedTuple):
             old, new = changed(self.before, self.after)
             if old and new:
                 return f"{old} to {new}"
+            if not old and not new:
+                # neither hand-over nor energy that is lost: another equilibrium of the same contacts
+                return "jump of the scales"
             return f"another contact ({new})" if new else f"release ({old})"
         return f"{self.contact} {'sticks' if self.kind == increments.STICK else 'slides'}"
 

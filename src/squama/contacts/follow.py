@@ -41,6 +41,7 @@ from squama.contacts.increments import (
     T_ZERO,
     Walk,
     accept,
+    balanced,
     energy,
     energy_now,
     guess,
@@ -49,12 +50,14 @@ from squama.contacts.increments import (
     remark,
     remember,
     restore,
+    rounded,
     tell,
+    tell_gone,
     weigh,
 )
 from squama.contacts.meeting import F_, N_, clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, KIND, LIES, MU, PHI, STRAINS, STUCK, copy, spots
+from squama.contacts.system import ENDED, FIRST, KIND, LIES, MU, PHI, STRAINS, STUCK, cells, copy, spots
 from squama.types import Array
 
 _LOCATED = 1e-10
@@ -80,7 +83,7 @@ def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
     if not tried(w, up, fresh):
         return up
     b = value(w, w.new, MEET, -1)
-    # an edge that dips beside a contact that is known on it comes in deeper: its gap is not closed here
+    # one that was near another contact may come in deeper: its gap is not closed here
     return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b > -_DEEPER * MISSED_GAP else up
 
 
@@ -153,45 +156,106 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
 
 
 @_jit
-def jump(w: Walk, events: Array, step: float) -> int:
-    """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses."""
+def reached(w: Walk, h: float) -> int:
+    """Look for any equilibrium after an increment, from the last contacts or from none; 0 if it is found."""
+    code = NO_EQUILIBRIUM
+    for way in range(2):
+        restore(w)
+        w.tally[T_FRESH] = 0.0
+        guess(w, h)
+        if way == 1:
+            # from the state without any contact
+            w.counts[0], w.J.kept[0] = 0, 0
+        found = regroup(w, h)
+        if found == 0:
+            return 0
+        code = found if way == 0 else code
+    return code
+
+
+@_jit
+def land(w: Walk, h: float, before: float, events: Array) -> None:
+    """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
-    before = energy_now(w)
+    after = energy(w, w.new)
+    rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
+    note(w, h)
+    remark(w, LOST, -1)
+    lost = before + cells(w.S) * h * t[T_LOAD] - after
+    accept(w, h, True)
+    # what is rubbed in a snap is a part of what it loses
+    t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
+    kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
+    if kind == CHANGE:
+        lost *= 0.0
+    t[T_LOST] += lost
+    c, gone = altered(w)
+    tell(w, events, kind, c, lost)
+    if gone >= 0:
+        tell_gone(w, events, gone)
+
+
+@_jit
+def altered(w: Walk) -> tuple[int, int]:
+    """Return which contact a jump brought, and if it brought none which it took away; of several the most pressed one.
+
+    -1 for none; where the contacts are the same the most pressed one is the first number.
+    """
+    came = strongest(w.con, w.counts[0], w.now.F, w.kept, w.counts[1])
+    if came >= 0:
+        return came, -1
+    gone = strongest(w.kept, w.counts[1], w.old.F, w.con, w.counts[0])
+    return (-1, gone) if gone >= 0 else (strongest(w.con, w.counts[0], w.now.F, w.con, 0), -1)
+
+
+@_jit
+def strongest(con: Array, m: int, F: Array, others: Array, n: int) -> int:
+    """Return the contact of the largest force among those that are not in another list; -1 for none."""
+    best, most = -1, -1.0
+    for c in range(m):
+        there = False
+        for o in range(n):
+            same = True
+            for a in range(FIRST, STUCK):
+                same = same and con[c, a] == others[o, a]
+            there = there or same
+        size = abs(F[c, 0]) ** 2 + abs(F[c, 1]) ** 2 + abs(F[c, 2]) ** 2
+        if not there and size > most:
+            best, most = c, size
+    return best
+
+
+@_jit
+def jump(w: Walk, goal: float, step: float, events: Array) -> int:
+    """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses.
+
+    A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
+    """
+    t = w.tally
+    before, left = energy_now(w), goal - t[T_WAY]
     # where it stops again at once an equilibrium farther off is looked for
     begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
     keep(w)
-    code = NO_EQUILIBRIUM
+    code, passed = RANGE, False
     for trial in range(min(begin, _FAR), _FAR):
         h = 1e-7 * 10.0**trial if trial < _FAR - 1 else step
-        for way in range(2):
-            restore(w)
-            t[T_FRESH] = 0.0
-            guess(w, h)
-            if way == 1:
-                # from the state without any contact
-                w.counts[0], w.J.kept[0] = 0, 0
-            found = regroup(w, h)
-            code = found if trial == begin and way == 0 else code
+        found = NO_EQUILIBRIUM
+        if h > left and not passed:
+            passed = True
+            found = reached(w, left)
             if found == 0:
-                after = energy(w, w.new)
-                rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
-                note(w, h)
-                remark(w, LOST, -1)
-                accept(w, h, True)
-                # what is rubbed in a snap is a part of what it loses
-                t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
-                lost = before + h * t[T_LOAD] - after
-                c = 0 if w.counts[0] > 0 else -1
-                if lost > _SNAPS * before:
-                    t[T_LOST] += lost
-                    tell(w, events, SNAP, c, lost)
-                else:
-                    tell(w, events, CHANGE, c, 0.0)
-                t[T_TRIAL], t[T_JUMPED] = trial, t[T_WAY]
-                t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
-                return 0
+                h = left
+        if found != 0:
+            found = reached(w, h)
+        code = found if code == RANGE else code
+        if found != 0:
+            continue
+        land(w, h, before, events)
+        t[T_TRIAL], t[T_JUMPED] = trial, t[T_WAY]
+        t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
+        return 0
     restore(w)
-    return code
+    return code if code != RANGE else NO_EQUILIBRIUM
 
 
 @_jit
@@ -211,23 +275,20 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             restore(w)
             h *= _SHRINK
             if h < _LEAST:
-                return jump(w, events, step)
+                return jump(w, goal, step, events)
             continue
         clear(w.near)
         what, c, v = violated(w, w.new, True)
-        if what < 0:
-            note(w, h)
-            accept(w, h, False)
-            t[T_H], t[T_ZERO] = min(most, 2 * h), 0.0
-            return 0
-        if what != MEET:
-            deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
-        where, what, c = locate(w, h, fresh, what, c, v)
-        if where < 0.0:
+        where = h
+        if what >= 0:
+            if what != MEET:
+                deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
+            where, what, c = locate(w, h, fresh, what, c, v)
+        if where < 0.0 or not balanced(w, where):
             restore(w)
             h *= _SHRINK
             if h < _LEAST:
-                return jump(w, events, step)
+                return jump(w, goal, step, events)
             continue
         break
     if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
@@ -244,7 +305,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events):
         t[T_ZERO] = 0.0
-        return jump(w, events, step)
+        return jump(w, goal, step, events)
     together(w, what, scale, events)
     return 0
 

@@ -26,6 +26,7 @@ from squama.contacts.system import (
     Past,
     State,
     System,
+    cells,
     copied,
     copy,
 )
@@ -66,19 +67,26 @@ SCALE = 64 * 5 * 4 * 4
     T_NOTED,
     T_TRIAL,
     T_JUMPED,
-) = range(22)
-TALLY = 22
+    T_ENERGY,
+) = range(23)
+TALLY = 23
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last
 two states; the load where a contact last began to slide; way since which the contacts are these; increments; events;
-events without an increment;
-where the last increment is noted, 0 for nowhere."""
+events without an increment; where the last increment is noted, 0 for nowhere; trial and way of the last jump; elastic
+energy."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX
 """What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
 contacts and unknowns; the vertex that came in."""
 NOTHING, LOST = -1, 5
 """What ends an increment beside the violations: nothing, and a snap."""
+
+
+UNBALANCED = 3e-4
+"""Work, over the energy, that an increment may lose."""
+_SMALL = 1e-4
+"""Motions, in pitches and rad, whose energies are very small."""
 
 
 class Walk(NamedTuple):
@@ -157,25 +165,61 @@ def weigh(w: Walk, h: float) -> None:
 
 
 @_jit
-def accept(w: Walk, h: float, event: bool) -> None:
-    """Make the new state the last one, after an increment; ``event``: rates change here."""
+def worked(w: Walk, h: float) -> tuple[float, float, float, float]:
+    """Return over the increment just solved for work of the loads and frictional work, and their rates at its end."""
     t, S = w.tally, w.S
-    power, load = 0.0, 0.0
+    power, load, rubbed = 0.0 * t[T_WORK], 0.0 * t[T_WORK], 0.0 * t[T_WORK]
     for c in range(w.counts[0]):
         # slip per way
         power += w.W.told[c, F_] * (0.0 if w.con[c, STUCK] > 0 else w.W.told[c, V_] / h)
     for e in range(STRAINS):
         if not S.free[e] > 0:
             load += w.loads[e] * w.leg[4 + e]
-    share = h / t[T_SIZE] if t[T_FRESH].real >= 1 else 0.0 * h
     if t[T_FRESH].real >= 1:
-        t[T_RUBBED] += h * mean(t[T_POWER2], t[T_POWER], power, share)
-    else:
-        # forces may turn at once behind an event
-        for c in range(w.counts[0]):
-            if w.con[c, STUCK] == 0:
-                t[T_RUBBED] += w.W.told[c, V_] * (w.W.told[c, F_] + w.W.told[c, BEFORE]) / 2
-    t[T_WORK] += h * mean(t[T_LOAD2], t[T_LOAD], load, share) if t[T_FRESH].real >= 1 else h * (t[T_LOAD] + load) / 2
+        share = h / t[T_SIZE]
+        return (
+            h * mean(t[T_LOAD2], t[T_LOAD], load, share),
+            h * mean(t[T_POWER2], t[T_POWER], power, share),
+            load,
+            power,
+        )
+    # forces may turn at once behind an event
+    for c in range(w.counts[0]):
+        if w.con[c, STUCK] == 0:
+            rubbed += w.W.told[c, V_] * (w.W.told[c, F_] + w.W.told[c, BEFORE]) / 2
+    return h * (t[T_LOAD] + load) / 2, rubbed, load, power
+
+
+@_jit
+def rounded(w: Walk) -> float:
+    """Return an energy below which differences of energies say nothing: that of motions that are very small."""
+    most = 0.0 * w.tally[T_ENERGY]
+    for a in range(MOTIONS):
+        most = max(most, w.S.K[0, a, a])
+    least: float = _SMALL**2 * most
+    return least
+
+
+@_jit
+def balanced(w: Walk, h: float) -> bool:
+    """Say whether the work of the increment just solved for is what joints and plates store and friction takes.
+
+    Where it is not, the state is another one than that to which the path goes on from the last state.
+    """
+    work, rubbed, _, _ = worked(w, h)
+    work *= cells(w.S)
+    stored, had = energy(w, w.new), w.tally[T_ENERGY]
+    return bool(abs(work - rubbed + had - stored) <= UNBALANCED * max(abs(stored), abs(had), rounded(w)))
+
+
+@_jit
+def accept(w: Walk, h: float, event: bool) -> None:
+    """Make the new state the last one, after an increment; ``event``: rates change here."""
+    t, S = w.tally, w.S
+    work, rubbed, load, power = worked(w, h)
+    t[T_WORK] += work
+    t[T_RUBBED] += rubbed
+    t[T_ENERGY] = energy(w, w.new)
     t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
     if t[T_FRESH].real < 1:
         t[T_POWER2] = power
@@ -349,6 +393,17 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
         tell_contacts(w, row, c if kind == OPEN else -1)
         w.tally[T_EVENTS] += 1
+
+
+@_jit
+def tell_gone(w: Walk, events: Array, c: int) -> None:
+    """Write into the last event which of the contacts before is gone, and where it was."""
+    n = int(w.tally[T_EVENTS].real) - 1
+    if n < len(events):
+        for a in range(FIRST, STUCK):
+            events[n, 6 + a] = w.kept[c, a]
+        for a in range(3):
+            events[n, 14 + a] = w.old.s[c, a]
 
 
 @_jit

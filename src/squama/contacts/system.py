@@ -110,6 +110,12 @@ def partner(S: System, c: Array) -> int:
 
 
 @_in
+def cells(S: System) -> int:
+    """Return how many cells there are; loads are those of one."""
+    return len(S.shapes) // S.stride
+
+
+@_in
 def further(S: System, i: int, k: int) -> int:
     """Return the number of the scale of the same face that is k cells further; from N on there is none in a row."""
     j: int = i + k * S.stride
