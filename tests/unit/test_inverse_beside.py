@@ -14,7 +14,7 @@ from squama.inverse.beside import beside
 from squama.inverse.reached import Beside, Reached
 from squama.inverse.target import read_target
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
 BENT = {
     "load": "bending",
     "designs": 1,

@@ -204,7 +204,7 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
     assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--hold", "straight"]) == 0
     first, *lines = capsys.readouterr().out.splitlines()
-    assert "thick, elastic scales on compliant joints; the line in the middle" in first
+    assert "thick, elastic scales on compliant joints; all else held" in first
     head = next(i for i, line in enumerate(lines) if line.split() == ["real", "hinge"])
     rows = [line.split() for line in lines[head:]]
     torques = [row for row in rows if row[:2] == ["torque", "T,"]]

@@ -203,7 +203,7 @@ def follow(
             joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
             joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
             scale = path.Scale(*(v[at] for v in scales))
-            aside = np.real(designs.width[at] / (2 * designs.lam[at])) ** 2
+            aside = (designs.width[at] / (2 * designs.lam[at])) ** 2
             beams = path.beams(scale, joints, designs.mu[at], sense=sense, free=free, aside=aside)
             if bends:
                 found = path.bent_alone(beams, at_all[at], upto[at])

@@ -197,7 +197,7 @@ def beams(
         plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
     loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
     K = np.ascontiguousarray(K * np.outer(signs, signs))
-    aside = np.broadcast_to(np.asarray(aside, float), n).copy()
+    aside = np.broadcast_to(np.asarray(aside, K.dtype), n).copy()
     alike = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen, own))
     return entry.Beams(shapes, K, elastic, plates, loose, aside, *alike)
 
