@@ -133,7 +133,7 @@ def test_the_bench_is_what_the_summary_says(capsys):
 
 def test_what_is_held_is_given_once(capsys):
     assert main(["twist", "examples/stiff_skin.toml", "--hold", "bend", "--set", "beam.hold=bend"]) == 2
-    assert "--set beam.hold: is given twice, by --hold, too" in capsys.readouterr().err
+    assert "--hold: is given twice" in capsys.readouterr().err
     assert main(["twist", "examples/stiff_skin.toml", "--hold", "bow"]) == 2
     assert '--hold = "bow": must be some of' in capsys.readouterr().err
 

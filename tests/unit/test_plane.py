@@ -64,8 +64,11 @@ def test_the_real_beam():
         one = m.isel(psi=i, phi=j)
         r = along(SKIN, one.psi, one.phi, points=120)
         for name in ("theta", "M", "T", "M_scales", "T_scales", "N", "W_fr"):
-            # tolerance: the steps of a ray of 120 points, 3e-4 measured, on every processor
-            tolerance = 2e-3 * max(abs(float(r[name][-1])), 1e-3 * float(abs(m[name]).max()))
+            # tolerance: the steps of a ray of 120 points, 3e-4 measured, on every processor; where the lateral bend is
+            # free slip turns quickly behind engagement, and frictional work is known to 6e-3 by the map's steps
+            tolerance = (2e-2 if name == "W_fr" else 2e-3) * max(
+                abs(float(r[name][-1])), 1e-3 * float(abs(m[name]).max())
+            )
             assert float(one[name]) == pytest.approx(float(r[name][-1]), abs=tolerance), (i, j, name)
         assert one.contact.item() == r.contact.values[-1]
     # bent more than twisted a corner comes down on the face first

@@ -202,11 +202,17 @@ def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = N
 
 
 class Setting(NamedTuple):
-    """A value of --set."""
+    """A value of --set, or of another flag that gives one of the file's."""
 
     table: str
     key: str
     value: int | str
+    flag: str = "--set"
+
+    @property
+    def name(self) -> str:
+        """The flag and what it sets, as they are written."""
+        return f"{self.flag} {self.table}.{self.key}" if self.flag == "--set" else self.flag
 
 
 def _setting(name: str, text: str) -> Setting:
@@ -330,21 +336,21 @@ class Base:
         if self.verbose:
             LOG.setLevel(logging.INFO)
 
+    @property
+    def settings(self) -> Sequence[Setting]:
+        """Values in place of the file's."""
+        return self.set_
+
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
         found: dict[str, dict[str, object]] = {}
-        for table, key, value in self.set_:
-            if key in found.get(table, {}) or (mu is not None and (table, key) == ("friction", "mu")):
-                refuse(f"--set {table}.{key}", "", "is given twice, or by --mu, too", "keep one of them")
-            found.setdefault(table, {})[key] = value
+        for one in self.settings:
+            if one.key in found.get(one.table, {}) or (mu is not None and (one.table, one.key) == ("friction", "mu")):
+                refuse(one.name, "", "is given twice, or by a flag of its own, too", "keep one of them")
+            found.setdefault(one.table, {})[one.key] = one.value
         if mu is not None:
             found.setdefault("friction", {})["mu"] = mu
         return found
-
-    @property
-    def names(self) -> dict[str, str]:
-        """The flags that give values in place of the file's, by table and key."""
-        return {f"{s.table}.{s.key}": f"--set {s.table}.{s.key}" for s in self.set_}
 
     def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
         """Read the beam, ``mu`` in place of the file's; mistakes are kept, of a value of --set laid to that flag.
@@ -354,10 +360,11 @@ class Base:
         from squama.beam.design import Beam
 
         found = None
-        with problems().caught(), laid(self.names):
+        with problems().caught(), laid({f"{s.table}.{s.key}": s.name for s in self.settings}):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
-        if friction and found is not None:
-            check_friction(path, found)
+        if friction and found is not None and found.friction.mu is None and "--mu" not in problems().flags:
+            remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
+            problems().add("friction.mu", "", "is missing", remedy, source=label(path))
         return found
 
     def turned(
@@ -396,19 +403,10 @@ class Common(Base):
     netcdf: Annotated[File | None, flag("netCDF file to write (.nc), all that there is.")] = None
     hold: Annotated[str | None, flag(_HOLD)] = None
 
-    def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
-        """Return the values in place of the file's; what is held is one of them."""
-        found = super().overrides(mu)
-        if self.hold is not None:
-            if "hold" in found.get("beam", {}):
-                refuse("--set beam.hold", "", "is given twice, by --hold, too", "keep one of them")
-            found.setdefault("beam", {})["hold"] = self.hold
-        return found
-
     @property
-    def names(self) -> dict[str, str]:
-        """The flags that give values in place of the file's, by table and key."""
-        return super().names | ({} if self.hold is None else {"beam.hold": "--hold"})
+    def settings(self) -> Sequence[Setting]:
+        """Values in place of the file's; what is held is one of them."""
+        return self.set_ if self.hold is None else (*self.set_, Setting("beam", "hold", self.hold, "--hold"))
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
@@ -449,10 +447,3 @@ class Tables:
 BASE = Base()
 COMMON = Common()
 TABLES = Tables()
-
-
-def check_friction(path: str, beam: Beam) -> None:
-    """Keep a beam without a coefficient of friction as a mistake."""
-    if beam.friction.mu is None and "--mu" not in problems().flags:
-        remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
-        problems().add("friction.mu", "", "is missing", remedy, source=label(path))
