@@ -338,8 +338,9 @@ class Base:
 
     @property
     def settings(self) -> Sequence[Setting]:
-        """Values in place of the file's."""
-        return self.set_
+        """Values in place of the file's; what is held is one of them, where it is a flag."""
+        hold = getattr(self, "hold", None)
+        return self.set_ if hold is None else (*self.set_, Setting("beam", "hold", hold, "--hold"))
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
@@ -362,9 +363,8 @@ class Base:
         found = None
         with problems().caught(), laid({f"{s.table}.{s.key}": s.name for s in self.settings}):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
-        if friction and found is not None and found.friction.mu is None and "--mu" not in problems().flags:
-            remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
-            problems().add("friction.mu", "", "is missing", remedy, source=label(path))
+        if friction and found is not None:
+            check_friction(path, found)
         return found
 
     def turned(
@@ -402,11 +402,6 @@ class Common(Base):
     csv: Annotated[File | None, flag("CSV file to write, units in the header.")] = None
     netcdf: Annotated[File | None, flag("netCDF file to write (.nc), all that there is.")] = None
     hold: Annotated[str | None, flag(_HOLD)] = None
-
-    @property
-    def settings(self) -> Sequence[Setting]:
-        """Values in place of the file's; what is held is one of them."""
-        return self.set_ if self.hold is None else (*self.set_, Setting("beam", "hold", self.hold, "--hold"))
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
@@ -447,3 +442,10 @@ class Tables:
 BASE = Base()
 COMMON = Common()
 TABLES = Tables()
+
+
+def check_friction(path: str, beam: Beam) -> None:
+    """Keep a beam without a coefficient of friction as a mistake."""
+    if beam.friction.mu is None and "--mu" not in problems().flags:
+        remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
+        problems().add("friction.mu", "", "is missing", remedy, source=label(path))
