@@ -191,8 +191,7 @@ def pair(form: str, example: str) -> Reader[Pair]:
 
 def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return pairs as a mapping; a name that is there twice, by an alias too, is kept as a mistake of the flag."""
-    found: dict[str, str] = {}
-    same = aliases or {}
+    found, same = dict[str, str](), aliases or {}
     for key, text in pairs:
         if same.get(key, key) in (same.get(other, other) for other in found):
             problems().add(f"{name} {key}", "", "is given twice", "keep one of them")
