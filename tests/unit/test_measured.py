@@ -231,7 +231,7 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     from squama.inverse.target import read_target
 
     monkeypatch.chdir(tmp_path)
-    beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
+    beam = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3).replace(hold="bend, lateral bend")
     Path("beam.toml").write_text(beam.to_toml())
     r = squama.twist(beam, points=60, to="0.2 rad/pitch", joint="hinge")
     rows = [

@@ -268,7 +268,7 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 def test_a_map_is_cut_at_jumps_and_where_nothing_is_known(tmp_path: Path) -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
     ranges = {"theta0": ("6 deg", "40 deg", 18), "eta": (2, 5, 13)}
     d = squama.sweep(beam, ranges, at="130 deg total", out=tmp_path / "m.zarr")
     known = slices.ends(d) != "joint unknown"

@@ -65,7 +65,7 @@ def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:
     assert charts.point(last, "torque")[1] == 0
     # what is kept and bounded does: it can be read
     stiff = REAL.change("material", "steel")
-    assert charts.frame(stiff.keep()._replace(beam=REAL.beam), "torque").top > 2 * own
+    assert charts.frame(stiff.keep()._replace(beam=REAL.beam), "torque").top > 1.5 * own
     # inclinations are bounded, and drawn where they are
     ends = charts.frame(HINGE, "theta")
     assert ends.low < math.degrees(REAL.beam.scale.theta0) < live.along(HINGE.setting).theta.max() < ends.top

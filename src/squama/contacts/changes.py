@@ -65,7 +65,7 @@ from squama.contacts.system import (
 from squama.types import Array
 
 _CHANGES = 24
-"""Changes at once that a scale may have."""
+"""Changes at once that a scale may have; three for each one more."""
 
 
 @_jit
@@ -304,7 +304,7 @@ def missed(w: Walk, st: State, what: int, c: int) -> bool:
 def regroup(w: Walk, h: float) -> int:
     """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
     ends = 0
-    for _ in range(_CHANGES * len(w.S.shapes)):
+    for _ in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):
         copied(w.new, w.trial)
         if not solved(w, h, True):
             copied(w.trial, w.new)
