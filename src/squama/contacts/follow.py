@@ -57,7 +57,7 @@ from squama.contacts.increments import (
 )
 from squama.contacts.meeting import F_, N_, clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, KIND, LIES, MU, PHI, STRAINS, STUCK, cells, copy, spots
+from squama.contacts.system import ENDED, FIRST, KIND, LIES, MU, STRAINS, STUCK, cells, copy, spots
 from squama.types import Array
 
 _LOCATED = 1e-10
@@ -404,7 +404,8 @@ def follow(
 ) -> None:  # fmt: skip
     """Follow a beam from rest along straight legs to corners (n, 4) in the strains, at rising ways (n,).
 
-    Where nothing touches up to there, that is looked for straight on to the way ``most``.
+    Where nothing touches up to there, that is looked for straight on to the way ``most``; without ways along the first
+    of ``corners``, a rate.
 
     Written are ``rows`` (n, 22), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
     (E, 25), and ``end`` (4,): why, way, events, rows.
@@ -441,8 +442,8 @@ def follow(
     end[0], end[1] = code, t[T_WAY]
     while code == RANGE and t[T_EVENTS] == 0 and t[T_WAY] < most - 1e-13:
         if len(ways) == 0 and t[T_WAY] == 0.0:
-            # twisted alone
-            w.leg[4 + PHI] = 1.0
+            for e in range(STRAINS):
+                w.leg[4 + e] = corners[0, e]
         if advance(w, most, step, events) != RANGE:
             break
     end[2], end[3] = t[T_EVENTS], done

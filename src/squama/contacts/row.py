@@ -69,7 +69,7 @@ def placed(c: Array) -> str:
 
 
 def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, endless: bool = False) -> Track:
-    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end.
+    """Follow a row through twists (n,) in one sense from 0 on, to the last or to its end.
 
     ``endless``: its scales repeat for ever.
     """
@@ -81,8 +81,8 @@ def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, 
     events, ends = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        way.beams, scales, endless, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends,
-        contacts, events, ends, np.zeros((1, 0)),
+        way.beams, scales, endless, step, np.zeros(1), room, np.abs(phis[None].astype(float)), strains, raw, motions,
+        bends, contacts, events, ends, np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ends[0].tolist()
     if code == increments.AT_REST:

@@ -36,9 +36,9 @@ class Model(NamedTuple):
 
 
 def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
-    from squama.curves import real, real_bent
+    from squama.curves import real_path
 
-    return real_bent.solve(asked) if asked.neutral else real.solve(asked)
+    return real_path.solve(asked)
 
 
 def _compliant_walk(asked: Asked) -> States:

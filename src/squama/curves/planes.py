@@ -15,8 +15,9 @@ from squama.contacts import path as real_path
 from squama.contacts.legs import follow_straight
 from squama.curves import hinge_polygons, real
 from squama.curves.labelled import Labelled, attributes, labelled
-from squama.curves.path import VERBS, Asked, Case, States, in_si
+from squama.curves.path import VERBS, Asked, States
 from squama.curves.polygons import Stations, meant, read, stretched
+from squama.curves.real_figures import in_si
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
 from squama.model.screw import LOCKED
@@ -154,13 +155,12 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     state[reached] = np.where(v["contacts"][reached] > 0, SLIDING, OPEN)
     first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
     touching = events.last(gone.answers)
-    own = {"theta": states.inclinations(gone.way, gone.rows), "torque": gone.T}
+    own = {"theta": states.inclinations(gone.way, gone.rows), "T": gone.T, "M": gone.M}
     own |= {"N": v["N"], "f": v["f"], "W_fr": v["W_fr"], "W_snap": v["W_snap"]}
     own |= {"U_el": np.sum([*states.energies(gone.way, gone.rows).values()], axis=0)}
-    si = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
-    unit = beam.unit_moment
-    bar = unit * states.bare(gone.way.beams)[0] @ [phi, psi]
-    si |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": si["torque"] - bar[0]}
+    si = in_si(beam, held, own)
+    bar = beam.unit_moment * states.bare(gone.way.beams)[0] @ [phi, psi]
+    si |= {"torque": si["T"], "M_scales": si["M"] - bar[1], "scales": si["T"] - bar[0]}
     si |= {"state": state, "contact": np.where(state == OPEN, "", np.where(reached, touching, np.array(first)))}
     far = float(np.abs([psi, phi]).max())
     kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "W_snap", "U_el", "RED")

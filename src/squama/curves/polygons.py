@@ -11,7 +11,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import follow, hinge_polygons, real_polygons
+from squama.curves import follow, hinge_polygons, real, real_polygons
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import VERBS, Asked, LoadPath
 from squama.errors import naming, refuse
@@ -21,6 +21,8 @@ from squama.units import shown
 if TYPE_CHECKING:
     import xarray as xr
 
+STRETCHES = ("free", "middle")
+"""Which line of a real beam keeps its length: none, there being no axial force, or that in the bar's middle."""
 EXAMPLE = '"bend 5 rad/m; twist 8 rad/m"'
 Stations = str | Sequence[tuple[float | str, float | str]]
 """Where a path goes: text, or pairs of curvature and twist rate in rad/m or as texts with their units."""
@@ -155,7 +157,7 @@ def meant(
     if joint is None and (free is not None or neutral == "face"):
         joint = "hinge"
     held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
-    if held == "compliant" and (why := real_polygons.impossible(beam)):
+    if held == "compliant" and (why := (real.impossible(beam) or real.unbent(beam))):
         if joint:
             refuse("joint", '"compliant"', why, f"{hinged} (--joint hinge)")
         held, thin, note = "hinge", ideal is None or ideal, why
@@ -163,7 +165,7 @@ def meant(
         refuse("free", f'"{free}"', "is of the hinge", hinged)
     if held == "hinge" and not thin:
         refuse("ideal", "False", "is not covered by the hinge that is bent", "leave it out")
-    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
+    lines = tuple(NEUTRAL if held == "hinge" else STRETCHES)
     line = arguments.one_of("neutral", neutral or lines[0], lines)
     if beam.other and line == "face":
         refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", 'write "middle"')
@@ -172,7 +174,7 @@ def meant(
 
 def stretched(beam: Beam, neutral: str) -> Beam:
     """Return a beam on its compliant joint that is free to stretch ("free") or keeps its length ("middle")."""
-    line = arguments.one_of("neutral", neutral, tuple(real_polygons.NEUTRAL))
+    line = arguments.one_of("neutral", neutral, STRETCHES)
     if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
         refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
     if beam.given.line == line:

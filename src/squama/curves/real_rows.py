@@ -11,9 +11,12 @@ import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
-from squama.curves import real
+from squama.curves import real, real_path
 from squama.curves.hinge import before
 from squama.curves.path import Asked, States
+from squama.curves.real_figures import by_load, values
+from squama.curves.real_path import Stations
+from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.types import Array
 
@@ -25,15 +28,17 @@ _MANY, _NEAR = 20_000, 1e-9
 
 def solve(asked: Asked) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end."""
-    (one,), more = real.solve(asked)
-    n, way, d = asked.beam.scales, one.way, asked.beam.pitch
-    track = followed(way, n, one.far, asked.points)
+    (loaded,), more = real_path.solve(asked)
+    one, n, way, d = loaded.one, asked.beam.scales, loaded.one.way, asked.beam.pitch
+    sign = int(one.toward[1])
+    track = followed(way, n, loaded.far, asked.points, sign)
     phi = track.rows[:, 0, 0]
-    each = _values(one, phi, track)
+    each = _values(one, sign * phi, track)
     along = {role: each[role].mean(axis=1) for role in _SHARED}
     total = along["U_el"] + along["W_fr"]
     along["RED"] = np.divide(along["W_fr"], total, out=np.zeros(phi.size), where=total > 0)
-    endless = real.values(one, phi, way.states(phi)[0])
+    strains = Stations.along(asked.path.load, sign * phi).strains
+    endless = by_load(values(one, strains, way.along(strains).rows[0], turned=sign), asked.path.load, sign)
     along |= {"load": phi, "rate": phi / d, "T_periodic": endless["torque"], "theta_periodic": endless["theta"]}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): along,
@@ -43,13 +48,13 @@ def solve(asked: Asked) -> States:
     return States(by_dim, more.attrs, more.notes)
 
 
-def followed(way: path.Path, n: int, far: float, points: int) -> Track:
-    """Follow a row to a twist, some points of it before its engagement; as many up to an earlier end."""
-    found = row.track(way, n, _twists(way, far, points))
+def followed(way: path.Path, n: int, far: float, points: int, sign: int) -> Track:
+    """Follow a row to a twist in one sense, some points of it before its engagement; as many up to an earlier end."""
+    found = row.track(way, n, sign * _twists(way, far, points))
     end = found.end
     if end.code in (increments.RANGE, increments.AT_REST) or end.solved == points:
         return _once(found)
-    last = row.track(way, n, _twists(way, end.phi * (1 - _NEAR), points))
+    last = row.track(way, n, sign * _twists(way, end.phi * (1 - _NEAR), points))
     return _once(last._replace(end=end, events=found.events))
 
 
@@ -68,11 +73,12 @@ def _twists(way: path.Path, far: float, points: int) -> Array:
 
 
 def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
-    """Return every variable (points, scales) in SI units, by role."""
+    """Return every variable (points, scales) in SI units, by role, at signed twists."""
     points, n = track.held.shape
-    flat, twists = track.rows.reshape(points * n, -1), np.repeat(phi, n)
-    parts = range(0, points * n, _MANY)
-    found = [real.values(one, twists[i : i + _MANY], flat[i : i + _MANY]) for i in parts]
+    flat, load, sign = track.rows.reshape(points * n, -1), LOADS["twisting"], one.toward[1]
+    strains = np.column_stack([np.zeros(points * n), np.repeat(phi, n)])
+    parts = (slice(i, i + _MANY) for i in range(0, points * n, _MANY))
+    found = [by_load(values(one, strains[part], flat[part], turned=sign), load, sign) for part in parts]
     each = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
     each["Q"] = track.held * one.beam.unit_moment
     each["N"][:, -1] = each["f"][:, -1] = math.nan

@@ -12,7 +12,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge, polygons, real
+from squama.curves import both_faces, follow, hinge, polygons, real_figures, real_path
 from squama.curves.bent_twist import Twisted
 from squama.curves.path import Solved, idealisation, thin
 from squama.errors import refuse
@@ -23,7 +23,7 @@ from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude
-from squama.symbols import OF_A_SCALE, OTHER
+from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import moment
 
@@ -133,11 +133,11 @@ class Motion:
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
         self.drawn, self.other_drawn = bool(self.hinge), False
-        if isinstance(path, real.Path):
-            self.drawn, self.other_drawn = path.hinged(0), path.hinged(path.faces - 1)
-            if path.lead:
+        if isinstance(path, real_path.Loaded):
+            self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
+            if path.exchanged:
                 # its curve begins with the face that touches first
-                self.curve |= _exchanged(self.curve)
+                self.curve = real_figures.exchanged(self.curve, where=True)
         self.half = float(self.curve["N"].max()) / 2 or 1.0
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
@@ -164,7 +164,7 @@ class Motion:
     def _other_of_whole(self) -> Motion:
         """Return the motion of the other face's scales, whose figures are in the curve."""
         other = copy(self)
-        other.curve, other.drawn = self.curve | _exchanged(self.curve), self.other_drawn
+        other.curve, other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
         other.half = float(other.curve["N"].max()) / 2 or 1.0
         return other
 
@@ -284,12 +284,6 @@ class Motion:
             _, root, q, _ = row.solve(x, ARRAY)
             c = twisting.contact(root, q, *getattr(row, "open", row).ratios)
         return np.asarray(c.a_rate), np.asarray(c.c_rate)
-
-
-def _exchanged(curve: dict[str, Array]) -> dict[str, Array]:
-    """Return the figures of the scales of a curve, by role, with those of both faces exchanged."""
-    both = [(role, role + OTHER) for role in OF_A_SCALE if role in curve and role + OTHER in curve]
-    return {to: curve[of] for role, other in both for of, to in ((role, other), (other, role))}
 
 
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts.path import RANGE
-from squama.curves import follow, real, real_polygons
+from squama.curves import follow, real
 from squama.curves.path import idealisation, thin
 from squama.errors import naming, refuse
 from squama.joints import choice
@@ -163,7 +163,7 @@ def meant(
             refuse("substrate.neutral", '"face"', "is of hinges", 'leave it out, or write joint="hinge"')
         joint = "hinge"
     held, thin_scales, why = follow.meant(beam, "twisting", LOADS[load].law(law), joint, ideal, elements=False)
-    if (bent or bends) and held == "compliant" and (why := real_polygons.unbent(beam)):
+    if (bent or bends) and held == "compliant" and (why := real.unbent(beam)):
         if joint:
             refuse("joint", '"compliant"', why, 'write joint="hinge"')
         held, thin_scales = "hinge", ideal is None or ideal
