@@ -193,7 +193,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
     (
         "curves/follow.py",
-        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, neutral=neutral)",
+        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal)",
     ): {
         "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
     },
@@ -243,10 +243,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "*((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),",
     ): {"0 -> 1": "of a face no points are read: places are those of two edges"},
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
-    (
-        "identify/prepare.py",
-        "asked = path.Asked(wanted.beam, path.LoadPath.of(wanted.load, [1.0]), np.zeros(()), wanted.law, 0.01, 3)",
-    ): {"*": "only whether the load and the law are covered is asked"},
     ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
     ("curves/real_path.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},

@@ -186,6 +186,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/follow.py": ("unit/test_follow.py", "unit/test_response.py", "unit/test_cycle.py", PROPERTIES[3]),
     "curves/hinge.py": ("unit/test_response.py", THICK[1], "unit/test_energy.py", "unit/test_follow.py"),
     "curves/hinge_cycles.py": CYCLES,
+    "curves/chosen.py": ("unit/test_follow.py", "unit/test_bend_doors.py", "unit/test_bend_twist.py"),
     "curves/real.py": CURVES,
     "curves/real_figures.py": CURVES,
     "curves/real_path.py": (*CURVES, "unit/test_bend_real.py"),

@@ -97,19 +97,16 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves import follow, polygons
+    from squama.curves.chosen import chosen
 
     family = list(mu) if len(mu) > 1 else None
     numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments("neutral")):
-        if LOADS[load].sided:
-            held, _, note = follow.meant(beam, load, law, joint)
-            numbers["neutral"] = neutral
-        else:
-            held, _, note, numbers["neutral"] = polygons.meant(beam, joint, None, neutral)
-        if note:
-            print(f"squama: warning: {note}", file=sys.stderr)
-        if held == "compliant":
+        means = chosen(beam, LOADS[load], law=law, joint=joint, neutral=neutral)
+        numbers["neutral"] = neutral
+        if means.note:
+            print(f"squama: warning: {means.note}", file=sys.stderr)
+        if means.real:
             laws = report.ladder(load, beam, law, sense, numbers, ideal=ideal)
             law = next(iter(laws))
         else:

@@ -121,19 +121,20 @@ def _tolerances(
     vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study, *, ideal: bool
 ) -> dict[str, object]:
     """Return the tolerances of the flags and of the file, by the names of the beam file; every mistake is kept."""
-    from squama.curves import follow
+    from squama.curves.chosen import chosen
+    from squama.loads import LOADS
     from squama.study.tolerances.distributions import tolerances
 
     before = len(flags.problems())
     found: dict[str, object] = {}
-    joint, ideal, _ = follow.meant(beam, study.load, study.law, study.joint, ideal or None, elements=False)
+    kind = LOADS[study.load]
+    means = chosen(beam, kind, law=kind.law(study.law), joint=study.joint, ideal=ideal or None, elements=False)
 
     def read(group: Mapping[str, object]) -> None:
         # a distribution in SI units reads back as itself
         if group:
-            found.update(
-                {t.name: (t.kind, *t.numbers) for t in tolerances(group, beam, bare=False, joint=joint, ideal=ideal)}
-            )
+            told = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
+            found.update({t.name: (t.kind, *t.numbers) for t in told})
 
     if path is not None:
         with flags.problems().caught():

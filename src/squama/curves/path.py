@@ -73,7 +73,7 @@ class Asked(NamedTuple):
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
-    warning that goes along; ``neutral``: which line keeps its length on a path that bends and twists.
+    warning that goes along.
     """
 
     beam: Beam
@@ -85,7 +85,6 @@ class Asked(NamedTuple):
     at: Array | None = None
     ideal: bool = False
     note: str = ""
-    neutral: str = ""
 
     @property
     def thickness(self) -> float:

@@ -14,9 +14,10 @@ from squama.contacts import events, states
 from squama.contacts import path as real_path
 from squama.contacts.legs import follow_straight
 from squama.curves import hinge_polygons, real
+from squama.curves.chosen import chosen
 from squama.curves.labelled import Labelled, attributes, labelled
 from squama.curves.path import VERBS, Asked, States
-from squama.curves.polygons import Stations, meant, read, stretched
+from squama.curves.polygons import Stations, read
 from squama.curves.real_figures import in_si
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
@@ -85,18 +86,18 @@ def bend_twist_map(
     way = read(path, beam)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     n = arguments.whole("points", points, 3, 1000)
-    held, thin, note, line = meant(beam, joint, ideal, neutral)
-    if held == "compliant":
-        beam = stretched(beam, line)
-    asked = Asked(beam, way, m, "edge", 0.01, n, ideal=thin, note=note, neutral=line)
+    means = chosen(beam, joint=joint, ideal=ideal, neutral=neutral)
+    asked = Asked(means.beam, way, m, "edge", 0.01, n, ideal=means.ideal, note=means.note)
     corners = np.array([(0.0, 0.0), *way.points])
     room = ROOM * float(np.ptp(corners, axis=0).max())
     psi, phi = (np.linspace(v.min() - room, v.max() + room, n) for v in corners.T)
     # at rest itself there is no way, and nothing in contact
     grid = np.meshgrid(np.where(psi == 0, 1e-9 * room, psi), phi, indexing="ij")
-    found = (_hinges if held == "hinge" else _real)(asked, *(v.ravel() for v in grid))
+    found = (_real if means.real else _hinges)(asked, *(v.ravel() for v in grid))
     twisting = LOADS["twisting"]
-    attrs = attributes(asked, "plane of bend and twist of a scale-covered beam", "+", held, found.notes, twisting)
+    attrs = attributes(
+        asked, "plane of bend and twist of a scale-covered beam", "+", means.joint, found.notes, twisting
+    )
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("psi", "phi"): {role: np.reshape(v, (n, n)) for role, v in found.by_dim[()].items()},
         ("psi",): {"psi": psi, "kappa": psi / beam.pitch},
@@ -104,7 +105,7 @@ def bend_twist_map(
     }
     return _dataset(
         labelled(twisting, States(by_dim), m, "combined"),
-        attrs | {"load": "bending and twisting", "neutral": line, **found.attrs},
+        attrs | {"load": "bending and twisting", "neutral": means.beam.neutral, **found.attrs},
     )
 
 
@@ -116,7 +117,7 @@ def _dataset(variables: dict[str, Labelled], attrs: dict[str, Any]) -> xr.Datase
 
 def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
     """Return states (n,) of thin, rigid scales on hinges."""
-    beam, mu, height = asked.beam, float(asked.mus), neutral_height(asked.neutral, asked.beam.lam)
+    beam, mu, height = asked.beam, float(asked.mus), neutral_height(asked.beam.neutral, asked.beam.lam)
 
     def at(w: Array, which: Array) -> Combined:
         ways = psi[which][:, None], phi[which][:, None]

@@ -28,10 +28,6 @@ TAB_LIMIT = 0.025
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
 TWIST = LOADS["twisting"].verb
-_SEVEN = (
-    "the scales are on hinges, not as in the beam: joint.matrix holds six motions and the twist, not the bend; squama "
-    "joint --matrix writes all nine, and without it in the file the law of the joint holds them"
-)
 
 
 class Held(NamedTuple):
@@ -198,14 +194,3 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
             f"{STRAIN_LIMIT:g} rad per pitch, and the curve goes to {far:.3g}"
         )
     return lines
-
-
-def impossible(beam: Beam) -> str:
-    """Return why a beam's joint is not known; empty where it is."""
-    joint = joint_of(beam)
-    return joint.note if joint.K is None else ""
-
-
-def unbent(beam: Beam) -> str:
-    """Return why a joint's matrix does not know bends; empty where it does, or there is none."""
-    return _SEVEN if beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9 else ""

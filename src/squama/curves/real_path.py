@@ -113,10 +113,11 @@ class Loaded(NamedTuple):
         """Return the curve at load angles per pitch; NaN beyond an earlier end."""
         one, engaged, case = self.one, self.load_e, self.case
         sign, turned = sum(one.toward), one.toward[1]
-        most = float(at.max(initial=0.0))
+        within = at <= self.far * (1 + 1e-12)
+        most = float(at[within].max(initial=0.0))
         fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
         met = np.unique([c.phi for c in one.way.contacts])
-        wanted = np.union1d(at, met[met < most])
+        wanted = np.union1d(at[within], met[met < most])
         # no step may be much smaller than the others; loads that are all but equal are put between their neighbours
         bounds = np.concatenate([[-np.inf], wanted, [np.inf]])
         after = np.searchsorted(bounds, fine)
@@ -137,7 +138,7 @@ class Loaded(NamedTuple):
         if self.exchanged:
             own = real_figures.exchanged(own, where=True)
         own |= real_figures.tangents(case.rigidity, case.pitch, met, loads[kept], loads, own)
-        which, reached = np.searchsorted(loads, at), np.flatnonzero(np.isfinite(own["torque"]))
+        reached = np.flatnonzero(np.isfinite(own["torque"]))
         numbers = {role: values for role, values in own.items() if values.dtype.kind == "f"}
         last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in numbers.items()}
         found = {
@@ -150,7 +151,13 @@ class Loaded(NamedTuple):
             found["T_c"] = last["T"]
         if len(faces) > 1:
             found["load_e_other"] = one.way.contacts[1 - one.lead].phi
-        return Curve({role: values[which] for role, values in own.items() if role not in _INNER}, found)
+        which = np.minimum(np.searchsorted(loads, at), loads.size - 1)
+        along = {
+            role: np.where(within, values[which], np.nan if values.dtype.kind == "f" else "")
+            for role, values in own.items()
+            if role not in _INNER
+        }
+        return Curve(along | {"load": at, "rate": at / case.pitch}, found)
 
     def _bent(self, loads: Array, faces: Sequence[Array]) -> float:
         """Return the load at which a scale is first bent beyond the plate model, by the states of each face, or NaN."""
@@ -181,15 +188,15 @@ class Loaded(NamedTuple):
 def solve(asked: Asked) -> tuple[list[Loaded], States]:
     """Return the paths of a beam under one load for each coefficient of friction."""
     beam, load, to = asked.beam, asked.path.load, asked.path.values[-1]
-    far = path.RANGE if math.isinf(to) else abs(to)
+    last = 0.0 if asked.at is None else float(np.max(asked.at, initial=0.0))
+    far = min(abs(to), last or (path.RANGE if math.isinf(to) else abs(to)))
+    if far >= math.pi:
+        what = "to" if far == abs(to) else "at"
+        refuse(what, f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
     # engagement is told wherever it is, a short curve may end before
-    last = far if asked.at is None else float(np.max(asked.at, initial=0.0))
-    if max(far, last) >= math.pi:
-        what = "at" if last > far else "to"
-        refuse(what, f"{max(far, last) / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
-    most, toward = max(far, path.RANGE, last), direction(load, to)
+    most, toward = max(far, path.RANGE), direction(load, to)
     loaded, ideal = asked.path.loaded, asked.ideal
     ones = [real.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(asked.mus)]
     held = ones[0].held
     attrs = real.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
-    return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, last, ideal=ideal))
+    return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, far, ideal=ideal))

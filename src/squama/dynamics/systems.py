@@ -34,17 +34,13 @@ Limit = tuple[float, str]
 
 
 class Held(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales.
-
-    ``neutral``: on compliant joints that are bent, which line of the bar keeps its length.
-    """
+    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
 
     load: Load
     mu: float
     law: str
     joint: str
     ideal: bool
-    neutral: str = ""
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""

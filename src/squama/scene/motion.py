@@ -12,8 +12,9 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge, polygons, real_figures, real_path
+from squama.curves import both_faces, follow, hinge, real_figures, real_path
 from squama.curves.bent_twist import Twisted
+from squama.curves.chosen import chosen
 from squama.curves.path import Solved, idealisation, thin
 from squama.errors import refuse
 from squama.fe import plate
@@ -108,12 +109,9 @@ class Motion:
         self.kind = arguments.load(setting.load)
         margin, load = arguments.margin(setting.margin), self.kind.name
         sense = setting.sense if self.kind.sided or not own else "+"
-        line = ""
-        if setting.bend or load == "bending":
-            joint, ideal, note, line = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
-            line = "" if joint == "hinge" else line
-        else:
-            joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
+        one = None if setting.bend else self.kind
+        means = chosen(setting.beam, one, law=self.kind.law(law), joint=setting.joint, ideal=setting.ideal)
+        joint, ideal = means.joint, means.ideal
         self.joint, self.ideal = joint, ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
@@ -124,9 +122,9 @@ class Motion:
         if setting.bend:
             path = Twisted.of(setting.beam, setting.bend, **how)
         else:
-            path = follow.solved(setting.beam, load, law=law, neutral=line, **how)
+            path = follow.solved(means.beam, load, law=law, **how)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
+        self.notes = [*filter(None, [means.note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
