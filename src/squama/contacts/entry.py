@@ -12,7 +12,7 @@ from squama.batch import records
 from squama.batch.keeping import kept, making
 from squama.batch.keeping import part as _jit
 from squama.contacts.derivatives import again
-from squama.contacts.detection import VERTEX
+from squama.contacts.detection import VERTEX, WINDOW
 from squama.contacts.follow import follow
 from squama.contacts.geometry import PAIR, PLACED, put
 from squama.contacts.increments import TALLY, Walk
@@ -86,7 +86,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 5), kind),
         np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
-        np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
+        np.zeros(N, np.int64), np.zeros(2 * C, np.int64), np.full(1, WINDOW),
     )  # fmt: skip
     wide = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + 6 * _CROWD))
     J = Linear(

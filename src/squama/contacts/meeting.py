@@ -47,7 +47,8 @@ class Work(NamedTuple):
     their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28), what
     is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the unknowns of a contact's
     variables and rows (2, 28); of each plate the last place at which it is pressed (N,), and before each place another
-    one of the same plate (2 C,), -1 for none.
+    one of the same plate (2 C,), -1 for none; ``window`` (1,): the part of a plate within which a vertex beside an edge
+    along a face is that contact.
     """
 
     E: Array
@@ -65,6 +66,7 @@ class Work(NamedTuple):
     columns: Array
     first: Array
     next: Array
+    window: Array
 
 
 class Meeting(NamedTuple):
