@@ -117,8 +117,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     above = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
     scaled_above(load, beam.length * 180 / np.pi, above)
     legend_below(figure, _keys(curves, measured, others, right), 4 if others else 7)
-    headline(figure, _title(dataset, curves))
-    return figure
+    return headline(figure, _title(dataset, curves))
 
 
 def curve(

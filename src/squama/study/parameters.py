@@ -126,8 +126,13 @@ def text_of(name: str, value: float) -> str:
     text = as_text(float(value), dimension)
     if len(text) <= 14 and dimension is not Dimension.RATIO:
         return text
-    factor, unit = for_people(PARAMETERS[name].symbol.unit)
+    factor, unit = people(name)
     return f"{factor * value:.6g} {unit}".strip()
+
+
+def people(name: str) -> tuple[float, str]:
+    """Return factor and unit in which people read a parameter, by any of its names."""
+    return for_people(PARAMETERS[ALIASES.get(name, name)].symbol.unit)
 
 
 def own(beam: Beam, name: str) -> float | None:

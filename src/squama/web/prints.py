@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from squama.plot.palette import THEMES
-from squama.plot.style import PAGE, headline, key, letters, new_figure, save_figure, styled
+from squama.plot.style import PAGE, headline, key, new_figure, save_figure, styled
 from squama.web import charts, live
 from squama.web.charts import Line
 from squama.web.state import State
@@ -56,12 +56,10 @@ def figure(state: State, table: Table | None = None) -> Figure:
             left, down = charts.point(state, plot, table)
             ax.plot(left, 1 - down, "o", transform=ax.transAxes, clip_on=False, **NOW)
         ax.set(xlim=(0, ends.right), ylim=(factor * ends.low, factor * ends.top), xlabel=across, ylabel=up)
-    letters(drawn.axes)
     last = handles.pop("this design")
     ordered = [last, *handles.values(), key("the state that is shown", linestyle="", marker="o", **NOW)]
     drawn.legend(handles=ordered, loc="outside lower left", ncols=1 if state.kept else 2)
-    headline(drawn, f"{state.load.capitalize()}: {live.motion(state.setting).model}")
-    return drawn
+    return headline(drawn, f"{state.load.capitalize()}: {live.motion(state.setting).model}", drawn.axes)
 
 
 def _look(line: Line) -> dict[str, Any]:

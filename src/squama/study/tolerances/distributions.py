@@ -26,10 +26,11 @@ from squama.study.parameters import (
     flattened,
     meant,
     own,
+    people,
     text_of,
 )
 from squama.types import Array
-from squama.units import LONGEST, Dimension, QuantityError, for_people, quantity, shown
+from squama.units import LONGEST, Dimension, QuantityError, quantity, shown
 
 MOST_CUT = 0.1
 """Largest share of a normal distribution that may lie outside a parameter's bounds."""
@@ -79,7 +80,7 @@ class Tolerance(NamedTuple):
     @property
     def text(self) -> str:
         """The distribution with units, such as "normal(0.25, 0.02)"."""
-        factor, unit = for_people(PARAMETERS[canonical(self.name)].symbol.unit)
+        factor, unit = people(self.name)
         return f"{self.kind}({', '.join(f'{v * factor:.6g} {unit}'.strip() for v in self.numbers)})"
 
     @property
