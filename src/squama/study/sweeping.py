@@ -145,9 +145,8 @@ def sweep(
     )
     run(plan, Path(out), shard=shard, dask=dask, progress=progress)
     found = store.open_sweep(out)
-    note = models.note(beam, load, plan.laws, joint, bent=parameters.HELD in over)
-    lines = filter(None, [note, *shares(found), found.attrs["warnings"]])
-    return found.assign_attrs(warnings="\n".join(lines))
+    lines = [*notes(plan, joint, found), found.attrs["warnings"]]
+    return found.assign_attrs(warnings="\n".join(filter(None, lines)))
 
 
 def make_plan(
@@ -269,20 +268,19 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     else:
         how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": margin}
         few = FEW if plan.cells <= FEW else 0
-        s = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
-        found = columns.in_si(c, s)
-        found["neighbour"] = np.minimum(s.neighbour, _FAR)
+        found = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
+        found["neighbour"] = np.minimum(found["neighbour"], _FAR)
     return {
         name: np.broadcast_to(found[variable.field], shape).astype(variable.dtype)
         for name, variable in plan.variables.items()
     }
 
 
-def shares(data: xr.Dataset) -> list[str]:
-    """Say how many cells of the compliant joint have no figures, or not all, and why; read tile by tile."""
-    plan = Plan.from_text(data.attrs["configuration"])
+def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
+    """Say why the joint that is asked for is not taken, or how many cells lack figures, and why; read tile by tile."""
     if not plan.model.real:
-        return []
+        told = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
+        return [told] if told else []
     most = len(real_columns.ENDS)
     counts = np.zeros(most + 1, int)
     for tile in plan.tiles():
