@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -61,7 +60,7 @@ def record(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any], ways: Sequence[int] = (1, -1)) -> None:
+def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., object], ways: Sequence[int] = (1, -1)) -> None:
     engaged = float(dataset[f"{names.angle}_e"])
     both = sense(dataset.attrs.get("faces", "one"), names.axis, math.inf) < 0
     for sign in ways if both else (1,):

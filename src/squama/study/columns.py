@@ -78,7 +78,7 @@ class Cells(NamedTuple):
 
 @np.errstate(all="ignore")
 def columns(
-    beam: Beam, values: Mapping[str, Any], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
+    beam: Beam, values: Mapping[str, object], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
 ) -> Cells:
     """Return the designs of a beam with some values replaced; complex where values are complex.
 
@@ -94,7 +94,7 @@ def columns(
     values = {canonical(name): value for name, value in values.items()}
     scale, bar = beam.scale, beam.substrate
 
-    def v(name: str, otherwise: Any) -> Any:
+    def v(name: str, otherwise: object) -> Array:
         return _numbers(values.get(name, otherwise))
 
     pitch, t = v("beam.pitch", beam.pitch), v("substrate.thickness", bar.thickness) / 2
@@ -134,7 +134,7 @@ def columns(
     return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor, psi)
 
 
-def _numbers(value: Any) -> Array:
+def _numbers(value: object) -> Array:
     """Return an array of floats; complex numbers stay."""
     array = np.asarray(value)
     return array if np.iscomplexobj(array) else array.astype(float)

@@ -189,7 +189,7 @@ def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> 
 
 
 def axes(
-    over: Mapping[str, Any], *, bare: bool = True, joint: str = "hinge", ideal: bool = True, load: str = "twisting"
+    over: Mapping[str, object], *, bare: bool = True, joint: str = "hinge", ideal: bool = True, load: str = "twisting"
 ) -> list[Axis]:
     """Read all swept parameters, in the order given.
 
@@ -218,7 +218,7 @@ def axes(
     return list(found.values())
 
 
-def flattened(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flattened(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
     """Yield ``"scale.length", ...`` and the value of nested tables."""
     for key, value in table.items():
         if isinstance(value, Mapping):
@@ -244,7 +244,7 @@ EXAMPLES = {
 """What to write by dimension: a range, a value and its tolerance."""
 
 
-def _values(name: str, given: str, value: Any, *, bare: bool) -> Array:
+def _values(name: str, given: str, value: object, *, bare: bool) -> Array:
     """Return the values of a parameter, which was ``given`` by another name: a range low:high:count or a list."""
     example = "0.001,0.01,0.1" if name == "margin" else EXAMPLES[PARAMETERS[name].dimension][0]
     spaced = isinstance(value, tuple) or (isinstance(value, str) and ":" in value)

@@ -39,7 +39,7 @@ from squama.units import shown
 if TYPE_CHECKING:
     import xarray as xr
 
-Ranges = Mapping[str, Any]
+Ranges = Mapping[str, object]
 _FAR = np.iinfo(np.int16).max
 SMALLEST_TILE, LARGEST_TILE, PARTS = 1024, 65536, 16
 """Cells of a tile unless asked for: a sixteenth of the sweep within these bounds."""
@@ -74,7 +74,7 @@ def sweep(
     out: str | os.PathLike[str] = "map.zarr",
     tile: int | None = None,
     shard: str | None = None,
-    dask: Any = None,
+    dask: object = None,
     progress: str | Listener | None = None,
 ) -> xr.Dataset:
     """Solve a beam for every combination of some parameters, into a zarr store.
@@ -193,7 +193,7 @@ def make_plan(
 
 
 def run(
-    plan: Plan, path: Path, *, shard: str | None = None, dask: Any = None, progress: str | Listener | None = None
+    plan: Plan, path: Path, *, shard: str | None = None, dask: object = None, progress: str | Listener | None = None
 ) -> tuple[int, int]:
     """Compute the tiles of a plan that are not done; return how many of the store's tiles are done, and of how many."""
     mine = read_shard(shard)

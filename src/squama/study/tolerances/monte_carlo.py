@@ -50,7 +50,7 @@ _BITS = 30
 
 def uncertainty(
     beam: Beam,
-    vary: Mapping[str, Any],
+    vary: Mapping[str, object],
     *,
     joint: str | None = None,
     ideal: bool | None = None,
