@@ -27,9 +27,11 @@ _FREE = "Load that is left free on hinges, twisting or bending, while the other 
 _MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold margin path squama_version"
 _AT_ENDS = {
-    "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
+    "M": ("moment M, N m", 1.0),
+    "T": ("torque T, N m", 1.0),
+    "theta": ("theta, deg", math.degrees(1)),
     "stress": ("largest stress in a scale, MPa", 1e-6),
-}  # fmt: skip
+}
 
 
 def bend_twist(

@@ -24,6 +24,7 @@ from squama.plot.style import (
     shades,
     styled,
 )
+from squama.study.models import Twist
 from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
@@ -135,11 +136,9 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 def _place(dataset: xr.Dataset) -> float | None:
     """Return the twist that was asked for per pitch; None for a rate, which is none where the pitch varies."""
     beam = Beam.from_toml_text(dataset.attrs["beam"])
-    read = LOADS[dataset.attrs["load"]].read
-    one, two = (read(dataset.attrs["before"], pitch=d, scales=beam.scales) for d in (1.0, 2.0))
-    if one != two:
-        return one
-    return None if "beam.pitch" in dataset["parameter"].values else one * beam.pitch
+    twist = Twist.read("before", dataset.attrs["before"], dataset.attrs["load"], beam)
+    varies = twist.unit == "rad/m" and "beam.pitch" in dataset["parameter"].values
+    return None if varies else float(twist.per_pitch(beam.pitch))
 
 
 def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
