@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
+from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
 from squama.loads import LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -44,14 +45,12 @@ def twist(
     curve: Curve = CURVE,
     law: flags.Law = "edge",
     sense: flags.Sense = "+",
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
-    neutral: flags.Neutral = None,
-    tables: flags.Tables = flags.TABLES,
+    joints: flags.Joints = flags.JOINTS,
+    tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
-    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal, neutral=neutral)
+    return respond("twisting", beam, curve, joints, tables, common, law, sense)
 
 
 def bend(
@@ -59,28 +58,23 @@ def bend(
     /,
     *,
     curve: Curve = CURVE,
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
-    neutral: flags.Neutral = None,
-    tables: flags.Tables = flags.TABLES,
+    joints: flags.Joints = flags.JOINTS,
+    tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction."""
-    return respond("bending", beam, curve, tables, common, joint=joint, ideal=ideal, neutral=neutral)
+    return respond("bending", beam, curve, joints, tables, common)
 
 
 def respond(
     load: str,
     path: str,
     curve: Curve,
-    tables: flags.Tables,
+    joints: flags.Joints,
+    tables: Tables,
     common: flags.Common,
     law: str = "edge",
     sense: str = "+",
-    joint: str | None = None,
-    *,
-    ideal: bool = False,
-    neutral: str | None = None,
 ) -> int:
     """Run one of them, and return the exit status."""
     mu, data = curve.mu, curve.data
@@ -102,12 +96,12 @@ def respond(
     family = list(mu) if len(mu) > 1 else None
     numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments("neutral")):
-        means = chosen(beam, LOADS[load], law=law, joint=joint, neutral=neutral)
-        numbers["neutral"] = neutral
+        means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
+        numbers["neutral"] = joints.neutral
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
-            laws = report.ladder(load, beam, law, sense, numbers, ideal=ideal)
+            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal))
             law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)
@@ -120,7 +114,7 @@ def respond(
     )
 
 
-def _without(tables: flags.Tables) -> None:
+def _without(tables: Tables) -> None:
     """Keep it as a mistake where a flag says how a table is read, and there is none."""
     remedy = "give --data too, e.g. --data test.csv, or leave it out"
     for name, given in (("--decimal", tables.decimal), ("--columns", tables.columns)):

@@ -136,7 +136,6 @@ class Motion:
             if path.exchanged:
                 # its curve begins with the face that touches first
                 self.curve = real_figures.exchanged(self.curve, where=True)
-        self.half = float(self.curve["N"].max()) / 2 or 1.0
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
@@ -155,16 +154,11 @@ class Motion:
         if not seen:
             return None
         if self.whole:
-            return self._other_of_whole()
+            other = copy(self)
+            other.curve, other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
+            return other
         turned = {"+": "-", "-": "+"}[self.setting.sense] if seen < 0 else self.setting.sense
         return Motion(self.setting._replace(sense=turned), own=False)
-
-    def _other_of_whole(self) -> Motion:
-        """Return the motion of the other face's scales, whose figures are in the curve."""
-        other = copy(self)
-        other.curve, other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
-        other.half = float(other.curve["N"].max()) / 2 or 1.0
-        return other
 
     @property
     def shape(self) -> dict[str, Any]:
@@ -270,7 +264,8 @@ class Motion:
         moves = np.array([at(v[role]) for role in MOTIONS]) / ([d] * 3 + [1.0] * 3)
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
-        return State(load_, theta, N, f, torque, self.drawn * N / self.half, (-s, p), name, pose)
+        half = float(v["N"].max()) / 2 or 1.0
+        return State(load_, theta, N, f, torque, self.drawn * N / half, (-s, p), name, pose)
 
     def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
         """Sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x."""

@@ -123,7 +123,7 @@ class Model(NamedTuple):
         return self.joint == "compliant"
 
     @property
-    def record(self) -> dict[str, Any]:
+    def record(self) -> dict[str, object]:
         """The model as plain data; nothing of the paper's."""
         if self == Model():
             return {}
