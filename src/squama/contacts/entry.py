@@ -102,7 +102,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(
         np.zeros(n * band), np.zeros((n, wide)), np.zeros((wide, n)), np.zeros((wide, wide)), np.zeros(n, np.int64),
-        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
+        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(7, np.int64),
     )  # fmt: skip
     past = Past(
         np.zeros((2, N, 12), kind), np.zeros((2, N, k, PLACED), kind), np.zeros((2, N, 24), kind),

@@ -8,7 +8,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.ends import ties
 from squama.contacts.geometry import back, bow, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
-from squama.contacts.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
+from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
 from squama.contacts.meeting import Meeting, Work, along_edges, before, clear, frame, lever, meet
 from squama.contacts.system import (
     APART,
@@ -311,8 +311,8 @@ def jacobian(  # noqa: C901 - one loop over contacts
         locally(S, st, past, c, row, W)
         many = pieces(S, row[APART])
         inputs, outputs = _E + STRAINS * many, LOCAL + STRAINS * many
-        from1, to1 = around(S, at, inner, i)
-        from2, to2 = around(S, at, inner, j)
+        from1, to1 = around(S, at, inner, J.kept[FAR], i)
+        from2, to2 = around(S, at, inner, J.kept[FAR], j)
         if bent:
             lifted(S, st, con, at, n, c, 0, W, from1, to1)
             lifted(S, st, con, at, n, c, 1, W, from2, to2)

@@ -116,12 +116,15 @@ def lifted(
 
 
 @_jit
-def around(S: System, at: Array, all_: int, a: int) -> tuple[int, int]:
-    """Return from which unknown to before which one those are of which a plate's deflection may depend."""
+def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]:
+    """Return from which unknown to before which one those are of which a plate's deflection may depend.
+
+    ``far``: how many scales further the farthest one is that a scale touches.
+    """
     N, first = len(S.shapes), ahead(S)
     if S.periodic:
         return 0, all_
-    return at[max(0, a - S.reach * S.stride)] - first, at[a + 1] - first if a + 1 < N else all_
+    return at[max(0, a - far)] - first, at[a + 1] - first if a + 1 < N else all_
 
 
 @_jit

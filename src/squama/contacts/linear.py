@@ -6,19 +6,20 @@ from typing import NamedTuple
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import System, ahead, borders, layout
+from squama.contacts.system import APART, KIND, LIES, System, ahead, borders, layout
 from squama.types import Array
 
-SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE = range(6)
+SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE, FAR = range(7)
 """What :class:`Linear` keeps: of how many unknowns its factors are, 0 for none; residuals that were evaluated; unknowns
-without the border's; half the band's width; where entry (a, b) of it stands: at BASE + a STRIDE + b."""
+without the border's; half the band's width; where entry (a, b) of it stands: at BASE + a STRIDE + b; how
+many scales further the farthest one is that a scale touches, 1 at least."""
 
 
 class Linear(NamedTuple):
     """A factored Jacobian: its ``band``, all in one row, right border (n, B), lower border (B, n), corner (B, B).
 
     ``order`` and ``last`` (n,): row exchanges, last column of each row that is not zero; ``r`` (n,) its residual;
-    ``at`` (N + C,) first unknowns of scales and contacts; ``kept`` (6,) see above.
+    ``at`` (N + C,) first unknowns of scales and contacts; ``kept`` (7,) see above.
     """
 
     band: Array
@@ -35,7 +36,11 @@ class Linear(NamedTuple):
 @_jit
 def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     """Lay the unknowns out; return how many there are, -1 where there is no room for them."""
-    N, kept, far, first = len(S.shapes), J.kept, S.reach * S.stride, ahead(S)
+    N, kept, first, far = len(S.shapes), J.kept, ahead(S), S.stride
+    for c in range(m):
+        if con[c, KIND] != LIES:
+            far = max(far, con[c, APART] * S.stride)
+    kept[FAR] = far
     n = layout(S, con, m, J.at)
     inner = n - borders(S)
     half = inner - 1
