@@ -257,7 +257,7 @@ def test_scales_that_repeat_for_ever_are_one_with_its_images(kind, mu):
     """Five of them do what one does: what happens to all at once is one event."""
     way = made(1, mu, **KINDS[kind])
     x = twists(way, 2.0, 20)
-    one, five = (row.track(way, n, x, endless=True) for n in (1, 5))
+    one, five = (row.track(way, n, x, ends=ENDLESS) for n in (1, 5))
     assert (one.end, 5 * len(one.events)) == (five.end, len(five.events))
     for name in ("torque", "N", "x", "y", "W", "W_fr"):
         expected = np.broadcast_to(named(one)[name], (x.size, 5))

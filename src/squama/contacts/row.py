@@ -61,6 +61,12 @@ class Track(NamedTuple):
     events: Array
     end: path.End
 
+    @property
+    def engaged(self) -> float:
+        """Twist at which scales of the row first touch; inf where they do not."""
+        met = np.flatnonzero(self.events[:, 0] == increments.ENGAGE)
+        return float(self.events[met[0], 1]) if met.size else math.inf
+
     def other(self) -> Other | None:
         """Return the contact of other features that comes in first; None where none does."""
         what = self.events[:, 6 + FIRST : 6 + OTHER + 1]
@@ -163,11 +169,11 @@ def _states(
     return rows, held
 
 
-def decay(way: path.Path) -> float:
+def decay(way: path.Path, ends: int = EQUAL) -> float:
     """Return how much of an end's effect is left one contact further on, at engagement and without friction.
 
     Forces of contacts then grow by N' with a N'_(i-1) + b N'_i + a N'_(i+1) alike for all of them, so differences of
-    N' fall by r with r + 1/r = -b/a.
+    N' fall by r with r + 1/r = -b/a. Grips, which bend the cells near them, are taken as ``LOOSE`` ends.
     """
     c = way.contact
     if c.first < 0:
@@ -175,7 +181,8 @@ def decay(way: path.Path) -> float:
     shapes = way.beams.shapes.copy()
     shapes[:, 8] = 0.0
     alone = way._replace(beams=way.beams._replace(shapes=shapes))
-    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN)
+    loads = min(ends, LOOSE)
+    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN, ends=loads)
     if len(found.rows) < 2:
         return math.nan
     force = path.named(found.rows)["N"][:, [0, c.k, 2 * c.k]]
