@@ -13,6 +13,7 @@ from squama.beam import matrixfile
 from squama.cli import main
 from squama.contacts import increments, path, row, states
 from squama.contacts.path import Path, Scale
+from squama.contacts.system import ENDLESS
 from squama.curves import real
 from squama.curves.own_scales import own_scales
 from squama.joints import law

@@ -12,7 +12,7 @@ import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
-from squama.contacts.system import EQUAL, GRIPPED, LOOSE, STRAINS
+from squama.contacts.system import EQUAL, GRIPPED, LOOSE, PHI, STRAINS
 from squama.curves import real
 from squama.curves.hinge import before
 from squama.curves.path import Asked, States
@@ -65,7 +65,7 @@ def _cells(one: real.Path, track: Track, ends: int) -> dict[str, Array]:
     free, d = one.held.free, one.beam.pitch
     mirror = np.array([1.0, 1.0, one.mirror[1], 1.0])
     known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
-    there = [known[e] and (ends == GRIPPED or not free[e]) for e in range(STRAINS)]
+    there = [known[e] and (ends == GRIPPED or (not free[e] and e != PHI)) for e in range(STRAINS)]
     moment = one.beam.unit_moment
     units = moment * np.append(np.ones(3), 1 / d)
     strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
