@@ -50,7 +50,7 @@ from squama.contacts.increments import (
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.meeting import inclination, prepared
 from squama.contacts.newton import shift
-from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
+from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, State, copy
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -128,8 +128,14 @@ def largest(x: Array) -> float:
 
 @_jit
 def extent(w: Walk, m: int) -> float:
-    """Return the largest imaginary part of the new state's unknowns."""
-    st, size = w.new, 0.0
+    """Return the largest imaginary part of the new state's unknowns, and of the last one's, where none may be left."""
+    return max(extent_of(w.new, m), extent_of(w.now, m))
+
+
+@_jit
+def extent_of(st: State, m: int) -> float:
+    """Return the largest imaginary part of a state's unknowns."""
+    size = 0.0
     for i in range(len(st.q)):
         for a in range(st.q.shape[1]):
             size = max(size, abs(st.q[i, a].imag))

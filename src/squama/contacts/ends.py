@@ -69,7 +69,8 @@ def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Arra
     """Write the residuals of all cells' strains and of the ends; loads that are imposed take the place of means."""
     N, b = len(S.shapes), n - borders(S)
     if S.ends == GRIPPED:
-        chain(S, st.strains, 0, N, 1.0, W.bar)
+        none = 0.0 * st.ends[LOADS, 0]
+        chain(S, st.strains, 0, N, 1.0, W.section, (none, none, none), W.bar)
     for i in range(N):
         columns = strain_columns(S, at, n, i)
         for e in range(STRAINS):

@@ -97,7 +97,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((LOCAL + strains, LOCAL + 6 + strains)),
         np.zeros((C, 5), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64),
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
-        np.zeros((own, STRAINS), kind), np.zeros(PLACED + RATES * own, kind),
+        np.zeros((own, STRAINS), kind), np.zeros(PLACED + RATES * own, kind), np.eye(3).astype(kind),
     )  # fmt: skip
     band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(

@@ -63,9 +63,12 @@ def mapped(x: Vector, y: Vector, z: Vector, v: Vector) -> Vector:
 
 
 @_jit
-def chain(S: System, strains: Array, i: int, many: int, outer: float, out: Array) -> None:
-    """Write how the bar's section moves over parts of cells i, i + 1, ..: turn, shift, and their rates.
+def chain(
+    S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array
+) -> None:  # fmt: skip
+    """Write how axes (3, 3) and a point of the section move over parts of cells i, i + 1, .., and the rates of that.
 
+    Written are the axes in columns, row by row, and the point; then of each strain the turn and the shift per strain.
     The screws (combined.md, section 1) of ``many`` cells' strains follow each other, the first and the last of them
     over ``outer`` pitches, others over one.
     """
@@ -104,11 +107,18 @@ def chain(S: System, strains: Array, i: int, many: int, outer: float, out: Array
                 v1 = add(mapped(x, y, z, v1), 1.0, cross(t, o1))
             put(o1, out, PLACED + RATES * p + 6 * strain)
             put(v1, out, PLACED + RATES * p + 6 * strain + 3)
-        t = add(t, 1.0, mapped(x, y, z, T))
-        X, Y, Z = rotated(e, (one, none, none)), rotated(e, (none, one, none)), rotated(e, (none, none, one))
-        x, y, z = mapped(x, y, z, X), mapped(x, y, z, Y), mapped(x, y, z, Z)
-    for r in range(3):
-        out[3 * r], out[3 * r + 1], out[3 * r + 2], out[9 + r] = x[r], y[r], z[r], t[r]
+        if p < many - 1:
+            t = add(t, 1.0, mapped(x, y, z, T))
+            X, Y, Z = rotated(e, (one, none, none)), rotated(e, (none, one, none)), rotated(e, (none, none, one))
+            x, y, z = mapped(x, y, z, X), mapped(x, y, z, Y), mapped(x, y, z, Z)
+            continue
+        place = add(rotated(e, base), 1.0, T)
+        put(place if p == 0 else add(mapped(x, y, z, place), 1.0, t), out, 9)
+        for column in range(3):
+            v = rotated(e, vector(axes[column], 0))
+            if p > 0:
+                v = mapped(x, y, z, v)
+            out[column], out[3 + column], out[6 + column] = v
 
 
 @_jit
@@ -117,15 +127,12 @@ def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> 
 
     Each scale is in the middle of its cell.
     """
-    many = pieces(S, k)
-    chain(S, strains, i, many, k if S.ends == EQUAL else 0.5, out)
-    A, B = S.axes[i], S.axes[j]
-    o, p = vector(S.bases[i], 0), vector(S.bases[j], 0)
-    X, Y, Z = turn(out, vector(B[0], 0)), turn(out, vector(B[1], 0)), turn(out, vector(B[2], 0))
-    place = add(add(turn(out, p), 1.0, vector(out, 9)), -1.0, o)
-    for column, v in enumerate((X, Y, Z)):
-        out[column], out[3 + column], out[6 + column] = rowwise(A, v)
-    put(rowwise(A, place), out, 9)
+    many, A, o = pieces(S, k), S.axes[i], vector(S.bases[i], 0)
+    chain(S, strains, i, many, k if S.ends == EQUAL else 0.5, S.axes[j], vector(S.bases[j], 0), out)
+    for column in range(3):
+        v = rowwise(A, (out[column], out[3 + column], out[6 + column]))
+        out[column], out[3 + column], out[6 + column] = v
+    put(rowwise(A, add(vector(out, 9), -1.0, o)), out, 9)
     for rate in range(PLACED, PLACED + RATES * many, 6):
         o1, v1 = vector(out, rate), vector(out, rate + 3)
         put(rowwise(A, o1), out, rate)

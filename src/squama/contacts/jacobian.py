@@ -252,12 +252,15 @@ def spread(
     second plate) to before ``to1``, and on free strains.
     """
     band, inner, stride, base = J.band, J.kept[INNER], J.kept[STRIDE], J.kept[BASE]
+    strains = len(column) - _E
     for z in range(len(rows)):
         to = rows[z]
         if to < 0:
             continue
         sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
-        for v in range(len(column)):
+        for u in range(len(column)):
+            # motions, strains, then what lies between
+            v = u if u < _S else (u + _E - _S if u < _S + strains else u - strains)
             x, b = sign * L[z, v], column[v]
             if x == 0.0 or b == -1:
                 continue

@@ -48,7 +48,8 @@ class Work(NamedTuple):
     more, what is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the unknowns of
     a contact's variables and rows (2, 28) or more; of each plate the last place at which it is pressed (N,), and before
     each place another one of the same plate (2 C,), -1 for none. Where cells have strains of their own, what each
-    carries (N, 4), M, T, B, P, and the motion of the far end, as :func:`squama.contacts.geometry.chain` has it.
+    carries (N, 4), M, T, B, P, the motion of the far end, as :func:`squama.contacts.geometry.chain` has it, and the
+    axes of a section (3, 3).
     """
 
     E: Array
@@ -68,6 +69,7 @@ class Work(NamedTuple):
     next: Array
     carried: Array
     bar: Array
+    section: Array
 
 
 class Meeting(NamedTuple):
