@@ -42,7 +42,7 @@ def column(track, name):
     return path.named(track.rows)[name]
 
 
-# ---- all that follows from strains and motions, once more, by matrices of four rows ------------------------------------
+# ---- all that follows from strains and motions, once more, by matrices of four rows ----------------------------------
 
 
 def screw(strains):
@@ -53,7 +53,7 @@ def screw(strains):
 
 
 def sections(strains):
-    """Return the frames of all scales from the near end of the bar, half a pitch before the first, and the far end's."""
+    """Return the frames of all scales seen from the near end of the bar, and that of the far end."""
     out, frame = [], np.eye(4)
     for e in strains:
         half = expm(screw(e) / 2)
@@ -141,7 +141,7 @@ def test_a_row_is_in_balance(name, ends, mu):
     assert np.abs(t.cells[0, :, 4]).max() > 0.01 * torque
 
 
-# ---- against the row of equal cells, the endless beam, and the work of the loads ---------------------------------------
+# ---- against the row of equal cells, the endless beam, and the work of the loads -------------------------------------
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
-_ENDS = "Ends: free (a torque alone), gripped (coaxial) or equal (all cells have the same strains) (free; hinges: equal)."
+_ENDS = (
+    "Ends: free (a torque alone), gripped (coaxial) or equal (all cells have the same strains) (free; hinges: equal)."
+)
 
 
 @flags.group

@@ -1,4 +1,4 @@
-r"""Ends of a row whose cells have strains of their own: what each cell carries, and what is asked of the ends; compiled.
+r"""Ends of a row whose cells have strains of their own: what cells carry, and what is asked of the ends; compiled.
 
 With the strains e_i of cell i, the part of the energy and of the contacts' forces in its own axes balances what the
 load at the ends is there, R_i:
@@ -10,8 +10,8 @@ load at the ends is there, R_i:
               as the near end sees them: turn (o, v) and wrench (m, f) about the near end
 
 The frames of the bar's ends are half a pitch beyond the first and the last scale. Of gripped ends the far one stands on
-the near one's axis and looks along it, turned about it by N times the twist that is imposed; it may come nearer, without
-an axial force, or keeps its distance.
+the near one's axis and looks along it, turned about it by N times the twist that is imposed; it may come nearer,
+without an axial force, or keeps its distance.
 
 As strains of cells before cell i move its section by s_i, X_i changes by the bracket (s x o, s x v + t x o) of both.
 These s_i, linear in the strains' changes, are unknowns of the equations' derivatives alone: so they remain a band.
@@ -28,7 +28,6 @@ from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
 from squama.contacts.system import (
     EPS,
-    FREE,
     GRIPPED,
     LOADED,
     PHI,
@@ -61,7 +60,8 @@ def load_on(S: System, st: State, W: Work, i: int, e: int) -> float:
         o, v = moves(W, i, e)
         load: float = dot(vector(st.ends[LOADS], 0), o) + dot(vector(st.ends[LOADS], 3), v)
         return load
-    return st.ends[LOADS, e] if S.free[e] == LOADED else none
+    alike: float = st.ends[LOADS, e] if S.free[e] == LOADED else none
+    return alike
 
 
 @_jit

@@ -140,11 +140,11 @@ def residual(
             r[at[i] + 3 + a] -= moment1[a]
             r[at[j] + a] += behind[a]
             r[at[j] + 3 + a] += moment2[a]
-        for v in range(STRAINS * pieces(S, row[APART])):
-            rate = add(cross(vector(P, 12 + 6 * v), g.p2), 1.0, vector(P, 15 + 6 * v))
-            loads[v % STRAINS] += dot(F, rate) / many
+        for e in range(STRAINS * pieces(S, row[APART])):
+            rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
+            loads[e % STRAINS] += dot(F, rate) / many
             if S.ends != EQUAL:
-                W.carried[i + v // STRAINS, v % STRAINS] += dot(F, rate)
+                W.carried[i + e // STRAINS, e % STRAINS] += dot(F, rate)
     if S.ends == EQUAL:
         columns = strain_columns(S, at, n, 0)
         for e in range(STRAINS):

@@ -56,8 +56,8 @@ from squama.contacts.increments import (
 )
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.written import write
 from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, PHI, STRAINS, STUCK, cells, copy
+from squama.contacts.written import write
 from squama.types import Array
 
 _LOCATED = 1e-10

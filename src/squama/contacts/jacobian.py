@@ -9,7 +9,7 @@ from squama.contacts.ends import ties
 from squama.contacts.geometry import back, bow, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
 from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
-from squama.contacts.meeting import Meeting, Work, along_edges, before, clear, frame, lever, meet
+from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
 from squama.contacts.system import (
     APART,
     EE,

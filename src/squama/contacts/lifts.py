@@ -129,5 +129,5 @@ def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]
 
 @_jit
 def shared(S: System, at: Array, n: int) -> tuple[int, int, int, int]:
-    """Return the unknowns that strains are which all cells share; -1 where they are imposed, or each cell has its own."""
+    """Return the unknowns that shared strains are; -1 for those that are imposed, or that each cell has of its own."""
     return strain_columns(S, at, n, 0) if S.ends == EQUAL else (-1, -1, -1, -1)

@@ -50,8 +50,8 @@ class Track(NamedTuple):
     ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`, N, friction and places of
     its contact with a scale further on (sums, and the first of them), works and the loads the means of all scales;
     ``cells`` (points, n, 8) strains of each cell and what it carries of M, T, B and P, or (points, n, 0) where all have
-    the same strains; ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``contacts`` (points, C, 16) and
-    ``events`` (E, 25) see :mod:`squama.contacts.follow`.
+    the same strains; ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``contacts``
+    (points, C, 16) and ``events`` (E, 25) see :mod:`squama.contacts.follow`.
     """
 
     rows: Array

@@ -1,7 +1,7 @@
 """A row of N scales of the real beam, in SI units: thick, elastic scales on a joint that gives.
 
-Its cells have twists, bends and stretches of their own, or the same ones (:data:`squama.loads.ENDS`). Its scales may touch anywhere,
-with several contacts at once.
+Its cells have twists, bends and stretches of their own, or the same ones (:data:`squama.loads.ENDS`). Its scales may
+touch anywhere, with several contacts at once.
 """
 
 from __future__ import annotations
@@ -49,7 +49,19 @@ def solve(asked: Asked, ends: str) -> States:
         ("point", "scale"): {role: each[role] for role in (*_EACH, "Q")} | _cells(one, track, kind),
         (): {name: np.asarray(v) for name, v in figures(way, track, kind).items()},
     }
-    return States(by_dim, more.attrs, more.notes)
+    return States(by_dim, more.attrs, [*more.notes, *_beyond(track, one.far)])
+
+
+def _beyond(track: Track, far: float) -> list[str]:
+    """Say where cells twist farther than the model was compared with, and the mean twist does not."""
+    twists = np.abs(track.cells[..., PHI]) if track.cells.size else np.zeros((1, 1))
+    if far > real.STRAIN_LIMIT or twists.max() <= real.STRAIN_LIMIT:
+        return []
+    cell = int(twists.max(axis=0).argmax()) + 1
+    return [
+        f"cell {cell} twists by up to {twists.max():.3g} rad per pitch; the joint's stiffness was compared with "
+        f"nonlinear elements up to {real.STRAIN_LIMIT:g}"
+    ]
 
 
 def _may_be_gripped(held: real.Held) -> None:
