@@ -96,7 +96,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((N, 12), kind), np.zeros((N, k, PLACED + RATES * pieces(S, k)), kind), np.zeros((N, 24), kind),
         np.zeros((2 * C, 3, 24)),
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((LOCAL + strains, LOCAL + 6 + strains)),
-        np.zeros((C, 5), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64),
+        np.zeros((C, 5), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(VERTEX),
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
         np.zeros((own, STRAINS), kind), np.zeros(PLACED + RATES * own, kind), np.eye(3).astype(kind),
     )  # fmt: skip
