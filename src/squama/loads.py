@@ -142,6 +142,8 @@ def covering(attrs: Mapping[str, Any]) -> str:
 
 MODES = ("uniform", "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
+ENDS = ("free", "gripped", "equal")
+"""How the ends of a row of scales may be: :func:`squama.row`."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
 """What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""
 STRAIGHT, NOTHING = "straight", "nothing"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.loads import LOADS, fixed
+from squama.loads import ENDS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number, shown
 
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
+_ENDS = (
+    "Ends: free (a torque alone), gripped (coaxial) or equal (all cells have the same strains) (free; hinges: equal)."
+)
 
 
 @flags.group
@@ -132,6 +135,7 @@ def row(
     sense: flags.Sense = "+",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
+    ends: Annotated[str | None, flag(_ENDS, read=flags.one_of(*ENDS))] = None,
     points: Annotated[int, flags.points(100)] = 100,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -144,16 +148,23 @@ def row(
 
     asked: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
-        data = finite_rows.row(described, scales=scales, **asked)
+        data = finite_rows.row(described, scales=scales, ends=ends, **asked)
     written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
+
+
+_SAID = {
+    "free": "free ends: a torque at both ends, and each cell has its own twist and bow",
+    "gripped": "gripped ends: the grips stay on one axis, and each cell has its own twist and bow",
+    "equal": "equal cells: all have the same twist and bow",
+}
 
 
 def _record(beam: Beam, data: xr.Dataset) -> dict[str, object]:
     figures = {name: value for name, value in output.part(data).items() if name != "mu"}
     curve, scales = output.part(data, "point"), output.part(data, "point", "scale")
     own = {"idealisation": data.attrs["scales"], "figures": figures, "curve": curve, "scales": scales}
-    return output.record(beam, data, "load law joint sense squama_version", **own)
+    return output.record(beam, data, "load law joint sense ends squama_version", **own)
 
 
 def _shown(data: xr.Dataset) -> Iterable[str]:
@@ -174,6 +185,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     about = f"mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
     yield f" as a row of {n} scales: {about}"
     yield held(data.attrs)
+    yield _SAID[data.attrs["ends"]]
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
     yield f"end: {end}{place}{which}"
     yield SENTENCES[End(end)] + (f" ({other})" if other else "")
@@ -182,6 +194,12 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
         f"inclinations there: first {theta[0]:.4g} deg, middle {theta[n // 2]:.4g} deg, last {theta[-1]:.4g} deg, "
         f"endless beam {number(math.degrees(float(last['theta_periodic'])), 'deg')}"
     )
+    if "phi_cell" in last:
+        twists = last["phi_cell"].values
+        yield f"twist of the cells there: {twists.min():.4g} to {twists.max():.4g} rad/pitch"
+    if "M_cell" in last:
+        bending = np.abs(last["M_cell"].values).max()
+        yield f"largest bending moment that a cell carries there: {moment(float(bending))}"
     yield f"what an end does decays by {number(float(data['decay']))} per scale (at engagement)"
     yield f"relative energy dissipation RED = {float(last['RED']):.4g}"
     if "stress" in last and np.isfinite(last["stress"].values).all():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from squama.batch.keeping import part as _jit
 from squama.contacts.conditions import (
     FLIP,
@@ -77,8 +79,12 @@ _WIDER, _WIDEST = 2.0, 0.2
 
 @_jit
 def unfold(w: Walk, st: State) -> bool:
-    """Let the end of an edge with the least gap take over from the edge, which is tangent nowhere; False for none."""
+    """Let the end of an edge with the least gap take over from the edge, which is tangent nowhere; False for none.
+
+    Of several edges that lie on faces it is the one that is tangent nearest to such an end.
+    """
     prepared(w.S, st, w.con, w.counts[0], True, w.W)
+    nearest, which, v = math.inf, -1, w.W.end
     for c in range(w.counts[0]):
         row = w.con[c]
         if row[KIND] != EF and row[KIND] != FE:
@@ -92,11 +98,26 @@ def unfold(w: Walk, st: State) -> bool:
             if kind < EF and own in (p, q) and (best < 0 or w.found[a, GAP] < w.found[best, GAP]):
                 best = a
         if best >= 0:
-            v = w.found[best]
-            exchange(w, st, c, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], 0.0)
-            w.con[c, ENDED] = 1
-            return True
-    return False
+            far = apart(w, st, c, w.found[best])
+            if far < nearest:
+                nearest, which = far, c
+                copy(w.found[best], v)
+    if which < 0:
+        return False
+    exchange(w, st, which, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], 0.0)
+    w.con[which, ENDED] = 1
+    return True
+
+
+@_jit
+def apart(w: Walk, st: State, c: int, v: Array) -> float:
+    """Return how far a vertex is from a contact, on both scales."""
+    k = w.W.vertex
+    for a in range(5):
+        k[a] = int(v[a])
+    x1, y1, x2, y2 = spots(w.S, w.con[c], st.s[c])
+    X1, Y1, X2, Y2 = spots(w.S, k, v[AT:])
+    return abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
 
 
 @_jit

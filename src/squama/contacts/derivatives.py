@@ -27,7 +27,7 @@ from squama.contacts.changes import change
 from squama.contacts.conditions import MEET, condition
 from squama.contacts.detection import gap_at
 from squama.contacts.equations import residual
-from squama.contacts.follow import set_out, write
+from squama.contacts.follow import set_out
 from squama.contacts.increments import (
     LOST,
     NOTED,
@@ -50,7 +50,8 @@ from squama.contacts.increments import (
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.meeting import inclination, prepared
 from squama.contacts.newton import shift
-from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, copy
+from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, State, copy
+from squama.contacts.written import write
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE, _AT_ONCE = 12, 1e-13, 1e-6, 1e-9
@@ -70,9 +71,8 @@ def read(w: Walk, at: int) -> tuple[int, int, int]:
         a += width
     w.counts[0] = m
     a = taken(notes, a, st.q, len(st.q))
-    for e in range(STRAINS):
-        st.strains[e] = notes[a + e] + 1j * st.strains[e].imag
-    a = taken(notes, a + STRAINS, st.F, m)
+    a = taken(notes, a, st.strains, 1)
+    a = taken(notes, a, st.F, m)
     return m, n, taken(notes, a, st.s, m)
 
 
@@ -128,13 +128,19 @@ def largest(x: Array) -> float:
 
 @_jit
 def extent(w: Walk, m: int) -> float:
-    """Return the largest imaginary part of the new state's unknowns."""
-    st, size = w.new, 0.0
+    """Return the largest imaginary part of the new state's unknowns, and of the last one's, where none may be left."""
+    return max(extent_of(w.new, m), extent_of(w.now, m))
+
+
+@_jit
+def extent_of(st: State, m: int) -> float:
+    """Return the largest imaginary part of a state's unknowns."""
+    size = 0.0
     for i in range(len(st.q)):
         for a in range(st.q.shape[1]):
             size = max(size, abs(st.q[i, a].imag))
     for e in range(STRAINS):
-        size = max(size, abs(st.strains[e].imag))
+        size = max(size, abs(st.strains[0, e].imag))
     for c in range(m):
         for a in range(3):
             size = max(size, abs(st.F[c, a].imag), abs(st.s[c, a].imag))
@@ -231,9 +237,7 @@ def again(
             continue
         known = known and t[T_WAY].real >= goal.real - 1e-13
         if known and not event:
-            write(w, rows[i], contacts[i])
-            copy(w.now.q, motions[i])
-            copy(w.now.b, bends[i])
+            write(w, rows[i], motions[i], bends[i], contacts[i])
         else:
             unknown(rows[i])
             unknown(motions[i])

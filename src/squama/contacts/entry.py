@@ -14,14 +14,17 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.derivatives import again
 from squama.contacts.detection import VERTEX, WINDOW
 from squama.contacts.follow import follow
-from squama.contacts.geometry import PAIR, PLACED, put
+from squama.contacts.geometry import PLACED, RATES, put
 from squama.contacts.increments import TALLY, Walk
+from squama.contacts.jacobian import LOCAL
 from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
 from squama.contacts.system import (
     CHI,
     ELASTIC,
+    ENDLESS,
     EPS,
+    EQUAL,
     MOTIONS,
     MU,
     PHI,
@@ -31,7 +34,9 @@ from squama.contacts.system import (
     Past,
     State,
     System,
+    ahead,
     copy,
+    pieces,
 )
 from squama.types import Array
 
@@ -44,6 +49,8 @@ SLIDING = 0.2
 
 _CROWD = 8
 """Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
+_BORDER = 6
+"""Unknowns of the whole beam for which there is room."""
 
 
 @_jit
@@ -70,10 +77,11 @@ def state(S: System, C: int) -> State:
     N, kind = len(S.shapes), S.K.dtype
     return State(
         np.zeros((N, 6), kind),
-        np.zeros(4, kind),
+        np.zeros((1 if S.ends == EQUAL else N, STRAINS), kind),
         np.zeros((N, 24), kind),
         np.zeros((C, 3), kind),
         np.zeros((C, 3), kind),
+        np.zeros((2, 0 if S.ends == EQUAL else 6), kind),
     )
 
 
@@ -81,17 +89,22 @@ def state(S: System, C: int) -> State:
 def walk(S: System, C: int, notes: Array) -> Walk:
     """Return a path at rest with room for C contacts, and for notes (or none)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
-    n = 6 * N + 6 * C + 4
+    n = (MOTIONS + ahead(S)) * N + 6 * C + _BORDER
+    own, wide = (0, STRAINS) if S.ends == EQUAL else (N, _BORDER)
+    strains = STRAINS * pieces(S, k)
     W = Work(
-        np.zeros((N, 12), kind), np.zeros((N, k, PAIR), kind), np.zeros((N, 24), kind), np.zeros((2 * C, 3, 24)),
-        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((22, 28)), np.zeros((C, 5), kind),
-        np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros((2, 28), np.int64),
-        np.zeros(N, np.int64), np.zeros(2 * C, np.int64), np.full(1, WINDOW),
+        np.zeros((N, 12), kind), np.zeros((N, k, PLACED + RATES * pieces(S, k)), kind), np.zeros((N, 24), kind),
+        np.zeros((2 * C, 3, 24)),
+        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((LOCAL + strains, LOCAL + 6 + strains)),
+        np.zeros((C, 5), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(VERTEX),
+        np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
+        np.zeros((own, STRAINS), kind), np.zeros(PLACED + RATES * own, kind), np.eye(3).astype(kind),
+        np.full(1, WINDOW),
     )  # fmt: skip
-    wide = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + 6 * _CROWD))
+    band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(
-        np.zeros(n * wide), np.zeros((n, 4)), np.zeros((4, n)), np.zeros((4, 4)), np.zeros(n, np.int64),
-        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(6, np.int64),
+        np.zeros(n * band), np.zeros((n, wide)), np.zeros((wide, n)), np.zeros((wide, wide)), np.zeros(n, np.int64),
+        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(7, np.int64),
     )  # fmt: skip
     past = Past(
         np.zeros((2, N, 12), kind), np.zeros((2, N, k, PLACED), kind), np.zeros((2, N, 24), kind),
@@ -134,12 +147,12 @@ def faces(b: Beams) -> int:
 
 
 @making
-def system(b: Beams, i: int, n: int, periodic: bool) -> System:
+def system(b: Beams, i: int, n: int, ends: int) -> System:
     """Return one beam: n scales that repeat for ever, or a row of them, which may come to lie on the substrate.
 
     With scales on both faces every other one is of the other face.
     """
-    s, K = b.shapes[i], b.K[i]
+    s, K, periodic = b.shapes[i], b.K[i], ends == ENDLESS
     eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
     shapes, axes = np.zeros((n, 6), s.dtype), np.zeros((n, 3, 3), s.dtype)
     bases, joint, plates = np.zeros((n, 3), s.dtype), np.zeros((n, 10, 10), s.dtype), np.zeros((n, 24, 24), s.dtype)
@@ -164,8 +177,9 @@ def system(b: Beams, i: int, n: int, periodic: bool) -> System:
             rests[o] = math.atan2(st.real, ct.real)
     reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
     return System(
-        shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, sees, stride, rests, b.masked[i]
-    )
+        shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, sees, stride, rests, b.masked[i],
+        max(EQUAL, ends),
+    )  # fmt: skip
 
 
 @_jit
@@ -199,13 +213,16 @@ def _path(
 
 
 def _many(
-    b: Beams, scales: int, periodic: bool, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array,
+    b: Beams, scales: int, about: int, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array,
     motions: Array, bends: Array, contacts: Array, events: Array, ends: Array, notes: Array,
 ) -> None:  # fmt: skip
-    """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,)."""
+    """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,).
+
+    ``about``: how their ends are, :data:`squama.contacts.system.ENDLESS` and so on.
+    """
     for i in range(len(ways)):
         _follow(
-            walk(system(b, i, scales, periodic), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i],
+            walk(system(b, i, scales, about), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i],
             bends[i], contacts[i], events[i], ends[i],
         )  # fmt: skip
 
@@ -218,7 +235,7 @@ def _move(
     k = len(ways) // len(notes)
     for i in range(len(ways)):
         _again(
-            walk(system(b, i, faces(b), True), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
+            walk(system(b, i, faces(b), ENDLESS), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
             int(ends[i // k, 3]), rows[i], motions[i], bends[i], contacts[i], events[i],
         )  # fmt: skip
 

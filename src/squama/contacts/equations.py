@@ -6,7 +6,8 @@ Contact c presses scale i from its neighbour j at places r1 and p2, both seen fr
     plate      b = C sum [Phi(x1, y1) F.n_1 - Phi(x2, y2) F.n_2]                 (explicit: no unknowns of its own)
     contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
     friction   y = f - k v:  abs(y) <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/abs(y) = 0 (slips)
-    strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed
+    strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed;
+               of each cell the load at the ends where cells have strains of their own (:mod:`squama.contacts.ends`)
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
@@ -19,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts.ends import tied
 from squama.contacts.geometry import back, vector
 from squama.contacts.meeting import (
     BEFORE,
@@ -38,6 +40,7 @@ from squama.contacts.meeting import (
 from squama.contacts.system import (
     APART,
     EF,
+    EQUAL,
     FE,
     FIRST,
     KIND,
@@ -52,6 +55,8 @@ from squama.contacts.system import (
     System,
     cells,
     partner,
+    pieces,
+    row_of,
     strain_columns,
 )
 from squama.contacts.vectors import add, by_vector, cross, dot, scaled, turned
@@ -59,23 +64,25 @@ from squama.types import Array
 
 
 @_jit
-def elastic(S: System, st: State, at: Array, r: Array, loads: Array) -> None:
-    """Write what joints and bar oppose to a state: residual of the scales, and M, T, B, P of a cell in the mean."""
+def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) -> None:
+    """Write what joints and bar oppose to a state: residual of the scales, M, T, B, P of cells, and in the mean."""
     N, many = len(S.shapes), cells(S)
     for e in range(STRAINS):
         loads[e] = 0.0
     for i in range(N):
-        K, q = S.K[i], st.q[i]
+        K, q, strains = S.K[i], st.q[i], st.strains[row_of(S, i)]
         for a in range(MOTIONS + STRAINS):
             out = 0.0 * q[0]
             for b in range(MOTIONS):
                 out += K[a, b] * q[b]
             for e in range(STRAINS):
-                out += K[a, MOTIONS + e] * st.strains[e]
+                out += K[a, MOTIONS + e] * strains[e]
             if a < MOTIONS:
                 r[at[i] + a] = out
             else:
                 loads[a - MOTIONS] += out / many
+                if S.ends != EQUAL:
+                    W.carried[i, a - MOTIONS] = out
 
 
 @_jit
@@ -84,7 +91,7 @@ def residual(
 ) -> None:
     """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
     N, many = len(S.shapes), cells(S)
-    elastic(S, st, at, r, loads)
+    elastic(S, st, at, W, r, loads)
     for c in range(m):
         row, o = con[c], at[N + c]
         if row[KIND] == LIES:
@@ -133,13 +140,18 @@ def residual(
             r[at[i] + 3 + a] -= moment1[a]
             r[at[j] + a] += behind[a]
             r[at[j] + 3 + a] += moment2[a]
-        for e in range(STRAINS):
+        for e in range(STRAINS * pieces(S, row[APART])):
             rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
-            loads[e] += dot(F, rate) / many
-    columns = strain_columns(S, n)
-    for e in range(STRAINS):
-        if columns[e] >= 0:
-            r[columns[e]] = loads[e] * many
+            loads[e % STRAINS] += dot(F, rate) / many
+            if S.ends != EQUAL:
+                W.carried[i + e // STRAINS, e % STRAINS] += dot(F, rate)
+    if S.ends == EQUAL:
+        columns = strain_columns(S, at, n, 0)
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                r[columns[e]] = loads[e] * many
+    else:
+        tied(S, st, at, n, W, r, loads)
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):

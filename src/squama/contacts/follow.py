@@ -38,7 +38,6 @@ from squama.contacts.increments import (
     T_SLID_OTHER,
     T_TRIAL,
     T_WAY,
-    T_WORK,
     T_ZERO,
     Walk,
     accept,
@@ -56,9 +55,10 @@ from squama.contacts.increments import (
     tell_gone,
     weigh,
 )
-from squama.contacts.meeting import F_, N_, clear, inclination, prepared
+from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, KIND, LIES, MU, STRAINS, STUCK, cells, copy, spots
+from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
+from squama.contacts.written import write
 from squama.types import Array
 
 _LOCATED = 1e-10
@@ -351,35 +351,6 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
 
 
 @_jit
-def write(w: Walk, row: Array, contacts: Array) -> None:
-    """Write the last state: way, strains, loads, works, contacts and what is told of them, energy, work per way."""
-    t, S = w.tally, w.S
-    row[0] = t[T_WAY]
-    for e in range(STRAINS):
-        row[1 + e], row[5 + e] = w.now.strains[e], w.loads[e]
-    m, mode, N, f = w.counts[0], 0, 0.0, 0.0
-    for c in range(m):
-        if w.con[c, KIND] == LIES:
-            continue
-        N += w.W.told[c, N_]
-        f += w.W.told[c, F_]
-        if c == 0 or w.con[c, STUCK] == 0:
-            mode = 2 if w.con[c, STUCK] > 0 else 1
-    row[9], row[10], row[11], row[12], row[13], row[14], row[15] = t[T_WORK], t[T_RUBBED], t[T_LOST], m, mode, N, f
-    row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now)
-    row[20], row[21] = t[T_LOAD], t[T_SLID_OTHER]
-    for c in range(min(m, len(contacts))):
-        out = contacts[c]
-        for a in range(ENDED):
-            out[a] = w.con[c, a]
-        if w.con[c, KIND] != LIES:
-            out[6], out[7], out[8], out[9] = spots(S, w.con[c], w.now.s[c])
-        for a in range(3):
-            out[10 + a] = w.now.F[c, a]
-        out[13], out[14], out[15] = w.W.told[c, N_], w.W.told[c, F_], w.now.s[c, 2]
-
-
-@_jit
 def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
     """Turn onto the leg to a corner."""
     t, leg = w.tally, w.leg
@@ -399,7 +370,7 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
         before = corners[i - 1, e] if i > 0 else 0.0
         leg[4 + e] = (corners[i, e] - before) / length
         leg[e] = before - leg[4 + e] * begin
-        if not w.S.free[e] > 0:
+        if w.S.free[e] != FREE:
             load += w.loads[e] * leg[4 + e]
     if not straight:
         t[T_FRESH], t[T_ONSET], t[T_LOAD], t[T_POWER] = 0.0, load, load, 0.0
@@ -422,7 +393,7 @@ def follow(
     Where nothing touches up to there, that is looked for straight on to the way ``most``; without ways along the first
     of ``corners``, a rate.
 
-    Written are ``rows`` (n, 22), ``motions`` (n, N, 6), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
+    Written are ``rows`` (n, 22), ``motions`` (n, N, 6 or 14), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
     (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
@@ -450,9 +421,7 @@ def follow(
                 code = NO_EQUILIBRIUM
         if code == RANGE:
             # what is told of contacts is that of the state solved for last
-            write(w, rows[i], contacts[i])
-            copy(w.now.q, motions[i])
-            copy(w.now.b, bends[i])
+            write(w, rows[i], motions[i], bends[i], contacts[i])
             done += 1
     end[0], end[1] = code, t[T_WAY]
     while code == RANGE and t[T_EVENTS] == 0 and t[T_WAY] < most - 1e-13:

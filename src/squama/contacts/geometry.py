@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System, further
+from squama.contacts.system import BETA, CHI, EPS, EQUAL, ETA, PHI, PSI, System, further, pieces, row_of
 from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
-PLACED, PAIR = 12, 36
-"""Columns of a neighbour: its turn, row by row, and shift; then of each strain the turn and the shift per strain."""
+PLACED, RATES = 12, 24
+"""Columns of a neighbour: its turn, row by row, and shift; then, of each cell between and each of its strains, the turn
+and the shift per strain."""
 
 
 @_in
@@ -55,47 +56,92 @@ def slopes(e: Turned) -> tuple[float, float]:
     return (e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g)
 
 
+@_in
+def mapped(x: Vector, y: Vector, z: Vector, v: Vector) -> Vector:
+    """Return a vector whose components along x, y, z are given."""
+    return mixed(v[0], x, v[1], y, v[2], z)
+
+
+@_jit
+def chain(
+    S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array
+) -> None:  # fmt: skip
+    """Write how axes (3, 3) and a point of the section move over parts of cells i, i + 1, .., and the rates of that.
+
+    Written are the axes in columns, row by row, and the point; then of each strain the turn and the shift per strain.
+    The screws (combined.md, section 1) of ``many`` cells' strains follow each other, the first and the last of them
+    over ``outer`` pitches, others over one.
+    """
+    psi, phi, chi = S.sees[i, PSI], S.sees[i, PHI], S.sees[i, CHI]
+    none = 0.0 * strains[0, 0]
+    one = 1.0 + none
+    x, y, z, t = (one, none, none), (none, one, none), (none, none, one), (none, none, none)
+    for p in range(many):
+        k, own = outer if p == 0 or p == many - 1 else 1.0, strains[row_of(S, i + p)]
+        w = (-k * psi * own[PSI], -k * chi * own[CHI], -k * phi * own[PHI])
+        e, v = turned(w), (none, none, 1.0 + own[EPS])
+        once = cross(w, v)
+        twice = cross(w, once)
+        T = scaled(k, mixed(1.0, v, e.b, once, e.c, twice))
+        db, dc = slopes(e)
+        for strain in range(4):
+            if strain == EPS:
+                up = (none, none, one)
+                o1 = (none, none, none)
+                turning = cross(w, up)
+                dT = scaled(k, mixed(1.0, up, e.b, turning, e.c, cross(w, turning)))
+            else:
+                dw = (
+                    -k * (psi if strain == PSI else 0.0),
+                    -k * (chi if strain == CHI else 0.0),
+                    -k * (phi if strain == PHI else 0.0),
+                )
+                o1 = spin(e, dw)
+                s = 2 * dot(w, dw)
+                donce = cross(dw, v)
+                dtwice = add(cross(dw, once), 1.0, cross(w, donce))
+                dT = scaled(k, add(mixed(db * s, once, e.b, donce, dc * s, twice), e.c, dtwice))
+            v1 = add(dT, -1.0, cross(o1, T))
+            if p > 0:
+                o1 = mapped(x, y, z, o1)
+                v1 = add(mapped(x, y, z, v1), 1.0, cross(t, o1))
+            put(o1, out, PLACED + RATES * p + 6 * strain)
+            put(v1, out, PLACED + RATES * p + 6 * strain + 3)
+        if p < many - 1:
+            t = add(t, 1.0, mapped(x, y, z, T))
+            X, Y, Z = rotated(e, (one, none, none)), rotated(e, (none, one, none)), rotated(e, (none, none, one))
+            x, y, z = mapped(x, y, z, X), mapped(x, y, z, Y), mapped(x, y, z, Z)
+            continue
+        place = add(rotated(e, base), 1.0, T)
+        put(place if p == 0 else add(mapped(x, y, z, place), 1.0, t), out, 9)
+        for column in range(3):
+            v = rotated(e, vector(axes[column], 0))
+            if p > 0:
+                v = mapped(x, y, z, v)
+            out[column], out[3 + column], out[6 + column] = v
+
+
 @_jit
 def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> None:
-    """Write scale j as scale i, k scales before it, sees it (combined.md, section 1): turn, shift, and their rates."""
-    psi, phi, chi = S.sees[i, PSI], S.sees[i, PHI], S.sees[i, CHI]
-    w = (-k * psi * strains[PSI], -k * chi * strains[CHI], -k * phi * strains[PHI])
-    e, v = turned(w), (0.0 * w[0], 0.0 * w[0], 1.0 + strains[EPS])
-    once = cross(w, v)
-    twice = cross(w, once)
-    T = scaled(k, mixed(1.0, v, e.b, once, e.c, twice))
-    A, B = S.axes[i], S.axes[j]
-    o, p = vector(S.bases[i], 0), vector(S.bases[j], 0)
+    """Write scale j as scale i, k scales before it, sees it: turn, shift, and their rates.
+
+    Each scale is in the middle of its cell.
+    """
+    many, A, o = pieces(S, k), S.axes[i], vector(S.bases[i], 0)
+    chain(S, strains, i, many, k if S.ends == EQUAL else 0.5, S.axes[j], vector(S.bases[j], 0), out)
     for column in range(3):
-        y = rowwise(A, rotated(e, (B[column, 0], B[column, 1], B[column, 2])))
-        out[column], out[3 + column], out[6 + column] = y
-    put(rowwise(A, add(add(rotated(e, p), 1.0, T), -1.0, o)), out, 9)
-    db, dc = slopes(e)
-    for strain in range(4):
-        if strain == EPS:
-            z = (0.0 * w[0], 0.0 * w[0], 1.0 + 0.0 * w[0])
-            o1 = (0.0 * w[0], 0.0 * w[0], 0.0 * w[0])
-            zw = cross(w, z)
-            dT = scaled(k, mixed(1.0, z, e.b, zw, e.c, cross(w, zw)))
-        else:
-            dw = (
-                -k * (psi if strain == PSI else 0.0),
-                -k * (chi if strain == CHI else 0.0),
-                -k * (phi if strain == PHI else 0.0),
-            )
-            o1 = spin(e, dw)
-            s = 2 * dot(w, dw)
-            donce = cross(dw, v)
-            dtwice = add(cross(dw, once), 1.0, cross(w, donce))
-            dT = scaled(k, add(mixed(db * s, once, e.b, donce, dc * s, twice), e.c, dtwice))
-        v1 = add(dT, -1.0, cross(o1, T))
-        put(rowwise(A, o1), out, 12 + 6 * strain)
-        put(rowwise(A, add(v1, 1.0, cross(o1, o))), out, 15 + 6 * strain)
+        v = rowwise(A, (out[column], out[3 + column], out[6 + column]))
+        out[column], out[3 + column], out[6 + column] = v
+    put(rowwise(A, add(vector(out, 9), -1.0, o)), out, 9)
+    for rate in range(PLACED, PLACED + RATES * many, 6):
+        o1, v1 = vector(out, rate), vector(out, rate + 3)
+        put(rowwise(A, o1), out, rate)
+        put(rowwise(A, add(v1, 1.0, cross(o1, o))), out, rate + 3)
 
 
 @_jit
 def neighbours(S: System, strains: Array, pairs: Array) -> None:
-    """Write all neighbours (N, reach, 36) that scales may meet."""
+    """Write all neighbours (N, reach, 12 + 24 cells between) that scales may meet."""
     N = len(S.shapes)
     for i in range(N):
         for k in range(1, S.reach + 1):

@@ -8,6 +8,7 @@ import numpy as np
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import VERTEX
+from squama.contacts.ends import GIVEN, LOADS
 from squama.contacts.geometry import PLACED
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
@@ -15,7 +16,10 @@ from squama.contacts.meeting import BEFORE, F_, V_, Work, before, prepared
 from squama.contacts.system import (
     APART,
     ELASTIC,
+    EQUAL,
     FIRST,
+    FREE,
+    IMPOSED,
     KIND,
     MOTIONS,
     ONE,
@@ -29,6 +33,7 @@ from squama.contacts.system import (
     cells,
     copied,
     copy,
+    row_of,
 )
 from squama.contacts.vectors import dot
 from squama.types import Array
@@ -123,8 +128,12 @@ class Walk(NamedTuple):
 def impose(w: Walk, way: float, st: State) -> None:
     """Write the strains that are imposed at a way along the leg."""
     for e in range(STRAINS):
-        if not w.S.free[e] > 0:
-            st.strains[e] = w.leg[e] + w.leg[4 + e] * way
+        given = w.leg[e] + w.leg[4 + e] * way
+        if w.S.free[e] == IMPOSED:
+            for i in range(len(st.strains)):
+                st.strains[i, e] = given
+        if w.S.ends != EQUAL:
+            st.ends[GIVEN, e] = given
 
 
 @_jit
@@ -141,10 +150,13 @@ def guess(w: Walk, h: float) -> None:
             for o in range(MOTIONS):
                 d = a.q[i, o] - b.q[i, o]
                 n.q[i, o] += x * d + y * (d / t[T_SIZE] - (b.q[i, o] - c.q[i, o]) / t[T_BEFORE])
-        for e in range(STRAINS):
-            if w.S.free[e] > 0:
-                d = a.strains[e] - b.strains[e]
-                n.strains[e] += x * d + y * (d / t[T_SIZE] - (b.strains[e] - c.strains[e]) / t[T_BEFORE])
+        for i in range(len(a.strains)):
+            for e in range(STRAINS):
+                d = a.strains[i, e] - b.strains[i, e]
+                n.strains[i, e] += x * d + y * (d / t[T_SIZE] - (b.strains[i, e] - c.strains[i, e]) / t[T_BEFORE])
+        for o in range(a.ends.shape[1]):
+            d = a.ends[LOADS, o] - b.ends[LOADS, o]
+            n.ends[LOADS, o] += x * d + y * (d / t[T_SIZE] - (b.ends[LOADS, o] - c.ends[LOADS, o]) / t[T_BEFORE])
         for k in range(w.counts[0]):
             for o in range(3):
                 d = a.F[k, o] - b.F[k, o]
@@ -173,7 +185,7 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float]:
         # slip per way
         power += w.W.told[c, F_] * (0.0 if w.con[c, STUCK] > 0 else w.W.told[c, V_] / h)
     for e in range(STRAINS):
-        if not S.free[e] > 0:
+        if S.free[e] != FREE:
             load += w.loads[e] * w.leg[4 + e]
     if t[T_FRESH].real >= 1:
         share = h / t[T_SIZE]
@@ -253,7 +265,7 @@ def note(w: Walk, h: float) -> None:
     """Note the increment just solved for, where there is room, so that it can be followed once more.
 
     ``notes`` begin with the number of all that are written, below 0 where the room did not suffice. Then follow of each
-    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains (4,), forces and places (m, 3), and
+    increment :data:`NOTED` numbers, its contacts (m, 7), motions (N, 6), strains, forces and places (m, 3), and
     the factors of its Jacobian.
     """
     notes, S, st, m = w.notes, w.S, w.new, w.counts[0]
@@ -263,16 +275,15 @@ def note(w: Walk, h: float) -> None:
     n = laid_out(S, w.con, m, w.J)
     at = int(max(notes[0], 1.0))
     a = at + NOTED
-    end = a + m * (w.con.shape[1] + 6) + st.q.size + STRAINS + stored(w.J, n)
+    end = a + m * (w.con.shape[1] + 6) + st.q.size + st.strains.size + stored(w.J, n)
     if end > notes.size:
         notes[0] = -float(at)
         return
     notes[at + NOTED_H], notes[at + NOTED_WHAT], notes[at + NOTED_M], notes[at + NOTED_N] = h, NOTHING, m, n
     a = put_down(w.con, m, notes, a)
     a = put_down(st.q, len(st.q), notes, a)
-    for e in range(STRAINS):
-        notes[a + e] = st.strains[e]
-    a = put_down(st.F, m, notes, a + STRAINS)
+    a = put_down(st.strains, len(st.strains), notes, a)
+    a = put_down(st.F, m, notes, a)
     a = put_down(st.s, m, notes, a)
     jacobian(S, st, w.past, w.con, m, n, w.W, w.J)
     w.J.kept[SOLVED] = n if factor(w.J, n) else 0
@@ -329,7 +340,7 @@ def energy(w: Walk, st: State) -> float:
     S = w.S
     out: float = 0.0 * S.K[0, 0, 0]
     for i in range(len(S.shapes)):
-        K, q, e = S.K[i], st.q[i], st.strains
+        K, q, e = S.K[i], st.q[i], st.strains[row_of(S, i)]
         for a in range(MOTIONS + STRAINS):
             z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
@@ -375,6 +386,16 @@ def tell_contacts(w: Walk, row: Array, without: int) -> None:
 
 
 @_jit
+def strain(st: State, e: int) -> float:
+    """Return a strain of the cells, in the mean."""
+    whole = 0.0 * st.strains[0, e]
+    for i in range(len(st.strains)):
+        whole += st.strains[i, e]
+    mean_: float = whole / len(st.strains)
+    return mean_
+
+
+@_jit
 def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
     """Write an event.
 
@@ -385,7 +406,7 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         row = events[n]
         row[0], row[1] = kind, w.tally[T_WAY]
         for e in range(STRAINS):
-            row[2 + e] = w.now.strains[e]
+            row[2 + e] = strain(w.now, e)
         for a in range(FIRST, STUCK):
             row[6 + a] = w.con[c, a] if c >= 0 else -1
         row[11], row[12], row[13] = w.loads[1], lost, w.counts[0]

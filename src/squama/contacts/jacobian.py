@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.geometry import back, bow, normal, powers, turn, vector
-from squama.contacts.linear import BASE, INNER, STRIDE, Linear, alone, emptied, enter
-from squama.contacts.meeting import Meeting, Work, along_edges, before, clear, frame, lever, meet
+from squama.contacts.ends import ties
+from squama.contacts.geometry import back, bow, turn, vector
+from squama.contacts.lifts import around, lifted, lifts, shared
+from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
+from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
 from squama.contacts.system import (
     APART,
     EE,
     EF,
     ELASTIC,
+    EQUAL,
     FE,
     FIRST,
     KIND,
@@ -21,7 +24,6 @@ from squama.contacts.system import (
     MU,
     ONE,
     OTHER,
-    POWERS,
     STIFF,
     STRAINS,
     STUCK,
@@ -31,6 +33,7 @@ from squama.contacts.system import (
     System,
     lengthwise,
     partner,
+    pieces,
     places_of,
     spots,
     strain_columns,
@@ -39,9 +42,11 @@ from squama.contacts.system import (
 from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
 from squama.types import Array
 
-_INPUTS, _OUTPUTS = 28, 22
-_I, _J, _E, _S, _W, _F = 0, 6, 12, 16, 19, 25
-"""Local variables of a contact: motions of both scales, strains, places, lifts and slopes of both plates, force."""
+_J, _S, _W, _F, _E = 6, 12, 15, 21, 24
+"""Local variables of a contact: motions of both scales, places, lifts and slopes of both plates, force, strains of the
+cells from the one to the other."""
+LOCAL = 18
+"""What a contact brings to the equations, beside what it brings to those of strains."""
 
 
 @_jit
@@ -95,15 +100,10 @@ def varied(
         darm1, dtx1, dty1 = dr1, cross(o, g.tx1), cross(o, g.ty1)
     elif v < _J + 3:
         dp2 = turn(P, axis(v - _J, 0.0))
-    elif v < _E:
+    elif v < _S:
         o = turn(P, axis(v - _J - 3, 0.0))
         dp2 = cross(o, g.arm2)
         darm2, dtx2, dty2 = dp2, cross(o, g.tx2), cross(o, g.ty2)
-    elif v < _S:
-        e = v - _E
-        o = vector(P, 12 + 6 * e)
-        dp2 = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
-        dtx2, dty2, dFj = cross(o, g.tx2), cross(o, g.ty2), cross(F, o)
     elif v < _W:
         p = v - _S
         dx1, dy1 = 1.0 if k1 == p else 0.0, 1.0 if k2 == p else 0.0
@@ -127,8 +127,13 @@ def varied(
         dtx2 = g.up2
     elif v == _W + 5:
         dty2 = g.up2
-    else:
+    elif v < _E:
         dF = axis(v - _F, 0.0)
+    else:
+        e = v - _E
+        o = vector(P, 12 + 6 * e)
+        dp2 = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
+        dtx2, dty2, dFj = cross(o, g.tx2), cross(o, g.ty2), cross(F, o)
     return dr1, dp2, darm1, darm2, dtx1, dty1, dtx2, dty2, dF, dFj, dv
 
 
@@ -157,7 +162,7 @@ def rubbing(
 
 @_jit
 def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:
-    """Write the derivatives (22, 28) of what a contact brings to the equations, by its local variables.
+    """Write the derivatives (18 + s, 24 + s) of what a contact brings to the equations, by its local variables.
 
     Rows: D, friction (2), tangency, force and moment on both scales, F . dp2/de; the moments without the rate of the
     rotation vector's own map. Terms of the order of an increment are left out: they cost Newton's method nothing.
@@ -179,7 +184,8 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     places, bows = unknown(kind, row[ONE], row[OTHER]), (xx1, xy1, yy1, xx2, xy2, yy2)
     t1, t2 = along_edges(row, g)
     sign = -1.0 if kind == EE and dot(cross(t2, t1), g.n) < 0.0 else 1.0
-    for v_ in range(_INPUTS):
+    strains = STRAINS * pieces(S, row[APART])
+    for v_ in range(_E + strains):
         dr1, dp2, darm1, darm2, dtx1, dty1, dtx2, dty2, dF, dFj, dv = varied(g, P, F, v_, places, bows, slips, rubs)
         dt1, dt2 = (dtx1 if lengthwise(row[ONE]) else dty1), (dtx2 if lengthwise(row[OTHER]) else dty2)
         if kind == EE:
@@ -211,15 +217,15 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
         dFj = add(dFj, 1.0, dF)
         L[12, v_], L[13, v_], L[14, v_] = back(P, dFj)
         L[15, v_], L[16, v_], L[17, v_] = back(P, add(cross(darm2, F), 1.0, cross(g.arm2, dFj)))
-        for e in range(STRAINS):
+        for e in range(strains):
             o = vector(P, 12 + 6 * e)
             rate = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
-            change = dot(F, cross(o, dp2))
-            if _E <= v_ < _S:
-                # the screw's own second rates, as if turns about two axes could be exchanged
-                other = vector(P, 12 + 6 * (v_ - _E))
-                change = (change + dot(F, cross(other, rate))) / 2
-            L[18 + e, v_] = dot(dF, rate) + change
+            change, first = dot(F, cross(o, dp2)), e // STRAINS - (v_ - _E) // STRAINS
+            if v_ >= _E and first >= 0:
+                # what comes later along the bar is turned; of one cell as if turns about two axes could be exchanged
+                other = dot(F, cross(vector(P, 12 + 6 * (v_ - _E)), rate))
+                change = other if first > 0 else (change + other) / 2
+            L[LOCAL + e, v_] = dot(dF, rate) + change
 
 
 @_jit
@@ -236,99 +242,6 @@ def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
 
 
 @_jit
-def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
-    """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
-    any_ = False
-    for i in range(len(S.shapes)):
-        W.first[i] = -1
-    for c in range(m):
-        row = con[c]
-        if row[KIND] == LIES:
-            continue
-        i, j = row[FIRST], partner(S, row)
-        x1, y1, x2, y2 = spots(S, row, st.s[c])
-        F = vector(st.F[c], 0)
-        for side in range(2):
-            a, x, y, o = (i, x1, y1, 2 * c) if side == 0 else (j, x2, y2, 2 * c + 1)
-            if not S.shapes[a, ELASTIC] > 0:
-                continue
-            any_ = True
-            W.next[o], W.first[a] = W.first[a], o
-            powers(S, a, x, y, W.powers[o])
-            for f in range(3):
-                out = W.bent[o, f]
-                clear(out)
-                for p in range(POWERS):
-                    v = W.powers[o, f, p]
-                    for b in range(POWERS):
-                        out[b] += S.plates[a, p, b] * v
-            up = normal(W.E[a])
-            W.side[o] = dot(F, up) if side == 0 else -dot(F, turn(W.pairs[i, row[APART] - 1], up))
-    return any_
-
-
-@_jit
-def lifted(
-    S: System, st: State, con: Array, at: Array, n: int, c: int, side: int, W: Work, begin: int, end: int
-) -> None:  # fmt: skip
-    """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
-
-    They are by unknowns from ``begin`` to before ``end``, and by free strains.
-    """
-    N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
-    columns = strain_columns(S, n)
-    for f in range(3):
-        for b in range(begin, end):
-            own[f, b] = 0.0
-        for e in range(STRAINS):
-            if columns[e] >= 0:
-                own[f, columns[e]] = 0.0
-    a = con[c, FIRST] if side == 0 else partner(S, con[c])
-    if not S.shapes[a, ELASTIC] > 0:
-        return
-    up0 = normal(W.E[a])
-    turning = turned(vector(st.q[a], 3))
-    q = W.first[a]
-    while q >= 0:
-        d, other = q // 2, q % 2
-        row, first = con[d], at[N + d]
-        P, F = W.pairs[row[FIRST], row[APART] - 1], vector(st.F[d], 0)
-        places = unknown(row[KIND], row[ONE], row[OTHER])
-        up = up0 if other == 0 else scaled(-1.0, turn(P, up0))
-        # the load is F . up, so that a turn o changes it by o . (up x F)
-        moment = cross(up, F)
-        by_w = by_vector(turning, moment if other == 0 else back(P, moment))
-        ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
-        for f in range(3):
-            v = vx = vy = 0.0
-            for p in range(POWERS):
-                v += W.powers[o, f, p] * W.bent[q, 0, p]
-                vx += W.powers[o, f, p] * W.bent[q, 1, p]
-                vy += W.powers[o, f, p] * W.bent[q, 2, p]
-            for b in range(3):
-                own[f, first + b] += v * up[b]
-                own[f, at[a] + 3 + b] += v * by_w[b]
-            if other == 1:
-                for e in range(STRAINS):
-                    if columns[e] >= 0:
-                        own[f, columns[e]] += v * dot(vector(P, 12 + 6 * e), moment)
-            if ix >= 0:
-                own[f, first + 3 + ix] += vx * W.side[q]
-            if iy >= 0:
-                own[f, first + 3 + iy] += vy * W.side[q]
-        q = W.next[q]
-
-
-@_jit
-def around(S: System, at: Array, all_: int, a: int) -> tuple[int, int]:
-    """Return from which unknown to before which one those are of which a plate's deflection may depend."""
-    N = len(S.shapes)
-    if S.periodic:
-        return 0, all_
-    return at[max(0, a - S.reach * S.stride)], at[a + 1] if a + 1 < N else all_
-
-
-@_jit
 def spread(
     J: Linear, strained: tuple[int, int, int, int], L: Array, column: Array, rows: Array, lifts: Array, from1: int,
     to1: int, from2: int, to2: int,
@@ -339,12 +252,15 @@ def spread(
     second plate) to before ``to1``, and on free strains.
     """
     band, inner, stride, base = J.band, J.kept[INNER], J.kept[STRIDE], J.kept[BASE]
-    for z in range(_OUTPUTS):
+    strains = len(column) - _E
+    for z in range(len(rows)):
         to = rows[z]
         if to < 0:
             continue
         sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
-        for v in range(_INPUTS):
+        for u in range(len(column)):
+            # motions, strains, then what lies between
+            v = u if u < _S else (u + _E - _S if u < _S + strains else u - strains)
             x, b = sign * L[z, v], column[v]
             if x == 0.0 or b == -1:
                 continue
@@ -374,8 +290,8 @@ def jacobian(  # noqa: C901 - one loop over contacts
     """Write the derivatives of the residual by the unknowns at a state to which W was brought."""
     N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
     emptied(J, n)
-    columns = strain_columns(S, n)
     for i in range(N):
+        columns = strain_columns(S, at, n, i)
         for a in range(MOTIONS):
             for b in range(MOTIONS):
                 enter(J, at[i] + a, at[i] + b, S.K[i, a, b])
@@ -396,8 +312,10 @@ def jacobian(  # noqa: C901 - one loop over contacts
             lie_rates(st, i, c, o, at[i] + 3, W, J)
             continue
         locally(S, st, past, c, row, W)
-        from1, to1 = around(S, at, inner, i)
-        from2, to2 = around(S, at, inner, j)
+        many = pieces(S, row[APART])
+        inputs, outputs = _E + STRAINS * many, LOCAL + STRAINS * many
+        from1, to1 = around(S, at, inner, J.kept[FAR], i)
+        from2, to2 = around(S, at, inner, J.kept[FAR], j)
         if bent:
             lifted(S, st, con, at, n, c, 0, W, from1, to1)
             lifted(S, st, con, at, n, c, 1, W, from2, to2)
@@ -407,10 +325,10 @@ def jacobian(  # noqa: C901 - one loop over contacts
             a = i if side == 0 else j
             w, first, moments = vector(st.q[a], 3), 3 + 6 * side, 9 + 6 * side
             turning = turned(w)
-            for z in range(_OUTPUTS):
+            for z in range(outputs):
                 v = by_vector(turning, (L[z, first], L[z, first + 1], L[z, first + 2]))
                 L[z, first], L[z, first + 1], L[z, first + 2] = v
-            for z in range(_INPUTS):
+            for z in range(inputs):
                 v = by_vector(turning, (L[moments, z], L[moments + 1, z], L[moments + 2, z]))
                 L[moments, z], L[moments + 1, z], L[moments + 2, z] = v
             moment = cross(g.arm1, F) if side == 0 else back(P, cross(g.arm2, F))
@@ -420,8 +338,6 @@ def jacobian(  # noqa: C901 - one loop over contacts
                     L[moments + b, first + z] += v[b]
         for z in range(6):
             column[z], column[_J + z] = at[i] + z, at[j] + z
-        for e_ in range(STRAINS):
-            column[_E + e_] = columns[e_]
         for z in range(3):
             column[_S + z] = o + 3 + z if z < k else -1
             column[_F + z] = o + z
@@ -429,9 +345,13 @@ def jacobian(  # noqa: C901 - one loop over contacts
             column[_W + z] = -2 if bent else -1
             rows[z] = o + z if z < 3 + k else -1
             rows[6 + z], rows[12 + z] = at[i] + z, at[j] + z
-        for e_ in range(STRAINS):
-            rows[18 + e_] = columns[e_]
-        spread(J, columns, L, column, rows, W.lifts, from1, to1, from2, to2)
+        for p in range(many):
+            columns = strain_columns(S, at, n, i + p)
+            for e_ in range(STRAINS):
+                column[_E + STRAINS * p + e_] = rows[LOCAL + STRAINS * p + e_] = columns[e_]
+        spread(J, shared(S, at, n), L, column[:inputs], rows[:outputs], W.lifts, from1, to1, from2, to2)
+    if S.ends != EQUAL:
+        ties(S, st, at, n, W, J)
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):

@@ -1,4 +1,4 @@
-"""Linear equations of a row: a band, as scales meet near ones only, bordered by the strains that are free; compiled."""
+"""Linear equations of a row: a band, as scales meet near ones only, bordered by unknowns of all scales; compiled."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ from typing import NamedTuple
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import STRAINS, System, layout
+from squama.contacts.system import APART, KIND, LIES, System, ahead, borders, layout
 from squama.types import Array
 
-SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE = range(6)
+SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE, FAR = range(7)
 """What :class:`Linear` keeps: of how many unknowns its factors are, 0 for none; residuals that were evaluated; unknowns
-without strains; half the band's width; where entry (a, b) of it stands: at BASE + a STRIDE + b."""
+without the border's; half the band's width; where entry (a, b) of it stands: at BASE + a STRIDE + b; how
+many scales further the farthest one is that a scale touches, 1 at least."""
 
 
 class Linear(NamedTuple):
-    """A factored Jacobian: its ``band``, all in one row, right border (n, 4), lower border (4, n), corner (4, 4).
+    """A factored Jacobian: its ``band``, all in one row, right border (n, B), lower border (B, n), corner (B, B).
 
     ``order`` and ``last`` (n,): row exchanges, last column of each row that is not zero; ``r`` (n,) its residual;
-    ``at`` (N + C,) first unknowns of scales and contacts; ``kept`` (6,) see above.
+    ``at`` (N + C,) first unknowns of scales and contacts; ``kept`` (7,) see above.
     """
 
     band: Array
@@ -35,17 +36,18 @@ class Linear(NamedTuple):
 @_jit
 def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     """Lay the unknowns out; return how many there are, -1 where there is no room for them."""
-    N, kept, far = len(S.shapes), J.kept, S.reach * S.stride
+    N, kept, first, far = len(S.shapes), J.kept, ahead(S), S.stride
+    for c in range(m):
+        if con[c, KIND] != LIES:
+            far = max(far, con[c, APART] * S.stride)
+    kept[FAR] = far
     n = layout(S, con, m, J.at)
-    inner = n
-    for e in range(STRAINS):
-        if S.free[e] > 0:
-            inner -= 1
+    inner = n - borders(S)
     half = inner - 1
     if not S.periodic:
         half = 0
         for i in range(N):
-            end = J.at[i + far + 1] if i + far + 1 < N else inner
+            end = J.at[i + far + 1] if i + far + 1 < N else inner + first
             half = max(half, end - J.at[i] - 1)
     narrow = 3 * half + 1 < inner
     kept[INNER], kept[HALF] = inner, half
@@ -69,7 +71,7 @@ def emptied(J: Linear, n: int) -> None:
     for e in range(n - J.kept[INNER]):
         for a in range(n):
             J.right[a, e] = J.lower[e, a] = 0.0
-        for o in range(STRAINS):
+        for o in range(len(J.corner)):
             J.corner[e, o] = 0.0
 
 
@@ -94,7 +96,7 @@ def alone(J: Linear, a: int) -> None:
     half, inner, o = J.kept[HALF], J.kept[INNER], J.kept[BASE] + a * J.kept[STRIDE]
     for b in range(max(0, a - half), min(inner, a + half + 1)):
         J.band[o + b] = 0.0
-    for e in range(STRAINS):
+    for e in range(J.right.shape[1]):
         J.right[a, e] = 0.0
     J.band[o + a] = 1.0
 
@@ -188,20 +190,22 @@ def substitute(J: Linear, n: int, x: Array) -> None:
 @_jit
 def stored(J: Linear, n: int) -> int:
     """Return how many numbers the factors of n unknowns are."""
-    return filled(J) + 2 * n + 8 * n + STRAINS * STRAINS
+    wide = len(J.corner)
+    return filled(J) + 2 * n + 2 * wide * n + wide * wide
 
 
 @_jit
 def exchanged(J: Linear, n: int, a: Array, at: int, out: bool) -> None:
     """Write the factors into numbers from a place on or, not ``out``, take them from there."""
-    for v in (J.band[: filled(J)], J.right[:n].reshape(STRAINS * n)):
+    wide = len(J.corner)
+    for v in (J.band[: filled(J)], J.right[:n].reshape(wide * n)):
         for i in range(v.size):
             if out:
                 a[at] = v[i]
             else:
                 v[i] = a[at]
             at += 1
-    for e in range(STRAINS):
+    for e in range(wide):
         for v in (J.lower[e, :n], J.corner[e]):
             for i in range(v.size):
                 if out:

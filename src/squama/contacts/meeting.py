@@ -44,11 +44,13 @@ class Work(NamedTuple):
     """Room that a path computes in.
 
     Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places and what they do to
-    their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28), what
-    is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the unknowns of a contact's
-    variables and rows (2, 28); of each plate the last place at which it is pressed (N,), and before each place another
-    one of the same plate (2 C,), -1 for none; ``window`` (1,): the part of a plate within which a vertex beside an edge
-    along a face is that contact.
+    their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28) or
+    more, what is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the end of an
+    edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last place at which it
+    is pressed (N,), and before each place another one of the same plate (2 C,), -1 for none. Where cells have strains
+    of their own, what each carries (N, 4), M, T, B, P, the motion of the far end, as
+    :func:`squama.contacts.geometry.chain` has it, and the axes of a section (3, 3);
+    ``window`` (1,): the part of a plate within which a vertex beside an edge along a face is that contact.
     """
 
     E: Array
@@ -63,9 +65,13 @@ class Work(NamedTuple):
     views: Array
     corners: Array
     vertex: Array
+    end: Array
     columns: Array
     first: Array
     next: Array
+    carried: Array
+    bar: Array
+    section: Array
     window: Array
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts.ends import moved_alone, shifted
 from squama.contacts.equations import residual
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
 from squama.contacts.meeting import Work, prepared
-from squama.contacts.system import KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
+from squama.contacts.system import EQUAL, KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
 from squama.types import Array
 
 TIGHT = 1e-11
@@ -37,10 +38,13 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
             st.F[c, a] += by * x[o + a]
         for a in range(places_of(con[c, KIND])):
             st.s[c, a] += by * x[o + 3 + a]
-    columns = strain_columns(S, n)
+    if S.ends != EQUAL:
+        shifted(S, st, at, n, x, by)
+        return
+    columns = strain_columns(S, at, n, 0)
     for e in range(STRAINS):
         if columns[e] >= 0:
-            st.strains[e] += by * x[columns[e]]
+            st.strains[0, e] += by * x[columns[e]]
 
 
 @_jit
@@ -65,6 +69,7 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
                 return False
             J.kept[SOLVED], fresh = n, True
         substitute(J, n, J.r)
+        moved_alone(S, J.at, J.r)
         size = 0.0
         for a in range(n):
             size = max(size, abs(J.r[a]))

@@ -1,7 +1,7 @@
 """A row of N scales by the contact solver: states of every scale along the twist, what comes in, decay; E = d = 1.
 
-All cells have the same twist. The row is straight and keeps its length. Its scales touch their neighbours with any
-number of contacts, and the substrate where they come to lie on it.
+All cells have the same strains, or each has its own, as the ends are held (:mod:`squama.contacts.ends`). Scales touch
+their neighbours with any number of contacts, and the substrate where they come to lie on it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,23 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments, path, states
-from squama.contacts.system import APART, FIRST, KIND, LIES, ONE, OTHER, PHI, STRAINS
+from squama.contacts.system import (
+    APART,
+    EPS,
+    EQUAL,
+    FIRST,
+    FREE,
+    GRIPPED,
+    KIND,
+    LIES,
+    LOADED,
+    LOOSE,
+    MOTIONS,
+    ONE,
+    OTHER,
+    PHI,
+    STRAINS,
+)
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
@@ -32,16 +48,24 @@ class Track(NamedTuple):
     """What became of a row of n scales: as far as it goes, points of which the last one is its end or the last asked.
 
     ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`, N, friction and places of
-    its contact with a scale further on (sums, and the first of them), works and the torque the means of all scales;
-    ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``contacts`` (points, C, 16) and
-    ``events`` (E, 25) see :mod:`squama.contacts.follow`.
+    its contact with a scale further on (sums, and the first of them), works and the loads the means of all scales;
+    ``cells`` (points, n, 8) strains of each cell and what it carries of M, T, B and P, or (points, n, 0) where all have
+    the same strains; ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``contacts``
+    (points, C, 16) and ``events`` (E, 25) see :mod:`squama.contacts.follow`.
     """
 
     rows: Array
+    cells: Array
     held: Array
     contacts: Array
     events: Array
     end: path.End
+
+    @property
+    def engaged(self) -> float:
+        """Twist at which scales of the row first touch; inf where they do not."""
+        met = np.flatnonzero(self.events[:, 0] == increments.ENGAGE)
+        return float(self.events[met[0], 1]) if met.size else math.inf
 
     def other(self) -> Other | None:
         """Return the contact of other features that comes in first; None where none does."""
@@ -68,33 +92,52 @@ def placed(c: Array) -> str:
     return f"{what} of scale {i} on {face} of scale {j} (k = {c[APART]})"
 
 
-def track(way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, endless: bool = False) -> Track:
+def track(
+    way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, ends: int = EQUAL, load: int = PHI
+) -> Track:  # fmt: skip
     """Follow a row through twists (n,) in one sense from 0 on, to the last or to its end.
 
-    ``endless``: its scales repeat for ever.
+    ``ends``: how they are, :data:`squama.contacts.system.ENDLESS` and so on; twists are the mean of all cells.
+    ``load``: another strain in place of the twist. Gripped ends keep their distance where the stretch is held.
     """
-    n, room = phis.size, _CONTACTS * scales
+    n, room, own = phis.size, _CONTACTS * scales, ends in (LOOSE, GRIPPED)
     strains = np.zeros((1, n, STRAINS))
-    strains[0, :, PHI] = phis
-    raw, motions = np.full((1, n, increments.LINE), np.nan), np.full((1, n, scales, 6), np.nan)
+    strains[0, :, load] = phis
+    beams = way.beams._replace(free=_free(way.beams.free, ends, load))
+    raw = np.full((1, n, increments.LINE), np.nan)
+    motions = np.full((1, n, scales, MOTIONS + 2 * STRAINS * own), np.nan)
     bends, contacts = np.full((1, n, scales, 24), np.nan), np.zeros((1, n, room, increments.CONTACT))
-    events, ends = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
+    events, ended = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        way.beams, scales, endless, step, np.zeros(1), room, np.abs(phis[None].astype(float)), strains, raw, motions,
-        bends, contacts, events, ends, np.zeros((1, 0)),
+        beams, scales, ends, step, np.zeros(1), room, np.abs(phis[None].astype(float)), strains, raw, motions, bends,
+        contacts, events, ended, np.zeros((1, 0)),
     )  # fmt: skip
-    code, phi, told, solved = ends[0].tolist()
+    code, phi, told, solved = ended[0].tolist()
     if code == increments.AT_REST:
         # the state at rest is all there is
         raw[0, 0], motions[0, 0], bends[0, 0], solved = 0.0, 0.0, 0.0, 1
     reached = slice(int(solved))
-    rows, held = _states(way, raw[0, reached], motions[0, reached], bends[0, reached], contacts[0, reached])
+    cells, motions = motions[0, reached, :, MOTIONS:], motions[0, reached, :, :MOTIONS]
+    rows, held = _states(way, raw[0, reached], motions, bends[0, reached], contacts[0, reached], cells)
     end = path.End(int(code), phi, int(solved))
-    return Track(rows, held, contacts[0, reached], events[0, : min(int(told), events.shape[1])], end)
+    return Track(rows, cells, held, contacts[0, reached], events[0, : min(int(told), events.shape[1])], end)
 
 
-def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: Array) -> tuple[Array, Array]:
+def _free(free: Array, ends: int, load: int) -> Array:
+    """Return which strains are imposed, free or loaded where a strain is imposed by loads at the ends."""
+    out = free.copy()
+    if ends in (LOOSE, GRIPPED):
+        out[:, load] = LOADED
+    if ends == GRIPPED:
+        # a stretch that is held is the distance of the grips
+        out[:, EPS] = np.where(free[:, EPS] > 0, FREE, LOADED)
+    return out
+
+
+def _states(
+    way: path.Path, raw: Array, motions: Array, bends: Array, contacts: Array, cells: Array
+) -> tuple[Array, Array]:  # fmt: skip
     """Return states of all scales, and the moments of the substrate, see :class:`Track`."""
     points, n = motions.shape[:2]
     rows, held = np.zeros((points, n, path.WIDTH)), np.zeros((points, n))
@@ -105,6 +148,8 @@ def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: 
     for at, name in [*enumerate(shared), (20, "T")]:
         # the solver tells frictional work and what snaps lose of all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
+    for name, own in zip(("psi", "twist", "aside", "stretch"), np.moveaxis(cells, -1, 0), strict=False):
+        column[name][...] = own
     for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0), ("T_slip", np.nan)):
         column[name][...] = missing
     there = np.arange(contacts.shape[1]) < raw[:, 12, None]
@@ -124,11 +169,11 @@ def _states(way: path.Path, raw: Array, motions: Array, bends: Array, contacts: 
     return rows, held
 
 
-def decay(way: path.Path) -> float:
+def decay(way: path.Path, ends: int = EQUAL) -> float:
     """Return how much of an end's effect is left one contact further on, at engagement and without friction.
 
     Forces of contacts then grow by N' with a N'_(i-1) + b N'_i + a N'_(i+1) alike for all of them, so differences of
-    N' fall by r with r + 1/r = -b/a.
+    N' fall by r with r + 1/r = -b/a. Grips, which bend the cells near them, are taken as ``LOOSE`` ends.
     """
     c = way.contact
     if c.first < 0:
@@ -136,7 +181,8 @@ def decay(way: path.Path) -> float:
     shapes = way.beams.shapes.copy()
     shapes[:, 8] = 0.0
     alone = way._replace(beams=way.beams._replace(shapes=shapes))
-    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN)
+    loads = min(ends, LOOSE)
+    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN, ends=loads)
     if len(found.rows) < 2:
         return math.nan
     force = path.named(found.rows)["N"][:, [0, c.k, 2 * c.k]]

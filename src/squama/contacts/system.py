@@ -1,7 +1,8 @@
 """Scales on a bar, their joints and plates, and what a state of them holds; E = d = 1.
 
 An endless beam is one scale with its own images, or two with scales on both faces; a row has N scales, each with
-unknowns of its own. All share the strains of the bar.
+unknowns of its own. All share the strains of the bar, or each cell of a row has its own, as its ends are held
+(:mod:`squama.contacts.ends`).
 """
 
 from __future__ import annotations
@@ -22,6 +23,10 @@ MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
 EE, VF, FV, EF, FE, LIES = range(6)
 """Kinds of contact; the last one is that of a scale that lies on the substrate: a moment that lifts it, no places."""
+ENDLESS, EQUAL, LOOSE, GRIPPED = range(-1, 3)
+"""Ends of a beam: none; all cells of a row have the same strains; else each has its own, the ends loose or coaxial."""
+IMPOSED, FREE, LOADED = range(3)
+"""A strain is imposed on each cell; is free, without a load; or its mean over all cells is imposed by one load."""
 _NONE = np.zeros(0)
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
 """Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
@@ -34,12 +39,13 @@ class System(NamedTuple):
     ``shapes`` (N, 6): eta, beta, h, mu, elastic, and the stiffness by which slip enters the law of friction, of the
     order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X, n_Y, n_Z at rest in the
     section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi, chi, eps); ``plates``
-    (N, 24, 24), compliances of the powers; ``free`` (4,): 1 for strains whose moment or force is zero; ``grip``:
+    (N, 24, 24), compliances of the powers; ``free`` (4,): which strains are imposed, free or loaded; ``grip``:
     compliance by which a contact that sticks gives way along the plate, d/E; ``reach``: farthest neighbour;
     ``periodic``: the N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral
     bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,): inclination at rest
     over the substrate, on which a scale may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for
-    motions that stay 0, or (0,) for none.
+    motions that stay 0, or (0,) for none; ``ends``: how a row's ends are held, where cells have strains of their own
+    (``stride`` 1, not ``periodic``).
     """
 
     shapes: Array
@@ -55,13 +61,15 @@ class System(NamedTuple):
     stride: int
     rests: Array = _NONE
     masked: Array = _NONE
+    ends: int = EQUAL
 
 
 class State(NamedTuple):
     """A state: scales, strains of the bar and contacts.
 
-    Motions ``q`` (N, 6), ``strains`` (4,), deflections ``b`` (N, 24); of each contact its force ``F`` (C, 3) on the
-    first scale along that one's axes at rest, and its places ``s`` (C, 3).
+    Motions ``q`` (N, 6), ``strains`` (1, 4) of all cells or (N, 4) of each, deflections ``b`` (N, 24); of each contact
+    its force ``F`` (C, 3) on the first scale along that one's axes at rest, and its places ``s`` (C, 3); ``ends``
+    (2, 6), or (2, 0) where cells share their strains: loads at the ends, and the mean strains that they are to bring.
     """
 
     q: Array
@@ -69,6 +77,7 @@ class State(NamedTuple):
     b: Array
     F: Array
     s: Array
+    ends: Array
 
 
 class Past(NamedTuple):
@@ -101,6 +110,7 @@ def copied(a: State, b: State) -> None:
     copy(a.b, b.b)
     copy(a.F, b.F)
     copy(a.s, b.s)
+    copy(a.ends, b.ends)
 
 
 @_in
@@ -120,6 +130,42 @@ def further(S: System, i: int, k: int) -> int:
     """Return the number of the scale of the same face that is k cells further; from N on there is none in a row."""
     j: int = i + k * S.stride
     return j % len(S.shapes) if S.periodic else j
+
+
+@_in
+def row_of(S: System, i: int) -> int:
+    """Return the row of the strains of scale i's cell."""
+    return 0 if S.ends == EQUAL else i
+
+
+@_in
+def pieces(S: System, k: int) -> int:
+    """Return in how many cells strains of their own lie between a scale and the one k further."""
+    return 1 if S.ends == EQUAL else k + 1
+
+
+@_jit
+def counted(S: System, at_least: int) -> int:
+    """Return how many strains are free (1) or loaded (2) at least."""
+    n = 0
+    for e in range(STRAINS):
+        if S.free[e] >= at_least:
+            n += 1
+    return n
+
+
+@_in
+def ahead(S: System) -> int:
+    """Return how many unknowns of a cell's own strains, and of where its section moves, stand before its scale's."""
+    return 0 if S.ends == EQUAL else counted(S, FREE) + (6 if S.ends == GRIPPED else 0)
+
+
+@_in
+def borders(S: System) -> int:
+    """Return how many unknowns of the whole beam there are: strains that all cells share, or loads at the ends."""
+    if S.ends == GRIPPED:
+        return 6 if S.free[EPS] == LOADED else 5
+    return counted(S, FREE if S.ends == EQUAL else LOADED)
 
 
 @_in
@@ -229,9 +275,10 @@ def unknown(kind: int, one: int, other: int) -> tuple[int, int, int, int]:
 def layout(S: System, con: Array, m: int, at: Array) -> int:
     """Write the first unknown of each scale, then of each contact, into ``at`` (N + C,); return how many there are.
 
-    A scale's unknowns are followed by those of the contacts of which it is the first; free strains are the last ones.
+    A scale's unknowns are followed by those of the contacts of which it is the first, and stand behind those of its
+    cell's own strains; those of the whole beam are the last ones.
     """
-    n, N = 0, len(S.shapes)
+    n, N, first = 0, len(S.shapes), ahead(S)
     for i in range(N):
         at[i] = MOTIONS
     for c in range(m):
@@ -239,29 +286,26 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
         at[con[c, FIRST]] += unknowns_of(con[c, KIND])
     for i in range(N):
         size = at[i]
-        at[i] = n
-        n += size
+        at[i] = n + first
+        n += first + size
     for c in range(m):
         at[N + c] += at[con[c, FIRST]]
-    for e in range(STRAINS):
-        if S.free[e] > 0:
-            n += 1
-    return n
+    return n + borders(S)
 
 
 @_jit
-def strain_columns(S: System, n: int) -> tuple[int, int, int, int]:
-    """Return the unknown that each strain is, of n unknowns; -1 where it is imposed."""
-    at, psi, phi, chi, eps = n, -1, -1, -1, -1
+def strain_columns(S: System, at: Array, n: int, i: int) -> tuple[int, int, int, int]:
+    """Return the unknown that each strain of scale i's cell is, of n unknowns; -1 where it is imposed."""
+    last, psi, phi, chi, eps = n if S.ends == EQUAL else at[i], -1, -1, -1, -1
     if S.free[EPS] > 0:
-        at -= 1
-        eps = at
+        last -= 1
+        eps = last
     if S.free[CHI] > 0:
-        at -= 1
-        chi = at
+        last -= 1
+        chi = last
     if S.free[PHI] > 0:
-        at -= 1
-        phi = at
+        last -= 1
+        phi = last
     if S.free[PSI] > 0:
-        psi = at - 1
+        psi = last - 1
     return psi, phi, chi, eps

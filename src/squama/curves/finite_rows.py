@@ -14,8 +14,9 @@ from squama.curves import doors, follow
 from squama.curves.chosen import chosen
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
 from squama.curves.path import Asked, LoadPath
-from squama.errors import InputError
-from squama.loads import LOADS
+from squama.errors import InputError, refuse
+from squama.loads import ENDS, LOADS
+from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,10 +38,12 @@ def row(
     joint: str | None = None,
     ideal: bool | None = None,
     hold: str | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Twist a row of N scales that does not repeat: its end scales lack one neighbour.
 
-    The twist per pitch, and bend and stretch, are the same all along the row (docs, theory: a finite row).
+    The twist is that of the ends over the number of pitches. Each cell finds its own twist, bend, lateral bend and
+    stretch under the load at the ends (docs, theory: a finite row).
 
     Parameters
     ----------
@@ -59,7 +62,12 @@ def row(
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
     joint, ideal, hold
-        "compliant" or "hinge", thin, rigid scales or those of the beam, and what is held, as in :func:`squama.twist`.
+        "compliant" or "hinge", thin, rigid scales or those of the beam, and what is held, as in :func:`squama.twist`;
+        of each cell. With grips nothing but the stretch may be held: their distance.
+    ends
+        "free" (default): a torque at both ends, the same in all cells; "gripped": the ends stay on one axis, held
+        against bending and shear, half a pitch beyond the first and last scale; "equal": all cells have the same
+        strains. Rows on hinges are "equal".
 
     Returns
     -------
@@ -69,7 +77,9 @@ def row(
         ``T_periodic`` and ``theta_periodic`` of the endless beam, NaN beyond its end; ``phi_e``, ``phi_end``, ``end``,
         ``scale_end``, ``other_contact``, ``decay``. With the compliant joint ``deflection``, ``stress``, ``strain``,
         ``pull_out``, ``tab_force``, ``tab_bending`` and ``tab_torsion`` of every scale, and ``U_joint``, ``U_plate``,
-        ``U_bar``. SI units and radians; joint, scales and law in the attributes.
+        ``U_bar``; unless ``ends`` is "equal" the cells' strains ``phi_cell``, ``psi_cell``, ``chi_cell`` and
+        ``stretch_cell``, and what they carry, ``T_cell``, ``M_cell``, ``M_lat_cell`` and ``P_cell``, without those that
+        are zero. SI units and radians; joint, scales, law and ends in the attributes.
 
     Raises
     ------
@@ -86,7 +96,7 @@ def row(
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
     return rowed(
-        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal, hold=hold
+        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal, hold=hold, ends=ends
     ).dataset().set_coords("phi")  # fmt: skip
 
 
@@ -101,6 +111,7 @@ def rowed(
     joint: str | None = None,
     ideal: bool | None = None,
     hold: str | None = None,
+    ends: str | None = None,
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
@@ -111,21 +122,36 @@ def rowed(
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
     means = chosen(beam, LOADS["twisting"], joint=joint, ideal=ideal)
-    if means.real:
-        from squama.curves.real_rows import solve
-    else:
-        from squama.curves.hinge_rows import solve
+    ends = _ends(ends, means.joint)
     way = LoadPath.of("twisting", [sign * stop])
     beam = arguments.held_by(beam.replace(scales=n), hold)
     asked = Asked(beam, way, m, "edge", 0.0, points, ideal=means.ideal, note=means.note)
-    states = solve(asked)
+    if means.real:
+        from squama.curves import real_rows
+
+        states = real_rows.solve(asked, ends)
+    else:
+        from squama.curves import hinge_rows
+
+        states = hinge_rows.solve(asked)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
     variables = labelled(way.load, states, m, follow.theory(way.load, means.joint))
     variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
     attrs = attributes(asked, "twisting of a row of scales", sense, means.joint, states.notes)
-    attrs |= {"load": "row", "mu": float(m), "sense": sense, **states.attrs}
+    attrs |= {"load": "row", "mu": float(m), "sense": sense, "ends": ends, **states.attrs}
     return Answer(variables, attrs)
+
+
+def _ends(word: str | None, joint: str) -> str:
+    """Return how the ends are held, by what is asked; refuse what a joint does not know."""
+    if word is None:
+        return "equal" if joint == "hinge" else "free"
+    if word not in ENDS:
+        refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", 'write e.g. ends="free"')
+    if joint == "hinge" and word != "equal":
+        refuse("ends", shown(word), "a row on hinges has one twist in all cells", 'leave it out, or write ends="equal"')
+    return word
 
 
 class Ends(NamedTuple):

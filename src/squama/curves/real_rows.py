@@ -1,6 +1,7 @@
 """A row of N scales of the real beam, in SI units: thick, elastic scales on a joint that gives.
 
-All its cells have the same twist, bend and stretch. Its scales may touch anywhere, with several contacts at once.
+Its cells have twists, bends and stretches of their own, or the same ones (:data:`squama.loads.ENDS`). Its scales may
+touch anywhere, with several contacts at once.
 """
 
 from __future__ import annotations
@@ -11,27 +12,34 @@ import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
+from squama.contacts.system import EQUAL, GRIPPED, LOOSE, PHI, STRAINS
 from squama.curves import real, real_path
 from squama.curves.hinge import before
 from squama.curves.path import Asked, States
 from squama.curves.real_figures import by_load, values
 from squama.curves.real_path import Stations
-from squama.loads import LOADS
+from squama.errors import refuse
+from squama.loads import ENDS, LOADS
 from squama.model.outcome import End
 from squama.types import Array
 
 _TAB = "pull_out", "tab_force", "tab_bending", "tab_torsion"
 _EACH = ("theta", "N", "f", "p", "s", "deflection", "stress", "strain", *_TAB)
 _SHARED = ("torque", "scales", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
+_CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
+_CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
 _MANY, _NEAR = 20_000, 1e-9
+_KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=True))
 
 
-def solve(asked: Asked) -> States:
-    """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end."""
+def solve(asked: Asked, ends: str) -> States:
+    """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end; ``ends``: how they are."""
     (loaded,), more = real_path.solve(asked)
     one, n, way, d = loaded.one, asked.beam.scales, loaded.one.way, asked.beam.pitch
-    sign = int(one.toward[1])
-    track = followed(way, n, loaded.far, asked.points, sign)
+    kind, sign = _KINDS[ends], int(loaded.one.toward[1])
+    if kind == GRIPPED:
+        _may_be_gripped(one.held)
+    track = followed(way, n, loaded.far, asked.points, sign, kind)
     phi = track.rows[:, 0, 0]
     each = _values(one, sign * phi, track)
     along = {role: each[role].mean(axis=1) for role in _SHARED}
@@ -42,26 +50,64 @@ def solve(asked: Asked) -> States:
     along |= {"load": phi, "rate": phi / d, "T_periodic": endless["torque"], "theta_periodic": endless["theta"]}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): along,
-        ("point", "scale"): {role: each[role] for role in (*_EACH, "Q")},
-        (): {name: np.asarray(v) for name, v in figures(way, track).items()},
+        ("point", "scale"): {role: each[role] for role in (*_EACH, "Q")} | _cells(one, track, kind),
+        (): {name: np.asarray(v) for name, v in figures(way, track, kind).items()},
     }
-    return States(by_dim, more.attrs, more.notes)
+    return States(by_dim, more.attrs, [*more.notes, *_beyond(track, loaded.far)])
 
 
-def followed(way: path.Path, n: int, far: float, points: int, sign: int) -> Track:
+def _beyond(track: Track, far: float) -> list[str]:
+    """Say where cells twist farther than the model was compared with, and the mean twist does not."""
+    twists = np.abs(track.cells[..., PHI]) if track.cells.size else np.zeros((1, 1))
+    if far > real.STRAIN_LIMIT or twists.max() <= real.STRAIN_LIMIT:
+        return []
+    cell = int(twists.max(axis=0).argmax()) + 1
+    return [
+        f"cell {cell} twists by up to {twists.max():.3g} rad per pitch; the joint's stiffness was compared with "
+        f"nonlinear elements up to {real.STRAIN_LIMIT:g}"
+    ]
+
+
+def _may_be_gripped(held: real.Held) -> None:
+    """Refuse grips of a bar that cannot bend between them."""
+    bend, _, aside, _ = held.free
+    if not (bend and aside):
+        why = "joint.matrix knows no bend" if len(held.K) < 9 else "the cells' bend is held"
+        refuse("ends", '"gripped"', why, 'write ends="free", or hold="nothing" or "stretch"')
+
+
+def _cells(one: real.Path, track: Track, ends: int) -> dict[str, Array]:
+    """Return strains of each cell, and what it carries of the loads that there are, in SI units by role."""
+    free, d = one.held.free, one.beam.pitch
+    senses = (1.0, one.toward[1], 1.0, 1.0)
+    known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
+    there = [known[e] and (ends == GRIPPED or (not free[e] and e != PHI)) for e in range(STRAINS)]
+    moment = one.beam.unit_moment
+    units = moment * np.append(np.ones(3), 1 / d)
+    strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
+    # (adding 0 leaves no -0)
+    rows = zip(_CELLS, _CARRIED, strains, carried, senses, units, known, there, strict=False)
+    found: dict[str, Array] = {}
+    for strain, load, v, F, sign, unit, is_known, is_there in rows:
+        found |= ({strain: sign * v + 0.0} if is_known else {}) | ({load: sign * unit * F + 0.0} if is_there else {})
+    return found
+
+
+def followed(way: path.Path, n: int, far: float, points: int, sign: int, ends: int = EQUAL) -> Track:
     """Follow a row to a twist in one sense, some points of it before its engagement; as many up to an earlier end."""
-    found = row.track(way, n, sign * _twists(way, far, points))
+    found = row.track(way, n, sign * _twists(way, far, points), ends=ends)
     end = found.end
     if end.code in (increments.RANGE, increments.AT_REST) or end.solved == points:
         return _once(found)
-    last = row.track(way, n, sign * _twists(way, end.phi * (1 - _NEAR), points))
+    last = row.track(way, n, sign * _twists(way, end.phi * (1 - _NEAR), points), ends=ends)
     return _once(last._replace(end=end, events=found.events))
 
 
 def _once(track: Track) -> Track:
     """Return a row without repeated points: where a jump passes several twists, all have the state behind it."""
     new = np.diff(track.rows[:, 0, 0], prepend=-np.inf) > 0
-    return track._replace(rows=track.rows[new], held=track.held[new], contacts=track.contacts[new])
+    kept = {name: getattr(track, name)[new] for name in ("rows", "cells", "held", "contacts")}
+    return track._replace(**kept)
 
 
 def _twists(way: path.Path, far: float, points: int) -> Array:
@@ -85,15 +131,16 @@ def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
     return each
 
 
-def figures(way: path.Path, track: Track) -> dict[str, float | int | str]:
+def figures(way: path.Path, track: Track, ends: int = EQUAL) -> dict[str, float | int | str]:
     """Return the single figures of a row."""
     c, other = way.contact, track.other()
-    end = End.NONE if c.first == -1 and track.end.code == increments.RANGE else track.end.word
+    apart = c.first == -1 and math.isinf(track.engaged)
+    end = End.NONE if apart and track.end.code == increments.RANGE else track.end.word
     return {
-        "phi_e": c.phi,
+        "phi_e": min(track.engaged, c.phi) if ends == GRIPPED else c.phi,
         "phi_end": math.inf if end is End.NONE else track.end.phi,
         "end": str(end),
         "scale_end": 0 if other is None else other.scale,
         "other_contact": "" if other is None else other.words,
-        "decay": row.decay(way),
+        "decay": row.decay(way, ends),
     }

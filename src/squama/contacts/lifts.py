@@ -1,0 +1,133 @@
+"""How deflected plates change where contacts press them: derivatives of lifts by the forces on a plate; compiled."""
+
+from __future__ import annotations
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.geometry import back, normal, powers, turn, vector
+from squama.contacts.meeting import Work, clear
+from squama.contacts.system import (
+    APART,
+    ELASTIC,
+    EQUAL,
+    FIRST,
+    KIND,
+    LIES,
+    ONE,
+    OTHER,
+    POWERS,
+    STRAINS,
+    State,
+    System,
+    ahead,
+    partner,
+    pieces,
+    spots,
+    strain_columns,
+    unknown,
+)
+from squama.contacts.vectors import by_vector, cross, dot, scaled, turned
+from squama.types import Array
+
+
+@_jit
+def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
+    """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
+    any_ = False
+    for i in range(len(S.shapes)):
+        W.first[i] = -1
+    for c in range(m):
+        row = con[c]
+        if row[KIND] == LIES:
+            continue
+        i, j = row[FIRST], partner(S, row)
+        x1, y1, x2, y2 = spots(S, row, st.s[c])
+        F = vector(st.F[c], 0)
+        for side in range(2):
+            a, x, y, o = (i, x1, y1, 2 * c) if side == 0 else (j, x2, y2, 2 * c + 1)
+            if not S.shapes[a, ELASTIC] > 0:
+                continue
+            any_ = True
+            W.next[o], W.first[a] = W.first[a], o
+            powers(S, a, x, y, W.powers[o])
+            for f in range(3):
+                out = W.bent[o, f]
+                clear(out)
+                for p in range(POWERS):
+                    v = W.powers[o, f, p]
+                    for b in range(POWERS):
+                        out[b] += S.plates[a, p, b] * v
+            up = normal(W.E[a])
+            W.side[o] = dot(F, up) if side == 0 else -dot(F, turn(W.pairs[i, row[APART] - 1], up))
+    return any_
+
+
+@_jit
+def lifted(
+    S: System, st: State, con: Array, at: Array, n: int, c: int, side: int, W: Work, begin: int, end: int
+) -> None:  # fmt: skip
+    """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
+
+    They are by unknowns from ``begin`` to before ``end``, and by free strains that all cells share.
+    """
+    N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
+    columns = shared(S, at, n)
+    for f in range(3):
+        for b in range(begin, end):
+            own[f, b] = 0.0
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                own[f, columns[e]] = 0.0
+    a = con[c, FIRST] if side == 0 else partner(S, con[c])
+    if not S.shapes[a, ELASTIC] > 0:
+        return
+    up0 = normal(W.E[a])
+    turning = turned(vector(st.q[a], 3))
+    q = W.first[a]
+    while q >= 0:
+        d, other = q // 2, q % 2
+        row, first = con[d], at[N + d]
+        P, F = W.pairs[row[FIRST], row[APART] - 1], vector(st.F[d], 0)
+        places = unknown(row[KIND], row[ONE], row[OTHER])
+        up = up0 if other == 0 else scaled(-1.0, turn(P, up0))
+        # the load is F . up, so that a turn o changes it by o . (up x F)
+        moment = cross(up, F)
+        by_w = by_vector(turning, moment if other == 0 else back(P, moment))
+        ix, iy = (places[0], places[1]) if other == 0 else (places[2], places[3])
+        for f in range(3):
+            v = vx = vy = 0.0
+            for p in range(POWERS):
+                v += W.powers[o, f, p] * W.bent[q, 0, p]
+                vx += W.powers[o, f, p] * W.bent[q, 1, p]
+                vy += W.powers[o, f, p] * W.bent[q, 2, p]
+            for b in range(3):
+                own[f, first + b] += v * up[b]
+                own[f, at[a] + 3 + b] += v * by_w[b]
+            if other == 1:
+                for p in range(pieces(S, row[APART])):
+                    strained = strain_columns(S, at, n, row[FIRST] + p)
+                    for e in range(STRAINS):
+                        if strained[e] >= 0:
+                            own[f, strained[e]] += v * dot(vector(P, 12 + 24 * p + 6 * e), moment)
+            if ix >= 0:
+                own[f, first + 3 + ix] += vx * W.side[q]
+            if iy >= 0:
+                own[f, first + 3 + iy] += vy * W.side[q]
+        q = W.next[q]
+
+
+@_jit
+def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]:
+    """Return from which unknown to before which one those are of which a plate's deflection may depend.
+
+    ``far``: how many scales further the farthest one is that a scale touches.
+    """
+    N, first = len(S.shapes), ahead(S)
+    if S.periodic:
+        return 0, all_
+    return at[max(0, a - far)] - first, at[a + 1] - first if a + 1 < N else all_
+
+
+@_jit
+def shared(S: System, at: Array, n: int) -> tuple[int, int, int, int]:
+    """Return the unknowns that shared strains are; -1 for those that are imposed, or that each cell has of its own."""
+    return strain_columns(S, at, n, 0) if S.ends == EQUAL else (-1, -1, -1, -1)

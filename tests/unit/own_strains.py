@@ -1,0 +1,110 @@
+"""The Jacobian of rows whose cells have strains of their own beside complex steps of the residual, not compiled.
+
+Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what entries miss.
+"""
+
+import json
+import sys
+
+import numpy as np
+
+from squama.contacts import entry, path
+from squama.contacts.equations import residual
+from squama.contacts.jacobian import jacobian
+from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
+from squama.contacts.meeting import meet, prepared
+from squama.contacts.newton import shift
+from squama.contacts.system import EE, EF, EPS, FE, FREE, FV, LOADED, PHI, STRAINS, VF, ahead, strain_columns
+from squama.joints import law
+
+N, C = 4, 8
+CONTACTS = [
+    # scale, how much further, kind, features, sticks, ended
+    (0, 1, EE, 0, 2, 0, 0),
+    (0, 2, VF, 0, 0, 0, 0),
+    (1, 1, FV, 0, 2, 0, 0),
+    (1, 2, EF, 2, 2, 0, 0),
+    (2, 1, FE, 1, 1, 0, 0),
+]
+
+
+def walks(ends: int, free: tuple[float, ...]) -> list[entry.Walk]:
+    """Return a row at rest, real and with room for complex steps."""
+    shape = law.Shape(2.0, 0.5, 0.3, 0.8, 0.03, 0.8, 0.3, 0.45)
+    scale = path.Scale(*np.array([(2.5, 0.8, 0.5, 0.8, 0.3, 0.03, 0.05, 0.3)]).T)
+    beams = path.beams(scale, law.stiffness(shape)[None], np.zeros(1))._replace(free=np.array([free]))
+    S = entry.system(beams, 0, N, ends)
+    return [entry.walk(S._replace(K=S.K.astype(kind)), C, np.zeros(0)) for kind in (float, complex)]
+
+
+def random_state(w: entry.Walk, size: float) -> None:
+    """Write some state: strains of a size, forces and motions of some hundredths."""
+    rng = np.random.default_rng(3)
+    st = w.now
+    for c, row in enumerate(CONTACTS):
+        w.con[c] = row
+    st.q[:] = 0.03 * rng.standard_normal(st.q.shape)
+    st.strains[:] = size * rng.standard_normal(st.strains.shape)
+    st.F[:] = 0.02 * rng.standard_normal(st.F.shape)
+    st.s[:] = rng.uniform(0.2, 0.6, st.s.shape)
+    st.ends[:] = 0.05 * rng.standard_normal(st.ends.shape)
+    for _ in range(20):
+        # without friction, forces are along the normals
+        prepared(w.S, st, w.con, len(CONTACTS), True, w.W)
+        for c, row in enumerate(CONTACTS):
+            st.F[c] = 0.01 * (c + 1) * np.array(meet(w.S, st, row, st.s[c], w.W).n)
+
+
+def missed(ends: int, free: tuple[float, ...], size: float) -> dict[str, float]:
+    """Return what entries miss, over the largest one: those of a cell's strains by themselves, and all others."""
+    real, steps = walks(ends, free)
+    random_state(real, size)
+    random_state(steps, size)
+    m, S, J = len(CONTACTS), real.S, real.J
+    n = laid_out(S, real.con, m, J)
+    inner = J.kept[INNER]
+
+    prepared(S, real.now, real.con, m, True, real.W)
+    residual(S, real.now, real.past, real.con, m, J.at, n, real.W, J.r, real.loads)
+    jacobian(S, real.now, real.past, real.con, m, n, real.W, J)
+    whole = np.zeros((n, n))
+    for a in range(inner):
+        for b in range(inner):
+            at = J.kept[BASE] + a * J.kept[STRIDE] + b
+            if J.kept[STRIDE] == inner or abs(a - b) <= J.kept[BASE]:
+                whole[a, b] = J.band[at]
+    wide = n - inner
+    whole[:inner, inner:], whole[inner:, :inner] = J.right[:inner, :wide], J.lower[:wide, :inner]
+    whole[inner:, inner:] = J.corner[:wide, :wide]
+    exact, skip = np.zeros((n, n)), np.zeros(n, bool)
+    for b in range(n):
+        step = np.zeros(n)
+        step[b] = 1.0
+        shift(S, steps.now, steps.con, m, J.at, n, step, 1e-30j)
+        prepared(S, steps.now, steps.con, m, True, steps.W)
+        residual(S, steps.now, steps.past, steps.con, m, J.at, n, steps.W, steps.J.r, steps.loads)
+        exact[:, b] = steps.J.r[:n].imag * 1e30
+        shift(S, steps.now, steps.con, m, J.at, n, step, -1e-30j)
+    own = np.zeros((n, n), bool)
+    columns = [[v for v in strain_columns(S, J.at, n, i) if v >= 0] for i in range(N)]
+    for strained in columns:
+        own[np.ix_(strained, strained)] = True
+    for i in range(N if ahead(S) > len(columns[0]) else 0):
+        # how far sections move is eliminated
+        skip[J.at[i] - ahead(S) : J.at[i] - len(columns[i])] = True
+    if skip.any():
+        kept = ~skip
+        left = np.linalg.solve(whole[np.ix_(skip, skip)], whole[np.ix_(skip, kept)])
+        whole = whole[np.ix_(kept, kept)] - whole[np.ix_(kept, skip)] @ left
+        exact, own = exact[np.ix_(kept, kept)], own[np.ix_(kept, kept)]
+    off, scale = np.abs(whole - exact), np.abs(exact).max()
+    return {"own": off[own].max() / scale, "other": off[~own].max() / scale}
+
+
+if __name__ == "__main__":
+    ways = {"loose": (1, (FREE, LOADED, FREE, FREE)), "some": (1, (0.0, LOADED, FREE, 0.0))}
+    ways |= {"gripped": (2, (FREE, LOADED, FREE, FREE)), "at a distance": (2, (FREE, LOADED, FREE, LOADED))}
+    ways["equal"] = (0, (FREE, 0.0, FREE, FREE))
+    assert (PHI, EPS, STRAINS) == (1, 3, 4)
+    found = {name: [missed(*way, size) for size in (0.05, 1e-4)] for name, way in ways.items()}
+    sys.stdout.write(json.dumps(found))

@@ -1,0 +1,316 @@
+"""Rows whose cells have strains of their own: stationary points by plain NumPy, the endless beam, work, derivatives."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path as File
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import squama
+from squama.contacts import increments, path, row, states
+from squama.contacts.path import Path, Scale
+from squama.contacts.system import EQUAL, GRIPPED, LIES, LOOSE, PSI
+from squama.curves import real
+from squama.curves.own_scales import own_scales
+from squama.errors import InputError
+from squama.joints import law
+
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+
+
+def made(mu=0.0, beam=SKIN, free=(1, 0, 1, 1), **changes):
+    """Return a beam on the solver; ``changes`` of its scale."""
+    held = real.Held.of(beam)
+    plate = real.scale(beam, ideal=False)._replace(**changes)
+    return Path.of(plate, held.K, mu, most=0.3, free=free, aside=held.aside)
+
+
+def oblique(mu=0.0, free=(1, 0, 1, 1)):
+    """Return a beam with short, thick scales, whose second neighbours are in reach."""
+    a, t, h = 0.8, 0.25, 0.06
+    K = law.stiffness(law.Shape(2.0, 0.5, 0.4, 0.9, h, a, t, 0.45))
+    return Path.of(Scale(4.0, 0.9, 0.5, a, t, h, 0.5, 0.35), K, mu, most=0.5, free=free, aside=3.0)
+
+
+def column(track, name):
+    """A column of the states, (points, n)."""
+    return path.named(track.rows)[name]
+
+
+# ---- all that follows from strains and motions, once more, by matrices of four rows ----------------------------------
+
+
+def screw(strains):
+    """Return the matrix of a cell's screw (combined.md, section 1)."""
+    psi, phi, chi, eps = strains
+    x, y, z = -psi, -chi, -phi
+    return np.array([[0, -z, y, 0], [z, 0, -x, 0], [-y, x, 0, 1 + eps], [0, 0, 0, 0]])
+
+
+def sections(strains):
+    """Return the frames of all scales seen from the near end of the bar, and that of the far end."""
+    out, frame = [], np.eye(4)
+    for e in strains:
+        half = expm(screw(e) / 2)
+        out.append(frame @ half)
+        frame = frame @ half @ half
+    return out, frame
+
+
+def spot(way, q, b, x, y, side):
+    """Return a place of a scale's lower (-1) or upper sheet in its section, and the scale's axes at rest there."""
+    s, w = way.scale, q[3:]
+    length = [-np.sin(s.alpha) * np.cos(s.theta0), np.sin(s.theta0), np.cos(s.alpha) * np.cos(s.theta0)]
+    width = [np.cos(s.alpha), 0.0, np.sin(s.alpha)]
+    axes = np.array([length, width, np.cross(length, width)])
+    W = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    bent = (x / s.eta) ** np.arange(2, 8) @ b.reshape(6, 4) @ (y / s.beta) ** np.arange(4)
+    own = q[:3] + expm(W) @ np.array([x, y, bent + side * s.h / 2])
+    return np.array([0, s.lam, 0]) + axes.T @ own, axes
+
+
+def action(way, q, strains, bends, contacts):
+    """Return the energy of joints and bar less the work of given forces on the gaps of contacts."""
+    order, K = [0, 1, 2, 3, 4, 5, 7, 6, 9], np.zeros((10, 10))
+    K[np.ix_(order, order)] = way.beams.K[0]
+    K[8, 8] = way.beams.aside[0] * way.beams.K[0, 7, 7]
+    z = np.hstack([q, strains])
+    total = np.einsum("ia,ab,ib->", z, K, z) / 2
+    frames, _ = sections(strains)
+    for c in contacts:
+        i, j = int(c[0]), int(c[0] + c[1])
+        (one, axes), (other, _) = spot(way, q[i], bends[i], *c[6:8], -1), spot(way, q[j], bends[j], *c[8:10], 1)
+        seen = np.linalg.solve(frames[i], frames[j] @ np.append(other, 1.0))[:3]
+        total = total - (axes.T @ c[10:13]) @ (one - seen)
+    return total
+
+
+def far_end(strains):
+    """Return the turns about x, y and z and the shifts by which the far end moved."""
+    G = sections(strains)[1]
+    return np.array([-G[1, 2], G[0, 2], np.arctan(G[1, 0] / G[0, 0]), *G[:3, 3]])
+
+
+def slopes(f, x):
+    """Return the derivatives of f by all numbers in x, by complex steps."""
+    out = []
+    for i in np.ndindex(x.shape):
+        step = x.astype(complex)
+        step[i] += 1e-30j
+        out.append(np.imag(f(step)) * 1e30)
+    return np.array(out)
+
+
+WAYS = {"slender": made, "oblique": oblique}
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("name", WAYS)
+@pytest.mark.parametrize("ends", [LOOSE, GRIPPED])
+def test_a_row_is_in_balance(name, ends, mu):
+    """Forces of contacts on both scales, joints and bar against the one load at the ends, carried to each cell."""
+    way, n = WAYS[name](mu), 5
+    phi = 1.8 * way.contact.phi
+    t = row.track(way, n, np.array([phi]), ends=ends)
+    q, strains = path.motions(t.rows[0])[:, :6], t.cells[0, :, :4]
+    bends, contacts = path.deflections(t.rows[0]), t.contacts[0][(t.contacts[0][:, 10:13] != 0).any(axis=1)]
+    assert len(contacts) >= n - 1
+    assert (contacts[:, 2] != LIES).all()
+    scale = np.abs(t.cells[0, :, 5]).max()
+    np.testing.assert_allclose(slopes(lambda q: action(way, q, strains, bends, contacts), q), 0, atol=1e-8 * scale)
+    carried = slopes(lambda e: action(way, q, e, bends, contacts), strains).reshape(n, 4)
+    np.testing.assert_allclose(carried, t.cells[0, :, 4:], atol=1e-8 * scale)
+    torque = column(t, "torque")[0, 0]
+    assert strains[:, 1].mean() == pytest.approx(phi, rel=1e-9 if ends == LOOSE else 0.1)
+    if ends == LOOSE:
+        np.testing.assert_allclose(carried, np.outer(np.ones(n), [0, torque, 0, 0]), atol=1e-8 * scale)
+        return
+    moved = slopes(far_end, strains).T
+    wrench, *_ = np.linalg.lstsq(moved[[0, 1, 2, 3, 4]].T, carried.ravel())
+    np.testing.assert_allclose(wrench @ moved[[0, 1, 2, 3, 4]], carried.ravel(), atol=1e-7 * scale)
+    assert torque == pytest.approx(-wrench[2], rel=1e-7)
+    end = far_end(strains)
+    np.testing.assert_allclose(end[:5], [0, 0, math.atan(math.tan(-n * phi)), 0, 0], atol=1e-9)
+    # they come nearer, and are bent between
+    assert end[5] < n
+    assert np.abs(t.cells[0, :, 4]).max() > 0.01 * torque
+
+
+# ---- against the row of equal cells, the endless beam, and the work of the loads -------------------------------------
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("name", WAYS)
+def test_cells_that_are_held_alike_are_the_row_of_equal_cells(name, mu, monkeypatch):
+    way = WAYS[name](mu, free=(0, 0, 0, 0))
+    phis = way.contact.phi * np.linspace(0.8, 1.8, 8)
+    same = row.track(way, 7, phis)
+    monkeypatch.setattr(row, "_free", lambda free, *_: free)
+    own = row.track(way, 7, phis, ends=LOOSE)
+    for name in ("torque", "M", "P", "N", "f", "u_Z", "w_Y", "x", "y", "W", "W_fr", "energy"):
+        expected = column(same, name)
+        np.testing.assert_allclose(
+            column(own, name), expected, atol=1e-9 * np.nanmax(np.abs(expected)) + 1e-13, rtol=0, err_msg=name
+        )
+    np.testing.assert_allclose(own.cells[..., 5].mean(axis=1), column(same, "torque")[:, 0], rtol=1e-9)
+    # the cells at the ends carry less than those in the middle, as their neighbour is missing
+    assert own.cells[-1, 0, 5] < 0.9 * own.cells[-1, 3, 5]
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("name", WAYS)
+def test_the_middle_of_a_long_row_under_end_torque_is_the_endless_beam(name, mu):
+    way = WAYS[name](mu)
+    t = row.track(way, 61, way.contact.phi * np.linspace(0.9, 1.6, 15)[1:], ends=LOOSE)
+    assert t.end.code == increments.RANGE
+    torques = t.cells[-1, :, 5]
+    np.testing.assert_allclose(torques, torques[0], rtol=1e-9)
+    np.testing.assert_allclose(t.cells[-1, :, [4, 6, 7]], 0, atol=1e-9 * torques[0])
+    middle = {name: v[-1, 30] for name, v in path.named(t.rows).items()}
+    # the same twists, so that friction has the same way behind it
+    endless = path.named(way.states(t.cells[:, 30, 1])[0])
+    for name in ("torque", "psi", "aside", "stretch", "N", "f", "x", "y", "u_Z", "w_Y"):
+        value = middle["torque"] if name == "torque" else middle[name]
+        assert value == pytest.approx(endless[name][-1], rel=1e-4, abs=1e-9), name
+    # the ends are felt
+    assert abs(t.cells[-1, 0, 1] / t.cells[-1, 30, 1] - 1) > 0.02
+
+
+def test_the_middle_of_a_long_row_under_end_moments_is_the_endless_beam():
+    """Bent by moments at the ends, free to twist."""
+    way = made(free=(0, 1, 1, 1))
+    psis = np.linspace(0.02, 0.22, 11)
+    t = row.track(way, 41, psis, ends=LOOSE, load=PSI)
+    assert t.end.code == increments.RANGE
+    moments = t.cells[-1, :, 4]
+    np.testing.assert_allclose(moments, moments[0], rtol=1e-9)
+    np.testing.assert_allclose(t.cells[-1, :, 5:], 0, atol=1e-9 * moments[0])
+    bends = t.cells[:, 20, 0]
+    endless = path.bent_alone(way.beams._replace(free=np.array([[0.0, 1.0, 1.0, 1.0]])), bends[None], np.array([0.3]))
+    far = {name: v[-1] for name, v in path.named(endless.rows[0]).items()}
+    assert far["N"] > 0
+    for name in ("M", "N", "x", "y", "stretch"):
+        assert column(t, name)[-1, 20] == pytest.approx(far[name], rel=1e-4), name
+
+
+@pytest.mark.parametrize("ends", [LOOSE, GRIPPED])
+@pytest.mark.parametrize("name", WAYS)
+def test_the_slope_of_the_energy_is_the_torque(name, ends):
+    way, h = WAYS[name](), 2e-4
+    t = row.track(way, 6, 1.5 * way.contact.phi + h * np.arange(-3, 4), 1e-3, ends=ends)
+    U = column(t, "energy").sum(axis=1)
+    slope = (U[6] - 9 * U[5] + 45 * U[4] - 45 * U[2] + 9 * U[1] - U[0]) / (60 * h)
+    assert slope == pytest.approx(6 * column(t, "torque")[3, 0], rel=1e-8)
+
+
+@pytest.mark.parametrize("ends", [LOOSE, GRIPPED])
+@pytest.mark.parametrize("name", WAYS)
+def test_energy_is_balanced_with_friction(name, ends):
+    way = WAYS[name](0.4)
+    t = row.track(way, 9, way.contact.phi * np.linspace(0, 2, 41)[1:], ends=ends)
+    U, rubbed, lost, work = (column(t, name).sum(axis=1) for name in ("energy", "W_fr", "W_snap", "W"))
+    np.testing.assert_allclose(work, U + rubbed + lost, atol=1e-4 * U.max())
+    assert rubbed[-1] > 1e-3 * U[-1]
+
+
+def test_a_straight_bar_stays_straight_between_grips():
+    """Scales that do not couple bend and twist, and do not touch."""
+    way = made()
+    K = np.diag(np.diag(way.beams.K[0]))
+    way = way._replace(beams=way.beams._replace(K=K[None]))
+    t = row.track(way, 8, np.array([0.5 * way.contact.phi]), ends=GRIPPED)
+    np.testing.assert_allclose(t.cells[0, :, :4], np.outer(np.ones(8), [0, 0.5 * way.contact.phi, 0, 0]), atol=1e-12)
+    np.testing.assert_allclose(t.cells[0, :, 5], K[6, 6] * 0.5 * way.contact.phi, rtol=1e-12)
+
+
+def test_grips_that_keep_their_distance_pull():
+    held = row.track(made(free=(1, 0, 1, 0)), 8, np.array([0.08]), ends=GRIPPED)
+    free = row.track(made(), 8, np.array([0.08]), ends=GRIPPED)
+    assert far_end(held.cells[0, :, :4])[5] == pytest.approx(8, abs=1e-9)
+    assert far_end(free.cells[0, :, :4])[5] < 8 - 1e-3
+    assert (held.cells[0, :, 7] > 0).all()
+    assert column(held, "torque")[0, 0] > column(free, "torque")[0, 0]
+
+
+def test_derivatives_are_those_of_complex_steps():
+    """Written down but for the second rates of one cell's own strains, which are not needed to the last digit."""
+    file = File(__file__).with_name("own_strains.py")
+    run = [sys.executable, str(file)]
+    said = subprocess.run(
+        run, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True
+    ).stdout
+    for name, found in json.loads(said).items():
+        for missed in found:
+            # tolerance: the normal's own turn times a friction of 1e-12
+            assert missed["other"] < 2e-9, name
+            assert missed["own"] < 6e-3, name
+
+
+# ---- the door --------------------------------------------------------------------------------------------------------
+
+
+def test_the_door():
+    r = squama.row(SKIN, scales=9, to="0.1 rad/pitch", points=30)
+    assert r.attrs["ends"] == "free"
+    assert r.phi_cell.dims == ("point", "scale")
+    np.testing.assert_allclose(r.phi_cell.mean("scale"), r.phi, atol=1e-9)
+    assert "T_cell" not in r
+    work = np.trapezoid(r["T"], r.Phi)
+    assert work == pytest.approx(float((r.U_el + r.W_fr)[-1]), rel=2e-3)
+    gripped = squama.row(SKIN, scales=9, to="0.1 rad/pitch", points=30, ends="gripped")
+    equal = squama.row(SKIN, scales=9, to="0.1 rad/pitch", points=30, ends="equal")
+    assert "phi_cell" not in equal
+    assert float(r["T"][-1]) < float(equal["T"][-1]) < float(gripped["T"][-1])
+    np.testing.assert_allclose(gripped.T_cell[-1], gripped["T"][-1], rtol=0.02)
+    # before contact cells do what the endless beam does, told with the same signs
+    for sense in "+-":
+        bare = squama.row(SKIN, scales=3, to="0.04 rad/pitch", points=5, sense=sense).isel(point=-1, scale=0)
+        endless = squama.twist(SKIN, at=[0.04 / SKIN.pitch], sense=sense).isel(point=0)
+        for name in ("phi", "psi", "chi", "stretch"):
+            assert float(bare[f"{name}_cell"]) == pytest.approx(float(endless[name]), rel=1e-6), name
+    held = squama.row(SKIN, scales=3, to="0.04 rad/pitch", points=5, hold="bend")
+    assert "psi_cell" in held
+    assert "M_lat_cell" not in held
+    M = float(squama.twist(SKIN, at=[0.04 / SKIN.pitch], hold="bend").M[0])
+    assert float(held.M_cell[-1, 0]) == pytest.approx(M, rel=1e-6)
+    assert squama.row(SKIN, scales=3, points=4, to="0.02 rad/pitch", joint="hinge").attrs["ends"] == "equal"
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"ends": "clamped"}, 'must be one of "free", "gripped", "equal"'),
+        ({"ends": "free", "joint": "hinge"}, "a row on hinges has one twist in all cells"),
+        ({"ends": "gripped", "hold": "lateral bend"}, "the cells' bend is held"),
+    ],
+)
+def test_ends_that_are_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        squama.row(SKIN, scales=3, **given)
+
+
+def test_the_effect_of_an_end_decays_as_said():
+    """Cells that find their own strains hand less on than those of one twist."""
+    way = made()
+    N = column(row.track(way, 40, np.array([1.001 * way.contact.phi]), ends=LOOSE), "N")[0]
+    fall = (N[20] - N[1:5]) / (N[20] - N[:4])
+    np.testing.assert_allclose(fall, row.decay(way, LOOSE), rtol=0.01)
+    assert row.decay(way, LOOSE) < 0.5 * row.decay(way, EQUAL)
+
+
+def test_a_beams_own_scales_have_free_ends():
+    own = own_scales(SKIN, [0.09 / SKIN.pitch])
+    r = squama.row(SKIN, to=0.1 / SKIN.pitch, points=200)
+    assert own.T[0] == pytest.approx(float(np.interp(0.09, r.phi, r["T"])), rel=1e-3)
+
+
+def test_energies_are_those_of_each_cell():
+    way = made()
+    t = row.track(way, 5, np.array([0.08]), ends=LOOSE)
+    whole = sum(states.energies(way, t.rows[0]).values())
+    assert whole.sum() == pytest.approx(column(t, "W")[0].sum(), rel=1e-6)
