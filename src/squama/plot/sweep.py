@@ -163,7 +163,7 @@ def _drawn(
 
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
-    factor, text = _unit(part, name)
+    factor, text = for_people(part[name].attrs.get("units", "1"))
     words = _NAMES.sub(_formula, part[name].attrs.get("long_name", name))
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
@@ -172,11 +172,6 @@ def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
 
 def _formula(name: re.Match[str]) -> str:
     return "$" + re.sub("nu|theta", r"\\\g<0>", name[0]) + "$"
-
-
-def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:
-    """Return the factor to a unit for people, and that unit."""
-    return for_people(part[name].attrs.get("units", "1"))
 
 
 def _label(dataset: xr.Dataset, variable: str) -> str:
@@ -222,7 +217,7 @@ def _tex(name: str) -> str:
 
 
 def _value(part: xr.Dataset, name: str, value: float) -> str:
-    factor, text = _unit(part, name)
+    factor, text = for_people(part[name].attrs.get("units", "1"))
     return f"{value * factor:.5g} {text}".strip()
 
 
