@@ -22,7 +22,7 @@ from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
-from squama.plot.palette import ACCENT, ENDS, GREY, INK
+from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
 from squama.plot.regimes import ROTATION, over_pi, tag
 from squama.plot.style import (
     LABELS,
@@ -44,7 +44,6 @@ from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import for_people, shown
 
-_LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 _UNDONE = "not computed"
 _UNKNOWN = ("joint unknown", _UNDONE)
 """Cells of which nothing is known."""
@@ -194,7 +193,7 @@ def _touching(part: xr.Dataset, variable: str) -> Array:
 
 def _groups(code: Array, touching: Array) -> list[Array]:
     """Return cells among which nothing jumps: the kinds of locks go over into each other, other ends jump."""
-    locks = np.isin(code, (*_LOCKS, End.STATIC))
+    locks = np.isin(code, LOCKS)
     groups = [locks, *(code == c for c in np.unique(code[~locks]))]
     return [group & side for group in groups for side in (touching, ~touching)]
 
