@@ -242,7 +242,7 @@ def test_picture(beam):
             ("--vary", "scale.embedded=uniform(5 mm, 200 mm)"),
             ["tolerances: some samples are no valid beam; at scale.embedded = "],
         ),
-        (("--vary", "alpha=+-1 deg", "--law", "x", "--load", "y"), ['--law = "x"', '--load = "y"']),
+        (("--vary", "alpha=+-1 deg", "--law", "x", "--load", "y"), ['--load = "y"', '--law = "x"']),
     ],
 )
 def test_mistakes(flags, lines, beam, capsys):

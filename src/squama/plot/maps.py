@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path
 
 from squama.model.outcome import End
-from squama.plot.palette import ACCENT, ENDS, GREY, INK
+from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
 from squama.plot.style import LAWS, PAGE, Look, key, label, legend_below, letter, new_figure, styled
 from squama.types import Array
 
@@ -47,7 +47,6 @@ DARK = COLOURS(1)
 BOUNDARY = "here the end changes: values may jump"
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
-LOCKS = tuple(end for end in End if end.locks)
 SWATCH: Look = {"handlelength": 2.4, "handleheight": 1.3}
 """Size of the handles of a legend, so that a hatching is seen."""
 

@@ -31,6 +31,8 @@ ENDS = {
     "not computed": "#f4e3e3",
 }
 """Ends of curves on a map; blue ones lock after sliding, grey at once; and where there is none to tell."""
+LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
+"""Ends towards which the load grows without bound."""
 STATES = {"free": "#4a90c2", "sliding": "#e0a030", "locked": "#c8323c", "ended": "#8a63b0"}
 """Scales by their state."""
 WORDS = {"free": "not in contact", "sliding": "sliding", "locked": "locked", "ended": "at the end of the curve"}

@@ -15,7 +15,7 @@ from squama.io.measured import Measured
 from squama.loads import HELD, LOADS, Load, model
 from squama.model.outcome import End
 from squama.plot.along import along
-from squama.plot.palette import ACCENT, GREY, INK
+from squama.plot.palette import ACCENT, GREY, INK, LOCKS
 from squama.plot.style import (
     PAGE,
     Colour,
@@ -64,14 +64,9 @@ class _Curve(NamedTuple):
         return bool(np.isfinite(self.rate_e) and self.rate_e <= self.rate_end)
 
     @property
-    def locks(self) -> bool:
-        """Whether it ends with a lock."""
-        return End(self.end).locks
-
-    @property
     def stops(self) -> bool:
         """Whether it ends without a lock; where nothing ever touches it has no end."""
-        return not self.locks and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
+        return self.end not in LOCKS and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
 
 
 @styled
@@ -201,7 +196,7 @@ def _limit(curves: list[_Curve], name: str, right: float) -> float:
         v = np.asarray(c.data[name].values, float)
         v = np.where(c.rate <= right, v, np.nan)
         steep = c.end == "other contact" and len(curves) > 1
-        if (c.locks or steep) and c.rate_end > c.rate_e:
+        if (c.end in LOCKS or steep) and c.rate_end > c.rate_e:
             locking.append(finite_max(v[c.rate <= c.rate_e + READABLE * (c.rate_end - c.rate_e)], 0.0))
         else:
             bounded.append(finite_max(v, 0.0))
@@ -263,7 +258,7 @@ def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str) 
 def _locks(ax: Axes, curves: list[_Curve], right: float) -> None:
     """Draw a thin vertical line where a curve locks."""
     for c in curves:
-        if c.locks and c.rate_end <= right:
+        if c.end in LOCKS and c.rate_end <= right:
             ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
 
 
@@ -339,10 +334,10 @@ def _keys(
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
     if load and any(c.engages for c in others):
         handles.append(key("engagement on hinges", linestyle="", marker="s", **SQUARE))
-    if any(c.locks and c.rate_end <= right for c in (*curves, *others)):
+    if any(c.end in LOCKS and c.rate_end <= right for c in (*curves, *others)):
         handles.append(key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
     if any(c.stops and min(c.rate_end, finite_max(c.rate)) <= right for c in curves):
-        words = "end" if any(c.locks for c in curves) else "end, no lock"
+        words = "end" if any(End(c.end).locks for c in curves) else "end, no lock"
         handles.append(key(words, linestyle="", marker="x"))
     if load and measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))

@@ -22,7 +22,7 @@ from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
-from squama.plot.palette import ACCENT, ENDS, GREY, INK
+from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
 from squama.plot.regimes import ROTATION, over_pi, tag
 from squama.plot.style import (
     LABELS,
@@ -44,7 +44,6 @@ from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import for_people, shown
 
-_LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 _UNDONE = "not computed"
 _UNKNOWN = ("joint unknown", _UNDONE)
 """Cells of which nothing is known."""
@@ -163,7 +162,7 @@ def _drawn(
 
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
-    factor, text = _unit(part, name)
+    factor, text = for_people(part[name].attrs.get("units", "1"))
     words = _NAMES.sub(_formula, part[name].attrs.get("long_name", name))
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
@@ -172,11 +171,6 @@ def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
 
 def _formula(name: re.Match[str]) -> str:
     return "$" + re.sub("nu|theta", r"\\\g<0>", name[0]) + "$"
-
-
-def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:
-    """Return the factor to a unit for people, and that unit."""
-    return for_people(part[name].attrs.get("units", "1"))
 
 
 def _label(dataset: xr.Dataset, variable: str) -> str:
@@ -199,7 +193,7 @@ def _touching(part: xr.Dataset, variable: str) -> Array:
 
 def _groups(code: Array, touching: Array) -> list[Array]:
     """Return cells among which nothing jumps: the kinds of locks go over into each other, other ends jump."""
-    locks = np.isin(code, (*_LOCKS, End.STATIC))
+    locks = np.isin(code, LOCKS)
     groups = [locks, *(code == c for c in np.unique(code[~locks]))]
     return [group & side for group in groups for side in (touching, ~touching)]
 
@@ -222,7 +216,7 @@ def _tex(name: str) -> str:
 
 
 def _value(part: xr.Dataset, name: str, value: float) -> str:
-    factor, text = _unit(part, name)
+    factor, text = for_people(part[name].attrs.get("units", "1"))
     return f"{value * factor:.5g} {text}".strip()
 
 
