@@ -113,7 +113,7 @@ def test_hinges_are_asked_for(capsys):
     )
     out = capsys.readouterr().out
     assert "in cycles of bending: mu = 0.25, thick, elastic scales on compliant joints" in out
-    assert "sense +: first contact at 0.06036 rad/pitch: BF" in out
+    assert "sense +: first contact at 0.06036 rad/pitch: corner B on face (k = 1)" in out
 
 
 @needs_barrier

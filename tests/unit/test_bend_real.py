@@ -32,7 +32,7 @@ def test_it_is_the_way_of_both_loads_along_psi(bent):
         assert bent.attrs[name] == both.attrs[name]
     assert bent.end.item() == both.end.item() == "range end"
     assert float(bent.psi_e) == pytest.approx(float(both.psi_e), rel=1e-12)
-    assert bent.first_contact.item() == "BF"
+    assert bent.first_contact.item() == "corner B on face (k = 1)"
     assert set(bent.contact.values) == {"", "BF"}
 
 
@@ -72,10 +72,10 @@ def test_what_is_asked_for_is_there_and_nothing_beyond_it(bent):
 def test_strongly_bent_scales_touch_with_their_sides_too():
     family = squama.bend(PLA, mu=[0.0, 0.3], points=20)
     assert family.end.values.tolist() == ["range end"] * 2
-    assert family.first_contact.values.tolist() == ["BF"] * 2
+    assert family.first_contact.values.tolist() == ["corner B on face (k = 1)"] * 2
     assert np.isfinite(family.M).all()
     assert (family.psi_second > 3 * family.psi_e).all()
-    assert all("side edge A1B1 on the face of scale 2" in words for words in family.other_contact.values)
+    assert all("side edge on face (k = 1)" in words for words in family.other_contact.values)
     assert (abs(family.energy_error) < 2e-3).all()
 
 
@@ -112,7 +112,7 @@ def test_the_command_sets_simpler_models_beside(bent, capsys):
     hinged = squama.bend(SKIN, at=[FAR], joint="hinge")
     assert hinge == pytest.approx(float(hinged.M[0]), rel=1e-3)
     assert lines.index(head) < lines.index(moments[-1])
-    assert "first contact: BF; the moment's work" in "\n".join(lines)
+    assert "first contact: corner B on face (k = 1); the moment's work" in "\n".join(lines)
     # how far the law is off was looked at in twisting
     assert "torque to about" not in "\n".join(lines)
     assert main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--json", "--ideal", "--points", "20"]) == 0

@@ -33,6 +33,8 @@ def ray(*corners: tuple[float, float], n: int = 40) -> list[np.ndarray]:
 def heights(one: path.Scale, found: Bent, i: int) -> dict[str, Any]:
     """Places of a state by plain vectors: heights of the tip edge over the next scale's face, force and slip there."""
     row = path.named(found.rows[i])
+    # the place on the other scale
+    row |= dict(zip("xy", found.answers.touches[0, i, 0, 8:10], strict=True))
     b = path.deflections(found.rows)[i]
     s, c = np.sin([one.alpha, one.theta0]), np.cos([one.alpha, one.theta0])
     axes = np.array([[-s[0] * c[1], s[1], c[0] * c[1]], [c[0], 0, s[0]], [s[0] * s[1], c[1], -c[0] * s[1]]])

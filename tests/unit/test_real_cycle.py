@@ -8,8 +8,7 @@ from fig6b import BEAM, PLAIN, K, held
 
 import squama
 from squama.cli import main
-from squama.contacts import increments
-from squama.curves import real_cycles
+from squama.contacts import increments, path
 from squama.errors import InputError
 from squama.plot import cycle_figure
 
@@ -263,14 +262,14 @@ def test_how_far_it_says_one_can_go_one_can():
 
 
 def test_where_no_way_on_is_found_it_says_so(monkeypatch):
-    real = real_cycles.path.Path.follow
+    real = path.Path.along
 
     def stopped(self, *given):
         found = real(self, *given)
         found.ends[0, [0, 3]] = increments.NO_EQUILIBRIUM, 3
         return found
 
-    monkeypatch.setattr(real_cycles.path.Path, "follow", stopped)
+    monkeypatch.setattr(path.Path, "along", stopped)
     with pytest.raises(InputError, match="no equilibrium was found beyond this twist, however small the increment"):
         cycle("0.1 rad/pitch")
 

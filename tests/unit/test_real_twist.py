@@ -11,7 +11,7 @@ import squama
 from squama.beam import matrixfile
 from squama.cli import main
 from squama.contacts import path
-from squama.curves import real
+from squama.curves import real, real_figures
 from squama.errors import InputError
 from squama.fe.plate import Rest
 from squama.joints import choice, factor, law
@@ -279,18 +279,11 @@ def test_the_other_sense_bears_the_mirror_image():
     beam = BEAM.replace(joint={"matrix": None}, scale={"youngs_modulus": "2e8 MPa"})
     here = squama.twist(beam, at=[4.0, 8.0])
     K = law.stiffness(choice.shape(beam)) * np.outer(factor.MIRROR, factor.MIRROR)
-    image = real.Held.of(beam)._replace(K=K)
-    way = path.Path.of(
-        real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha),
-        K,
-        0.2,
-        sense=-1,
-        free=image.free,
-        aside=image.aside,
-    )
-    one = real.Path(beam, image, way, -1, 0.3)
-    twists = np.array([4.0, 8.0]) * beam.pitch
-    there = real.values(one, twists, way.states(twists)[0])
+    held = real.Held.of(beam)._replace(K=K)
+    plate = real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha)
+    one = real.Path(beam, held, path.Path.at_rest(plate, K, 0.2, **held.bar), (0.0, -1.0))
+    strains = np.array([(0.0, -4.0), (0.0, -8.0)]) * beam.pitch
+    there = real_figures.values(one, strains, one.way.along(strains).rows[0], turned=-1.0)
     signs = {"stress_y": -1, "tab_torsion": -1, "u_Y": -1}
     same = ("stress", "stress_x", "pull_out", "tab_force", "tab_bending", "M", "stretch")
     for name in (*same, *signs):

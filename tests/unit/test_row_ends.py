@@ -191,7 +191,8 @@ def test_the_middle_of_a_long_row_under_end_moments_is_the_endless_beam():
     np.testing.assert_allclose(moments, moments[0], rtol=1e-9)
     np.testing.assert_allclose(t.cells[-1, :, 5:], 0, atol=1e-9 * moments[0])
     bends = t.cells[:, 20, 0]
-    endless = path.bent_alone(way.beams._replace(free=np.array([[0.0, 1.0, 1.0, 1.0]])), bends[None], np.array([0.3]))
+    beams = way.beams._replace(free=np.array([[0.0, 1.0, 1.0, 1.0]]))
+    endless = path.follow_all(beams, bends[None], corners=np.column_stack([bends, 0 * bends])[None], most=0.3)
     far = {name: v[-1] for name, v in path.named(endless.rows[0]).items()}
     assert far["N"] > 0
     for name in ("M", "N", "x", "y", "stretch"):

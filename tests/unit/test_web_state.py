@@ -172,11 +172,11 @@ def test_a_joint_that_is_not_known_at_once_is_not_waited_for(monkeypatch) -> Non
     def elements(_: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("squama.curves.real.joint_of", elements)
+    monkeypatch.setattr("squama.joints.choice._found", elements)
     assert live.taken(state.query(far)) == far
     assert state.of(far.beam).twist == far.hinged.started().twist
     # where nobody knows it the beam is on hinges, and that is told
-    monkeypatch.setattr("squama.curves.real.impossible", lambda _: "there are no elements")
+    monkeypatch.setattr("squama.joints.choice.impossible", lambda _: "there are no elements")
     m = live.motion(far._replace(margin=0.02).setting)
     assert (m.joint, m.model) == ("hinge", "thin, rigid scales on hinges, edge law")
     assert "there are no elements" in live.warnings(far._replace(margin=0.02))

@@ -12,7 +12,7 @@ from squama import arguments, loads
 from squama.batch.threads import in_parts
 from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
-from squama.contacts import path, states
+from squama.contacts import entry, path, states
 from squama.contacts.moved import moved
 from squama.errors import naming, refuse
 from squama.joints import law
@@ -206,9 +206,10 @@ def follow(
             aside = (designs.width[at] / (2 * designs.lam[at])) ** 2
             beams = path.beams(scale, joints, designs.mu[at], sense=sense, free=free, aside=aside)
             if bends:
-                found = path.bent_alone(beams, at_all[at], upto[at])
+                corners = np.stack([at_all[at], 0 * at_all[at]], axis=-1)
+                found = path.follow_all(beams, at_all[at], corners=corners, most=upto[at])
             elif held is not None:
-                found = path.held_bent(beams, held[at], at_all[at], upto[at])
+                found = _held_bent(beams, held[at], at_all[at], upto[at])
             elif copies:
                 found = moved(beams, at_all[at], copies, most=upto[at])
             else:
@@ -232,6 +233,18 @@ def follow(
     phi_e, phi_end, K_theta, rigidity = alone
     slope = _slopes(at_all, along[0], phi_e) / rigidity[:, None]
     return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
+
+
+def _held_bent(beams: entry.Beams, bends: Array, twists: Array, most: Array) -> path.Answers:
+    """Bend beams by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these.
+
+    What touches first is looked for below the twists ``most`` (n,).
+    """
+    ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
+    # as far as the way goes, to the last digit
+    corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
+    found = path.follow_all(beams, ways, corners=corners, most=np.abs(bends) + most)
+    return found._replace(rows=found.rows[:, 1:])
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:

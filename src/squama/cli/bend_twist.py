@@ -27,9 +27,11 @@ _FREE = "Load that is left free on hinges, twisting or bending, while the other 
 _MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold margin path squama_version"
 _AT_ENDS = {
-    "M": ("moment M, N m", 1.0), "T": ("torque T, N m", 1.0), "theta": ("theta, deg", math.degrees(1)),
+    "M": ("moment M, N m", 1.0),
+    "T": ("torque T, N m", 1.0),
+    "theta": ("theta, deg", math.degrees(1)),
     "stress": ("largest stress in a scale, MPa", 1e-6),
-}  # fmt: skip
+}
 
 
 def bend_twist(
@@ -40,9 +42,7 @@ def bend_twist(
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(200)] = 200,
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
-    neutral: flags.Neutral = None,
+    joints: flags.Joints = flags.JOINTS,
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
     plane: Annotated[bool, Parameter("--map", negative="", help=_MAP)] = False,
     common: flags.Common = flags.COMMON,
@@ -56,7 +56,7 @@ def bend_twist(
 
     asked: dict[str, Any] = {"path": path, "margin": margin, "points": points}
     with flags.laid(flags.arguments("path", "neutral", "free")):
-        data = bent_and_twisted(described, **asked, joint=joint, ideal=ideal or None, neutral=neutral, free=free)
+        data = bent_and_twisted(described, **asked, **vars(joints), free=free)
         found = {data.attrs["joint"]: data}
         if "compliant" in found:
             found["hinge"] = bent_and_twisted(described, **asked, joint="hinge")
@@ -65,20 +65,21 @@ def bend_twist(
     hinge = found["hinge"]
 
     def mapped(**how: Any) -> xr.Dataset:
-        return bend_twist_map(described, path, neutral=neutral, **how)
+        return bend_twist_map(described, path, neutral=joints.neutral, **how)
 
     if plane:
         shown_in = [data.dataset()] if common.plot else []
         written = output.write(
-            common, lambda: mapped(joint=data.attrs["joint"], ideal=ideal or None), "plane_figure", paths=shown_in
+            common, lambda: mapped(joint=data.attrs["joint"], ideal=joints.ideal), "plane_figure", paths=shown_in
         )
     else:
         beside: dict[str, Any] = {}
         if common.plot:
             beside = {"hinge": hinge.dataset()} if hinge is not data else {"plane": mapped(joint="hinge", mu=0.0)}
         written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), **beside)
-    record, shown = _record, _shown
-    return output.report(common.json, beam, written, lambda: record(described, found), lambda: shown(described, found))
+    return output.report(
+        common.json, beam, written, lambda: _record(described, found), lambda: _shown(described, found)
+    )
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
@@ -157,15 +158,9 @@ def _events(data: Answer) -> Table:
         )
         for i in range(data["event"].size)
     )
-    head = (
-        "",
-        "way",
-        "psi, phi rad/pitch",
-        "kappa, Phi rad/m",
-        "theta deg",
-        *("M jumps by", "T jumps by")[: len(jumps)],
-    )
-    return output.table(head, rows, gap=1)
+    jumping = ("M jumps by", "T jumps by")[: len(jumps)]
+    head = ("", "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg", *jumping)
+    return output.table(head, rows, left=1, gap=1)
 
 
 def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
@@ -183,5 +178,4 @@ def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
                 rows.append([f"  {words}", *map(number, cells)])
     data = next(iter(found.values()))
     named = {"compliant": REAL if data.attrs["scales"] != THIN else IDEAL, "hinge": HINGE}
-    head = ["", *(named[joint] for joint in found)]
-    return output.table(head, rows, left=len(head))
+    return output.table(["", *(named[joint] for joint in found)], rows)

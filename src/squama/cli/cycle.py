@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
@@ -31,10 +31,7 @@ def cycle(
     to: Annotated[str | None, flag(f"Twist to and back: {flags.TWISTS}.")] = None,
     history: Annotated[str | None, flag(_HISTORY)] = None,
     loops: Annotated[int, flag("How many times it is gone through (1).", read=whole(1, 10_000, "3"))] = 1,
-    load: flags.Load = "twisting",
-    law: flags.Law = "edge",
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
+    how: flags.How = flags.HOW,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(60)] = 60,
@@ -51,10 +48,9 @@ def cycle(
     from squama.curves.doors import cycled
     from squama.curves.labelled import flat_cycle
 
-    how: dict[str, Any] = {"law": law, "load": load, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments(twist=name)):
         twists = _twists(name, text or "")
-        data = cycled(described, twists, margin=margin, points=points, loops=loops, **how)
+        data = cycled(described, twists, margin=margin, points=points, loops=loops, **vars(how))
     written = output.write(common, data.dataset, "cycle_figure", flat_cycle)
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
 
@@ -82,12 +78,12 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
-        head = ("loop", f"{angle} rad/pitch", "W_d J/m", "U_max J/m", "damping", "secant N m2", f"{torque} drop N m")
+        head = ["loop", f"{angle} rad/pitch", "W_d J/m", "U_max J/m", "damping", "secant N m2", f"{torque} drop N m"]
         rows = (
             (str(i + 1), f"{bases[i]:.4g} to {tops[i]:.4g}", *(number(cell[i]) for cell in cells))
             for i in range(min(tops.size, SHOWN))
         )
-        yield output.table((*head, "left"), rows, left=len(head) + 1, gap=1)
+        yield output.table([*head, "left"], rows, gap=1)
         if tops.size > SHOWN:
             yield f"the first {SHOWN} of {tops.size} loops"
         yield (

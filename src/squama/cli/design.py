@@ -13,10 +13,8 @@ from cyclopts import Parameter
 from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.places import check_places
 from squama.io.files import label
 from squama.loads import LOADS, model
-from squama.units import for_people
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +55,7 @@ def design(
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
     """
-    check_places(flags.problems(), [(path, flags.PLOTS) for path in plot], [target])
+    flags.check_places([(path, flags.PLOTS) for path in plot], [target])
     read = settled(read_target(base, target, out, force=force))
 
     from squama.inverse import designing as inverse
@@ -113,6 +111,7 @@ def _other(other: Beside) -> dict[str, object]:
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
     """Return designs side by side, then what holds for the first."""
     from squama.inverse.reached import SENSES
+    from squama.study.parameters import people
 
     shown = found.designs[:MOST]
     yield f": {found.verdict}; {len(found)} design{'s' * (len(found) > 1)}, {model(found.settings)}"
@@ -124,7 +123,7 @@ def _shown(found: InverseDesign) -> Iterable[str | Table]:
         rows += _beside(goal.name, shown)
         rows.append(("  by tolerances", "", *(f"+- {g.spread:.2g}" for g in goals)))
     for name, (low, high) in found.bounds.items():
-        factor, unit = shown_in(name)
+        factor, unit = people(name)
         values = (f"{factor * d.values[name]:.5g}" for d in shown)
         rows.append((f"{name} ({unit})" if unit else name, f"{factor * low:.4g} to {factor * high:.4g}", *values))
     rows += [(name, "chosen", *(d.chosen[name] for d in shown)) for name in shown[0].chosen]
@@ -152,15 +151,10 @@ def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
             yield f"  {label}", "", *cells
 
 
-def shown_in(name: str) -> tuple[float, str]:
-    """Return factor and unit in which a dimension is shown."""
-    from squama.study.parameters import ALIASES, PARAMETERS
-
-    return for_people(PARAMETERS[ALIASES.get(name, name)].symbol.unit)
-
-
 def _notes(found: InverseDesign) -> Iterable[str]:
     """Return what is to be said below the table."""
+    from squama.study.parameters import people
+
     best = found[0]
     yield from (f"note: {note}" for note in found.notes)
     for goal in best.goals:
@@ -177,7 +171,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
     for goal in best.goals:
         words = []
         for name, value in sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:SHOWN]:
-            factor, unit = shown_in(name)
+            factor, unit = people(name)
             if value:
                 words.append(f"{name} ({f'+- {factor * found.tolerance[name]:.3g} {unit}'.strip()}) {value:+.2g}")
         if words:
@@ -251,13 +245,15 @@ def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
     """Return a choice of the front, evenly along its first objective."""
     import numpy as np
 
+    from squama.study.parameters import people
+
     n, names = front.sizes["design"], _objectives(front)
     held = ", held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
     yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}, endless{held}"
     columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
     own = [str(name) for name in front.data_vars if "." in str(name)]
     words = [name for name in own if name.startswith("chosen.")]
-    columns |= {name: shown_in(name) for name in own if "low" in front[name].attrs}
+    columns |= {name: people(name) for name in own if "low" in front[name].attrs}
     few = front.isel(design=np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int)))
     values = [[f"{factor * x:.4g}" for x in few[name].values] for name, (factor, _) in columns.items()]
     values += [few[name].values.tolist() for name in words]

@@ -13,7 +13,6 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.cli.places import check_places
 from squama.errors import refuse
 from squama.interrupt import kept
 
@@ -68,6 +67,7 @@ class Run:
     mesh: Annotated[MeshSize, flag(f"{_MESH} (medium).", read=_mesh_read)] = "medium"
     sense: flags.Sense = "+"
     hinged: Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")] = False
+    ideal: Ideal = False
 
 
 @flags.group
@@ -98,7 +98,6 @@ def cell(
     run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
-    ideal: Ideal = False,
     vtk: Annotated[flags.File | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
     restart: Annotated[flags.File | None, flag(_RESTART)] = None,
@@ -107,7 +106,7 @@ def cell(
 ) -> int:
     """Twist one pitch of finite elements with helical periodicity, or a finite beam; needs the extra fe."""
     common.check(beam, plots=picture)
-    check_places(flags.problems(), [(vtk, (".vtu",))] if vtk is not None else [], [])
+    flags.check_places([(vtk, (".vtu",))])
     if scales is None and ends != "free" and "--scales" not in flags.problems().flags:
         flags.problems().add("--ends", "", "is for finite beams", "give --scales too")
     if scales is not None and (vtk is not None or picture):
@@ -126,7 +125,6 @@ def cell(
             to=settled(twist),
             scales=scales,
             ends=ends,
-            ideal=ideal,
             restart=restart,
             progress=None if quiet else runs.print_progress,
             announce=None if quiet else announce,
@@ -203,7 +201,6 @@ def verify(
     to: Annotated[str | None, flag(_REACH)] = None,
     run: Run = RUN,
     scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
-    ideal: Ideal = False,
     beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
     out: Annotated[flags.File | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
     quiet: flags.Quiet = False,
@@ -229,7 +226,6 @@ def verify(
             folder,
             to=twist,
             scales=scales,
-            ideal=ideal,
             beam_mesh=beam_mesh,
             progress=None if quiet else print_progress,
             announce=None if quiet else announce,
@@ -351,7 +347,7 @@ def deck(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write an input deck of a finite beam for CalculiX or Abaqus."""
-    check_places(flags.problems(), [(out, (".inp",))], [])
+    flags.check_places([(out, (".inp",))])
     described, rate = base.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)
     twist = settled(rate) * described.pitch

@@ -12,7 +12,6 @@ from cyclopts import Parameter
 from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
-from squama.cli.places import check_places
 from squama.io.files import exists, label
 
 if TYPE_CHECKING:
@@ -79,8 +78,8 @@ def export(
     folder = Path(os.path.realpath(out))
     into = {path: Path(os.path.realpath(path)).parent == folder for path in picture}
     inside = () if exists(folder) else tuple(path for path in picture if into[path])
-    check_places(flags.problems(), [(path, flags.PLOTS) for path in picture if path not in inside], [beam])
-    check_places(flags.problems(), [(Path(path).name, flags.PLOTS) for path in inside], [])
+    flags.check_places([(path, flags.PLOTS) for path in picture if path not in inside], [beam])
+    flags.check_places([(Path(path).name, flags.PLOTS) for path in inside])
     if picture and not {"assembly", "mould"} & set(made.parts):
         flags.problems().add("--picture", "", "shows the assembly and the mould", "write one of them in --parts")
     described = settled(base.beam(beam, friction=False))

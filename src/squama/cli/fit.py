@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.cli.places import check_places
-from squama.errors import refuse
+from squama.errors import Problems, refuse
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.units import is_number, shown
@@ -19,8 +17,10 @@ from squama.units import is_number, shown
 if TYPE_CHECKING:
     import xarray as xr
 
+    from squama.beam.design import Beam
     from squama.identify.decay_result import DecayFit
     from squama.identify.result import Fit
+    from squama.io.measured import Measured
 
 _pair = pair("name=lower:upper", "mu=0.1:0.5")
 
@@ -60,6 +60,8 @@ _TO = 'Twist beyond which points are not used, e.g. "0.1 rad/pitch".'
 _REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg total"; by default from the points.'
 _NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none."
 _POSTERIOR = "Number of posterior samples to draw (0; extra fit)."
+_COLUMNS = 'What columns of a table of measured points are, e.g. "Winkel=total (deg), 3=T (N mm)" (by name, then unit).'
+_JOINT = "How a scale is held: compliant (six motions) or hinge (the paper's; bending and the plate law mean it)."
 _STICK = 'Way after a reversal on which points are not used, e.g. "0.002 rad/pitch".'
 
 
@@ -76,7 +78,7 @@ class Search:
     starts: Annotated[int, flag("Number of starts of the search (6).", read=whole(1, 1000, "6"))] = 6
     posterior: Annotated[int, flag(_POSTERIOR, read=whole(0, 1_000_000, "4000"))] = 0
     seed: Annotated[int, flag("Seed of the samples (1).", read=whole(0, 2**32 - 1, "1"))] = 1
-    joint: flags.JointTwisted = None
+    joint: Annotated[str | None, flag(_JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
 
 
@@ -88,10 +90,37 @@ class Swing:
     """How the beam of a decay swings: arguments of :func:`squama.fit_decay`."""
 
     mode: flags.Mode = "uniform"
-    ideal: flags.Ideal = False
+    ideal: flags.Ideal = None
 
 
-SWING = Swing()
+@flags.group
+class Tables:
+    """How tables of measured points are read."""
+
+    decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
+    columns: Annotated[str | None, flag(_COLUMNS)] = None
+
+    def swings(self, path: str) -> bool:
+        """Tell whether a table is the record of a decay."""
+        from squama.io import measured
+
+        with flags.laid({"columns": "--columns"}):
+            return measured.swings(path, self.columns)
+
+    def read(self, paths: Iterable[str], beam: Beam, load: str, *, decay: bool = False) -> list[Measured]:
+        """Read tables of tests of a beam, or the record of its decay."""
+        from squama.io import measured
+
+        found, wrong = [], Problems()
+        for path in paths:
+            with wrong.caught(), flags.laid({"decimal": "--decimal", "columns": "--columns"}):
+                given = {"pitch": beam.pitch, "scales": beam.scales, **vars(self)}
+                found.append(measured.read(path, load=load, ordinate=measured.TIME if decay else None, **given))
+        wrong.settle()
+        return found
+
+
+SWING, TABLES = Swing(), Tables()
 _OF_DECAYS = ("load", "law", "joint")
 """What a decay has in common with a test."""
 
@@ -102,7 +131,7 @@ def fit(
     bounds: Annotated[tuple[flags.Pair, ...], flag(_BOUNDS, read=_limits, many=True)] = (),
     search: Search = SEARCH,
     swing: Swing = SWING,
-    tables: flags.Tables = flags.TABLES,
+    tables: Tables = TABLES,
     out: Annotated[flags.File | None, flag("Beam file to write, estimates put in (.toml).", "--out", "-o")] = None,
     corner: Annotated[flags.File | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
@@ -115,58 +144,44 @@ def fit(
     if corner is not None and not search.posterior and "--posterior" not in flags.problems().flags:
         flags.problems().add("--corner", corner, "draws posterior samples", "ask for them too, e.g. --posterior 4000")
     common.check(*files, plots=[corner] if corner else [])
-    check_places(flags.problems(), [(out, (".toml",))], files)
+    flags.check_places([(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
     from squama.identify import decay, fitting, sentences
+    from squama.identify.decay_result import DecayFit
     from squama.identify.parameters import DEFAULT
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
-    if any(tables.swings(path) for path in data):
+    decays = any(tables.swings(path) for path in data)
+    if decays:
         _of_tests(data, search, corner=corner, bounds=bounds)
-        read = tables.read(data, beam, search.load, decay=True)
-        with flags.laid(names):
-            how: dict[str, Any] = {"mode": swing.mode, "ideal": swing.ideal or None}
-            how |= {name: getattr(search, name) for name in _OF_DECAYS}
-            swung = decay.fit_decay(read[0], beam, decay.DEFAULT if find is None else find, **how)
-        written = output.write(common, swung.dataset, "decay_figure", flat_decay)
-        return _said(
-            swung, common, beams[0], data, out, written, swung.record, lambda: _decayed(swung, label(beams[0]))
-        )
-    if swing != SWING:
+    elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
-    parted = {name: text.partition(":") for name, text in limits.items()}
-    given = {name: value for name, value in vars(search).items() if value is not None}
+    read = tables.read(data, beam, search.load, decay=decays)
+    found: Fit | DecayFit
     with flags.laid(names):
-        low_high = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted.items()}
-        found = fitting.fit(
-            tables.read(data, beam, search.load), beam, DEFAULT if find is None else find, bounds=low_high, **given
-        )
-    written = output.write(common, found.dataset, "fit_figure", flat)
+        if decays:
+            how = {name: getattr(search, name) for name in _OF_DECAYS} | vars(swing)
+            found = decay.fit_decay(read[0], beam, decay.DEFAULT if find is None else find, **how)
+        else:
+            given = {name: value for name, value in vars(search).items() if value is not None}
+            parted = ((name, text.partition(":")) for name, text in limits.items())
+            given["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
+            found = fitting.fit(read, beam, DEFAULT if find is None else find, **given)
+    written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
-    record, shown = lambda: sentences.record(found), lambda: _shown(found, label(beams[0]))
-    return _said(found, common, beams[0], data, out, written, record, shown)
-
-
-def _said(
-    found: Fit | DecayFit,
-    common: flags.Common,
-    beam: str,
-    data: list[str],
-    out: str | None,
-    written: list[Path],
-    record: Callable[[], dict[str, Any]],
-    shown: Callable[[], Iterable[str]],
-) -> int:
-    """Write the beam file that is asked for, and report."""
-    from squama.identify import sentences
-
     if out is not None:
         written.append(output.write_text(out, sentences.beam_file(found, [label(path) for path in data])))
-    about = {"file": label(beam), "data": data}
-    return output.report(common.json, ", ".join(data), written, lambda: {**about, **record()}, shown)
+    about = {"file": label(beams[0]), "data": data}
+    return output.report(
+        common.json,
+        ", ".join(data),
+        written,
+        lambda: about | (found.record() if isinstance(found, DecayFit) else sentences.record(found)),
+        lambda: _shown(found, label(beams[0])),
+    )
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:
@@ -180,19 +195,19 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
     flags.problems().settle()
 
 
-def _decayed(found: DecayFit, file: str) -> Iterable[str]:
-    """Return the summary of a decay."""
-    attrs = found.attrs
-    yield f" read as a decay (time, no torque), fitted with {file} in {attrs['load']} ({found.mode}), {model(attrs)}"
-    yield from found.summary().splitlines()
-
-
-def _shown(found: Fit, file: str) -> Iterable[str]:
+def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
     """Return the summary."""
-    model = LOADS[found.load].model(found.law, found.joint, found.scales)
-    yield f" fitted with {file} as an endless beam in {found.load}, {model}"
-    yield from found.summary().splitlines()
-    yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
+    from squama.identify.decay_result import DecayFit
+
+    if isinstance(found, DecayFit):
+        load, kind = found.attrs["load"], model(found.attrs)
+        yield f" read as a decay (time, no torque), fitted with {file} in {load} ({found.mode}), {kind}"
+        yield from found.summary().splitlines()
+    else:
+        kind = LOADS[found.load].model(found.law, found.joint, found.scales)
+        yield f" fitted with {file} as an endless beam in {found.load}, {kind}"
+        yield from found.summary().splitlines()
+        yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
 
 
 def _count(beams: list[str], data: list[str]) -> None:
@@ -209,8 +224,8 @@ def _count(beams: list[str], data: list[str]) -> None:
             flags.problems().add(path, "", "is given twice", "give each file once")
 
 
-def flat_decay(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the fit of a decay with the dimension ``point`` only."""
+def on_points(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a fit with the dimension ``point`` only."""
     return dataset.drop_dims([d for d in dataset.dims if d != "point"])
 
 
@@ -219,5 +234,4 @@ def flat(dataset: xr.Dataset) -> xr.Dataset:
     keys = ("estimate", "error", "low", "high", "initial", "unit")
     columns = [dataset[key].values.tolist() for key in ("parameter", *keys)]
     rows = [dict(zip(("name", *keys), row, strict=True)) for row in zip(*columns, strict=True)]
-    table = dataset.drop_dims([d for d in dataset.dims if d != "point"])
-    return table.assign_attrs(parameters=rows, correlation=dataset["correlation"].values.tolist())
+    return on_points(dataset).assign_attrs(parameters=rows, correlation=dataset["correlation"].values.tolist())

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import logging
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic, NamedTuple, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, dataclass_transform, get_type_hints
 
 from cyclopts import Parameter
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from cyclopts import Token
 
     from squama.beam.design import Beam
-    from squama.io.measured import Measured
 
 PLOTS = (".png", ".svg", ".pdf")
 T = TypeVar("T")
@@ -259,7 +259,10 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def group(flags: type[T]) -> type[T]:
     """Make a frozen class of flags, which stand among the others of a command."""
-    return Parameter(name="*")(dataclass(frozen=True, kw_only=True)(flags))
+    made = dataclass(frozen=True, kw_only=True)(flags)
+    # a group may be extended in another module, which has not the names of this one's types
+    vars(made)["__init__"].__annotations__ = get_type_hints(made, include_extras=True)
+    return Parameter(name="*")(made)
 
 
 # ---- flags that several commands have ---------------------------------------------------------------------
@@ -289,11 +292,9 @@ Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*LINES))]
 _MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
 Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
-_HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; {} it)."
-_KINDS = one_of("hinge", "compliant")
-Joint = Annotated[str | None, flag(_HELD.format("the plate law means"), read=_KINDS)]
-JointTwisted = Annotated[str | None, flag(_HELD.format("bending and the plate law mean"), read=_KINDS)]
-Ideal = Annotated[bool, Parameter(help="Thin, rigid scales; else as thick, and as elastic, as the beam says.")]
+_HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; the plate law means it)."
+Joint = Annotated[str | None, flag(_HELD, read=one_of("hinge", "compliant"))]
+Ideal = Annotated[bool | None, Parameter(help="Thin, rigid scales; else as thick, and as elastic, as the beam says.")]
 _CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
@@ -317,6 +318,26 @@ def scales(most: int, words: str, least: int = 2) -> Parameter:
     return flag(f"{words}, {least} to {most}.", read=whole(least, most, "25"))
 
 
+@group
+class How:
+    """How a beam is loaded, and by which model it is answered."""
+
+    load: Load = "twisting"
+    law: Law = "edge"
+    joint: Joint = None
+    ideal: Ideal = None
+
+
+@group
+class Joints:
+    """How scales are held and taken, and which line of the bar keeps its length."""
+
+    joint: Joint = None
+    ideal: Ideal = None
+    neutral: Neutral = None
+
+
+HOW, JOINTS = How(), Joints()
 _SET = 'A value in place of the beam file\'s, e.g. scale.alpha="30 deg"; may be repeated.'
 
 
@@ -387,9 +408,6 @@ class Base:
         return found, twist
 
 
-_COLUMNS = 'What columns of a table of measured points are, e.g. "Winkel=total (deg), 3=T (N mm)" (by name, then unit).'
-
-
 _HOLD = "What is held that is not loaded: some of bend, twist, lateral bend, stretch, or straight (nothing)."
 
 
@@ -405,42 +423,24 @@ class Common(Base):
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
-        from squama.cli.places import check_places
-
-        check_places(problems(), [*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
+        check_places([*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
-@group
-class Tables:
-    """How tables of measured points are read."""
-
-    decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
-    columns: Annotated[str | None, flag(_COLUMNS)] = None
-
-    def swings(self, path: str) -> bool:
-        """Tell whether a table is the record of a decay."""
-        from squama.io import measured
-
-        with laid({"columns": "--columns"}):
-            return measured.swings(path, self.columns)
-
-    def read(self, paths: Iterable[str], beam: Beam, load: str, *, decay: bool = False) -> list[Measured]:
-        """Read tables of tests of a beam, or the record of its decay."""
-        from squama.io import measured
-
-        found, wrong = [], Problems()
-        for path in paths:
-            with wrong.caught(), laid({"decimal": "--decimal", "columns": "--columns"}):
-                made: dict[str, Any] = {"load": load, "decimal": self.decimal, "columns": self.columns}
-                ordinate = measured.TIME if decay else None
-                found.append(measured.read(path, pitch=beam.pitch, scales=beam.scales, ordinate=ordinate, **made))
-        wrong.settle()
-        return found
+BASE, COMMON = Base(), Common()
 
 
-BASE = Base()
-COMMON = Common()
-TABLES = Tables()
+def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str] = ()) -> None:
+    """Look at paths that are to be written, if given, each with the endings it may have; mistakes are kept."""
+    from squama.io.datasets import check_place
+
+    seen = {os.path.realpath(path): "is read too" for path in inputs}
+    for path, allowed in ((path, allowed) for path, allowed in wanted if path is not None):
+        with problems().caught():
+            check_place(path, allowed)
+            place = os.path.realpath(path)
+            if place in seen:
+                refuse(label(path), "", seen[place], "give the output another name")
+            seen[place] = "is given twice"
 
 
 def check_friction(path: str, beam: Beam) -> None:

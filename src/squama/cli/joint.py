@@ -12,7 +12,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.places import check_places
 from squama.interrupt import kept
 from squama.units import change, moment
 
@@ -38,7 +37,7 @@ _EDGES = "Elements along the embedded scale's edges in the coarsest mesh, pitche
 _LEVELS = "Number of meshes, each with half the size of the one before (3)."
 _TOML = "Beam file to write: this beam with K_theta and C_f from the elements under [joint]."
 _MATRIX = 'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
-_table = partial(output.table, bold=False)
+_table = partial(output.table, left=1, bold=False)
 _size = flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches")
 
 
@@ -55,7 +54,7 @@ def joint(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe."""
-    check_places(flags.problems(), [(toml, (".toml",)), (matrix, (".csv",))], [])
+    flags.check_places([(toml, (".toml",)), (matrix, (".csv",))])
     described = settled(base.beam(beam, friction=False))
 
     from squama.beam import matrixfile

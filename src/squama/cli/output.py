@@ -188,15 +188,15 @@ def _clean(text: str) -> str:
 
 
 def table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1, gap: int = 2, bold: bool = True
+    head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int | None = None, gap: int = 2, bold: bool = True
 ) -> Table:
-    """Return a table: the first columns to the left, the others to the right."""
+    """Return a table: so many first columns to the left, all if not given, the others to the right."""
     from rich.table import Table
 
     made = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), show_header=any(head))
     for i, name in enumerate(head):
-        style = "bold" if bold else ""
-        made.add_column(name, header_style=style, justify="left" if i < left else "right", no_wrap=i < left)
+        first = left is None or i < left
+        made.add_column(name, header_style="bold" * bold, justify="left" if first else "right", no_wrap=first)
     for row in rows:
         made.add_row(*map(_clean, row))
     return made

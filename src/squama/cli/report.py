@@ -149,7 +149,7 @@ def _single(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) 
         row("neighbour in contact", "neighbour"),
     ]
     head = ["", *(column(name) for name in laws)] if len(laws) > 1 else ["", ""]
-    return table(head, rows, left=len(head))
+    return table(head, rows)
 
 
 def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
@@ -168,8 +168,7 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
         [f"{mu:g}", *(_figure(data.pick(i), *figure) for figure in columns.values()), number(data["RED_c"][i].item())]
         for i, mu in enumerate(data["mu"])
     )
-    head = ["mu", *columns, "RED"]
-    return table(head, rows, left=len(head), gap=1)
+    return table(["mu", *columns, "RED"], rows, gap=1)
 
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
@@ -329,8 +328,7 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
     ]
     kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
-    head = ["", *laws]
-    return table(head, kept, left=len(head))
+    return table(["", *laws], kept)
 
 
 def held(attrs: Mapping[str, Any]) -> str:

@@ -11,7 +11,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, whole, words_of
-from squama.cli.places import check_places
 from squama.errors import refuse
 from squama.io.files import exists, label
 
@@ -59,7 +58,7 @@ def ends(
     json: flags.Json = False,
 ) -> int:
     """Find where many designs of hinged scales engage and how they end, from a table."""
-    check_places(flags.problems(), [(out, (".csv",))], [designs])
+    flags.check_places([(out, (".csv",))], [designs])
     flags.problems().settle()
 
     from squama.arrays import designs_table as table

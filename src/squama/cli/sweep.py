@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.cli.places import check_places
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
@@ -27,21 +26,28 @@ _HELD = "Value of another dimension, e.g. eta=3; may be repeated."
 _PATHS = "With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg."
 
 
+@flags.group
+class Solving(flags.How):
+    """How the cells are solved: arguments of :func:`squama.sweep`."""
+
+    law: Annotated[str, flag("Force law: edge, plate, or edge,plate for both (edge).")] = "edge"
+    at: Annotated[str | None, flag(f"{flags.AT}.")] = None
+    sense: flags.Sense = "+"
+    margin: flags.Margin = 0.01
+    tile: Annotated[int | None, flag(_TILE, read=whole(1, 10**9, "16384"))] = None
+
+
+SOLVING = Solving()
+
+
 def sweep(
     beam: flags.BeamFile,
     /,
     *,
     over: Annotated[tuple[flags.Pair, ...], flag(_OVER, read=_RANGE, many=True)] = (),
     out: Annotated[flags.File, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
-    at: Annotated[str | None, flag(f"{flags.AT}.")] = None,
-    load: flags.Load = "twisting",
-    law: Annotated[str, flag("Force law: edge, plate, or edge,plate for both (edge).")] = "edge",
-    sense: flags.Sense = "+",
+    solving: Solving = SOLVING,
     mu: flags.Mu = None,
-    margin: flags.Margin = 0.01,
-    tile: Annotated[int | None, flag(_TILE, read=whole(1, 10**9, "16384"))] = None,
     shard: Annotated[str | None, flag("Only a share of the tiles, for job arrays: 1/4 to 4/4.")] = None,
     dask: Annotated[str | None, flag("Solve on dask.distributed: local:2 or tcp://host:8786.")] = None,
     progress: Annotated[str | None, flag("bar, json or none; on standard error (bar on a terminal).")] = None,
@@ -50,7 +56,6 @@ def sweep(
     """Solve a beam over ranges of parameters, into a store that can be resumed."""
     from squama.study import cluster
     from squama.study import sweeping as study
-    from squama.study.models import note
     from squama.study.parameters import ALIASES
     from squama.study.store import open_sweep
 
@@ -67,17 +72,14 @@ def sweep(
         with flags.problems().caught(), flags.laid(names):
             check(text)
     described = base.beam(beam, mu, friction=False)
-    if described is not None and at is not None:
+    if described is not None and solving.at is not None:
         with flags.problems().caught():
-            flags.rate("--at", at, described, load)
+            flags.rate("--at", solving.at, described, solving.load)
     described = settled(described)
 
-    laws = tuple(part.strip() for part in law.split(",")) if "," in law else law
+    laws = {"law": tuple(part.strip() for part in solving.law.split(","))} if "," in solving.law else {}
     with flags.laid(names | {name: f"--over {name}" for name in ranges}):
-        plan = study.make_plan(
-            described, ranges, joint=joint, ideal=ideal or None, at=at, load=load, law=laws, sense=sense, margin=margin,
-            tile=tile, bare=False,
-        )  # fmt: skip
+        plan = study.make_plan(described, ranges, bare=False, **vars(solving) | laws)
     name = label(out)
     with kept(name):
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
@@ -88,7 +90,7 @@ def sweep(
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
     facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
-    notes = [*filter(None, [note(described, load, plan.laws, joint, bent="psi" in ranges)]), *study.shares(dataset)]
+    notes = study.notes(plan, solving.joint, dataset)
     facts |= {**plan.model.attrs(described), "notes": notes}
     return output.say(base.json, facts, [line, *output.warnings(notes)])
 
@@ -122,7 +124,7 @@ def map(  # noqa: A001 - the command's name
     held = flags.once("--at", at)
     if not plot and csv is None:
         flags.problems().add("", "", "there is nothing to write", "give --plot map.png or --csv map.csv")
-    check_places(flags.problems(), [*((path, flags.PLOTS) for path in plot), (csv, (".csv",))], [])
+    flags.check_places([*((path, flags.PLOTS) for path in plot), (csv, (".csv",))])
     for name, text in (("lines", lines), ("paths", paths)):
         if text is not None and variable != "lock":
             flags.problems().add(f"--{name}", "", "belongs to --variable lock", "leave it out")

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
+from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
 from squama.loads import ENDS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -47,14 +48,12 @@ def twist(
     curve: Curve = CURVE,
     law: flags.Law = "edge",
     sense: flags.Sense = "+",
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
-    neutral: flags.Neutral = None,
-    tables: flags.Tables = flags.TABLES,
+    joints: flags.Joints = flags.JOINTS,
+    tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
-    return respond("twisting", beam, curve, tables, common, law, sense, joint, ideal=ideal, neutral=neutral)
+    return respond("twisting", beam, curve, joints, tables, common, law, sense)
 
 
 def bend(
@@ -62,28 +61,23 @@ def bend(
     /,
     *,
     curve: Curve = CURVE,
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
-    neutral: flags.Neutral = None,
-    tables: flags.Tables = flags.TABLES,
+    joints: flags.Joints = flags.JOINTS,
+    tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction."""
-    return respond("bending", beam, curve, tables, common, joint=joint, ideal=ideal, neutral=neutral)
+    return respond("bending", beam, curve, joints, tables, common)
 
 
 def respond(
     load: str,
     path: str,
     curve: Curve,
-    tables: flags.Tables,
+    joints: flags.Joints,
+    tables: Tables,
     common: flags.Common,
     law: str = "edge",
     sense: str = "+",
-    joint: str | None = None,
-    *,
-    ideal: bool = False,
-    neutral: str | None = None,
 ) -> int:
     """Run one of them, and return the exit status."""
     mu, data = curve.mu, curve.data
@@ -100,20 +94,17 @@ def respond(
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
-    from squama.curves import follow, polygons
+    from squama.curves.chosen import chosen
 
     family = list(mu) if len(mu) > 1 else None
     numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     with flags.laid(flags.arguments("neutral")):
-        if LOADS[load].sided:
-            held, _, note = follow.meant(beam, load, law, joint)
-            numbers["neutral"] = neutral
-        else:
-            held, _, note, numbers["neutral"] = polygons.meant(beam, joint, None, neutral)
-        if note:
-            print(f"squama: warning: {note}", file=sys.stderr)
-        if held == "compliant":
-            laws = report.ladder(load, beam, law, sense, numbers, ideal=ideal)
+        means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
+        numbers["neutral"] = joints.neutral
+        if means.note:
+            print(f"squama: warning: {means.note}", file=sys.stderr)
+        if means.real:
+            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal))
             law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)
@@ -126,7 +117,7 @@ def respond(
     )
 
 
-def _without(tables: flags.Tables) -> None:
+def _without(tables: Tables) -> None:
     """Keep it as a mistake where a flag says how a table is read, and there is none."""
     remedy = "give --data too, e.g. --data test.csv, or leave it out"
     for name, given in (("--decimal", tables.decimal), ("--columns", tables.columns)):

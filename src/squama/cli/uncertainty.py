@@ -37,18 +37,15 @@ _INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for non
 
 
 @flags.group
-class Study:
+class Study(flags.How):
     """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
 
-    joint: flags.Joint = None
     at: Annotated[str | None, flag(f"{flags.AT}.")] = None
     before: Annotated[str | None, flag('Probability of hinges locking before this twist, e.g. "120 deg total".')] = None
     samples: Annotated[int | None, flag(_SAMPLES, read=whole(3200, 1 << 24, "131072"))] = None
     sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
     seed: Annotated[int, flag("Seed of the samples (0).", read=whole(0, 2**31, "7"))] = 0
     indices: Annotated[int, flag(_INDICES, read=whole(0, 2**20, "4096"))] = 0
-    law: flags.Law = "edge"
-    load: flags.Load = "twisting"
     sense: flags.Sense = "+"
 
 
@@ -62,7 +59,6 @@ def uncertainty(
     vary: Annotated[tuple[flags.Pair, ...], flag(_TOLERANCE, read=_VARY, many=True)] = (),
     tolerances: Annotated[flags.File | None, flag(_FILE)] = None,
     study: Study = STUDY,
-    ideal: flags.Ideal = False,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     common: flags.Common = flags.COMMON,
@@ -79,7 +75,7 @@ def uncertainty(
     described = common.beam(beam, mu, friction=False)
     given: Mapping[str, object] = {}
     if described is not None:
-        given = _tolerances(vary, tolerances, described, study, ideal=ideal)
+        given = _tolerances(vary, tolerances, described, study)
         if "friction.mu" not in given and not flags.problems():
             flags.check_friction(beam, described)
         with flags.problems().caught():
@@ -92,7 +88,7 @@ def uncertainty(
 
     keep = bool(common.csv or common.netcdf)
     with flags.laid(flags.arguments("at", "before")):
-        found = solve(described, given, margin=margin, keep=keep, bare=False, ideal=ideal or None, **vars(study))
+        found = solve(described, given, margin=margin, keep=keep, bare=False, **vars(study))
     written = output.write(common, lambda: found, "uncertainty_figure", flat)
     nominal = _bench(found, described, given)
     return output.report(
@@ -117,23 +113,22 @@ def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | No
     return bench.bench(beam, answer, ideal=ideal, at=at)
 
 
-def _tolerances(
-    vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study, *, ideal: bool
-) -> dict[str, object]:
+def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study) -> dict[str, object]:
     """Return the tolerances of the flags and of the file, by the names of the beam file; every mistake is kept."""
-    from squama.curves import follow
+    from squama.curves.chosen import chosen
+    from squama.loads import LOADS
     from squama.study.tolerances.distributions import tolerances
 
     before = len(flags.problems())
     found: dict[str, object] = {}
-    joint, ideal, _ = follow.meant(beam, study.load, study.law, study.joint, ideal or None, elements=False)
+    kind = LOADS[study.load]
+    means = chosen(beam, kind, law=kind.law(study.law), joint=study.joint, ideal=study.ideal, elements=False)
 
     def read(group: Mapping[str, object]) -> None:
         # a distribution in SI units reads back as itself
         if group:
-            found.update(
-                {t.name: (t.kind, *t.numbers) for t in tolerances(group, beam, bare=False, joint=joint, ideal=ideal)}
-            )
+            told = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
+            found.update({t.name: (t.kind, *t.numbers) for t in told})
 
     if path is not None:
         with flags.problems().caught():

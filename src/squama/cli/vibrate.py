@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, whole
@@ -20,12 +20,22 @@ if TYPE_CHECKING:
 _KEYS = "load law joint scales mode faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Cycles in the table of the summary at most."""
-Rotor = Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')]
-Density = Annotated[str | None, flag('Mean density of the bar, "1100 kg/m3" (the beam\'s own).')]
 _LAID = {
     name: f"--{name}" for name in ("rotor", "density", "damping", "release", "impulse", "mode", "swings", "static")
 }
 _LAID |= {"torque": "--torque", "release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
+
+
+@flags.group
+class Swinging(flags.How):
+    """What swings, and by which model: arguments of :func:`squama.vibrate` and :func:`squama.shake`."""
+
+    mode: flags.Mode = "uniform"
+    rotor: Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')] = None
+    density: Annotated[str | None, flag('Mean density of the bar, "1100 kg/m3" (the beam\'s own).')] = None
+
+
+SWINGING = Swinging()
 
 
 def vibrate(
@@ -34,15 +44,9 @@ def vibrate(
     *,
     release: Annotated[str | None, flag(f"Twist from which it is let go: {flags.TWISTS}.")] = None,
     impulse: Annotated[str | None, flag('Or angular impulse on the rotor at rest, "0.01 N m s".')] = None,
-    rotor: Rotor = None,
-    density: Density = None,
+    swinging: Swinging = SWINGING,
     damping: Annotated[float, flag("Damping ratio of the material (0).", read=number(0.0, 0.5, "0.01"))] = 0.0,
     swings: Annotated[int, flag("Number of cycles (8).", read=whole(1, 10_000, "8"))] = 8,
-    load: flags.Load = "twisting",
-    mode: flags.Mode = "uniform",
-    law: flags.Law = "edge",
-    joint: flags.JointTwisted = None,
-    ideal: flags.Ideal = False,
     mu: flags.Mu = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -53,10 +57,8 @@ def vibrate(
     from squama.curves.labelled import flat_cycle
     from squama.dynamics.doors import vibrate
 
-    how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
-    how |= {"rotor": rotor, "density": density}
     with flags.laid(flags.arguments(**_LAID)):
-        data = vibrate(described, release=release, impulse=impulse, damping=damping, swings=swings, **how)
+        data = vibrate(described, release=release, impulse=impulse, damping=damping, swings=swings, **vars(swinging))
     written = output.write(common, lambda: data, "vibration_figure", flat_cycle)
     return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
 
@@ -83,7 +85,7 @@ def _shown(data: xr.Dataset) -> Iterable[str | Table]:
     ]
     if rows:
         head = ("cycle", "at s", f"peak {angle} rad/pitch", "trough", "energy J", "damping", "frequency Hz")
-        yield output.table(head, rows, left=len(head), gap=2)
+        yield output.table(head, rows)
     if zeta.size > SHOWN:
         yield f"the first {SHOWN} of {zeta.size} cycles"
     f_0, engaged = float(data["f_0"]), float(data[f"{angle}_e"])
@@ -106,15 +108,9 @@ def shake(
         str | None, flag(f"Twist that the torque would give the bare beam at rest: {flags.TWISTS}.")
     ] = None,
     torque: Annotated[str | None, flag('Or the amplitude of the torque itself, "0.1 N m".')] = None,
-    rotor: Rotor = None,
-    density: Density = None,
+    swinging: Swinging = SWINGING,
     damping: Annotated[float, flag("Damping ratio of the material (0.01).", read=number(0.0, 0.5, "0.01"))] = 0.01,
     points: Annotated[int, flag("Number of frequencies (25).", read=whole(2, 1000, "25"))] = 25,
-    load: flags.Load = "twisting",
-    mode: flags.Mode = "uniform",
-    law: flags.Law = "edge",
-    joint: flags.JointTwisted = None,
-    ideal: flags.Ideal = False,
     mu: flags.Mu = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -129,10 +125,9 @@ def shake(
     with flags.problems().caught():
         last = frequency("--highest", highest)
     described = settled(common.beam(beam, mu))
-    how: dict[str, Any] = {"load": load, "mode": mode, "law": law, "joint": joint, "ideal": ideal or None}
-    how |= {"rotor": rotor, "density": density, "damping": damping}
+    frequencies = np.linspace(first, last, points)
     with flags.laid(flags.arguments(**_LAID, frequencies="--lowest, --highest")):
-        data = shake(described, np.linspace(first, last, points), static=static, torque=torque, **how)
+        data = shake(described, frequencies, static=static, torque=torque, damping=damping, **vars(swinging))
     written = output.write(common, lambda: data, "shaken_figure", _table)
     return output.report(common.json, beam, written, lambda: _steady(described, data), lambda: _states(data))
 
@@ -164,16 +159,9 @@ def _states(data: xr.Dataset) -> Iterable[str | Table]:
             loose = "" if data["settled"].values[way, i] else " *"
             row += [shown_number(high[way, i]), shown_number(low[way, i]) + loose, shown_number(share[way, i])]
         rows.append(row)
-    head = (
-        "Hz",
-        f"up: {kind.angle} largest",
-        "smallest",
-        "friction",
-        f"down: {kind.angle} largest",
-        "smallest",
-        "friction",
-    )
-    yield output.table(head, rows, left=len(head), gap=2)
+    both = [(f"{way}: {kind.angle} largest", "smallest", "friction") for way in ("up", "down")]
+    head = ("Hz", *both[0], *both[1])
+    yield output.table(head, rows)
     yield (
         f"{kind.angle}: largest and smallest, rad/pitch; friction: its share of the torque's work; without contact "
         f"{float(data['f_0']):.4g} Hz"

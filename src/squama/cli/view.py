@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.places import check_places
 
 if TYPE_CHECKING:
     from squama.scene.picture import View
@@ -26,11 +25,8 @@ def view(
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     frames: Annotated[int, flag("Pictures of an animation, there and back (36).", read=whole(2, 500, "36"))] = 36,
-    load: flags.Load = "twisting",
-    law: flags.Law = "edge",
+    how: flags.How = flags.HOW,
     sense: flags.Sense = "+",
-    joint: flags.Joint = None,
-    ideal: flags.Ideal = False,
     dark: Annotated[bool, Parameter(help="Draw on a dark ground.")] = False,
     no_forces: Annotated[bool, Parameter(help="Leave the forces out.")] = False,
     base: flags.Base = flags.BASE,
@@ -40,19 +36,27 @@ def view(
 
     if not out:
         flags.problems().add("--out", "", "is not given", "write e.g. -o beam.png, beam.gif or beam.html")
-    check_places(flags.problems(), [(path, picture.FORMATS) for path in out], [beam])
+    flags.check_places([(path, picture.FORMATS) for path in out], [beam])
     with flags.problems().caught():
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
-    described, asked = base.turned(beam, mu, "--twist", twist, load=load, still=True)
-    how: dict[str, Any] = {"law": law, "sense": sense, "margin": margin, "joint": joint, "ideal": ideal or None}
-    how |= {"bend": bend} if bend is not None else {}
+    described, asked = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
+    held = 0.0 if bend is None else bend
     described = settled(described)
     with flags.laid(flags.arguments("bend")):
         found = picture.view(
-            described, *out, to=asked, load=load, dark=dark, forces=not no_forces, frames=frames, **how
+            described,
+            *out,
+            to=asked,
+            bend=held,
+            sense=sense,
+            margin=margin,
+            dark=dark,
+            forces=not no_forces,
+            frames=frames,
+            **vars(how),
         )
-    return output.report(base.json, beam, found.files, lambda: _record(load, found), lambda: _shown(found))
+    return output.report(base.json, beam, found.files, lambda: _record(how.load, found), lambda: _shown(found))
 
 
 def _record(load: str, found: View) -> dict[str, object]:

@@ -31,12 +31,14 @@ from squama.contacts.increments import (
     SIDE_ENTRY,
     SLIDE,
     STICK,
+    T_FRESH,
     T_LOAD,
     T_ONSET,
     T_SINCE,
     T_WAY,
     Walk,
     guess,
+    number,
     remark,
     tell,
     weigh,
@@ -61,13 +63,18 @@ from squama.contacts.system import (
     copied,
     copy,
     corner_at,
+    high,
     lengthwise,
+    low,
+    partner,
     spots,
 )
 from squama.types import Array
 
 _CHANGES = 24
 """Changes at once that a scale may have; three for each one more."""
+_WIDER, _WIDEST = 2.0, 0.2
+"""By how much the window of an edge along a face is widened where two contacts in it have no balance, and to what."""
 
 
 @_jit
@@ -282,7 +289,9 @@ def succeed(w: Walk, st: State, c: int) -> bool:
     best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
         # what it is gets into k
-        if known(S, st, w.con, w.counts[0], w.found[a], k) or (k[KIND] == kind and k[ONE] == one and k[OTHER] == other):
+        if known(S, st, w.con, w.counts[0], w.found[a], w.W):
+            continue
+        if k[KIND] == kind and k[ONE] == one and k[OTHER] == other:
             continue
         X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
@@ -292,6 +301,35 @@ def succeed(w: Walk, st: State, c: int) -> bool:
         return False
     put(F, st.F[w.counts[0] - 1], 0)
     return True
+
+
+@_jit
+def merged(w: Walk) -> bool:
+    """Take an edge's contact with a face, the last one that came in, as one with another of that edge.
+
+    A bent edge that lies along a face is pressed at places close to each other: two for which no balance is found bear
+    as one.
+    """
+    c = w.counts[0] - 1
+    # of a row all scales would have to be looked at, wherever its points are
+    several = len(w.S.shapes) > w.S.stride
+    if several or c < 1 or w.tally[T_FRESH].real >= 1 or w.con[c, KIND] < EF or w.W.window[0] > _WIDEST:
+        return False
+    for o in range(c):
+        if number(w.con[o]) == number(w.con[c]):
+            w.W.window[0] *= _WIDER
+            if w.W.window[0] * span(w, c) > abs(w.now.s[o, 2] - w.now.s[c, 2]):
+                drop(w, w.now, c)
+                return True
+    return False
+
+
+@_jit
+def span(w: Walk, c: int) -> float:
+    """Return the length of the edge of a contact that lies along a face."""
+    row = w.con[c]
+    i, edge = (row[FIRST], row[ONE]) if row[KIND] == EF else (partner(w.S, row), row[OTHER])
+    return high(w.S, i, edge) - low(w.S, i, edge)
 
 
 @_jit

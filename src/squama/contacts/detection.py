@@ -50,7 +50,9 @@ _DIP = 1e-3
 """Depth, in pitches, by which the gap along a bent edge may be less between two places that are looked at."""
 ALONG, ACROSS = 16, 8
 """Places that are looked at along a bent edge of the length, and of the width."""
-_PARALLEL, _SAME, _NEAR, _REFINED = 1e-9, 1e-5, 0.03, 6
+WINDOW = 0.03
+"""Part of a plate within which a vertex beside an edge along a face is that contact, at first."""
+_PARALLEL, _SAME, _REFINED = 1e-9, 1e-5, 6
 _BERNSTEIN = np.array([[math.comb(r, m) / math.comb(7, m) for m in range(2, 8)] for r in range(8)])
 """Coefficients of Bernstein's polynomials of degree 7, of the powers X^2 .. X^7."""
 
@@ -356,8 +358,9 @@ def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
 
 
 @_jit
-def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> bool:
-    """Say whether a vertex is a contact already, or one at the place of a contact; ``c`` is room."""
+def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool:
+    """Say whether a vertex is a contact already, or one at the place of a contact; ``W.vertex`` becomes its kind."""
+    c = W.vertex
     kind, one, other = int(row[KIND]), int(row[ONE]), int(row[OTHER])
     for a in range(5):
         c[a] = int(row[a])
@@ -370,7 +373,7 @@ def known(S: System, st: State, con: Array, m: int, row: Array, c: Array) -> boo
         if k == kind and o == one and t == other and k < EF:
             return True
         X1, Y1, X2, Y2 = spots(S, con[a], st.s[a])
-        near = _NEAR if kind >= EF or k >= EF else _SAME
+        near = W.window[0] if kind >= EF or k >= EF else _SAME
         if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
                 and abs(X2 - x2) < near * S.shapes[j, ETA]
                 and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
@@ -392,7 +395,7 @@ def deepest(
             if further(S, i, k) < N and (every or near[i, k - 1] > 0):
                 first, n = n, vertices(S, st, W, i, k, cap, out, n)
                 for a in range(first, n):
-                    if not known(S, st, con, m, out[a], W.vertex):
+                    if not known(S, st, con, m, out[a], W):
                         near[i, k - 1] = 1
                         if best < 0 or out[a, GAP] < out[best, GAP]:
                             best = a

@@ -1,7 +1,7 @@
 r"""Ends of a row whose cells have strains of their own: what cells carry, and what is asked of the ends; compiled.
 
 With the strains e_i of cell i, the part of the energy and of the contacts' forces in its own axes balances what the
-load at the ends is there, R_i:
+load at the ends is there, R_i::
 
     K_e . (q_i, e_i) + sum F . dp2/de_i = R_i
 

@@ -12,7 +12,7 @@ from squama.batch import records
 from squama.batch.keeping import kept, making
 from squama.batch.keeping import part as _jit
 from squama.contacts.derivatives import again
-from squama.contacts.detection import VERTEX
+from squama.contacts.detection import VERTEX, WINDOW
 from squama.contacts.follow import follow
 from squama.contacts.geometry import PLACED, RATES, put
 from squama.contacts.increments import TALLY, Walk
@@ -99,6 +99,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((C, 5), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(VERTEX),
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
         np.zeros((own, STRAINS), kind), np.zeros(PLACED + RATES * own, kind), np.eye(3).astype(kind),
+        np.full(1, WINDOW),
     )  # fmt: skip
     band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(

@@ -1,6 +1,6 @@
 r"""The equations of N scales in contact, and their derivatives; compiled.
 
-Contact c presses scale i from its neighbour j at places r1 and p2, both seen from scale i, by the force F:
+Contact c presses scale i from its neighbour j at places r1 and p2, both seen from scale i, by the force F::
 
     scale      K_q . (q, e) = sum F - R'^T F,  and the moments of both about the scales' base midpoints
     plate      b = C sum [Phi(x1, y1) F.n_1 - Phi(x2, y2) F.n_2]                 (explicit: no unknowns of its own)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -139,6 +140,6 @@ def _joined(touches: Array, rows: Array) -> Array:
     return np.array(names, str)
 
 
-def second(told: list[Event]) -> Event | None:
+def second(told: Sequence[Event]) -> Event | None:
     """Return which contact comes in first beside another one; None where none does."""
     return next((event for event in told if event.kind == increments.ENGAGE and event.before), None)

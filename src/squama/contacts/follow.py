@@ -10,14 +10,15 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.changes import change, missed, regroup, tried
-from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, lying, sideways, value, violated
+from squama.contacts.changes import change, merged, missed, regroup, tried
+from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, value, violated
 from squama.contacts.detection import GAP, deepest
 from squama.contacts.increments import (
     AT_REST,
     CHANGE,
     LOST,
     NO_EQUILIBRIUM,
+    OPEN,
     RANGE,
     SIDE_ENTRY,
     SNAP,
@@ -56,7 +57,7 @@ from squama.contacts.increments import (
 )
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, PHI, STRAINS, STUCK, cells, copy
+from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -259,6 +260,18 @@ def jump(w: Walk, goal: float, step: float, events: Array) -> int:
 
 
 @_jit
+def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
+    """Go on where no increment is small enough: with one contact less, or by a jump."""
+    c = w.counts[0] - 1
+    if not merged(w):
+        return jump(w, goal, step, events)
+    copy(w.kept[c], w.con[c])
+    tell(w, events, OPEN, c, 0.0)
+    w.tally[T_H], w.tally[T_ZERO] = step * _SOFTLY, 0.0
+    return 0
+
+
+@_jit
 def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     """Go on towards a way by one increment; return why not, 0 if it went on."""
     t, m, N = w.tally, w.counts[0], len(w.S.shapes)
@@ -275,7 +288,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             restore(w)
             h *= _SHRINK
             if h < _LEAST:
-                return jump(w, goal, step, events)
+                return stopped(w, goal, step, events)
             continue
         clear(w.near)
         what, c, v = violated(w, w.new, True)
@@ -288,7 +301,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             restore(w)
             h *= _SHRINK
             if h < _LEAST:
-                return jump(w, goal, step, events)
+                return stopped(w, goal, step, events)
             continue
         break
     if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
@@ -305,7 +318,9 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events):
         t[T_ZERO] = 0.0
-        return jump(w, goal, step, events)
+        code = jump(w, goal, step, events)
+        # a corner that leaves an edge, and finds no other hold, comes to lie beside it
+        return SIDE_ENTRY if what == OFF and code == NO_EQUILIBRIUM else code
     together(w, what, scale, events)
     return 0
 
@@ -375,7 +390,8 @@ def follow(
 ) -> None:  # fmt: skip
     """Follow a beam from rest along straight legs to corners (n, 4) in the strains, at rising ways (n,).
 
-    Where nothing touches up to there, that is looked for straight on to the way ``most``.
+    Where nothing touches up to there, that is looked for straight on to the way ``most``; without ways along the first
+    of ``corners``, a rate.
 
     Written are ``rows`` (n, 22), ``motions`` (n, N, 6 or 14), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
     (E, 25), and ``end`` (4,): why, way, events, rows.
@@ -410,8 +426,8 @@ def follow(
     end[0], end[1] = code, t[T_WAY]
     while code == RANGE and t[T_EVENTS] == 0 and t[T_WAY] < most - 1e-13:
         if len(ways) == 0 and t[T_WAY] == 0.0:
-            # twisted alone
-            w.leg[4 + PHI] = 1.0
+            for e in range(STRAINS):
+                w.leg[4 + e] = corners[0, e]
         if advance(w, most, step, events) != RANGE:
             break
     end[2], end[3] = t[T_EVENTS], done

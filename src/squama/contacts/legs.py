@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from squama.contacts.path import COLUMNS, ROOM, STEP, STRETCHING, Answers, Free, Path, Scale, beams, follow_all
+from squama.contacts.path import COLUMNS, ROOM, STEP, STRETCHING, Answers, Bar, Path, Scale, beams, follow_all
 from squama.types import Array
 
 
@@ -46,10 +45,7 @@ class Bent(NamedTuple):
         return self.column("torque")
 
 
-def follow_legs(
-    scale: Scale, K: Array, mu: float, corners: Array, *, free: Free = STRETCHING, aside: float = 1.0,
-    seen: Sequence[float] = (), own: Sequence[float] = (), step: float = STEP,
-) -> Bent:  # fmt: skip
+def follow_legs(scale: Scale, K: Array, mu: float, corners: Array, *, step: float = STEP, **bar: Unpack[Bar]) -> Bent:
     """Follow a beam from rest through corners; every contact is told.
 
     Parameters
@@ -62,28 +58,28 @@ def follow_legs(
         Coefficient of friction.
     corners : (n, 2) array
         Bend and twist per pitch, rad, between which the path is straight; each other than the one before.
-    free, aside, seen, own
-        Strains without a moment or force, the stiffness against lateral bend, and what scales on both faces bring, as
-        of :func:`squama.contacts.path.beams`; of a strain that is free the corners say nothing.
     step
         Largest increment of the way.
+    **bar
+        As of :func:`squama.contacts.path.beams`, by default free to stretch; of a strain that is free the corners say
+        nothing.
     """
-    corners = np.asarray(corners, float)
-    ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
-    scales, mus = Scale(*np.array([scale]).T), np.array([mu])
-    one = beams(scales, K[None], mus, free=free, aside=aside, seen=seen, own=own)
-    found = follow_all(one, ways[None], step=step, corners=corners[None], room=ROOM)
-    return Bent(found.rows[0], found, Path.met(scale, one, found))
+    way = Path.at_rest(scale, K, mu, **_stretching(bar))
+    found = way.along(np.asarray(corners, float), step)
+    return Bent(found.rows[0], found, way.met(found))
 
 
-def follow_straight(
-    scale: Scale, K: Array, mu: float, ends: Array, *, free: Free = STRETCHING, aside: float = 1.0,
-    seen: Sequence[float] = (), own: Sequence[float] = (),
-) -> Bent:  # fmt: skip
+def follow_straight(scale: Scale, K: Array, mu: float, ends: Array, **bar: Unpack[Bar]) -> Bent:
     """Follow a beam from rest straight to each of ``ends`` (n, 2), see :func:`follow_legs`; ``way`` is of the first."""
     n = len(ends)
     scales, mus = Scale(*np.tile(scale, (n, 1)).T), np.full(n, mu)
-    one = beams(scales, np.broadcast_to(K, (n, 9, 9)), mus, free=free, aside=aside, seen=seen, own=own)
+    one = beams(scales, np.broadcast_to(K, (n, 9, 9)), mus, **_stretching(bar))
     corners = np.ascontiguousarray(ends[:, None], float)
     found = follow_all(one, np.hypot(*ends.T)[:, None], corners=corners, room=ROOM)
-    return Bent(found.rows[:, 0], found, Path.met(scale, one, found))
+    way = Path.at_rest(scale, K, mu, **_stretching(bar))
+    return Bent(found.rows[:, 0], found, way.met(found))
+
+
+def _stretching(bar: Bar) -> Bar:
+    """Return what is taken of the bar, free to stretch where nothing is said."""
+    return {"free": STRETCHING, **bar}

@@ -49,7 +49,8 @@ class Work(NamedTuple):
     edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last place at which it
     is pressed (N,), and before each place another one of the same plate (2 C,), -1 for none. Where cells have strains
     of their own, what each carries (N, 4), M, T, B, P, the motion of the far end, as
-    :func:`squama.contacts.geometry.chain` has it, and the axes of a section (3, 3).
+    :func:`squama.contacts.geometry.chain` has it, and the axes of a section (3, 3);
+    ``window`` (1,): the part of a plate within which a vertex beside an edge along a face is that contact.
     """
 
     E: Array
@@ -71,6 +72,7 @@ class Work(NamedTuple):
     carried: Array
     bar: Array
     section: Array
+    window: Array
 
 
 class Meeting(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry
-from squama.contacts.path import ROOM, STEP, Answers, Room, faces_of, on_legs, signed
+from squama.contacts.path import ROOM, STEP, Answers, Room, on_legs, signed
 from squama.contacts.system import ENDLESS
 from squama.types import Array
 
@@ -33,7 +33,7 @@ def moved(
     at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
     tell(entry.many, "scales in contact")
     tell(entry.move, "derivatives of scales in contact")
-    faces = faces_of(real)
+    faces = 1 + bool(real.seen.shape[1])
     found, changed = Room.of(at, room, faces), Room.of(ways, room, faces)
     for i in range(len(at)):
         _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
@@ -51,7 +51,7 @@ def _move(
     one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
     own, beam = found.part(one), entry.Beams._make(v[one] for v in real)
     every = entry.Beams._make(v[all_] for v in many)
-    size, faces = NOTES, faces_of(real)
+    size, faces = NOTES, 1 + bool(real.seen.shape[1])
     while True:
         notes = np.zeros((1, size))
         entry.many(beam, faces, ENDLESS, step, most[one], faces * ROOM, at[one], legs[one], *own, notes)

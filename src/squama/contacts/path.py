@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
@@ -77,6 +77,16 @@ class Scale(NamedTuple):
     def elastic(self) -> Any:
         """Whether it bends, or which of them do."""
         return np.isfinite(self.D)
+
+
+class Bar(TypedDict, total=False):
+    """What is taken of the bar, see :func:`beams`."""
+
+    free: Free
+    aside: float
+    masked: Sequence[float]
+    seen: Sequence[float]
+    own: Sequence[float]
 
 
 class Contact(NamedTuple):
@@ -202,11 +212,6 @@ def beams(
     return entry.Beams(shapes, K, elastic, plates, loose, aside, *alike)
 
 
-def faces_of(beams: entry.Beams) -> int:
-    """Return on how many faces there are scales."""
-    return 2 if beams.seen.shape[1] else 1
-
-
 def follow_all(
     beams: entry.Beams, targets: Array, *, most: float | Array | None = None, step: float = STEP,
     corners: Array | None = None, room: int = 1,
@@ -214,15 +219,25 @@ def follow_all(
     """Follow beams to targets (n, m); first contacts are looked for below the twists ``most``.
 
     ``corners`` (n, m, 2): bend and twist at the targets, which are ways then, straight on to ``most``; it is 1 if not
-    given, and the last target where there are corners. Without corners targets are twists, which may go back as well.
+    given, and the last target where there are corners. Without corners targets are twists, which may go back as well;
+    without targets one corner (n, 1, 2) is the direction.
     ``room``: how many contacts are told of each state; with scales on both faces all are.
     """
     ways, strains, most = on_legs(targets, corners, most)
-    faces = faces_of(beams)
+    faces = 1 + bool(beams.seen.shape[1])
     found = Room.of(ways, room, faces)
     tell(entry.many, "scales in contact")
     entry.many(beams, faces, ENDLESS, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
     return found.answers() if corners is not None else signed(found.answers(), targets)
+
+
+def follow_legs(beams: entry.Beams, corners: Array, step: float = STEP) -> Answers:
+    """Follow one beam from rest through corners (n, 2): bends and twists per pitch between which the path is straight.
+
+    ``step``: largest increment of the way.
+    """
+    ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
+    return follow_all(beams, ways[None], step=step, corners=corners[None], room=ROOM)
 
 
 def signed(answers: Answers, targets: Array) -> Answers:
@@ -235,11 +250,14 @@ def signed(answers: Answers, targets: Array) -> Answers:
 
 
 def on_legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
-    """Return ways (n, m), strains there (n, m, 4), and how far to look for a first contact (n,)."""
+    """Return ways (n, m), strains there (n, m, 4), and how far to look for a first contact (n,).
+
+    Without targets the strains (n, 1, 4) are the direction in which that is looked for.
+    """
     n, m = targets.shape
-    strains = np.zeros((n, m, STRAINS), targets.dtype)
+    strains = np.zeros((n, max(m, 1), STRAINS), targets.dtype)
     if corners is None:
-        strains[..., PHI] = targets
+        strains[..., PHI] = targets if m else 1.0
         steps = np.diff(targets, axis=1, prepend=0.0)
         ways = np.cumsum(np.where(np.real(steps) < 0, -steps, steps), axis=1)
         # (a path that goes back is as long as its way)
@@ -328,12 +346,10 @@ def contacted(touches: Array) -> dict[str, Array]:
     """Return columns of states by their contacts (.., 16), by name: what meets, and the places there."""
     _, apart, kind, one, other = np.moveaxis(np.real(touches[..., :5]), -1, 0)
     one, other = features(kind, one, other)
-    face, edges = (touches[..., 6:8], touches[..., 8:10]), kind == EE
-    at = np.where(((kind == FV) | (kind == FE))[..., None], *face)
+    edges, (x1, y1, x2, y2) = kind == EE, np.moveaxis(touches[..., 6:10], -1, 0)
     return {
         "first": one, "second": other, "k": apart,
-        "x": np.where(edges, along(one, *np.moveaxis(face[0], -1, 0)), at[..., 0]),
-        "y": np.where(edges, along(other, *np.moveaxis(face[1], -1, 0)), at[..., 1]),
+        "x": np.where(edges, along(one, x1, y1), y1), "y": np.where(edges, along(other, x2, y2), x2),
         "along": np.where(kind >= EF, touches[..., 15], 0.0),
     }  # fmt: skip
 
@@ -341,23 +357,6 @@ def contacted(touches: Array) -> dict[str, Array]:
 def along(edge: Array, x: Array, y: Array) -> Array:
     """Return the places on edges of places of the plate."""
     return np.where((edge == plate.SIDE_D) | (edge == plate.SIDE_A), x, y)
-
-
-def held_bent(beams: entry.Beams, bends: Array, twists: Array, most: Array) -> Answers:
-    """Bend beams that may be bent by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these.
-
-    What touches first is looked for below the twists ``most`` (n,).
-    """
-    ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
-    # as far as the way goes, to the last digit
-    corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
-    found = follow_all(beams, ways, corners=corners, most=np.abs(bends) + most)
-    return found._replace(rows=found.rows[:, 1:])
-
-
-def bent_alone(beams: entry.Beams, bends: Array, most: Array) -> Answers:
-    """Bend beams that may be bent to rising bends (n, m) from 0 on, the twist held at 0; ``most`` as of twists."""
-    return follow_all(beams, bends, corners=np.stack([bends, 0 * bends], axis=-1), most=most)
 
 
 def endings(contacts: Array, ends: Array) -> Array:
@@ -388,21 +387,29 @@ class Path(NamedTuple):
         return min(c.phi for c in self.contacts)
 
     @classmethod
-    def of(
-        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, most: float = 1.0, free: Free = HELD,
-        aside: float = 1.0, masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
-    ) -> Path:  # fmt: skip
-        """Return the path of a beam that is twisted; arguments as of :func:`beams`, ``most``: largest twist."""
-        scales, mus = Scale(*np.array([scale]).T), np.array([mu])
-        one = beams(scales, K[None], mus, sense=sense, free=free, aside=aside, masked=masked, seen=seen, own=own)
-        # the other face's scales may come in later
-        found = follow_all(one, np.full((1, 1), most) if len(seen) else np.empty((1, 0)), most=most)
-        return cls.met(scale._replace(alpha=sense * scale.alpha), one, found)
+    def at_rest(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, **bar: Unpack[Bar]) -> Path:
+        """Return the path of a beam of which is not known what touches first; arguments as of :func:`beams`."""
+        one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, **bar)
+        nothing = Contact(-1, -1, 0, math.inf, math.nan, math.nan)
+        return cls(scale._replace(alpha=sense * scale.alpha), one, nothing, nothing if bar.get("seen") else None)
 
     @classmethod
-    def met(cls, scale: Scale, one: entry.Beams, found: Answers) -> Path:
-        """Return the path of a beam that was followed."""
-        return cls(scale, one, found.contact(), found.other.contact() if found.other else None)
+    def of(
+        cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, toward: tuple[float, float] = (0.0, 1.0),
+        most: float = 1.0, **bar: Unpack[Bar],
+    ) -> Path:  # fmt: skip
+        """Return the path of a beam, with what touches first ``toward`` a bend and a twist, up to the way ``most``."""
+        return cls.at_rest(scale, K, mu, sense=sense, **bar).looked(toward, most)
+
+    def looked(self, toward: tuple[float, float], most: float) -> Path:
+        """Return the path with what touches first ``toward`` a bend and a twist (of length 1), up to a way."""
+        # the other face's scales may come in later
+        ways, there = (np.full((1, 1), most), most) if self.other else (np.empty((1, 0)), 1.0)
+        return self.met(follow_all(self.beams, ways, corners=there * np.array([[toward]]), most=most))
+
+    def met(self, found: Answers) -> Path:
+        """Return the path with what touches first where the beam was followed."""
+        return self._replace(contact=found.contact(), other=found.other.contact() if found.other else None)
 
     @property
     def mu(self) -> float:
@@ -412,6 +419,10 @@ class Path(NamedTuple):
     def follow(self, targets: Array, step: float = STEP) -> Answers:
         """Follow the twist to targets (n,), which may go back."""
         return follow_all(self.beams, targets[None], most=0.0, step=step, room=ROOM)
+
+    def along(self, corners: Array, step: float = STEP) -> Answers:
+        """Follow the beam along legs, see :func:`follow_legs`."""
+        return follow_legs(self.beams, corners, step)
 
     def states(self, targets: Array, step: float = STEP) -> tuple[Array, End]:
         """Follow the twist to targets (n,); return rows, see :class:`Answers`, NaN beyond the end."""

@@ -95,7 +95,7 @@ def placed(c: Array) -> str:
 def track(
     way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, ends: int = EQUAL, load: int = PHI
 ) -> Track:  # fmt: skip
-    """Follow a row through ascending twists (n,) from 0 on, to the last or to its end.
+    """Follow a row through twists (n,) in one sense from 0 on, to the last or to its end.
 
     ``ends``: how they are, :data:`squama.contacts.system.ENDLESS` and so on; twists are the mean of all cells.
     ``load``: another strain in place of the twist. Gripped ends keep their distance where the stretch is held.
@@ -110,7 +110,7 @@ def track(
     events, ended = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        beams, scales, ends, step, np.zeros(1), room, phis[None].astype(float), strains, raw, motions, bends,
+        beams, scales, ends, step, np.zeros(1), room, np.abs(phis[None].astype(float)), strains, raw, motions, bends,
         contacts, events, ended, np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ended[0].tolist()

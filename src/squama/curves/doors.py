@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.beam.design import Beam
 from squama.curves import follow
+from squama.curves.chosen import chosen
 from squama.curves.given_history import items, read, repeated
 from squama.curves.labelled import Answer
 from squama.curves.path import Asked, LoadPath
@@ -223,32 +224,9 @@ def respond(
             refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     way = LoadPath.of(load, [sign * stop])
     points = arguments.whole("points", points, 3, 1e6)
-    beam, held, thin, note, line = _meant(arguments.held_by(beam, hold), kind, law, joint, ideal, neutral)
-    asked = Asked(beam, way, mus, kind.law(law), margin, points, loads, thin, note, neutral=line)
-    return follow.curves(asked, held)
-
-
-def _meant(
-    beam: Beam, kind: Load, law: str, joint: str | None, ideal: bool | None, neutral: str | None = None
-) -> tuple[Beam, str, bool, str, str]:
-    """Return what :func:`squama.curves.follow.meant` does, or :func:`squama.curves.polygons.meant` in bending.
-
-    First the beam, whose hinges know the line that keeps its length; that line last.
-    """
-    if kind.sided:
-        held, thin, note = follow.meant(beam, kind.name, law, joint, ideal)
-        if neutral is not None and held == "hinge":
-            refuse("neutral", f'"{neutral}"', "is of the compliant joint in twisting", "leave it out")
-        if neutral is not None:
-            from squama.curves import polygons
-
-            beam = polygons.stretched(beam, neutral)
-        return beam, held, thin, note, ""
-    from squama.curves import polygons
-
-    held, thin, note, line = polygons.meant(beam, joint, ideal, neutral)
-    beam = beam.replace(substrate={"neutral": line}) if held == "hinge" else polygons.stretched(beam, line)
-    return beam, held, thin, note, line
+    means = chosen(arguments.held_by(beam, hold), kind, law=kind.law(law), joint=joint, ideal=ideal, neutral=neutral)
+    asked = Asked(means.beam, way, mus, kind.law(law), margin, points, loads, means.ideal, means.note)
+    return follow.curves(asked, means.joint)
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -380,8 +358,7 @@ def cycled(
     if len(values) * points > MOST:
         reason = f"{len(values)} twists of {points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    beam, held, thin, note, line = _meant(arguments.held_by(beam, hold), kind, law, joint, ideal)
-    line = line if held == "compliant" else ""
+    means = chosen(arguments.held_by(beam, hold), kind, law=law, joint=joint, ideal=ideal)
     way = LoadPath.of(load, values, typed)
-    asked = Asked(beam, way, m, law, margin, points, ideal=thin, note=note, neutral=line)
-    return follow.cycles(asked, held)
+    asked = Asked(means.beam, way, m, law, margin, points, ideal=means.ideal, note=means.note)
+    return follow.cycles(asked, means.joint)

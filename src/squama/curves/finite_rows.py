@@ -11,6 +11,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import doors, follow
+from squama.curves.chosen import chosen
 from squama.curves.labelled import Answer, Labelled, attributes, labelled
 from squama.curves.path import Asked, LoadPath
 from squama.errors import InputError, refuse
@@ -120,24 +121,24 @@ def rowed(
     sign = arguments.sense(sense)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
-    held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
-    ends = _ends(ends, held)
+    means = chosen(beam, LOADS["twisting"], joint=joint, ideal=ideal)
+    ends = _ends(ends, means.joint)
     way = LoadPath.of("twisting", [sign * stop])
     beam = arguments.held_by(beam.replace(scales=n), hold)
-    asked = Asked(beam, way, m, "edge", 0.0, points, ideal=thin, note=note)
-    if held == "hinge":
-        from squama.curves import hinge_rows
-
-        states = hinge_rows.solve(asked)
-    else:
+    asked = Asked(beam, way, m, "edge", 0.0, points, ideal=means.ideal, note=means.note)
+    if means.real:
         from squama.curves import real_rows
 
         states = real_rows.solve(asked, ends)
+    else:
+        from squama.curves import hinge_rows
+
+        states = hinge_rows.solve(asked)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
-    variables = labelled(way.load, states, m, follow.theory(way.load, held))
+    variables = labelled(way.load, states, m, follow.theory(way.load, means.joint))
     variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
-    attrs = attributes(asked, "twisting of a row of scales", sense, held, states.notes)
+    attrs = attributes(asked, "twisting of a row of scales", sense, means.joint, states.notes)
     attrs |= {"load": "row", "mu": float(m), "sense": sense, "ends": ends, **states.attrs}
     return Answer(variables, attrs)
 

@@ -17,8 +17,6 @@ from squama.beam.design import Beam
 from squama.curves import both_faces, hinge, hinge_cycles
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, Solved, States
-from squama.errors import refuse
-from squama.joints import choice
 from squama.loads import LOADS, Load
 from squama.types import Array
 
@@ -27,18 +25,17 @@ class Model(NamedTuple):
     """How a scale is held.
 
     ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds; ``walk``
-    the states of a history; ``only`` are the words to which it is bound, by argument.
+    the states of a history.
     """
 
     solve: Callable[[Asked], tuple[Sequence[Solved], States]]
     walk: Callable[[Asked], States]
-    only: dict[str, str]
 
 
 def _compliant_solve(asked: Asked) -> tuple[Sequence[Solved], States]:
-    from squama.curves import real, real_bent
+    from squama.curves import real_path
 
-    return real_bent.solve(asked) if asked.neutral else real.solve(asked)
+    return real_path.solve(asked)
 
 
 def _compliant_walk(asked: Asked) -> States:
@@ -48,50 +45,10 @@ def _compliant_walk(asked: Asked) -> States:
 
 
 MODELS = {
-    "hinge": Model(hinge.solve, hinge_cycles.walk, {}),
-    "compliant": Model(_compliant_solve, _compliant_walk, {"law": "edge", "load": "twisting"}),
+    "hinge": Model(hinge.solve, hinge_cycles.walk),
+    "compliant": Model(_compliant_solve, _compliant_walk),
 }
 """A hinge with one spring (closed form), or six motions of a scale against the substrate."""
-
-
-def covers(load: str, law: str) -> bool:
-    """Whether the compliant joint covers a load and a force law."""
-    only = MODELS["compliant"].only
-    return (load, law) == (only["load"], only["law"])
-
-
-def meant(
-    beam: Beam, load: str, law: str, joint: str | None = None, ideal: bool | None = None, *, elements: bool = True
-) -> tuple[str, bool, str]:
-    """Return the joint, whether scales are ideal, and a warning where the compliant joint is not known.
-
-    What is not given: the joint is compliant where that covers the load and the law; the hinge's scales are ideal.
-    Without ``elements`` a joint is known by its matrix or by the law.
-    """
-    arguments.held(joint, ideal)
-    note = ""
-    if not joint:
-        if covers(load, law):
-            from squama.curves import real
-
-            note = real.impossible(beam) if elements else choice.unknown(beam)
-            joint = "" if note else "compliant"
-        joint = joint or "hinge"
-    return joint, joint == "hinge" if ideal is None else ideal, note
-
-
-def model(joint: str, asked: Asked) -> Model:
-    """Return the model of a kind of joint, see :func:`covering`; both know the line that keeps its length."""
-    return covering(joint, LOADS["twisting"].name if asked.neutral else asked.path.load.name, asked.law)
-
-
-def covering(joint: str, load: str, law: str) -> Model:
-    """Return the model of a kind of joint; refuse a kind that does not cover the law or the load that is asked."""
-    found = MODELS[arguments.one_of("joint", joint, tuple(MODELS))]
-    for name, given in (("law", law), ("load", load)):
-        if found.only.get(name, given) != given:
-            refuse(name, f'"{given}"', f'is not covered by joint="{joint}"', f'write {name}="{found.only[name]}"')
-    return found
 
 
 def solved(
@@ -105,25 +62,23 @@ def solved(
     to: float = math.inf,
     joint: str,
     ideal: bool,
-    neutral: str = "",
 ) -> Solved:
     """Return the path of a beam in one sense, solved: what `squama.view` and the explorer go along.
 
-    Arguments as of :func:`squama.twist`; ``neutral``: which line keeps its length in bending, of a compliant joint
-    only; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end (the compliant joint goes
-    to 0.3 rad per pitch).
+    Arguments as of :func:`squama.twist`; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end
+    (the compliant joint goes to 0.3 rad per pitch).
     """
     kind = LOADS[load]
     way = LoadPath.of(load, [math.copysign(to, arguments.sense(sense))])
     mus = np.asarray(mu, float)
-    asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal, neutral=neutral)
-    return model(joint, asked).solve(asked)[0][0]
+    asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal)
+    return MODELS[joint].solve(asked)[0][0]
 
 
 def curves(asked: Asked, joint: str) -> Answer:
     """Follow a path in one sense: a curve for each coefficient of friction."""
     way = asked.path
-    solve = model(joint, asked).solve
+    solve = MODELS[joint].solve
     one_face, more = solve(asked)
     # the real beam is followed on all its faces at once
     whole = joint == "compliant"
@@ -148,7 +103,7 @@ def curves(asked: Asked, joint: str) -> Answer:
 def cycles(asked: Asked, joint: str) -> Answer:
     """Follow a path that is loaded and unloaded: the states along it, its loops, and what holds for each sense."""
     load = asked.path.load
-    states = model(joint, asked).walk(asked)
+    states = MODELS[joint].walk(asked)
     attrs = attributes(asked, f"cycles of a scale-covered beam in {load.name}", "+", joint, states.notes)
     attrs |= {"history": [v / asked.beam.pitch for v in asked.path.values], **states.attrs}
     return Answer(labelled(load, states, asked.mus, theory(load, joint)), attrs)

@@ -68,7 +68,11 @@ def walk(asked: Asked) -> States:
     figures |= {f"{name}_end": np.asarray(v) for name, v in ends.items()}
     figures |= {f"{name}_e": np.asarray(v) for name, v in zip(_FIGURES[:-1], engaged, strict=False)}
     figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
-    attrs: dict[str, float | str] = {"margin": asked.margin, "neutral": asked.neutral, "load": "bending and twisting"}
+    attrs: dict[str, float | str] = {
+        "margin": asked.margin,
+        "neutral": asked.beam.neutral,
+        "load": "bending and twisting",
+    }
     return States(
         {("point",): along, ("event",): _events(asked, spans, parts), (): figures},
         attrs,
@@ -105,7 +109,7 @@ def _spans(asked: Asked) -> list[Span]:
 def of(asked: Asked, mu: float) -> Design:
     """Return the ratios of a beam."""
     beam = asked.beam
-    return Design(**beam.ratios, mu=mu, y_n=neutral_height(asked.neutral, beam.lam))
+    return Design(**beam.ratios, mu=mu, y_n=neutral_height(beam.neutral, beam.lam))
 
 
 def soft(pieces: Sequence[Piece]) -> list[str]:
@@ -212,7 +216,7 @@ def relax(asked: Asked, free: int) -> States:
     figures |= {f"{name}_end": along[name][-1] for name in _FIGURES}
     figures |= {f"{n}_e": np.asarray(math.nan) if first is None else along[n][first] for n in _FIGURES[:-1]}
     figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
-    attrs = {"neutral": asked.neutral, "load": "bending and twisting", "free": load.name}
+    attrs = {"neutral": asked.beam.neutral, "load": "bending and twisting", "free": load.name}
     attrs["hold"] = holding(name for name in STRAINS if name not in VERBS)
     return States({("point",): along, ("event",): events, (): figures}, attrs)
 

@@ -25,18 +25,17 @@ def solve(asked: Asked) -> States:
     """Follow a row to the asked twist, or to the cut-off of the endless beam's curve."""
     beam, n, d, m = asked.beam, asked.beam.scales, asked.beam.pitch, float(asked.mus)
     (to,), sense = asked.path.values, asked.path.sense
+    sign = -1 if sense == "-" else 1
     endless = doors.respond(beam, "twisting", mu=m, points=3, sense=sense, joint="hinge", ideal=asked.ideal)
     far = float(endless["Phi_c"]) * d if math.isinf(to) else abs(to)
     scale = real.scale(beam, ideal=True)._replace(h=asked.thickness)
-    way = path.Path.of(
-        scale, np.diag([1.0] * 6 + [0.0]), m, sense=-1 if sense == "-" else 1, most=max(far, SEARCH), masked=BLOCKED
-    )
-    track = followed(way, n, far, asked.points)
+    way = path.Path.of(scale, np.diag([1.0] * 6 + [0.0]), m, toward=(0.0, sign), most=max(far, SEARCH), masked=BLOCKED)
+    track = followed(way, n, far, asked.points, sign)
     along, each = _values(asked, way, track.rows)
     each["Q"] = track.held * beam.joint_stiffness
     same = doors.respond(beam, "twisting", mu=m, at=along["rate"], sense=sense, joint="hinge", ideal=asked.ideal)
     along |= {"T_periodic": same["T"], "theta_periodic": same["theta"]}
-    found, first = figures(way, track), way.contact
+    found, first = figures(way, track), way.contact if sign > 0 else way.contact.mirrored
     if first.first >= 0 and first[:3] != (TIP, SIDE_D, 1) and first.phi <= track.end.phi:
         # hinges are known to touch by tip edges on the next side edges
         found |= {"scale_end": 1, "other_contact": f"{first.words} at {first.phi:.4g} rad/pitch"}

@@ -9,9 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.matrixfile import MOTIONS, inclination_stiffness, twisting_stiffness
 from squama.loads import LOADS, THIN, Load
-from squama.symbols import OTHER
 from squama.types import Array
 
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
@@ -75,7 +73,7 @@ class Asked(NamedTuple):
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each way of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a
-    warning that goes along; ``neutral``: which line keeps its length on a path that bends and twists.
+    warning that goes along.
     """
 
     beam: Beam
@@ -87,7 +85,6 @@ class Asked(NamedTuple):
     at: Array | None = None
     ideal: bool = False
     note: str = ""
-    neutral: str = ""
 
     @property
     def thickness(self) -> float:
@@ -125,18 +122,6 @@ class Case(NamedTuple):
         kind = LOADS[load]
         return cls(beam.pitch, kind.rigidity(beam), beam.joint_stiffness, beam.eta, beam.scale.theta0, sense == "-")
 
-    @classmethod
-    def held(cls, beam: Beam, K: Array, sign: int, own: Sequence[float] = ()) -> Case:
-        """Return that of scales which a matrix K (7, 7) or (9, 9) holds, E = 1 and d = 1; ``sign`` of the twist.
-
-        ``own``: with scales on both faces what the matrices of both hold, see
-        :func:`squama.beam.matrixfile.of_strains`.
-        """
-        unit, given = beam.unit_moment, beam.given
-        rigidity = twisting_stiffness(K, given.free("twist"), given.seen, own) * unit * beam.pitch
-        K_theta = inclination_stiffness(K[:7, :7]) * unit
-        return cls(beam.pitch, rigidity, K_theta, beam.eta, beam.scale.theta0, sign < 0)
-
 
 class Curve(NamedTuple):
     """Variables along a curve (``along``) and single figures of it (``figures``), by role (:mod:`squama.loads`)."""
@@ -162,27 +147,6 @@ def figures(
         "stiffening": last["torque"] / bare if bare else math.nan,
         **{f"{role}_c": last[role] for role in ("U_el", "W_fr", "RED")},
     }
-
-
-_LENGTHS = (*MOTIONS[:3], "p", "s", "gap", "slip", "deflection", "stress_x", "stress_y")
-_PER_LENGTH = ("N", "f", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "W_snap", "work")
-
-
-def in_si(case: Case, modulus: float, twists: Array, own: Mapping[str, Array]) -> dict[str, Array]:
-    """Give values where d = 1 and E = 1 is the substrate's modulus their units, by role, with what follows from them.
-
-    Added are the twist per pitch and per length, the scales' part of the torque, f0 and RED.
-    """
-    d, E = case.pitch, modulus
-    units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2)
-    units |= dict.fromkeys(("torque", "T", "M", "M_lat", "onset"), E * d**3) | {"P": E * d**2, "stress": E}
-    v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
-    v |= {"load": twists, "rate": twists / d}
-    v["scales"] = v["torque"] - case.rigidity * v["rate"]
-    v |= {f"f0{face}": v[f"f{face}"] * case.eta * d / case.stiffness for face in ("", OTHER) if f"f{face}" in v}
-    total = v["U_el"] + v["W_fr"]
-    v["RED"] = np.divide(v["W_fr"], total, out=np.where(np.isfinite(v["torque"]), 0.0, np.nan), where=total > 0)
-    return v
 
 
 class Solved(Protocol):

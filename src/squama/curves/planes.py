@@ -14,9 +14,11 @@ from squama.contacts import events, states
 from squama.contacts import path as real_path
 from squama.contacts.legs import follow_straight
 from squama.curves import hinge_polygons, real
+from squama.curves.chosen import chosen
 from squama.curves.labelled import Labelled, attributes, labelled
-from squama.curves.path import VERBS, Asked, Case, States, in_si
-from squama.curves.polygons import Stations, meant, read, stretched
+from squama.curves.path import VERBS, Asked, States
+from squama.curves.polygons import Stations, read
+from squama.curves.real_figures import in_si
 from squama.loads import LOADS, neutral_height
 from squama.model.outcome import End
 from squama.model.screw import LOCKED
@@ -84,18 +86,18 @@ def bend_twist_map(
     way = read(path, beam)
     m = np.asarray(arguments.friction(beam.friction.mu, mu))
     n = arguments.whole("points", points, 3, 1000)
-    held, thin, note, line = meant(beam, joint, ideal, neutral)
-    if held == "compliant":
-        beam = stretched(beam, line)
-    asked = Asked(beam, way, m, "edge", 0.01, n, ideal=thin, note=note, neutral=line)
+    means = chosen(beam, joint=joint, ideal=ideal, neutral=neutral)
+    asked = Asked(means.beam, way, m, "edge", 0.01, n, ideal=means.ideal, note=means.note)
     corners = np.array([(0.0, 0.0), *way.points])
     room = ROOM * float(np.ptp(corners, axis=0).max())
     psi, phi = (np.linspace(v.min() - room, v.max() + room, n) for v in corners.T)
     # at rest itself there is no way, and nothing in contact
     grid = np.meshgrid(np.where(psi == 0, 1e-9 * room, psi), phi, indexing="ij")
-    found = (_hinges if held == "hinge" else _real)(asked, *(v.ravel() for v in grid))
+    found = (_real if means.real else _hinges)(asked, *(v.ravel() for v in grid))
     twisting = LOADS["twisting"]
-    attrs = attributes(asked, "plane of bend and twist of a scale-covered beam", "+", held, found.notes, twisting)
+    attrs = attributes(
+        asked, "plane of bend and twist of a scale-covered beam", "+", means.joint, found.notes, twisting
+    )
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("psi", "phi"): {role: np.reshape(v, (n, n)) for role, v in found.by_dim[()].items()},
         ("psi",): {"psi": psi, "kappa": psi / beam.pitch},
@@ -103,7 +105,7 @@ def bend_twist_map(
     }
     return _dataset(
         labelled(twisting, States(by_dim), m, "combined"),
-        attrs | {"load": "bending and twisting", "neutral": line, **found.attrs},
+        attrs | {"load": "bending and twisting", "neutral": means.beam.neutral, **found.attrs},
     )
 
 
@@ -115,7 +117,7 @@ def _dataset(variables: dict[str, Labelled], attrs: dict[str, Any]) -> xr.Datase
 
 def _hinges(asked: Asked, psi: Array, phi: Array) -> States:
     """Return states (n,) of thin, rigid scales on hinges."""
-    beam, mu, height = asked.beam, float(asked.mus), neutral_height(asked.neutral, asked.beam.lam)
+    beam, mu, height = asked.beam, float(asked.mus), neutral_height(asked.beam.neutral, asked.beam.lam)
 
     def at(w: Array, which: Array) -> Combined:
         ways = psi[which][:, None], phi[which][:, None]
@@ -154,13 +156,12 @@ def _real(asked: Asked, psi: Array, phi: Array) -> States:
     state[reached] = np.where(v["contacts"][reached] > 0, SLIDING, OPEN)
     first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
     touching = events.last(gone.answers)
-    own = {"theta": states.inclinations(gone.way, gone.rows), "torque": gone.T}
+    own = {"theta": states.inclinations(gone.way, gone.rows), "T": gone.T, "M": gone.M}
     own |= {"N": v["N"], "f": v["f"], "W_fr": v["W_fr"], "W_snap": v["W_snap"]}
     own |= {"U_el": np.sum([*states.energies(gone.way, gone.rows).values()], axis=0)}
-    si = in_si(Case.held(beam, held.K, 1), beam.substrate.youngs_modulus, phi, own)
-    unit = beam.unit_moment
-    bar = unit * states.bare(gone.way.beams)[0] @ [phi, psi]
-    si |= {"M": unit * gone.M, "M_scales": unit * gone.M - bar[1], "scales": si["torque"] - bar[0]}
+    si = in_si(beam, held, own)
+    bar = beam.unit_moment * states.bare(gone.way.beams)[0] @ [phi, psi]
+    si |= {"torque": si["T"], "M_scales": si["M"] - bar[1], "scales": si["T"] - bar[0]}
     si |= {"state": state, "contact": np.where(state == OPEN, "", np.where(reached, touching, np.array(first)))}
     far = float(np.abs([psi, phi]).max())
     kept = ("state", "contact", "theta", "N", "M", "M_scales", "torque", "scales", "W_fr", "W_snap", "U_el", "RED")

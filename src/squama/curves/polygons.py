@@ -11,11 +11,12 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import follow, hinge_polygons, real_polygons
+from squama.curves import hinge_polygons, real_polygons
+from squama.curves.chosen import chosen
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import VERBS, Asked, LoadPath
 from squama.errors import naming, refuse
-from squama.loads import LINES, LOADS, NEUTRAL
+from squama.loads import LOADS
 from squama.units import shown
 
 if TYPE_CHECKING:
@@ -130,54 +131,16 @@ def bent_and_twisted(
     m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
     points = arguments.whole("points", points, 3, 1e5)
     twisting = LOADS["twisting"]
-    held, thin, note, line = meant(beam, joint, ideal, neutral, free)
-    if held == "compliant":
-        beam = stretched(arguments.held_by(beam, hold), line)
-    asked = Asked(beam, way, m, "edge", margin, points, ideal=thin, note=note, neutral=line)
+    means = chosen(arguments.held_by(beam, hold), joint=joint, ideal=ideal, neutral=neutral, free=free)
+    asked = Asked(means.beam, way, m, "edge", margin, points, ideal=means.ideal, note=means.note)
     if free is not None:
         states = hinge_polygons.relax(asked, _freed(free, asked))
     else:
-        states = (hinge_polygons if held == "hinge" else real_polygons).walk(asked)
+        states = (real_polygons if means.real else hinge_polygons).walk(asked)
     title = "bending and twisting of a scale-covered beam"
-    attrs = attributes(asked, title, "+", held, states.notes, twisting)
+    attrs = attributes(asked, title, "+", means.joint, states.notes, twisting)
     attrs |= {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in way.points], **states.attrs}
     return Answer(labelled(twisting, states, m, "combined"), attrs)
-
-
-def meant(
-    beam: Beam, joint: str | None, ideal: bool | None, neutral: str | None, free: str | None = None
-) -> tuple[str, bool, str, str]:
-    """Return what :func:`squama.curves.follow.meant` does, of a beam that is bent, and which line keeps its length."""
-    arguments.held(joint, ideal)
-    if neutral is not None:
-        arguments.one_of("neutral", neutral, tuple(LINES))
-    hinged, neutral = 'write joint="hinge"', neutral or beam.substrate.neutral
-    if joint is None and (free is not None or neutral == "face"):
-        joint = "hinge"
-    held, thin, note = follow.meant(beam, "twisting", "edge", joint, ideal)
-    if held == "compliant" and (why := real_polygons.impossible(beam)):
-        if joint:
-            refuse("joint", '"compliant"', why, f"{hinged} (--joint hinge)")
-        held, thin, note = "hinge", ideal is None or ideal, why
-    if held == "compliant" and free is not None:
-        refuse("free", f'"{free}"', "is of the hinge", hinged)
-    if held == "hinge" and not thin:
-        refuse("ideal", "False", "is not covered by the hinge that is bent", "leave it out")
-    lines = tuple(NEUTRAL if held == "hinge" else real_polygons.NEUTRAL)
-    line = arguments.one_of("neutral", neutral or lines[0], lines)
-    if beam.other and line == "face":
-        refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", 'write "middle"')
-    return held, thin, note, line
-
-
-def stretched(beam: Beam, neutral: str) -> Beam:
-    """Return a beam on its compliant joint that is free to stretch ("free") or keeps its length ("middle")."""
-    line = arguments.one_of("neutral", neutral, tuple(real_polygons.NEUTRAL))
-    if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
-        refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
-    if beam.given.line == line:
-        return beam
-    return beam.replace(substrate={"neutral": None if line == "free" else line})
 
 
 def _freed(free: str, asked: Asked) -> int:

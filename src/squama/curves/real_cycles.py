@@ -1,44 +1,40 @@
 """Loading, unloading and reversal of the real beam: its path is walked through a history of twists, or of bends.
 
-Nothing is a function of the twist alone: the scales' motions depend on the way. After a reversal the contact sticks
-while the friction turns round (docs, theory: cycles). Scales are apart at no twist, so each part of a history in one
-sense begins anew there. A history of bends is a path of both loads that goes to and fro
-(:mod:`squama.curves.real_polygons`); bent away from its scales nothing touches.
+Nothing is a function of the load alone: the scales' motions depend on the way. After a reversal the contact sticks
+while the friction turns round (docs, theory: cycles).
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts import increments, path
-from squama.contacts.legs import follow_legs
 from squama.curves import real
 from squama.curves.cycle_points import evenly, goals_of, resolving
 from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
-from squama.curves.real_polygons import Gone, Stations, go
+from squama.curves.real_figures import by_load, exchanged, touching, values
+from squama.curves.real_path import Stations, direction
 from squama.errors import InputError, Problem, refuse
+from squama.loads import Load
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
-from squama.symbols import OF_A_SCALE, OTHER
+from squama.symbols import OTHER
 from squama.types import Array
 
 INCREMENT = 5e-4
-"""Largest increment of the twist, rad per pitch: work and dissipation agree to some 1e-4 with it."""
+"""Largest increment of the load angle, rad per pitch: work and dissipation agree to some 1e-4 with it."""
 MOST = 100_000
 """Increments of a history at most."""
 _BEFORE = 1e-4
 """By how much a state is put before engagement, rad per pitch: at engagement itself a contact may not be found."""
-_ALONG = (
-    *("load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "W_snap"),
-    *("T", "contact"),
-    *real.OWN, *(role + OTHER for role in OF_A_SCALE),
-)  # fmt: skip
+_INNER = ("mode", "onset", "work", "RED", "f0", f"f0{OTHER}")
+"""Names of variables that no cycle tells."""
 _BRANCHES = np.array(["straight", "loading", "unloading", "stick"])
 
 
@@ -55,53 +51,88 @@ class _Way(NamedTuple):
     mode: Array = np.empty(0)
 
 
-class _Walked(NamedTuple):
-    """What a history of one load brings: variables ``along`` it by role and modes; ``rigidity`` without contact.
-
-    ``senses``: what holds for each sense; ``left`` gives the twist that is left of a loop; ``held`` by the joint.
-    """
-
-    along: dict[str, Array]
-    mode: Array
-    rigidity: float
-    senses: dict[str, Array]
-    left: Callable[[history.Loop], float]
-    held: real.Held
-
-
 def walk(asked: Asked) -> States:
     """Return the states along a history, its loops, and what holds for each sense.
 
     Each way has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
     again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
     """
-    values, beam = asked.path.values, asked.beam
-    check(values)
-    follower = _bent if asked.neutral else _twisted
-    way = _points(values, asked.points, _engagements(asked))
-    walked = follower(asked, way.twists, way.legs)
-    way, along = _along(walked, way._replace(mode=walked.mode))
-    far, told = max(map(abs, values)), way.told
-    residual = [walked.left(loop) for loop in history.loops(values)]
+    goals, beam, load = asked.path.values, asked.beam, asked.path.load
+    check(goals)
+    ones = paths(beam, load, float(asked.mus), goals, ideal=asked.ideal)
+    met = [sign * (c.phi - _BEFORE) for sign, one in ones.items() for c in one.way.contacts if c.first != -1]
+    way = _points(goals, asked.points, _apart(met))
+    try:
+        found = follow(ones[1], load, way.twists, way.legs)
+    except LeftError as left:
+        _refuse(asked, left, goals[way.legs[left.point]])
+    v = _values(ones, load, way.twists, found)
+    rigidity = ones[1].case(load).rigidity
+    way, along = _along(v, way._replace(mode=v["mode"]), rigidity)
+    told = way.told
+    residual = [_residual(ones[1], load, way, goals, loop) for loop in history.loops(goals)]
     lost = float(along["W_fr"][-1] + along["W_snap"][-1])
     error = float(along["work"][-1]) - float(along["U_el"][-1]) - lost
     error /= max(lost, float(along["U_el"].max()), 1e-300)
-    roles = [role for role in _ALONG if role in along]
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {
             "branch": along["branch"][told],
             "leg": way.legs[told],
-            **{role: along[role][told] for role in roles},
+            **{role: values[told] for role, values in along.items() if role not in (*_INNER, "branch")},
         },
-        ("loop",): _loops(way, along, values, beam.pitch, residual),
-        ("sense",): walked.senses,
+        ("loop",): _loops(way, along, goals, beam.pitch, residual),
+        ("sense",): _senses(ones, goals),
         (): {"energy_error": np.asarray(error)},
     }
-    attrs = {**real.attributes(walked.held, asked.path.load.verb), "rigidity": walked.rigidity, "increment": INCREMENT}
-    return States(by_dim, attrs, real.notes(walked.held, beam, far, ideal=asked.ideal))
+    held = ones[1].held
+    attrs = {**real.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
+    return States(by_dim, attrs, real.notes(held, beam, max(map(abs, goals)), ideal=asked.ideal))
 
 
-def check(values: list[float]) -> None:
+def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[int, real.Path]:
+    """Return a beam by the senses that a history goes to, with what touches first there."""
+    most = max(*map(abs, goals), path.RANGE)
+    return {
+        sign: real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=direction(load, sign), most=most)
+        for sign in (-1 if sense == "-" else 1 for sense in used_senses(goals))
+    }
+
+
+def follow(one: real.Path, load: Load, x: Array, legs: Array | int = 1) -> path.Answers:
+    """Follow a history of one load through signed values from 0 on.
+
+    Raises
+    ------
+    LeftError
+        There is no equilibrium on the history.
+    """
+    answers = one.way.along(Stations.along(load, x, legs).strains, INCREMENT)
+    end = answers.end()
+    if end.code != increments.RANGE:
+        n = max(1, end.solved)
+        gone = math.copysign(end.phi - np.abs(np.diff(x[:n])).sum(), x[n] - x[n - 1])
+        raise LeftError(n, x[n - 1] + gone, SENTENCES[end.word], outward=abs(x[n]) > abs(x[n - 1]))
+    return answers
+
+
+def _values(ones: dict[int, real.Path], load: Load, x: Array, found: path.Answers) -> dict[str, Array]:
+    """Return every variable along a history, SI units, by role; of twists each sense as its curve tells it."""
+    turned = np.where(x < 0, -1.0, 1.0)
+    v = values(
+        ones[1],
+        Stations.along(load, x).strains,
+        *(face.rows[0] for face in found.faces),
+        turned=turned if load.sided else 0.0,
+    )
+    own = by_load(v, load)
+    own["onset"] = own["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
+    if not load.sided:
+        return own | touching(found)
+    leads = {sign: one.lead for sign, one in ones.items()}
+    return exchanged(own, np.where(turned < 0, leads.get(-1, 0), leads[1]) == 1)
+
+
+def check(values: Sequence[float]) -> None:
     """Refuse a history that is too far or too long to be walked."""
     far = max(values, key=abs)
     if abs(far) >= math.pi:
@@ -110,21 +141,6 @@ def check(values: list[float]) -> None:
     if way > MOST * INCREMENT:
         reason = f"the beam would have to be walked over {way:.4g} rad per pitch in increments of {INCREMENT:g}"
         refuse("twist", "", reason, f"give at most {MOST * INCREMENT:.4g}, by fewer twists or loops")
-
-
-def _engagements(asked: Asked) -> list[float]:
-    """Return the signed load angles just before scales come into contact, in the senses that a history goes to."""
-    beam, mu, values = asked.beam, float(asked.mus), np.array(asked.path.values)
-    held, plate = real.Held.of(beam, asked.path.load.verb), real.scale(beam, ideal=asked.ideal)
-    if not asked.neutral:
-        both = paths(beam, held, plate, mu, values)
-        found = [one.sign * (c.phi - _BEFORE) for one in both.values() for c in one.way.contacts if c.first != -1]
-        return _apart(found)
-    found = []
-    for far in filter(None, (float(values.max()), float(values.min()))):
-        way = follow_legs(plate, held.K, mu, np.array([(far, 0.0)]), **held.bar).way
-        found += [math.copysign(c.phi - _BEFORE, far) for c in way.contacts if c.first != -1]
-    return _apart(found)
 
 
 def _apart(places: list[float]) -> list[float]:
@@ -146,116 +162,6 @@ def _points(values: list[float], points: int, engaged: list[float]) -> _Way:
     return _Way(np.array(twists), np.array(legs), turns, np.array(told))
 
 
-def _twisted(asked: Asked, twists: Array, legs: Array) -> _Walked:
-    """Walk a history of twists, parts in one sense one after the other; refuse one on which the contact ends."""
-    beam, values = asked.beam, asked.path.values
-    held = real.Held.of(beam)
-    both = paths(beam, held, real.scale(beam, ideal=asked.ideal), float(asked.mus), np.array(values))
-    try:
-        found = rows(both, twists, INCREMENT)
-    except LeftError as error:
-        _refuse(asked, error, values[legs[error.point]])
-    size, negative = np.abs(twists), twists < 0
-    parts = {sense: real.values(one, size, *found) for sense, one in both.items()}
-    v = dict(parts["+"])
-    if "-" in parts:
-        v = {role: np.where(negative, parts["-"][role], v[role]) for role in v}
-    sign = np.where(negative, -1.0, 1.0)
-    v |= {role: v[role] * sign for role in ("load", "rate", "torque", "scales", "onset")}
-    return _Walked(
-        v,
-        path.named(found[0])["mode"],
-        held.rigidity,
-        _senses(both, values),
-        lambda loop: _residual(both, values, loop),
-        held,
-    )
-
-
-def _bent(asked: Asked, bends: Array, legs: Array) -> _Walked:
-    """Walk a history of bends; refuse one on which the contact ends."""
-    values = asked.path.values
-
-    def through(x: Array, numbers: Array) -> Gone:
-        ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
-        corners = [(v, 0.0) for v in x[np.append(np.flatnonzero(np.diff(numbers)), x.size - 1)].tolist()]
-        whole = Stations(ways, np.column_stack([x, 0 * x]), numbers)
-        return go(asked, float(asked.mus), lambda _: whole, corners, INCREMENT)
-
-    gone = through(bends, legs)
-    n = gone.along["psi"].size
-    if n < bends.size:
-        why, far = SENTENCES[End(gone.found.end)], float(gone.along["psi"][-1])
-        _refuse(asked, LeftError(n, far, why, outward=abs(bends[n]) > abs(bends[n - 1])), values[legs[n]])
-    v, bare = gone.bending()
-    v["onset"] = v["onset"] * np.where(np.diff(bends, prepend=0.0) < 0, -1.0, 1.0)
-
-    def left(loop: history.Loop) -> float:
-        last = values.index(loop.top)
-        down = np.array(goals_of(loop.top, 0.0, 60))
-        end = int(np.flatnonzero(legs == last)[-1]) if last else 0
-        there = through(np.append(bends[: end + 1], down), np.append(legs[: end + 1], [last + 1] * down.size)).along
-        pressed = there["N"] + there.get(f"N{OTHER}", 0.0)
-        return _crossing(there["psi"][end + 1 :], there["M"][end + 1 :], pressed[end + 1 :])
-
-    senses = []
-    for sense in used_senses(values):
-        sign = 1 if sense == "+" else -1
-        # bend at engagement, and what touches, of the face that comes first in this sense
-        ways, there = gone.stations.ways, sign * gone.stations.strains[:, 0]
-        met = [(float(np.interp(way, ways, there)), name) for way, name in gone.found.met if name]
-        load_e, name = min((one for one in met if one[0] > 0), default=(math.inf, ""))
-        senses.append({
-            "load_e": load_e, "first_contact": name, "load_end": max(*(sign * v for v in values), 0.0),
-            "end": str(End.RANGE if name else End.NONE), "neighbour": int(bool(name)), "other_contact": "",
-        })  # fmt: skip
-    told = {"sense": np.array(used_senses(values))} | {k: np.array([row[k] for row in senses]) for k in senses[0]}
-    return _Walked(v, v["mode"], bare, told, left, gone.one.held)
-
-
-def paths(beam: Beam, held: real.Held, plate: path.Scale, mu: float, values: Array) -> dict[str, real.Path]:
-    """Return what is followed in each sense that a history of twists goes to."""
-    far, found = float(np.abs(values).max()), {}
-    for sense in used_senses(values.tolist()):
-        sign = -1 if sense == "-" else 1
-        way = path.Path.of(plate, held.K, mu, sense=sign, most=max(far, path.RANGE), **held.bar)
-        found[sense] = real.Path(beam, held, way, sign, far)
-    return found
-
-
-def rows(paths: dict[str, real.Path], x: Array, increment: float) -> Array:
-    """Follow a history of signed twists from rest, 0 among them wherever it passes; return the states.
-
-    Rows (f, n, 60) of each face, see :class:`squama.contacts.path.Answers`.
-
-    Raises
-    ------
-    LeftError
-        The contact ends on the history.
-    """
-    sums = [path.COLUMNS.index(name) for name in ("W_fr", "W_snap", "W", "slip")]
-    faces = len(paths["+"].way.contacts)
-    found, before = np.zeros((faces, x.size, path.WIDTH)), np.zeros((faces, 1, len(sums)))
-    found[..., [path.COLUMNS.index(name) for name in ("x", "y")]] = np.nan
-    # a part is what lies between two states without twist
-    ends = [*np.flatnonzero(x == 0), x.size]
-    for a, b in itertools.pairwise(ends):
-        part = slice(a, min(b + 1, x.size))
-        if part.stop - part.start < 2:
-            continue
-        one = paths["-" if x[a + 1] < 0 else "+"]
-        answers = one.way.follow(np.abs(x[part]), increment)
-        own, end = np.concatenate([face.rows for face in answers.faces]), answers.end()
-        if end.code != increments.RANGE:
-            error = _left(one, end, end.solved, x[part])
-            error.point += part.start
-            raise error
-        own[..., sums] += before
-        before = own[:, -1:, sums]
-        found[:, part] = own
-    return found
-
-
 class LeftError(InputError):
     """A history on which the contact ends before its point number ``point``, at the load angle ``far`` per pitch.
 
@@ -265,14 +171,6 @@ class LeftError(InputError):
     def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
         super().__init__(Problem("twist", "", f"the contact is followed to {far:.5g} rad/pitch: {why}"))
         self.point, self.far, self.outward = point, far, outward
-
-
-def _left(one: real.Path, end: path.End, point: int, x: Array) -> LeftError:
-    """Return where the scales do not follow, on the way to twist number ``point`` of a part in one sense."""
-    words, size = SENTENCES[end.word], np.abs(x)
-    before, step = max(0, point - 1), float(np.diff(size, prepend=0.0)[point])
-    far = float(size[before] + math.copysign(end.phi - np.abs(np.diff(size[: before + 1])).sum(), step))
-    return LeftError(point, far * one.sign, words, outward=step > 0)
 
 
 def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
@@ -287,9 +185,9 @@ def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
     refuse("twist", asked.path.said(goal), left.problems[0].reason, remedy)
 
 
-def _along(walked: _Walked, way: _Way) -> tuple[_Way, dict[str, Array]]:
+def _along(v: dict[str, Array], way: _Way, rigidity: float) -> tuple[_Way, dict[str, Array]]:
     """Return every variable along the history, by role, with what follows from its ways, and these."""
-    v = dict(walked.along)
+    v = dict(v)
     for role in ("f", f"f{OTHER}"):
         if role in v:
             v[role] = v[role] * np.where(np.diff(np.abs(way.twists), prepend=0.0) < 0, -1.0, 1.0)
@@ -302,7 +200,7 @@ def _along(walked: _Walked, way: _Way) -> tuple[_Way, dict[str, Array]]:
         v["tangent"][a + 1 : b + 1] = slope[1:]
         if a == 0:
             v["tangent"][0] = slope[0]
-    v["stiffness_ratio"] = v["tangent"] / walked.rigidity
+    v["stiffness_ratio"] = v["tangent"] / rigidity
     branch = np.where(way.mode == path.STICK, 3, np.where(inward, 2, 1)) * (way.mode != path.FREE)
     v["branch"] = _BRANCHES[branch.astype(int)]
     return way, v
@@ -391,19 +289,20 @@ def _loops(way: _Way, v: dict[str, Array], values: list[float], d: float, residu
     return loop_table(rows)
 
 
-def _residual(paths: dict[str, real.Path], values: list[float], loop: history.Loop) -> float:
-    """Return the twist that is left when the beam is let go at a loop's top: where the torque comes to zero."""
-    last = values.index(loop.top)
-    one = paths["-" if loop.top < 0 else "+"]
-    start = [j for j in range(last + 1) if values[j] == 0][-1]
-    down = goals_of(abs(loop.top), 0.0, 60)
-    targets = np.array([*np.abs(values[start : last + 1]), *down])
-    answers = one.way.follow(targets, INCREMENT)
-    if answers.end().code != increments.RANGE:
+def _residual(one: real.Path, load: Load, way: _Way, goals: Sequence[float], loop: history.Loop) -> float:
+    """Return the load that is left when the beam is let go at a loop's top: where its torque comes to zero."""
+    end = way.turns[list(goals).index(loop.top)]
+    down = np.array(goals_of(loop.top, 0.0, 60))
+    x = np.append(way.twists[: end + 1], down)
+    try:
+        found = follow(one, load, x, np.append(way.legs[: end + 1], [way.legs[end] + 1] * down.size))
+    except LeftError:
         return 0.0
-    v = [path.named(face.rows[0, -len(down) :]) for face in answers.faces]
+    v = [path.named(face.rows[0, end + 1 :]) for face in found.faces]
     pressed = np.sum([face["N"] for face in v], axis=0)
-    return math.copysign(_crossing(targets[-len(down) :], v[0]["torque"], pressed), loop.top)
+    sign = math.copysign(1.0, loop.top)
+    torque = sign * v[0]["torque" if load.sided else "M"]
+    return sign * _crossing(sign * down, torque, pressed)
 
 
 def _crossing(x: Array, torque: Array, N: Array) -> float:
@@ -415,19 +314,15 @@ def _crossing(x: Array, torque: Array, N: Array) -> float:
     return float(x[i - 1] + share * (x[i] - x[i - 1]))
 
 
-def _senses(paths: dict[str, real.Path], values: list[float]) -> dict[str, Array]:
-    """Return what holds for either sense of twist that the history goes to."""
+def _senses(ones: dict[int, real.Path], goals: Sequence[float]) -> dict[str, Array]:
+    """Return what holds for either sense that the history goes to."""
     rows = []
-    for one in paths.values():
+    for sign, one in ones.items():
         contact = one.contact(one.lead)
-        rows.append(
-            {
-                "load_e": contact.phi,
-                "load_end": max(*(v * one.sign for v in values), 0.0),
-                "neighbour": max(0, contact.k),
-                "first_contact": contact.words,
-                "other_contact": "",
-                "end": str(End.RANGE),
-            }
-        )
-    return {"sense": np.array(list(paths)), **{role: np.array([row[role] for row in rows]) for role in rows[0]}}
+        rows.append({
+            "load_e": contact.phi, "load_end": max(*(v * sign for v in goals), 0.0),
+            "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
+            "end": str(End.NONE if contact.first == -1 else End.RANGE),
+        })  # fmt: skip
+    senses = np.array(used_senses(goals))
+    return {"sense": senses, **{role: np.array([row[role] for row in rows]) for role in rows[0]}}

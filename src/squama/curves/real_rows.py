@@ -13,11 +13,13 @@ import numpy as np
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
 from squama.contacts.system import EQUAL, GRIPPED, LOOSE, PHI, STRAINS
-from squama.curves import real
+from squama.curves import real, real_path
 from squama.curves.hinge import before
 from squama.curves.path import Asked, States
+from squama.curves.real_figures import by_load, values
+from squama.curves.real_path import Stations
 from squama.errors import refuse
-from squama.loads import ENDS
+from squama.loads import ENDS, LOADS
 from squama.model.outcome import End
 from squama.types import Array
 
@@ -34,24 +36,26 @@ _KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=True))
 
 def solve(asked: Asked, ends: str) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end; ``ends``: how they are."""
-    (one,), more = real.solve(asked)
-    n, way, d, kind = asked.beam.scales, one.way, asked.beam.pitch, _KINDS[ends]
+    (loaded,), more = real_path.solve(asked)
+    one, n, way, d = loaded.one, asked.beam.scales, loaded.one.way, asked.beam.pitch
+    kind, sign = _KINDS[ends], int(loaded.one.toward[1])
     if kind == GRIPPED:
         _may_be_gripped(one.held, n)
-    track = followed(way, n, one.far, asked.points, kind)
+    track = followed(way, n, loaded.far, asked.points, sign, kind)
     phi = track.rows[:, 0, 0]
-    each = _values(one, phi, track)
+    each = _values(one, sign * phi, track)
     along = {role: each[role].mean(axis=1) for role in _SHARED}
     total = along["U_el"] + along["W_fr"]
     along["RED"] = np.divide(along["W_fr"], total, out=np.zeros(phi.size), where=total > 0)
-    endless = real.values(one, phi, way.states(phi)[0])
+    strains = Stations.along(asked.path.load, sign * phi).strains
+    endless = by_load(values(one, strains, way.along(strains).rows[0], turned=sign), asked.path.load, sign)
     along |= {"load": phi, "rate": phi / d, "T_periodic": endless["torque"], "theta_periodic": endless["theta"]}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): along,
         ("point", "scale"): {role: each[role] for role in (*_EACH, "Q")} | _cells(one, track, kind),
         (): {name: np.asarray(v) for name, v in figures(way, track, kind).items()},
     }
-    return States(by_dim, more.attrs, [*more.notes, *_beyond(track, one.far)])
+    return States(by_dim, more.attrs, [*more.notes, *_beyond(track, loaded.far)])
 
 
 def _beyond(track: Track, far: float) -> list[str]:
@@ -79,27 +83,27 @@ def _may_be_gripped(held: real.Held, n: int) -> None:
 def _cells(one: real.Path, track: Track, ends: int) -> dict[str, Array]:
     """Return strains of each cell, and what it carries of the loads that there are, in SI units by role."""
     free, d = one.held.free, one.beam.pitch
-    mirror = np.array([1.0, 1.0, one.mirror[1], 1.0])
+    senses = (1.0, one.toward[1], 1.0, 1.0)
     known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
     there = [known[e] and (ends == GRIPPED or (not free[e] and e != PHI)) for e in range(STRAINS)]
     moment = one.beam.unit_moment
     units = moment * np.append(np.ones(3), 1 / d)
     strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
     # (adding 0 leaves no -0)
-    rows = zip(_CELLS, _CARRIED, strains, carried, mirror, units, known, there, strict=False)
+    rows = zip(_CELLS, _CARRIED, strains, carried, senses, units, known, there, strict=False)
     found: dict[str, Array] = {}
     for strain, load, v, F, sign, unit, is_known, is_there in rows:
         found |= ({strain: sign * v + 0.0} if is_known else {}) | ({load: sign * unit * F + 0.0} if is_there else {})
     return found
 
 
-def followed(way: path.Path, n: int, far: float, points: int, ends: int = EQUAL) -> Track:
-    """Follow a row to a twist, some points of it before its engagement; as many up to an earlier end."""
-    found = row.track(way, n, _twists(way, far, points), ends=ends)
+def followed(way: path.Path, n: int, far: float, points: int, sign: int, ends: int = EQUAL) -> Track:
+    """Follow a row to a twist in one sense, some points of it before its engagement; as many up to an earlier end."""
+    found = row.track(way, n, sign * _twists(way, far, points), ends=ends)
     end = found.end
     if end.code in (increments.RANGE, increments.AT_REST) or end.solved == points:
         return _once(found)
-    last = row.track(way, n, _twists(way, end.phi * (1 - _NEAR), points), ends=ends)
+    last = row.track(way, n, sign * _twists(way, end.phi * (1 - _NEAR), points), ends=ends)
     return _once(last._replace(end=end, events=found.events))
 
 
@@ -119,11 +123,12 @@ def _twists(way: path.Path, far: float, points: int) -> Array:
 
 
 def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
-    """Return every variable (points, scales) in SI units, by role."""
+    """Return every variable (points, scales) in SI units, by role, at signed twists."""
     points, n = track.held.shape
-    flat, twists = track.rows.reshape(points * n, -1), np.repeat(phi, n)
-    parts = range(0, points * n, _MANY)
-    found = [real.values(one, twists[i : i + _MANY], flat[i : i + _MANY]) for i in parts]
+    flat, load, sign = track.rows.reshape(points * n, -1), LOADS["twisting"], one.toward[1]
+    strains = np.column_stack([np.zeros(points * n), np.repeat(phi, n)])
+    parts = (slice(i, i + _MANY) for i in range(0, points * n, _MANY))
+    found = [by_load(values(one, strains[part], flat[part], turned=sign), load, sign) for part in parts]
     each = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
     each["Q"] = track.held * one.beam.unit_moment
     each["N"][:, -1] = each["f"][:, -1] = math.nan

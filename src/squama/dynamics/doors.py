@@ -12,8 +12,7 @@ from squama import arguments
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
-from squama.curves import follow as spine
-from squama.curves import polygons
+from squama.curves.chosen import chosen
 from squama.curves.labelled import Answer, attributes, labelled
 from squama.curves.path import Asked, LoadPath, States
 from squama.dynamics import motion, systems
@@ -71,7 +70,8 @@ class Swinging(NamedTuple):
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
         said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
         said |= {"mode": self.mode, "inertia": self.bar.inertia}
-        said |= {"neutral": self.held.neutral} if self.held.neutral else {}
+        if self.held.joint == "compliant" and not load.sided:
+            said["neutral"] = self.beam.given.line
         return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
 
 
@@ -191,16 +191,10 @@ def answered(
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
     m = arguments.friction(beam.friction.mu, mu)
-    line = ""
-    if kind.sided:
-        joint, thin, note = spine.meant(beam, kind.name, law, joint, ideal)
-        spine.covering(joint, kind.name, law)
-    else:
-        joint, thin, note, line = polygons.meant(beam, joint, ideal, None)
-        line = line if joint == "compliant" else ""
+    means = chosen(beam, kind, law=law, joint=joint, ideal=ideal)
     way = LoadPath.of(kind.name, [1.0])
-    asked = Asked(beam, way, np.asarray(m), law, FINEST, 3, ideal=thin, note=note, neutral=line)
-    return Held(kind, m, law, joint, thin, line), asked
+    asked = Asked(means.beam, way, np.asarray(m), law, FINEST, 3, ideal=means.ideal, note=means.note)
+    return Held(kind, m, law, means.joint, means.ideal), asked
 
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:

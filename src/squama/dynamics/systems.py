@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from squama.beam import mass
 from squama.beam.design import Beam
-from squama.contacts import increments, path, states
-from squama.curves import both_faces, hinge_cycles, real, real_cycles
-from squama.dynamics import bent, hinged, motion
-from squama.dynamics.branches import APART, Branch, Side
+from squama.curves import both_faces, hinge_cycles, real
+from squama.dynamics import hinged, motion, walked
+from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import Sides
 from squama.dynamics.hinged import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import Load
-from squama.types import Array
 
-STEPS = 256
-"""Places of a branch of the real beam between engagement and its end."""
 ROUGH = 1e-7
 """Relative error of a step in time on branches of the real beam: they are no better than its increments."""
-NOTHING = 1e-12
-"""Torque over that of the bar at a rad per pitch that is rounding."""
-FIRST = 4e-6
-"""First step of a way back, rad per pitch; the next ones are twice as large each."""
-NEAR = 1e-6
-"""Twists on the way to a turning point keep off it by this, rad per pitch: a shorter step may find no balance."""
 MOST = 1.0
 """Largest twist per pitch, rad, to which the real beam is followed."""
 FARTHER = 1.001
@@ -46,23 +34,19 @@ Limit = tuple[float, str]
 
 
 class Held(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales.
-
-    ``neutral``: on compliant joints that are bent, which line of the bar keeps its length.
-    """
+    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
 
     load: Load
     mu: float
     law: str
     joint: str
     ideal: bool
-    neutral: str = ""
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""
         if self.joint != "compliant":
             return self.load.rigidity(beam)
-        return bent.rigidity(beam) if self.neutral else real.Held.of(beam).rigidity
+        return real.Path.of(beam, 0.0, (self.load.verb,), ideal=True).case(self.load).rigidity
 
 
 class Bar(NamedTuple):
@@ -156,13 +140,10 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
     if held.joint == "compliant":
         # without friction a swing comes back to where it was let go, but for rounding
         far = min(far * FARTHER, max(far, MOST))
-    if held.neutral:
-        return _bent(beam, held, mode, sign, far), None
-    if held.joint == "compliant":
-        first = _real(beam, held, sign, far)
+        first = _real(beam, held, mode, sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
         alike = both_faces.sense(beam, held.load.name) < 0
-        second = first if alike else _real(beam, held, -sign, min(math.sqrt(2 * energy), MOST))
+        second = first if alike else _real(beam, held, mode, -sign, min(math.sqrt(2 * energy), MOST))
         return Sides(*(first, second)[::sign]), None
     return _hinged(beam, held, mode)
 
@@ -180,68 +161,10 @@ def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
     return Sides(found["+"], found["-"]), limit
 
 
-def _bent(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Sides:
-    """Return the branches of the real beam that is bent."""
-
-    def side(sense: int, most: float) -> Side:
-        return bent.side(bent.Bend.of(beam, held.mu, sense, ideal=held.ideal), most, mode)
-
-    first = side(sign, far)
-    energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
-    second = side(-sign, min(math.sqrt(2 * energy), MOST))
-    return Sides(*(first, second)[::sign])
-
-
-def _real(beam: Beam, held: Held, sign: int, far: float) -> Side:
-    """Return the branches of the real beam: each way back from a turning point is walked from there."""
-    holds, plate, ends = real.Held.of(beam), real.scale(beam, ideal=held.ideal), ""
-    way = path.Path.of(plate, holds.K, held.mu, sense=sign, most=far, **holds.bar)
-    y_e = way.engaged
-    if not y_e < far:
-        # where it would engage is told all the same
-        beyond = path.Path.of(plate, holds.K, held.mu, sense=sign, **holds.bar).engaged
-        return APART._replace(y_e=max(beyond, far))
-    y = np.linspace(y_e, far, STEPS)
-    answers = way.follow(np.concatenate([[0.0], y]), real_cycles.INCREMENT)
-    end, faces = answers.end(), [face.rows[0, 1:] for face in answers.faces]
-    n, rows = y.size, faces[0]
-    if end.code != increments.RANGE:
-        n = int(np.isfinite(rows[:, 1]).sum())
-        ends = str(end.word)
-    if n < 4:
-        return Side(math.inf, y_e, ends)
-    alone = states.rigidity(way)
-    y = y[:n]
-
-    def scales(torque: Array, twist: Array) -> Array:
-        """Return the scales' torque over the beam's rigidity, without the rounding before contact."""
-        q = torque / alone - twist
-        return np.where(np.abs(q) < NOTHING, 0.0, q)
-
-    up = Branch(y, scales(path.named(rows)["torque"][:n], y))
-    u = states.energies(way, *(face[:n] for face in faces))
-
-    @functools.lru_cache(maxsize=256)
-    def walked(top: float) -> Branch:
-        there = np.append(y[y < top - NEAR], top)
-        back = _back(top, y_e)
-        states, _ = way.states(np.concatenate([[0.0], there, back]), real_cycles.INCREMENT)
-        q = scales(path.named(states[there.size :])["torque"], np.append(top, back))
-        return Branch(np.concatenate([[y_e], back[::-1], [top]]), np.concatenate([[0.0], q[::-1]]))
-
-    stored = (u["U_joint"] + u["U_plate"]) / alone
-    return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), CubicSpline(y, stored))
-
-
-def _back(top: float, y_e: float) -> Array:
-    """Return the places of a way back: even ones to where the contact opens, and before them some ever closer ones.
-
-    The friction turns round there. Steps that keep growing lose the direction in which the scales slide again: of tops
-    1e-7 apart the energies of the way back then differ by 1 %.
-    """
-    even = np.linspace(top, y_e, max(2, min(STEPS, int((top - y_e) / NEAR))) + 1)[1:-1]
-    near = top - FIRST * 2.0 ** np.arange(60)
-    return np.concatenate([near[near > (top + even[0]) / 2], even])
+def _real(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Side:
+    """Return the branches of the real beam in one sense."""
+    swung = walked.Swung.of(beam, held.load, held.mu, sign, far, ideal=held.ideal)
+    return walked.side(swung, far, mode)
 
 
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from squama.errors import SquamaError
 from squama.fabrication.bodies import QUADS, Recipe
@@ -124,16 +122,11 @@ def closed(triangles: Index) -> bool:
 
 
 def pinched(mesh: Mesh) -> int:
-    """Return at how many vertices several sheets of the surface meet in the point alone; 0 for a manifold."""
-    start, stop = _edges(mesh.triangles)
-    key, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
-    order = np.argsort(key)
-    other = order[np.searchsorted(key, back, sorter=order) % key.size]
-    # a sheet goes on from the corner where an edge starts to that of the other triangle where it ends
-    corner, on = np.arange(key.size), (other + key.size // 3) % key.size
-    _, sheet = connected_components(coo_array((np.ones(key.size), (corner, on)), shape=(key.size, key.size)), False)
-    sheets = np.bincount(np.unique(np.stack([start, sheet]), axis=1)[0])
-    return int((sheets > 1).sum())
+    """Return at how many vertices several sheets of the surface meet in the point alone; 0 for a manifold.
+
+    The kernel gives each sheet a vertex of its own. Raises SquamaError: the surface is not closed.
+    """
+    return int(manifold(mesh).num_vert()) - len(mesh.vertices)
 
 
 def faces(mesh: Mesh) -> list[Faces]:

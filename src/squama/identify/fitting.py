@@ -11,7 +11,7 @@ import numpy as np
 from squama import arguments, units
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import finite_rows, follow, hinge_cycles
+from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
 from squama.identify import doubts, estimate, prepare, records, search, sentences
@@ -155,7 +155,7 @@ def fit(
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     """Fit the other model to the same points; None where it does not cover what is asked."""
-    if not follow.covers(wanted.load, wanted.law) or "theta0" in wanted.names:
+    if not LOADS[wanted.load].sided or wanted.law != "edge" or "theta0" in wanted.names:
         return None
     try:
         if joint == "compliant" and not known(wanted.beam):

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from squama import arguments
 from squama.beam import matrixfile
 from squama.beam.design import Beam
-from squama.curves import follow, hinge_cycles, path
+from squama.curves import hinge_cycles
+from squama.curves.chosen import chosen
 from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
@@ -68,7 +69,9 @@ def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
     """Return the joint that is meant, and why it is the hinge where none is given and the load has both."""
     if joint is not None and arguments.joint(joint) == "compliant":
         _covered(wanted, samples)
-    found, _, why = follow.meant(wanted.beam, wanted.load, wanted.law, joint)
+    kind = LOADS[wanted.load]
+    means = chosen(wanted.beam, kind, law=wanted.law, joint=joint or (None if kind.sided else "hinge"))
+    found, why = means.joint, means.note
     if joint is None and found == "compliant":
         if "theta0" in wanted.names:
             found, why = "hinge", "theta0 is found on hinges only: the matrix of a joint depends on it"
@@ -79,8 +82,8 @@ def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
 
 def _covered(wanted: Wanted, samples: int) -> None:
     """Refuse what the compliant joint does not cover."""
-    asked = path.Asked(wanted.beam, path.LoadPath.of(wanted.load, [1.0]), np.zeros(()), wanted.law, 0.01, 3)
-    follow.model("compliant", asked)
+    if not LOADS[wanted.load].sided:
+        refuse("load", f'"{wanted.load}"', 'is not covered by joint="compliant"', 'write load="twisting"')
     if samples:
         refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
     if "theta0" in wanted.names:

@@ -24,6 +24,7 @@ from squama.curves import real, real_cycles
 from squama.errors import InputError
 from squama.identify.forward import Physical
 from squama.identify.readings import Readings
+from squama.loads import LOADS
 from squama.types import Array
 
 NODES = 500
@@ -35,6 +36,7 @@ _STEPS = {"mu": 2e-3, "stiffness": 1e-3, "rigidity": 1e-3, "twist_zero": 2e-3, "
 _RELATIVE = ("stiffness", "rigidity", "modulus")
 """Steps of the differences, and which of them are over the value."""
 _FAR = 1e3
+_TWISTING = LOADS["twisting"]
 
 
 class Walked:
@@ -100,8 +102,8 @@ class Walked:
 
     def engaged(self) -> dict[str, float]:
         """Twist per pitch at which plates first touch, by sense."""
-        found = self._paths(self.beam, self.start.mu, np.array([-1.0, 1.0]))
-        return {s: one.way.contact.phi if one.way.contact.words else math.inf for s, one in found.items()}
+        both = real_cycles.paths(self.beam, _TWISTING, self.start.mu, [-1.0, 1.0], ideal=False)
+        return {"-" if sign < 0 else "+": one.way.engaged for sign, one in both.items()}
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""
@@ -126,19 +128,16 @@ class Walked:
         values = {"joint.stiffness": v.stiffness, "joint.inclusion_factor": v.rigidity / bare}
         return self.beam._with({name: float(x) for name, x in (*values.items(), ("substrate.youngs_modulus", E_B))})
 
-    def _paths(self, beam: Beam, mu: float, x: Array) -> dict[str, real.Path]:
-        return real_cycles.paths(beam, real.Held.of(beam), real.scale(beam, ideal=False), float(mu), x)
-
     def _walk(self, beam: Beam, mu: float, x: Array) -> tuple[Array, Array]:
         """Walk a beam through twists (rad per pitch) of the specimen."""
-        paths = self._paths(beam, mu, x)
+        one = real.Path.of(beam, mu, (_TWISTING.verb,), ideal=False)
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            v = path.named(real_cycles.rows(paths, twists, real_cycles.INCREMENT)[0])
-            signed = v["torque"] * beam.unit_moment * np.where(twists < 0, -1.0, 1.0)
+            v = path.named(real_cycles.follow(one, _TWISTING, twists).rows[0])
+            signed = v["torque"] * beam.unit_moment
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
                 known, values, force = at[order], signed[place][order], v["N"][place][order]

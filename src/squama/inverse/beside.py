@@ -14,14 +14,13 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.curves.doors import respond
 from squama.curves.own_scales import own_scales
-from squama.curves.real import impossible
 from squama.errors import InputError
 from squama.inverse import real
 from squama.inverse.goals import Goal, Pitches
 from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.target import Target
 from squama.joints import law
-from squama.joints.choice import known, said, shape
+from squama.joints.choice import impossible, known, said, shape
 from squama.loads import LOADS, NOTHING, holds
 from squama.types import Array
 

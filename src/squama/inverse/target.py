@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from squama import arguments, units
 from squama.beam import beamfile
 from squama.beam.design import Beam
-from squama.curves.follow import covers
 from squama.errors import InputError, Problems, naming, refuse
 from squama.fabrication.plan import SIZES, plan
 from squama.fabrication.plan import read as read_sizes
@@ -167,7 +166,7 @@ def _hinges(file: File) -> list[tuple[str, object]]:
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
     """Return what answers: the hinge where a lock, bending, or the plate law is asked for, else the real beam."""
-    covered = covers(common["load"], common["law"])
+    covered = LOADS[common["load"]].sided and common["law"] == "edge"
     joint = "compliant" if covered and not locks else "hinge"
     if file.joint is None:
         return joint

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 Source = Literal["matrix", "law", "elements", "hinge"]
 _HINGED = "the scales are on hinges, not as in the beam: {}"
+_SEVEN = _HINGED.format(
+    "joint.matrix holds six motions and the twist, not the bend; squama joint --matrix writes all nine, and without it "
+    "in the file the law of the joint holds them"
+)
 
 
 class Joint(NamedTuple):
@@ -50,6 +54,17 @@ def unknown(beam: Beam) -> str:
     """Return why a beam's joint is not known without elements; empty where it is."""
     problems = [] if beam.joint.matrix is not None else law.outside(shape(beam))
     return _HINGED.format(said(problems)) if problems else ""
+
+
+def impossible(beam: Beam) -> str:
+    """Return why a beam's joint is not known, with elements; empty where it is."""
+    joint = joint_of(beam)
+    return joint.note if joint.K is None else ""
+
+
+def unbent(beam: Beam) -> str:
+    """Return why a joint's matrix does not know bends; empty where it does, or there is none."""
+    return _SEVEN if beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9 else ""
 
 
 def joint_of(beam: Beam) -> Joint:

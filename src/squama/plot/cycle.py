@@ -18,7 +18,6 @@ from squama.plot.style import (
     axes_for,
     headline,
     label,
-    letters,
     new_figure,
     prefixed,
     styled,
@@ -38,9 +37,8 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     loops(dataset, left)
     energies(dataset, right)
-    headline(figure, f"Cycles of {dataset.attrs['load']}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}")
-    letters((left, right))
-    return figure
+    title = f"Cycles of {dataset.attrs['load']}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
+    return headline(figure, title, (left, right))
 
 
 def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:

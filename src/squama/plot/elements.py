@@ -26,7 +26,6 @@ from squama.plot.style import (
     headline,
     key,
     label,
-    letters,
     new_figure,
     prefixed,
     scaled_above,
@@ -93,7 +92,6 @@ def elements_figure(data: xr.Dataset) -> Figure:
     met = data["contact"].values
     starts = np.flatnonzero(met != np.append("", met[:-1]))
     changes = [(rate[i], met[i], mark) for i, mark in zip(starts, MARKS * 8, strict=False)]
-    letters(axes.flat)
     for ax in axes.flat:
         ax.set_xlim(0, right)
         if ax is not inclination:
@@ -116,8 +114,9 @@ def elements_figure(data: xr.Dataset) -> Figure:
     blocked = ", roll and yaw blocked" if "blocked" in data.attrs["joint"] else ""
     stopped = "" if data.attrs["reached"] else f"\n{data.attrs['sentence']}"
     what = f"sense {data.attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {data.attrs['mesh']}{stopped}"
-    headline(figure, f"Periodic cell of finite elements{blocked}, {what}\nScales: {data.attrs['plates']}")
-    return figure
+    return headline(
+        figure, f"Periodic cell of finite elements{blocked}, {what}\nScales: {data.attrs['plates']}", axes.flat
+    )
 
 
 @styled
@@ -155,7 +154,6 @@ def compare_figure(table: xr.Dataset) -> Figure:
     axes[0, 1].set_ylabel("Difference of the torque (%)")
     axes[1, 0].set_ylabel(label("theta", "deg"))
     axes[1, 1].set_ylabel(r"Difference of $\theta$ (deg)")
-    letters(axes.flat)
     for ax in axes.flat:
         ax.set_xlim(0, 1.03 * finite_max(phi))
     for ax in axes[1]:
@@ -163,8 +161,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     handles = [key(f"finite elements: {table.attrs['elements']}", **own)]
     handles += [key(str(table["words"].sel(model=name).item()), **look) for name, look in looks.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
-    headline(figure, str(table.attrs["title"]))
-    return figure
+    return headline(figure, str(table.attrs["title"]), axes.flat)
 
 
 def _looks(names: list[str]) -> dict[str, Look]:
@@ -231,8 +228,7 @@ def deformed_figure(state: Deformed) -> Figure:
     shades = ScalarMappable(norm, mpl.colormaps["viridis"])
     figure.colorbar(shades, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
     phi = rf"$\varphi$ = {abs(state.phi):.3g} rad per pitch"
-    headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
-    return figure
+    return headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
 
 
 def _exposed(state: Deformed) -> Array:

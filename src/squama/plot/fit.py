@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from squama.loads import LOADS, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, key, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, key, new_figure, prefixed, styled
 from squama.types import Array
 
 _POINTS: dict[str, tuple[str, Look]] = {
@@ -47,11 +47,9 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     fitted(dataset, upper)
     residuals(dataset, lower)
     upper.set_xlabel("")
-    letters((upper, lower))
     found = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
     estimates = ", ".join(f"{NAMES[name]} = {value}" for name, value in found)
-    headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}")
-    return figure
+    return headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}", (upper, lower))
 
 
 def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:

@@ -12,14 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import COLUMN, PAGE, Look, axes_for, headline, key, letters, new_figure, shades, styled
+from squama.plot.style import COLUMN, PAGE, Look, axes_for, headline, key, new_figure, shades, styled
+from squama.study.parameters import people
 from squama.types import Array
 from squama.units import for_people, shown
 
@@ -71,10 +71,8 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     which = _curves(left, found, target)
     _bars(right, found)
-    letters((left, right))
     count = "one design" if len(found) == 1 else f"{len(found)} designs"
-    headline(figure, f"{target.space.load.capitalize()}, {count} for the target: {which}")
-    return figure
+    return headline(figure, f"{target.space.load.capitalize()}, {count} for the target: {which}", (left, right))
 
 
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
@@ -149,9 +147,7 @@ def _bars(ax: Axes, found: InverseDesign) -> None:
 
 
 def _size(found: InverseDesign, name: str) -> str:
-    table, _, key = name.partition(".")
-    kind = str(TABLES[table][key].dimension if key else "")
-    factor, unit = for_people({"length": "m", "angle": "rad", "pressure": "Pa"}.get(kind, ""))
+    factor, unit = people(name)
     return f"\N{PLUS-MINUS SIGN}{factor * found.tolerance[name]:.3g} {unit}".rstrip()
 
 
@@ -177,13 +173,10 @@ def front_figure(front: xr.Dataset) -> Figure:
     panels = np.ravel(figure.subplots(rows, columns, squeeze=False))
     for ax, (x, y) in zip(panels, pairs, strict=False):
         tradeoff(front, x, y, ax)
-    if len(pairs) > 1:
-        letters(panels[: len(pairs)])
     for ax in panels[len(pairs) :]:
         ax.remove()
     title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
-    headline(figure, f"{title}\n{model(front.attrs)}")
-    return figure
+    return headline(figure, f"{title}\n{model(front.attrs)}", panels[: len(pairs)] if len(pairs) > 1 else ())
 
 
 def _objectives(front: xr.Dataset) -> list[str]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib import patheffects
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
@@ -47,7 +47,7 @@ DARK = COLOURS(1)
 BOUNDARY = "here the end changes: values may jump"
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
-LOCKS = ("frictional lock", "kinematic lock", "static lock")
+LOCKS = tuple(end for end in End if end.locks)
 SWATCH: Look = {"handlelength": 2.4, "handleheight": 1.3}
 """Size of the handles of a legend, so that a hatching is seen."""
 
@@ -75,7 +75,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     bar = figure.colorbar(ScalarMappable(NORM, COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
     bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
-    handles: list[Any] = [hatched(e) for e in HATCHES if e in seen]
+    handles: list[Artist] = [hatched(e) for e in HATCHES if e in seen]
     if set(seen) - {"static lock"}:
         handles.append(key("another end, or past a fold: values may jump", color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):

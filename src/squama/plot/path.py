@@ -15,7 +15,7 @@ from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.plane import CONTACTS, regimes
 from squama.plot.response import BESIDE, READABLE
-from squama.plot.style import PAGE, TICKS, Look, angle_label, axes_for, headline, letters, new_figure, prefixed, styled
+from squama.plot.style import PAGE, TICKS, Look, angle_label, axes_for, headline, new_figure, prefixed, styled
 from squama.types import Array
 
 WAY = "Way gone (rad per pitch)"
@@ -55,9 +55,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     theta.set(xlabel=WAY, ylabel=r"$\theta$ (deg)")
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
-    headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}")
-    letters((left, loads, theta))
-    return figure
+    return headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
 
 
 def _gone(dataset: xr.Dataset) -> Array:

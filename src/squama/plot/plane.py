@@ -74,8 +74,7 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     beside.tick_params(labelsize=7)
     legend_below(figure, handles, 5)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
-    headline(figure, f"{held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest")
-    return figure
+    return headline(figure, f"{held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest")
 
 
 def plane_contacts(dataset: xr.Dataset, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:

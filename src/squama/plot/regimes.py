@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,13 +9,13 @@ from matplotlib.figure import Figure
 
 from squama.loads import LOADS
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import DASHES, PAGE, key, law_keys, letter, new_figure, shades, styled
+from squama.plot.style import DASHES, PAGE, Look, key, law_keys, letter, new_figure, shades, styled
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
 ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
-STOPS: dict[str, tuple[dict[str, Any], str]] = {
+STOPS: dict[str, tuple[Look, str]] = {
     "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
     "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
 }
@@ -35,7 +33,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     figure = new_figure(PAGE, 4.3)
     ax = figure.subplots()
 
-    def scaled(phi: Any, theta: Any) -> tuple[Array, Array]:
+    def scaled(phi: xr.DataArray, theta: xr.DataArray) -> tuple[Array, Array]:
         return np.asarray(phi, float) / np.pi, (np.asarray(theta, float) - theta0) / np.pi
 
     right = 0.0
@@ -82,7 +80,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     span = rf"$\{over}$ = {limits[0]:.3g}{unit} or {limits[1]:.3g}{unit}"
     handles += [key(words.format(span), linestyle="", **style) for m, (style, words) in STOPS.items() if m in marked]
     figure.legend(handles=handles, loc="outside right center")
-    _regions(ax, dataset, scaled)
+    _regions(ax, *scaled(dataset["phi_lock"], dataset["theta_lock"]))
     return figure
 
 
@@ -107,11 +105,10 @@ def over_pi(load: str) -> str:
     return rf"{of.verb.capitalize()} per pitch ${SYMBOLS[of.angle].tex}/\pi$ (1)"
 
 
-def _regions(ax: Axes, dataset: xr.Dataset, scaled: Any) -> None:
+def _regions(ax: Axes, x: Array, y: Array) -> None:
     """Name the regimes: linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope."""
-    x, y = scaled(dataset["phi_lock"], dataset["theta_lock"])
     good = np.isfinite(x)
-    words: dict[str, Any] = {"style": "italic", "fontsize": 7.5, "color": INK}
+    words: Look = {"style": "italic", "fontsize": 7.5, "color": INK}
     ax.text(float(np.median(x[good])), float(np.max(y[good])) + 0.012, "locked", ha="center", va="bottom", **words)
     wide, high = ax.get_xlim()[1], ax.get_ylim()[1]
     ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)

@@ -45,7 +45,6 @@ SQUARE: Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
 """The hinge's curve beside another one, and where it engages."""
 RISING = {"N", "f", "f0", "K_t", "K_b", "T_scales", "M_scales", "W_fr"}
 """Variables that grow without bound towards a lock."""
-LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 
 
 class _Curve(NamedTuple):
@@ -65,9 +64,14 @@ class _Curve(NamedTuple):
         return bool(np.isfinite(self.rate_e) and self.rate_e <= self.rate_end)
 
     @property
+    def locks(self) -> bool:
+        """Whether it ends with a lock."""
+        return End(self.end).locks
+
+    @property
     def stops(self) -> bool:
         """Whether it ends without a lock; where nothing ever touches it has no end."""
-        return self.end not in LOCKS and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
+        return not self.locks and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
 
 
 @styled
@@ -117,8 +121,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     above = f"{names.verb.capitalize()} of the whole beam, {beam.scales} scales (deg)"
     scaled_above(load, beam.length * 180 / np.pi, above)
     legend_below(figure, _keys(curves, measured, others, right), 4 if others else 7)
-    headline(figure, _title(dataset, curves))
-    return figure
+    return headline(figure, _title(dataset, curves))
 
 
 def curve(
@@ -198,7 +201,7 @@ def _limit(curves: list[_Curve], name: str, right: float) -> float:
         v = np.asarray(c.data[name].values, float)
         v = np.where(c.rate <= right, v, np.nan)
         steep = c.end == "other contact" and len(curves) > 1
-        if (c.end in LOCKS or steep) and c.rate_end > c.rate_e:
+        if (c.locks or steep) and c.rate_end > c.rate_e:
             locking.append(finite_max(v[c.rate <= c.rate_e + READABLE * (c.rate_end - c.rate_e)], 0.0))
         else:
             bounded.append(finite_max(v, 0.0))
@@ -260,7 +263,7 @@ def _panel(ax: Axes, curves: list[_Curve], name: str, factor: float, text: str) 
 def _locks(ax: Axes, curves: list[_Curve], right: float) -> None:
     """Draw a thin vertical line where a curve locks."""
     for c in curves:
-        if c.end in LOCKS and c.rate_end <= right:
+        if c.locks and c.rate_end <= right:
             ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
 
 
@@ -336,10 +339,10 @@ def _keys(
         handles.append(key("engagement", linestyle="", marker="o", markerfacecolor="white", markersize=4))
     if load and any(c.engages for c in others):
         handles.append(key("engagement on hinges", linestyle="", marker="s", **SQUARE))
-    if any(c.end in LOCKS and c.rate_end <= right for c in (*curves, *others)):
+    if any(c.locks and c.rate_end <= right for c in (*curves, *others)):
         handles.append(key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
     if any(c.stops and min(c.rate_end, finite_max(c.rate)) <= right for c in curves):
-        words = "end" if any(End(c.end).locks for c in curves) else "end, no lock"
+        words = "end" if any(c.locks for c in curves) else "end, no lock"
         handles.append(key(words, linestyle="", marker="x"))
     if load and measured is not None:
         handles.append(key("measured", color=ACCENT, linestyle="", marker="."))

@@ -22,7 +22,6 @@ from squama.plot.style import (
     label,
     legend_below,
     legend_under,
-    letters,
     new_figure,
     prefixed,
     shades,
@@ -53,11 +52,9 @@ def row_figure(dataset: xr.Dataset) -> Figure:
     right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":", label="engagement")
     right.set(xlabel=angle_label("twisting"), ylabel=text)
     legend_under(right, right.get_legend_handles_labels()[0])
-    letters((left, right))
     which = model({**dataset.attrs, "load": "twisting"})
     about = f"sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
-    headline(figure, f"Twisting of a row of {count} scales: {which}, {about}")
-    return figure
+    return headline(figure, f"Twisting of a row of {count} scales: {which}, {about}", (left, right))
 
 
 def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -99,10 +96,8 @@ def finite_figure(data: xr.Dataset) -> Figure:
     right.plot(phi, T, color=INK)
     right.set(xlabel=angle_label("twisting"), ylabel=text)
     legend_below(figure, handles, 7)
-    letters((left, middle, right))
     about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements; a line for each {TWISTS}"
-    headline(figure, f"{about}\nScales: {data.attrs['plates']}")
-    return figure
+    return headline(figure, f"{about}\nScales: {data.attrs['plates']}", (left, middle, right))
 
 
 def _some(places: Array) -> Array:

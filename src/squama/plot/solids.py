@@ -73,8 +73,7 @@ def solids_figure(made: Export) -> Figure:
         Patch(facecolor=COLOURS[k], edgecolor=EDGE, linewidth=0.5, label=NAMES[k]) for k in COLOURS if k in shown
     ]
     legend_below(figure, handles, 5)
-    headline(figure, f"Solids of a beam of {made.plan.scales} scales")
-    return figure
+    return headline(figure, f"Solids of a beam of {made.plan.scales} scales")
 
 
 def _beam(made: Export) -> list[Panel]:

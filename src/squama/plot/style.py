@@ -194,8 +194,9 @@ def letters(axes: Iterable[Axes]) -> None:
         letter(ax, f"({chr(97 + i)})")
 
 
-def headline(figure: Figure, text: str) -> None:
-    """Write what a figure shows above it, in lines that it has room for."""
+def headline(figure: Figure, text: str, panels: Iterable[Axes] = ()) -> Figure:
+    """Write what a figure shows above it, in lines that it has room for, and letters above panels; return it."""
+    letters(panels)
     title = figure.suptitle("", fontsize=8, x=0.01, ha="left")
     lines = []
     for part in text.splitlines():
@@ -210,6 +211,7 @@ def headline(figure: Figure, text: str) -> None:
                 line = title.get_text()
         lines.append(line)
     title.set_text("\n".join(lines))
+    return figure
 
 
 def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:

@@ -42,7 +42,7 @@ from squama.study.models import Twist
 from squama.study.slices import ends
 from squama.symbols import SYMBOLS
 from squama.types import Array
-from squama.units import shown
+from squama.units import for_people, shown
 
 _LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 _UNDONE = "not computed"
@@ -53,7 +53,6 @@ _JUMPS = ("tangent", "stiffness_ratio")
 TOUCHING = "here scales begin to touch: stiffness jumps"
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
-_UNITS = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
 _NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
 """Symbols in the words of a beam file's keys, such as t_s."""
 _ENVELOPES: dict[str, tuple[tuple[End, ...], Look]] = {
@@ -107,8 +106,7 @@ def map_figure(
             ax.xaxis.set_tick_params(labelbottom=True)
             # side by side, long labels would run into each other
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
-    headline(figure, _title(dataset, variable, (x, y, panels)))
-    return figure
+    return headline(figure, _title(dataset, variable, (x, y, panels)))
 
 
 def map_slice(
@@ -178,8 +176,7 @@ def _formula(name: re.Match[str]) -> str:
 
 def _unit(part: xr.Dataset, name: str) -> tuple[float, str]:
     """Return the factor to a unit for people, and that unit."""
-    unit = part[name].attrs.get("units", "1")
-    return _UNITS.get(unit, (1.0, "" if unit == "1" else unit))
+    return for_people(part[name].attrs.get("units", "1"))
 
 
 def _label(dataset: xr.Dataset, variable: str) -> str:

@@ -20,11 +20,11 @@ from squama.plot.style import (
     headline,
     key,
     legend_within,
-    letters,
     new_figure,
     shades,
     styled,
 )
+from squama.study.models import Twist
 from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
@@ -54,9 +54,7 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     if indexed:
         sobol(dataset, panels["c"])
     kind = f"{dataset.attrs['load']}, {model(dataset.attrs)}"
-    headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}")
-    letters(panels.values())
-    return figure
+    return headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}", panels.values())
 
 
 def _ends(dataset: xr.Dataset) -> list[str]:
@@ -113,26 +111,23 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
     n = dataset.attrs["samples"]
     every = dataset["count"].sum("end").values / n
+    across = angle_label(dataset.attrs["load"])
     if "at" in dataset.attrs:
+        across = SYMBOLS["stiffness_ratio"].axis
         ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="is so stiff at least")
-        ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=SYMBOLS["stiffness_ratio"].axis)
-        ax.set_ylabel("Probability")
-        ax.locator_params(axis="x", nbins=TICKS)
-        ax.legend(loc="upper left")
-        return ax
-    locks = [e for e in _ends(dataset) if End(e).locks]
-    locked = dataset["count"].sel(end=locks).sum("end").values / n
-    ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
-    if len(locks) < len(_ends(dataset)):
-        look: Look = {"color": GREY, "linestyle": (0, (4, 2)), "label": "its curve has ended"}
-        ax.plot(edges, np.append(0, np.cumsum(every)), **look)
+    else:
+        locks = [e for e in _ends(dataset) if End(e).locks]
+        locked = dataset["count"].sel(end=locks).sum("end").values / n
+        ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
+        if len(locks) < len(_ends(dataset)):
+            look: Look = {"color": GREY, "linestyle": (0, (4, 2)), "label": "its curve has ended"}
+            ax.plot(edges, np.append(0, np.cumsum(every)), **look)
     if dataset.attrs["before"] and (place := _place(dataset)) is not None:
         p = float(dataset["P_locked_before"])
         ax.axvline(place, 0, 1 / _ROOM, label=f"{dataset.attrs['before']}: {100 * p:.3g} % locked", **_MARK)
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
-    ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=angle_label(dataset.attrs["load"]))
-    ax.set_ylabel("Probability")
+    ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=across, ylabel="Probability")
     ax.locator_params(axis="x", nbins=TICKS)
     ax.legend(loc="upper left")
     return ax
@@ -141,11 +136,9 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 def _place(dataset: xr.Dataset) -> float | None:
     """Return the twist that was asked for per pitch; None for a rate, which is none where the pitch varies."""
     beam = Beam.from_toml_text(dataset.attrs["beam"])
-    read = LOADS[dataset.attrs["load"]].read
-    one, two = (read(dataset.attrs["before"], pitch=d, scales=beam.scales) for d in (1.0, 2.0))
-    if one != two:
-        return one
-    return None if "beam.pitch" in dataset["parameter"].values else one * beam.pitch
+    twist = Twist.read("before", dataset.attrs["before"], dataset.attrs["load"], beam)
+    varies = twist.unit == "rad/m" and "beam.pitch" in dataset["parameter"].values
+    return None if varies else float(twist.per_pitch(beam.pitch))
 
 
 def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,7 +14,7 @@ from squama.beam.faces import sense
 from squama.loads import LOADS, Load, model
 from squama.plot.fit import NAMES
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, label, letters, new_figure, styled
+from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, label, new_figure, styled
 from squama.types import Array
 
 NOTHING = 1e-6
@@ -41,9 +40,8 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
     phase_plane(dataset, axes["plane"])
     about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
     material = f", $\\zeta$ of the material {dataset.attrs['damping']:g}" if dataset.attrs["damping"] else ""
-    headline(figure, f"Free vibration in {names.name}, {dataset.attrs['mode']}, {about}{material}")
-    letters(axes[name] for name in ("record", "damping", "plane"))
-    return figure
+    title = f"Free vibration in {names.name}, {dataset.attrs['mode']}, {about}{material}"
+    return headline(figure, title, axes.values())
 
 
 def record(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -62,7 +60,7 @@ def record(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., Any], ways: Sequence[int] = (1, -1)) -> None:
+def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., object], ways: Sequence[int] = (1, -1)) -> None:
     engaged = float(dataset[f"{names.angle}_e"])
     both = sense(dataset.attrs.get("faces", "one"), names.axis, math.inf) < 0
     for sign in ways if both else (1,):
@@ -117,11 +115,9 @@ def decay_figure(dataset: xr.Dataset) -> Figure:
     lower.axhline(0, color=ACCENT, linewidth=0.8)
     lower.plot(t, y - fitted, color=INK, linestyle="", marker=".", markersize=2.5)
     lower.set(xlabel=label("t"), ylabel="Residual (rad per pitch)")
-    letters((upper, lower))
     found = [text.split(" = ") for text in attrs["estimates"].replace("+-", "±").split(", ")]
     told = ", ".join(f"{_FOUND[name]} = {value}" for name, value in found if name in _FOUND)
-    headline(figure, f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {told}")
-    return figure
+    return headline(figure, f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {told}", (upper, lower))
 
 
 @styled
@@ -157,9 +153,8 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque", ylim=(0, 1))
     left.legend(loc="upper right", fontsize=7)
     about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
-    headline(figure, f"Steady states in {names.name}, {dataset.attrs['mode']}, {about}, $\\zeta$ = {zeta:g}")
-    letters((left, right))
-    return figure
+    title = f"Steady states in {names.name}, {dataset.attrs['mode']}, {about}, $\\zeta$ = {zeta:g}"
+    return headline(figure, title, (left, right))
 
 
 def _branch(ax: Axes, x: Array, y: Array, settled: Array, colour: str, marker: str, words: str | None) -> None:

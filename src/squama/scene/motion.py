@@ -12,8 +12,9 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge, polygons, real
+from squama.curves import both_faces, follow, hinge, real_figures, real_path
 from squama.curves.bent_twist import Twisted
+from squama.curves.chosen import chosen
 from squama.curves.path import Solved, idealisation, thin
 from squama.errors import refuse
 from squama.fe import plate
@@ -23,7 +24,7 @@ from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude
-from squama.symbols import OF_A_SCALE, OTHER
+from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import moment
 
@@ -108,12 +109,9 @@ class Motion:
         self.kind = arguments.load(setting.load)
         margin, load = arguments.margin(setting.margin), self.kind.name
         sense = setting.sense if self.kind.sided or not own else "+"
-        line = ""
-        if setting.bend or load == "bending":
-            joint, ideal, note, line = polygons.meant(setting.beam, setting.joint, setting.ideal, None)
-            line = "" if joint == "hinge" else line
-        else:
-            joint, ideal, note = follow.meant(setting.beam, load, law, setting.joint, setting.ideal)
+        one = None if setting.bend else self.kind
+        means = chosen(setting.beam, one, law=self.kind.law(law), joint=setting.joint, ideal=setting.ideal)
+        joint, ideal = means.joint, means.ideal
         self.joint, self.ideal = joint, ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
@@ -124,21 +122,20 @@ class Motion:
         if setting.bend:
             path = Twisted.of(setting.beam, setting.bend, **how)
         else:
-            path = follow.solved(setting.beam, load, law=law, neutral=line, **how)
+            path = follow.solved(means.beam, load, law=law, **how)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [note]), *getattr(path, "notes", [])]
+        self.notes = [*filter(None, [means.note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
         self.drawn, self.other_drawn = bool(self.hinge), False
-        if isinstance(path, real.Path):
-            self.drawn, self.other_drawn = path.hinged(0), path.hinged(path.faces - 1)
-            if path.lead:
+        if isinstance(path, real_path.Loaded):
+            self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
+            if path.exchanged:
                 # its curve begins with the face that touches first
-                self.curve |= _exchanged(self.curve)
-        self.half = float(self.curve["N"].max()) / 2 or 1.0
+                self.curve = real_figures.exchanged(self.curve, where=True)
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
@@ -157,16 +154,11 @@ class Motion:
         if not seen:
             return None
         if self.whole:
-            return self._other_of_whole()
+            other = copy(self)
+            other.curve, other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
+            return other
         turned = {"+": "-", "-": "+"}[self.setting.sense] if seen < 0 else self.setting.sense
         return Motion(self.setting._replace(sense=turned), own=False)
-
-    def _other_of_whole(self) -> Motion:
-        """Return the motion of the other face's scales, whose figures are in the curve."""
-        other = copy(self)
-        other.curve, other.drawn = self.curve | _exchanged(self.curve), self.other_drawn
-        other.half = float(other.curve["N"].max()) / 2 or 1.0
-        return other
 
     @property
     def shape(self) -> dict[str, Any]:
@@ -272,7 +264,8 @@ class Motion:
         moves = np.array([at(v[role]) for role in MOTIONS]) / ([d] * 3 + [1.0] * 3)
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
-        return State(load_, theta, N, f, torque, self.drawn * N / self.half, (-s, p), name, pose)
+        half = float(v["N"].max()) / 2 or 1.0
+        return State(load_, theta, N, f, torque, self.drawn * N / half, (-s, p), name, pose)
 
     def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
         """Sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x."""
@@ -284,12 +277,6 @@ class Motion:
             _, root, q, _ = row.solve(x, ARRAY)
             c = twisting.contact(root, q, *getattr(row, "open", row).ratios)
         return np.asarray(c.a_rate), np.asarray(c.c_rate)
-
-
-def _exchanged(curve: dict[str, Array]) -> dict[str, Array]:
-    """Return the figures of the scales of a curve, by role, with those of both faces exchanged."""
-    both = [(role, role + OTHER) for role in OF_A_SCALE if role in curve and role + OTHER in curve]
-    return {to: curve[of] for role, other in both for of, to in ((role, other), (other, role))}
 
 
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:

@@ -24,7 +24,7 @@ WAIT = 10
 """Seconds in which a scheduler has to answer."""
 
 
-def check(address: Any) -> None:
+def check(address: object) -> None:
     """Refuse what is no cluster: not "local:n", not "tcp://host:port" (or tls://), and no dask client."""
     if not isinstance(address, str):
         if hasattr(address, "submit") and hasattr(address, "scheduler_info"):
@@ -36,7 +36,7 @@ def check(address: Any) -> None:
         refuse("dask", shown(address), "write local:2 for two workers here, or tcp://host:8786 for a scheduler")
 
 
-def remote(address: Any) -> bool:
+def remote(address: object) -> bool:
     """Say whether a cluster is there already, and has to be reached, not started."""
     return not (isinstance(address, str) and address.startswith("local:"))
 

@@ -2,8 +2,7 @@
 
 :func:`columns` says for arrays what :class:`squama.Beam` says of one. Every array is an open mesh: it spans only the
 dimensions that it depends on, so the laws of joint and section are evaluated once for each combination that they see.
-:func:`solved` has the columns solved, :func:`in_si` gives its answers their units, :func:`valid` tells which
-rows are a beam at all, :func:`beam_at` builds one.
+:func:`solved` has the columns solved, :func:`valid` tells which rows are a beam at all, :func:`beam_at` builds one.
 """
 
 from __future__ import annotations
@@ -79,7 +78,7 @@ class Cells(NamedTuple):
 
 @np.errstate(all="ignore")
 def columns(
-    beam: Beam, values: Mapping[str, Any], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
+    beam: Beam, values: Mapping[str, object], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
 ) -> Cells:
     """Return the designs of a beam with some values replaced; complex where values are complex.
 
@@ -95,7 +94,7 @@ def columns(
     values = {canonical(name): value for name, value in values.items()}
     scale, bar = beam.scale, beam.substrate
 
-    def v(name: str, otherwise: Any) -> Any:
+    def v(name: str, otherwise: object) -> Array:
         return _numbers(values.get(name, otherwise))
 
     pitch, t = v("beam.pitch", beam.pitch), v("substrate.thickness", bar.thickness) / 2
@@ -135,7 +134,7 @@ def columns(
     return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor, psi)
 
 
-def _numbers(value: Any) -> Array:
+def _numbers(value: object) -> Array:
     """Return an array of floats; complex numbers stay."""
     array = np.asarray(value)
     return array if np.iscomplexobj(array) else array.astype(float)
@@ -200,8 +199,11 @@ def solved(
     load: str = "twisting",
     few: int | None = None,
     ideal: bool = True,
-) -> Solved:
-    """Solve columns; arguments and result as of :func:`squama.solve`; ``ideal``: scales are thin.
+) -> dict[str, Array]:
+    """Solve columns; arguments as of :func:`squama.solve`; ``ideal``: scales are thin.
+
+    Returned are the fields of its result with their units: torque in N m, energies in J/m; twists stay in rad per pitch
+    (divide by ``c.d`` for rates). A joint without stiffness leaves the beam as it is without contact.
 
     Up to ``few`` rows are solved by Python, more by its compiled copy, whose last digits differ: what is solved in
     parts says by its whole size which (0: compiled) for answers that do not depend on the parts. Rows that are no beam
@@ -212,16 +214,8 @@ def solved(
     if not ideal:
         given["thickness"] = c.sizes["scale"]["thickness"] / c.d
     rows, shape = arguments.designs(load, **given)
-    found = batch.solved(tuple(rows), law=law, sense=sense, margin=margin, load=load, few=few)
-    return Solved._make(v.reshape(shape) for v in found)
-
-
-def in_si(c: Cells, s: Solved) -> dict[str, Array]:
-    """Return the answers by the names of :class:`squama.Solved`, with their units.
-
-    Torque in N m, energies in J/m; twists stay in rad per pitch (divide by ``c.d`` for rates). A joint without
-    stiffness leaves the beam as it is without contact.
-    """
+    flat = batch.solved(tuple(rows), law=law, sense=sense, margin=margin, load=load, few=few)
+    s = Solved._make(v.reshape(shape) for v in flat)
     found: dict[str, Array] = s._asdict()
     per_length = c.K / c.d
     found |= {"torque": s.torque * c.K, "U_el": s.U_el * per_length, "W_fr": s.W_fr * per_length}

@@ -22,7 +22,7 @@ def twisted(
 ) -> dict[str, Array]:
     """Return the figures of cells whose parameters are ``values`` (broadcasting), in arrays of a shape.
 
-    By the names and units of :func:`squama.study.columns.in_si`; twists count from the bent beam on, 0 where it comes
+    By the names and units of :func:`squama.study.columns.solved`; twists count from the bent beam on, 0 where it comes
     to no twist; NaN at the cut-off then.
     """
     columns = np.broadcast_arrays(*values.values(), np.empty(shape))[:-1]
@@ -35,21 +35,14 @@ def twisted(
 
 
 def _figures(beam: Beam, psi: float, sense: str, margin: float) -> dict[str, float]:
-    """Return the figures of one beam."""
+    """Return the figures of one beam; NaN is left out."""
     path = Twisted.tried(beam, psi, mu=float(beam.friction.mu or 0.0), sense=sense, margin=margin, joint="hinge")
     if not path.bent:
-        code = CODES.index(End(str(path.answer["end"])))
-        return {
-            "load_e": 0.0,
-            "load_end": 0.0,
-            "theta_end": float(path.answer["theta_end"]),
-            "neighbour": 1,
-            "code": code,
-        }
-    curve = path.curve(points=2)
-    f, length = curve.figures, beam.scale.length
-    found = {name: float(f[name]) for name in _ENDS} | {name: float(f[f"{name}_c"]) for name in _AT_CUT}
-    return found | {
-        "code": CODES.index(End(str(f["end"]))),
-        "f0": float(curve.along["f"][-1]) * length / path.case.stiffness,
-    }
+        theta, end = float(path.answer["theta_end"]), str(path.answer["end"])
+        found = {"load_e": 0.0, "load_end": 0.0, "theta_end": theta, "neighbour": 1}
+    else:
+        curve = path.curve(points=2)
+        f, end = curve.figures, str(curve.figures["end"])
+        found = {name: float(f[name]) for name in _ENDS} | {name: float(f[f"{name}_c"]) for name in _AT_CUT}
+        found["f0"] = float(curve.along["f"][-1]) * beam.scale.length / path.case.stiffness
+    return found | {"code": CODES.index(End(end))}

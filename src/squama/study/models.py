@@ -14,7 +14,8 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts.path import RANGE
-from squama.curves import follow, real, real_polygons
+from squama.curves import real
+from squama.curves.chosen import Chosen, chosen
 from squama.curves.path import idealisation, thin
 from squama.errors import naming, refuse
 from squama.joints import choice
@@ -97,10 +98,8 @@ class Model(NamedTuple):
         InputError
             The joint does not cover the load or the law, or ``at`` is no twist of it.
         """
-        # of both it is the plate law that says what covers them
         law = LOADS[load].law(max(laws))
-        held, ideal, _ = meant(beam, load, law, joint, ideal, bent=bent)
-        follow.covering(held, load if held == "hinge" else "twisting", law)
+        _, held, ideal, _ = _chosen(beam, load, laws, joint, ideal, bent=bent)
         if held == "hinge":
             if at is not None:
                 refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
@@ -124,7 +123,7 @@ class Model(NamedTuple):
         return self.joint == "compliant"
 
     @property
-    def record(self) -> dict[str, Any]:
+    def record(self) -> dict[str, object]:
         """The model as plain data; nothing of the paper's."""
         if self == Model():
             return {}
@@ -153,26 +152,17 @@ class Model(NamedTuple):
         return lines
 
 
-def meant(
-    beam: Beam, load: str, law: str, joint: str | None, ideal: bool | None = None, *, bent: bool = False
-) -> tuple[str, bool, str]:
-    """Return what :func:`squama.curves.follow.meant` does of many beams, whose joints elements do not make."""
-    bends = LOADS[load].axis == 0
-    if bends and beam.substrate.neutral == "face":
-        if joint == "compliant":
-            refuse("substrate.neutral", '"face"', "is of hinges", 'leave it out, or write joint="hinge"')
-        joint = "hinge"
-    held, thin_scales, why = follow.meant(beam, "twisting", LOADS[load].law(law), joint, ideal, elements=False)
-    if (bent or bends) and held == "compliant" and (why := real_polygons.unbent(beam)):
-        if joint:
-            refuse("joint", '"compliant"', why, 'write joint="hinge"')
-        held, thin_scales = "hinge", ideal is None or ideal
-    return held, thin_scales, why
-
-
 def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent: bool = False) -> str:
     """Return a warning where the compliant joint is meant and not known, empty elsewhere."""
-    return meant(beam, load, max(laws), joint, bent=bent)[2]
+    return _chosen(beam, load, laws, joint, None, bent=bent).note
+
+
+def _chosen(
+    beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool
+) -> Chosen:  # fmt: skip
+    """Return what is meant of many beams, whose joints elements do not make; of both laws the plate law says."""
+    kind = LOADS[load]
+    return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:

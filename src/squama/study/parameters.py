@@ -126,8 +126,13 @@ def text_of(name: str, value: float) -> str:
     text = as_text(float(value), dimension)
     if len(text) <= 14 and dimension is not Dimension.RATIO:
         return text
-    factor, unit = for_people(PARAMETERS[name].symbol.unit)
+    factor, unit = people(name)
     return f"{factor * value:.6g} {unit}".strip()
+
+
+def people(name: str) -> tuple[float, str]:
+    """Return factor and unit in which people read a parameter, by any of its names."""
+    return for_people(PARAMETERS[ALIASES.get(name, name)].symbol.unit)
 
 
 def own(beam: Beam, name: str) -> float | None:
@@ -184,7 +189,7 @@ def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> 
 
 
 def axes(
-    over: Mapping[str, Any], *, bare: bool = True, joint: str = "hinge", ideal: bool = True, load: str = "twisting"
+    over: Mapping[str, object], *, bare: bool = True, joint: str = "hinge", ideal: bool = True, load: str = "twisting"
 ) -> list[Axis]:
     """Read all swept parameters, in the order given.
 
@@ -213,7 +218,7 @@ def axes(
     return list(found.values())
 
 
-def flattened(table: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flattened(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
     """Yield ``"scale.length", ...`` and the value of nested tables."""
     for key, value in table.items():
         if isinstance(value, Mapping):
@@ -239,7 +244,7 @@ EXAMPLES = {
 """What to write by dimension: a range, a value and its tolerance."""
 
 
-def _values(name: str, given: str, value: Any, *, bare: bool) -> Array:
+def _values(name: str, given: str, value: object, *, bare: bool) -> Array:
     """Return the values of a parameter, which was ``given`` by another name: a range low:high:count or a list."""
     example = "0.001,0.01,0.1" if name == "margin" else EXAMPLES[PARAMETERS[name].dimension][0]
     spaced = isinstance(value, tuple) or (isinstance(value, str) and ":" in value)

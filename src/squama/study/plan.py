@@ -7,7 +7,7 @@ import itertools
 import json
 import math
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import metadata
 from typing import Any, NamedTuple
 
@@ -143,7 +143,7 @@ class Plan(NamedTuple):
         return math.prod(s.stop - s.start for s in self.place(tile))
 
     @property
-    def configuration(self) -> dict[str, Any]:
+    def configuration(self) -> dict[str, object]:
         """The plan as plain data."""
         return {
             "format": self.format,
@@ -180,10 +180,10 @@ class Plan(NamedTuple):
         return cls(c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), versions=made_by, **alike)
 
 
-def arrays(plan: Plan) -> dict[str, dict[str, Any]]:
+def arrays(plan: Plan) -> dict[str, dict[str, object]]:
     """Return the arguments of every array of the store, but for its codecs."""
     keys = ("shape", "chunks", "dtype", "dimension_names", "attributes", "fill_value")
-    found: dict[str, tuple[Any, ...]] = {}
+    found: dict[str, tuple[object, ...]] = {}
     for name, (_, dtype, attrs) in plan.variables.items():
         found[name] = plan.shape, plan.tile, dtype, plan.dims, attrs, np.nan if dtype == "float64" else -1
     tiles = tuple(f"tile_{dim}" for dim in plan.dims)
@@ -193,14 +193,14 @@ def arrays(plan: Plan) -> dict[str, dict[str, Any]]:
         names = list(plan.variables)
         about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
         found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
-    for name, (values, attrs) in coordinates(plan).items():
-        found[name] = values.shape, values.shape, str(values.dtype), (name,), attrs, 0
+    for name, (values, own) in coordinates(plan).items():
+        found[name] = values.shape, values.shape, str(values.dtype), (name,), own, 0
     return {name: dict(zip(keys, about, strict=True)) for name, about in found.items()}
 
 
-def coordinates(plan: Plan) -> dict[str, tuple[Array, dict[str, Any]]]:
+def coordinates(plan: Plan) -> dict[str, tuple[Array, Mapping[str, object]]]:
     """Return values and attributes of the coordinates."""
-    found: dict[str, tuple[Array, dict[str, Any]]] = {}
+    found: dict[str, tuple[Array, Mapping[str, object]]] = {}
     if len(plan.laws) > 1:
         codes = np.arange(len(plan.laws), dtype="int8")
         flags = {"long_name": "force law", "flag_values": codes.tolist(), "flag_meanings": " ".join(plan.laws)}
@@ -210,7 +210,7 @@ def coordinates(plan: Plan) -> dict[str, tuple[Array, dict[str, Any]]]:
     return found
 
 
-def attributes(plan: Plan) -> dict[str, Any]:
+def attributes(plan: Plan) -> dict[str, object]:
     """Return the attributes of the group."""
     about = {
         "title": f"sweep of a scale-covered beam in {plan.load}",
@@ -258,9 +258,9 @@ def differences(stored: Plan, asked: Plan) -> list[str]:
     return lines
 
 
-def _entries(plan: Plan) -> dict[tuple[str, str], tuple[Any, str]]:
+def _entries(plan: Plan) -> dict[tuple[str, str], tuple[object, str]]:
     """Return the entries of a configuration by their word and what tells them apart, each with its text."""
-    found: dict[tuple[str, str], tuple[Any, str]] = {}
+    found: dict[tuple[str, str], tuple[object, str]] = {}
     for key, value in {**plan.model._asdict(), **plan.configuration}.items():
         if key == "over":
             names = [axis.name for axis in plan.axes]
@@ -273,7 +273,7 @@ def _entries(plan: Plan) -> dict[tuple[str, str], tuple[Any, str]]:
     return found
 
 
-def _brief(value: Any) -> str:
+def _brief(value: object) -> str:
     if value is None:
         return "not given"
     return ",".join(str(v) for v in value) if isinstance(value, list) else shown(value).strip('"')

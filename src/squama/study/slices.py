@@ -6,7 +6,7 @@ And the paths of single beams of a slice: inclination against load angle, withou
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def take(
     x: str | None = None,
     y: str | None = None,
     panels: str | None = None,
-    at: Mapping[str, Any] | None = None,
+    at: Mapping[str, object] | None = None,
     bare: bool = True,
 ) -> Slice:
     """Choose a slice of a sweep by names; it is not read from the store yet.
@@ -103,7 +103,7 @@ def worded(data: xr.Dataset) -> xr.Dataset:
     return data.assign(end=(end.dims, ends(data), attrs))
 
 
-def values_of(part: Slice, texts: Sequence[Any], *, bare: bool) -> list[float]:
+def values_of(part: Slice, texts: Sequence[object], *, bare: bool) -> list[float]:
     """Return the values of y that lie nearest to the given ones."""
     assert part.y is not None
     places = dict.fromkeys(_index(part.data, part.y, text, bare) for text in texts)
@@ -147,7 +147,7 @@ def _dimension(name: str, dims: Sequence[str], role: str) -> str:
     return found
 
 
-def _index(dataset: xr.Dataset, name: str, value: Any, bare: bool) -> int:
+def _index(dataset: xr.Dataset, name: str, value: object, bare: bool) -> int:
     """Place of the value of the grid that lies nearest."""
     there = dataset[name].values
     if name == "law":

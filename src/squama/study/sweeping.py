@@ -39,7 +39,7 @@ from squama.units import shown
 if TYPE_CHECKING:
     import xarray as xr
 
-Ranges = Mapping[str, Any]
+Ranges = Mapping[str, object]
 _FAR = np.iinfo(np.int16).max
 SMALLEST_TILE, LARGEST_TILE, PARTS = 1024, 65536, 16
 """Cells of a tile unless asked for: a sixteenth of the sweep within these bounds."""
@@ -74,7 +74,7 @@ def sweep(
     out: str | os.PathLike[str] = "map.zarr",
     tile: int | None = None,
     shard: str | None = None,
-    dask: Any = None,
+    dask: object = None,
     progress: str | Listener | None = None,
 ) -> xr.Dataset:
     """Solve a beam for every combination of some parameters, into a zarr store.
@@ -145,9 +145,8 @@ def sweep(
     )
     run(plan, Path(out), shard=shard, dask=dask, progress=progress)
     found = store.open_sweep(out)
-    note = models.note(beam, load, plan.laws, joint, bent=parameters.HELD in over)
-    lines = filter(None, [note, *shares(found), found.attrs["warnings"]])
-    return found.assign_attrs(warnings="\n".join(lines))
+    lines = [*notes(plan, joint, found), found.attrs["warnings"]]
+    return found.assign_attrs(warnings="\n".join(filter(None, lines)))
 
 
 def make_plan(
@@ -194,7 +193,7 @@ def make_plan(
 
 
 def run(
-    plan: Plan, path: Path, *, shard: str | None = None, dask: Any = None, progress: str | Listener | None = None
+    plan: Plan, path: Path, *, shard: str | None = None, dask: object = None, progress: str | Listener | None = None
 ) -> tuple[int, int]:
     """Compute the tiles of a plan that are not done; return how many of the store's tiles are done, and of how many."""
     mine = read_shard(shard)
@@ -269,20 +268,19 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     else:
         how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": margin}
         few = FEW if plan.cells <= FEW else 0
-        s = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
-        found = columns.in_si(c, s)
-        found["neighbour"] = np.minimum(s.neighbour, _FAR)
+        found = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
+        found["neighbour"] = np.minimum(found["neighbour"], _FAR)
     return {
         name: np.broadcast_to(found[variable.field], shape).astype(variable.dtype)
         for name, variable in plan.variables.items()
     }
 
 
-def shares(data: xr.Dataset) -> list[str]:
-    """Say how many cells of the compliant joint have no figures, or not all, and why; read tile by tile."""
-    plan = Plan.from_text(data.attrs["configuration"])
+def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
+    """Say why the joint that is asked for is not taken, or how many cells lack figures, and why; read tile by tile."""
     if not plan.model.real:
-        return []
+        told = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
+        return [told] if told else []
     most = len(real_columns.ENDS)
     counts = np.zeros(most + 1, int)
     for tile in plan.tiles():

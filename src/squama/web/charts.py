@@ -149,21 +149,18 @@ def line_options(state: State, plot: str, *, dark: bool, table: Table | None = N
     look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table)
     across, up, factor = labels(state, plot, ends)
     up_axis = axis("", look, max=_short(ends.top * factor), min=_short(ends.low * factor))
+    # the axis across stays at the lower border where values are negative
+    below = {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
     # an axis that begins at no round number
     up_axis["axisLabel"]["showMinLabel"] = not ends.low
     return {
         **ground(f"{up} against {across}", ROOM),
         "title": {"text": up, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
-        "xAxis": axis(across, look, nameGap=20, min=0, max=_short(ends.right), axisLine=_below(look)),
+        "xAxis": axis(across, look, nameGap=20, min=0, max=_short(ends.right), axisLine=below),
         "yAxis": up_axis,
         "series": [_series(line, factor) for line in lines(state, plot, dark=dark, table=table)],
     }
-
-
-def _below(look: Mapping[str, str]) -> Options:
-    """Return an axis that stays at the lower border where values are negative."""
-    return {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
 
 
 def point(state: State, plot: str, table: Table | None = None) -> tuple[float, float]:

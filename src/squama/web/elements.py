@@ -140,10 +140,8 @@ class Choice(ui.element):
 
     def set(self, options: dict[str, str], value: str) -> None:
         """Offer these options, and show the value."""
-        if (options, value) == getattr(self, "_shown", None):
+        if not anew(self.list, (options, value)):
             return
-        self._shown = (options, value)
-        self.list.clear()
         with self.list:
             for key, words in options.items():
                 option = ui.element("option")
@@ -171,6 +169,15 @@ def text(tag: str, words: str = "", classes: str = "") -> ui.element:
 def write(element: ui.element, words: str) -> None:
     """Change the text of an element."""
     put(element, textContent=words)
+
+
+def anew(place: ui.element, wanted: object) -> bool:
+    """Empty a place that shows something else than is wanted; say whether it is to be filled."""
+    if getattr(place, "wanted", None) == wanted:
+        return False
+    place.wanted = wanted  # type: ignore[attr-defined]
+    place.clear()
+    return True
 
 
 def put(element: ui.element, **props: Any) -> None:

@@ -7,7 +7,7 @@ import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from squama.types import Array
 from squama.units import number, prefix
 from squama.web.fields import FIELDS
 from squama.web.state import State, read
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 POINTS = 140
 """Points of a curve."""
@@ -356,23 +359,19 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
         text = state.beam.to_toml()
     else:
         with tempfile.TemporaryDirectory() as folder:
-            m = motion(state.setting)
-            # up to what is shown
-            stop = None if m.hinge else m.last / state.beam.pitch
-            asked = state.setting._asdict()
-            held = asked.pop("bend")
-            answer: Answer | str
-            if held:
-                answer = Twisted.of(**{name: asked[name] for name in _TWISTED}, bend=held).answer
-            else:
-                answer = loop(state) if state.path == "cycle" else respond(**asked, to=stop)
-            if isinstance(answer, str):
-                refuse("", "", answer)
-            table = answer.dataset()
-            if held:
-                table = table.drop_dims("event")
-            elif state.path == "cycle":
-                table = flat_cycle(table)
-            place = datasets.save(table, Path(folder) / "curve.csv")
-            text = place.read_text(encoding="utf-8")
+            text = datasets.save(_table(state), Path(folder) / "curve.csv").read_text(encoding="utf-8")
     return KINDS[kind], text.encode()
+
+
+def _table(state: State) -> xr.Dataset:
+    """Return the curve up to what is shown, or the loop, as a table of one shape."""
+    m, asked = motion(state.setting), state.setting._asdict()
+    if held := asked.pop("bend"):
+        twisted = Twisted.of(**{name: asked[name] for name in _TWISTED}, bend=held)
+        return twisted.answer.dataset().drop_dims("event")
+    if state.path != "cycle":
+        return respond(**asked, to=None if m.hinge else m.last / state.beam.pitch).dataset()
+    found = loop(state)
+    if isinstance(found, str):
+        refuse("", "", found)
+    return flat_cycle(found.dataset())

@@ -127,7 +127,7 @@ def grid(wanted: Key) -> Grid:
     cells = columns.columns(wanted.beam, values, load=wanted.load)
     w = wanted
     done = columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
-    return Grid(x, y, *(np.broadcast_to(v, SIZE[::-1]) for v in (done.code, done.load_e, done.load_end, done.RED)))
+    return Grid(x, y, *(np.broadcast_to(done[name], SIZE[::-1]) for name in Grid._fields[2:]))
 
 
 def warm_up() -> threading.Thread:

@@ -12,7 +12,7 @@ from squama.model.outcome import End
 from squama.plot.palette import ENDS, KEPT, STATES, WORDS
 from squama.web import live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
-from squama.web.elements import Choice, NumberField, button, text, write
+from squama.web.elements import Choice, NumberField, anew, button, text, write
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
 from squama.web.tables import Table
@@ -135,7 +135,6 @@ class Outcome:
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             self.readings = ui.element("dl")
         self.shown: dict[str, ui.element] = {}
-        self.told: list[str] = []
 
     def show(self, now: State) -> None:
         """Show a state."""
@@ -154,18 +153,12 @@ class Outcome:
                     self.shown[label] = text("dd")
         for label, value in rows:
             write(self.shown[label], value)
-        self.warn(live.warnings(now))
-
-    def warn(self, lines: list[str]) -> None:
-        """List where the beam leaves the range of the model."""
-        if lines == self.told:
-            return
-        self.told = lines
-        self.list.set_visibility(bool(lines))
-        self.list.clear()
-        with self.list:
-            for line in lines:
-                text("li", line)
+        lines = live.warnings(now)
+        if anew(self.list, lines):
+            self.list.set_visibility(bool(lines))
+            with self.list:
+                for line in lines:
+                    text("li", line)
 
 
 HEADS = {
@@ -194,18 +187,15 @@ class Compared:
             with ui.element("div").classes("rows").props('tabindex="0" aria-label="Kept designs"') as self.place:
                 self.table = ui.element("table")
             self.place.set_visibility(False)
-        self.rows: list[dict[str, str]] = []
 
     def show(self, now: State) -> None:
         """Show a state; with nothing kept there is no table."""
         rows = live.compared(now) if now.kept else []
-        if rows == self.rows:
+        if not anew(self.table, rows):
             return
-        self.rows = rows
         # the model that is the same for all stands above, with the outcome
         columns = [name for name in HEADS if name != "model" or len({row["model"] for row in rows}) > 1]
         self.place.set_visibility(bool(rows))
-        self.table.clear()
         with self.table:
             if not rows:
                 return
@@ -255,10 +245,8 @@ def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
     """Say which line of the plots is which, the design that is shown first."""
     named = {line.name: line for line in reversed(wanted)}
     looks = [(line.name, _sample(line)) for line in (*list(named.values())[:1], *list(named.values())[:0:-1])]
-    if looks == getattr(place, "told", None):
+    if not anew(place, looks):
         return
-    place.told = looks  # type: ignore[attr-defined]
-    place.clear()
     with place:
         for name, look in looks:
             with ui.element("li"):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from squama.plot.palette import THEMES
-from squama.plot.style import PAGE, headline, key, letters, new_figure, save_figure, styled
+from squama.plot.style import PAGE, Look, headline, key, new_figure, save_figure, styled
 from squama.web import charts, live
 from squama.web.charts import Line
 from squama.web.state import State
@@ -44,7 +44,7 @@ def figure(state: State, table: Table | None = None) -> Figure:
     told = [f"{row['what']}; {row['model']}" for row in rows]
     words = {"this design": told[-1]} | {row["name"]: f"{row['name']}: {t}" for row, t in zip(rows, told, strict=True)}
     words = {name: "\n".join(wrap(text, LETTERS)) for name, text in words.items()}
-    handles: dict[str, Any] = {}
+    handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):
         ends = charts.frame(state, plot, table)
         across, up, factor = charts.labels(state, plot, ends)
@@ -56,15 +56,13 @@ def figure(state: State, table: Table | None = None) -> Figure:
             left, down = charts.point(state, plot, table)
             ax.plot(left, 1 - down, "o", transform=ax.transAxes, clip_on=False, **NOW)
         ax.set(xlim=(0, ends.right), ylim=(factor * ends.low, factor * ends.top), xlabel=across, ylabel=up)
-    letters(drawn.axes)
     last = handles.pop("this design")
     ordered = [last, *handles.values(), key("the state that is shown", linestyle="", marker="o", **NOW)]
     drawn.legend(handles=ordered, loc="outside lower left", ncols=1 if state.kept else 2)
-    headline(drawn, f"{state.load.capitalize()}: {live.motion(state.setting).model}")
-    return drawn
+    return headline(drawn, f"{state.load.capitalize()}: {live.motion(state.setting).model}", drawn.axes)
 
 
-def _look(line: Line) -> dict[str, Any]:
+def _look(line: Line) -> Look:
     if line.points:
         return {"color": line.colour, "linestyle": "", "marker": ".", "markersize": 3}
     dashes = [POINT * n for n in line.dashes]

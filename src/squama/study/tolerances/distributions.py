@@ -26,10 +26,11 @@ from squama.study.parameters import (
     flattened,
     meant,
     own,
+    people,
     text_of,
 )
 from squama.types import Array
-from squama.units import LONGEST, Dimension, QuantityError, for_people, quantity, shown
+from squama.units import LONGEST, Dimension, QuantityError, quantity, shown
 
 MOST_CUT = 0.1
 """Largest share of a normal distribution that may lie outside a parameter's bounds."""
@@ -79,7 +80,7 @@ class Tolerance(NamedTuple):
     @property
     def text(self) -> str:
         """The distribution with units, such as "normal(0.25, 0.02)"."""
-        factor, unit = for_people(PARAMETERS[canonical(self.name)].symbol.unit)
+        factor, unit = people(self.name)
         return f"{self.kind}({', '.join(f'{v * factor:.6g} {unit}'.strip() for v in self.numbers)})"
 
     @property
@@ -92,7 +93,7 @@ class Tolerance(NamedTuple):
 
 
 def tolerances(
-    given: Mapping[str, Any], beam: Beam, *, bare: bool = True, joint: str = "hinge", ideal: bool = True
+    given: Mapping[str, object], beam: Beam, *, bare: bool = True, joint: str = "hinge", ideal: bool = True
 ) -> list[Tolerance]:
     """Read distributions by the names of the beam file; nested tables are taken as their keys.
 
@@ -126,7 +127,7 @@ def _key(name: str) -> str:
     return key
 
 
-def _read(key: str, name: str, given: Any, beam: Beam, *, bare: bool) -> Tolerance:
+def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tolerance:
     """Return the distribution of a parameter, which was given by a name; a bare number is SI or refused."""
     dimension, bounds, _ = PARAMETERS[canonical(key)]
     _, value, spread = EXAMPLES[dimension]
@@ -175,7 +176,7 @@ def _read(key: str, name: str, given: Any, beam: Beam, *, bare: bool) -> Toleran
     return Tolerance(key, kind, tuple(numbers), low, high, outside)
 
 
-def _form(value: Any, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
+def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
     """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
     if isinstance(value, str) and len(value) > LONGEST:
         no(f"is longer than {LONGEST} characters")

@@ -50,7 +50,7 @@ _BITS = 30
 
 def uncertainty(
     beam: Beam,
-    vary: Mapping[str, Any],
+    vary: Mapping[str, object],
     *,
     joint: str | None = None,
     ideal: bool | None = None,
@@ -297,13 +297,12 @@ def _hinged(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
     that of the end. NaN, besides those of the stiffness, where nothing engages.
     """
     how: dict[str, Any] = {"law": case.law, "sense": case.sense, "margin": case.margin, "ideal": case.model.ideal}
-    s = columns.solved(c, load=case.load, few=0, **how)
-    si = columns.in_si(c, s)
-    code = np.broadcast_to(s.code, n)
+    si = columns.solved(c, load=case.load, few=0, **how)
+    code = np.broadcast_to(si["code"], n)
     engaged = code != CODES.index(End.NONE)
     found = {name: si[name] for name in ("load_e", "load_end", "torque", "RED", "U_el", "W_fr")}
     found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
-    found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, s.neighbour)
+    found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, si["neighbour"])
     found = {name: np.where(engaged, v, np.nan) for name, v in found.items()}
     return {**found, "stiffness": np.broadcast_to(c.rigidity, n), "code": code.astype(np.int8)}
 

@@ -164,7 +164,7 @@ def indices(
     from SALib.analyze import sobol as analyze
     from SALib.sample import sobol as sample
 
-    problem: dict[str, Any] = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
+    problem: dict[str, object] = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
     with warnings.catch_warnings():
         # of what SALib hands on to SciPy and pandas
         warnings.simplefilter("ignore")
@@ -324,9 +324,9 @@ def dataset(
         "end": list(there),
         "parameter": [t.name for t in case.tolerances],
     }
-    data: dict[Hashable, Any] = {}
+    data: dict[Hashable, object] = {}
 
-    def put(name: str, dims: Sequence[str], values: Any, words: str, unit: str | None = None) -> None:
+    def put(name: str, dims: Sequence[str], values: object, words: str, unit: str | None = None) -> None:
         data[name] = (dims, np.asarray(values), {"long_name": words} | ({} if unit is None else {"units": unit}))
 
     for key, (words, unit) in _OF_FIGURES.items():

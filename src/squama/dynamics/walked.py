@@ -1,9 +1,9 @@
-r"""Branches of a real beam that is bent: thick, elastic scales on joints, walked along the bend and back.
+r"""Branches of a real beam: thick, elastic scales on joints, walked along the load and back.
 
-By the same model as ``squama.bend`` and ``squama.cycle`` in bending: a path of both loads
-(:mod:`squama.contacts.legs`), the twist held. The scales' moment and energy are over the beam's rigidity.
+By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_path`); each way back from a
+turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
-Along a mode the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
+Along a mode of bending the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
 
 .. math::
     q_+(a) = \frac{\langle\chi\,q_+(a\chi)\rangle}{\langle\chi^2\rangle}, \qquad
@@ -24,12 +24,12 @@ from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
 from squama.contacts import increments, path, states
-from squama.contacts.legs import follow_legs
-from squama.curves import cycle_points, real, real_cycles
-from squama.curves.real_bent import BENT
-from squama.curves.real_polygons import bending_rigidity
+from squama.curves import real
+from squama.curves.real_cycles import INCREMENT
+from squama.curves.real_path import Stations, direction
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
+from squama.loads import Load
 from squama.types import Array
 
 STEPS = 256
@@ -37,13 +37,17 @@ STEPS = 256
 ALONG = 24
 """Places along a mode, on the engaged part of the beam."""
 NEAR = 0.3
-"""Bends on the way to a turning point keep off it by this part of a step: a much shorter step may find no balance."""
+"""Places on the way to a turning point keep off it by this part of a step: a much shorter step may find no balance."""
 SMALL = 1e-4
 """Where a place turns round nearer to engagement than this, rad per pitch, its way back is taken as its way up."""
+FIRST, LEAST = 4e-6, 1e-6
+"""First step of a way back, rad per pitch, the next ones are twice as large each; least one of the even ones."""
+NOTHING = 1e-12
+"""Torque over that of the bar at a rad per pitch that is rounding."""
 
 
 class Walked(NamedTuple):
-    """States at bends as far as the scales follow: their moment and elastic energy over the beam's rigidity.
+    """States at load angles as far as the scales follow: their torque and elastic energy over the beam's rigidity.
 
     ``ends`` is what ends the way there, empty where nothing does.
     """
@@ -53,52 +57,39 @@ class Walked(NamedTuple):
     ends: str
 
 
-class Bend(NamedTuple):
-    """A real beam that is bent in one sense, ``sign``: what :func:`squama.contacts.legs.follow_legs` takes."""
+class Swung(NamedTuple):
+    """A real beam under one load in one sense, ``sign``."""
 
-    scale: path.Scale
-    K: Array
-    mu: float
-    bar: real.Bar
+    one: real.Path
+    load: Load
     sign: int
 
     @classmethod
-    def of(cls, beam: Beam, mu: float, sign: int, *, ideal: bool) -> Bend:
-        """Return that of a beam."""
-        scale, held = real.scale(beam, ideal=ideal), real.Held.of(beam, BENT)
-        return cls(scale, held.K, mu, held.bar, sign)
-
-    def engages(self, far: float) -> float:
-        """Return the bend per pitch at which scales come into contact, looked for up to ``far``; inf for none."""
-        way = follow_legs(self.scale, self.K, self.mu, np.array([(self.sign * far, 0.0)]), **self.bar).way
-        return min((c.phi for c in way.contacts if c.first != -1), default=math.inf)
+    def of(cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool) -> Swung:
+        """Return that of a beam; what touches first is looked for up to ``far``, rad per pitch, or farther."""
+        toward, most = direction(load, sign), max(far, path.RANGE)
+        return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign)
 
     def walk(self, x: Array) -> Walked:
-        """Walk from rest through bends (n,), no two in a row equal."""
-        corners = np.column_stack([self.sign * x, 0.0 * x])
-        found = follow_legs(self.scale, self.K, self.mu, corners, **self.bar, step=real_cycles.INCREMENT)
-        end, alone = found.answers.end(), float(states.bare(found.way.beams)[0, 1, 1])
+        """Walk from rest through load angles (n,) above 0, no two in a row equal."""
+        one, axis = self.one, 1 - self.load.axis
+        found = one.way.along(Stations.along(self.load, self.sign * x).strains, INCREMENT)
+        end, alone = found.end(), float(states.bare(one.way.beams)[0, axis, axis])
         n, ends = (x.size, "") if end.code == increments.RANGE else (end.solved, str(end.word))
-        u = states.energies(found.way, *(face.rows[0] for face in found.answers.faces))
-        stored = u["U_joint"] + u["U_plate"]
-        return Walked(self.sign * found.M[:n] / alone - x[:n], stored[:n] / alone, ends)
+        u = states.energies(one.way, *(face.rows[0, :n] for face in found.faces))
+        q = self.sign * path.named(found.rows[0, :n])["torque" if self.load.sided else "M"] / alone - x[:n]
+        stored = (u["U_joint"] + u["U_plate"]) / alone
+        return Walked(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
 
 
-def rigidity(beam: Beam) -> float:
-    """Return the bending rigidity of a beam without contact, N m^2."""
-    held, scale = real.Held.of(beam, BENT), real.scale(beam, ideal=True)
-    at_rest = follow_legs(scale, held.K, 0.0, np.empty((0, 2)), **held.bar)
-    return bending_rigidity(beam, at_rest.way)
-
-
-def side(bend: Bend, far: float, mode: str) -> Side:
-    """Return the branches up to the bend ``far`` per pitch; in a mode the largest along the beam."""
-    y_e = bend.engages(max(far, path.RANGE))
+def side(swung: Swung, far: float, mode: str) -> Side:
+    """Return the branches up to the load angle ``far`` per pitch; in a mode the largest along the beam."""
+    y_e = swung.one.way.engaged
     if not y_e < far:
         return APART._replace(y_e=y_e)
     y = np.linspace(y_e, far, STEPS)
     # scales touch with no force; a step that ends there would be followed by one that may find no balance
-    found = bend.walk(y[1:])
+    found = swung.walk(y[1:])
     n = 1 + found.q.size
     if n < 4:
         return Side(math.inf, y_e, found.ends)
@@ -106,12 +97,12 @@ def side(bend: Bend, far: float, mode: str) -> Side:
     up, elastic = Branch(y, np.append(0.0, found.q)), CubicSpline(y, np.append(0.0, found.stored))
 
     def back(top: float, steps: int) -> Branch:
-        """Return the way back from a bend."""
+        """Return the way back from a load angle."""
         if top < y_e + SMALL:
             return up
         there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
-        down = np.array([v for v in cycle_points.goals_of(top, 0.0, steps) if v > y_e + 1e-9])
-        q = bend.walk(np.concatenate([there, down])).q[there.size - 1 :]
+        down = _back(top, y_e, steps)
+        q = swung.walk(np.concatenate([there, down])).q[there.size - 1 :]
         down = np.append(top, down)[: q.size]
         return Branch(np.append(y_e, down[::-1]), np.append(0.0, q[::-1]))
 
@@ -119,6 +110,17 @@ def side(bend: Bend, far: float, mode: str) -> Side:
         return _modal(mode, up, elastic, back, found.ends)
     walked = functools.lru_cache(maxsize=256)(functools.partial(back, steps=STEPS))
     return Side(y_e, float(y[-1]), found.ends, up, lambda top: walked(float(np.max(top))), elastic)
+
+
+def _back(top: float, y_e: float, steps: int) -> Array:
+    """Return the places of a way back: even ones to where the contact opens, and before them some ever closer ones.
+
+    The friction turns round there. Steps that keep growing lose the direction in which the scales slide again: of tops
+    1e-7 apart the energies of the way back then differ by 1 %.
+    """
+    even = np.linspace(top, y_e, max(2, min(steps, int((top - y_e) / LEAST))) + 1)[1:-1]
+    near = top - FIRST * 2.0 ** np.arange(60)
+    return np.concatenate([near[near > (top + even[0]) / 2], even])
 
 
 def _modal(mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, int], Branch], ends: str) -> Side:
@@ -141,8 +143,7 @@ def _modal(mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, i
     @functools.lru_cache(maxsize=256)
     def fall(top: float) -> Branch:
         chi, w = places(top)
-        down = np.array([v for v in cycle_points.goals_of(top, 0.0, STEPS // 2) if v > y_e + 1e-9])
-        down = np.concatenate([[y_e], down[::-1], [top]])
+        down = np.concatenate([[y_e], _back(top, y_e, STEPS // 2)[::-1], [top]])
         q = np.zeros(down.size)
         for one, part in zip(chi, w, strict=True):
             branch, bends = back(top * float(one), STEPS // 4), down * one
