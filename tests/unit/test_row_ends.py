@@ -335,11 +335,12 @@ def test_the_door():
         ({"ends": "clamped"}, 'must be one of "free", "gripped", "equal"'),
         ({"ends": "free", "joint": "hinge"}, "a row on hinges has one twist in all cells"),
         ({"ends": "gripped", "hold": "lateral bend"}, "the cells' bend is held"),
+        ({"ends": "gripped", "scales": 61}, "must be 60 or less between grips"),
     ],
 )
 def test_ends_that_are_refused(given, words):
     with pytest.raises(InputError, match=words):
-        squama.row(SKIN, scales=3, **given)
+        squama.row(SKIN, **{"scales": 3} | given)
 
 
 def test_the_effect_of_an_end_decays_as_said():

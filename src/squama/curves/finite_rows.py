@@ -50,7 +50,7 @@ def row(
     beam
         The beam.
     scales
-        Number of scales, 2 to 2000; the beam's own if not given.
+        Number of scales, 2 to 2000, between grips to 60; the beam's own if not given.
     mu
         Coefficient of friction; the beam's own if not given.
     to

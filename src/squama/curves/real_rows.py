@@ -29,6 +29,8 @@ _SHARED = ("torque", "scales", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
 _CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
 _CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
 _MANY, _NEAR = 20_000, 1e-9
+GRIPPED_MOST = 60
+"""Most scales between grips: each engages on its own there, and the time grows as the square of their number."""
 _KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=True))
 
 
@@ -38,7 +40,7 @@ def solve(asked: Asked, ends: str) -> States:
     one, n, way, d = loaded.one, asked.beam.scales, loaded.one.way, asked.beam.pitch
     kind, sign = _KINDS[ends], int(loaded.one.toward[1])
     if kind == GRIPPED:
-        _may_be_gripped(one.held)
+        _may_be_gripped(one.held, n)
     track = followed(way, n, loaded.far, asked.points, sign, kind)
     phi = track.rows[:, 0, 0]
     each = _values(one, sign * phi, track)
@@ -68,8 +70,10 @@ def _beyond(track: Track, far: float) -> list[str]:
     ]
 
 
-def _may_be_gripped(held: real.Held) -> None:
-    """Refuse grips of a bar that cannot bend between them."""
+def _may_be_gripped(held: real.Held, n: int) -> None:
+    """Refuse grips of a bar that cannot bend between them, or of one of too many scales."""
+    if n > GRIPPED_MOST:
+        refuse("scales", str(n), f"must be {GRIPPED_MOST} or less between grips", 'give fewer, or write ends="free"')
     bend, _, aside, _ = held.free
     if not (bend and aside):
         why = "joint.matrix knows no bend" if len(held.K) < 9 else "the cells' bend is held"
