@@ -39,7 +39,7 @@ ALONG = 24
 NEAR = 0.3
 """Places on the way to a turning point keep off it by this part of a step: a much shorter step may find no balance."""
 SMALL = 1e-4
-"""Where a place turns round nearer to engagement than this, rad per pitch, its way back is taken as its way up."""
+"""Where a place of a bent bar turns round nearer to engagement than this, rad per pitch, it goes back as it went up."""
 FIRST, LEAST = 4e-6, 1e-6
 """First step of a way back, rad per pitch, the next ones are twice as large each; least one of the even ones."""
 NOTHING = 1e-12
@@ -98,7 +98,7 @@ def side(swung: Swung, far: float, mode: str) -> Side:
 
     def back(top: float, steps: int) -> Branch:
         """Return the way back from a load angle."""
-        if top < y_e + SMALL:
+        if top < y_e + SMALL and not swung.load.sided:
             return up
         there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
         down = _back(top, y_e, steps)
