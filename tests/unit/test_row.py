@@ -316,10 +316,11 @@ def test_bad_flags(flags, words, tmp_path, monkeypatch, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["beam.toml"]
 
 
-@pytest.mark.parametrize(("beam", "mu"), [(BEAM, 0.3), (WIDE, 0.0)])
-def test_the_end_of_a_row_does_not_depend_on_its_points(beam, mu):
+# the first tip slides off its edge; wide scales meet with one contact more than there are hinges
+@pytest.mark.parametrize(("beam", "mu", "end"), [(BEAM, 0.3, "side entry"), (WIDE, 0.0, "no equilibrium")])
+def test_the_end_of_a_row_does_not_depend_on_its_points(beam, mu, end):
     few, many = (hinged(beam, scales=25, mu=mu, to="1 rad/pitch", points=n) for n in (40, 900))
-    assert few.end.item() == many.end.item() == "side entry"
+    assert few.end.item() == many.end.item() == end
     # tolerance: what steps of 40 and of 900 points leave, 1e-9, on every processor
     assert float(few.phi_end) == pytest.approx(float(many.phi_end), abs=1e-6)
 
