@@ -362,11 +362,17 @@ def missed(w: Walk, st: State, what: int, c: int) -> bool:
 @_jit
 def regroup(w: Walk, h: float) -> int:
     """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
-    ends = 0
+    ends, slide = 0, True
     for _ in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):
         copied(w.new, w.trial)
         if not solved(w, h, True):
             copied(w.trial, w.new)
+            if slide and w.S.shapes[0, MU] > 0.0 and w.counts[0] > 0:
+                # contacts that do not slide together may stick, or open when they do
+                slide, w.J.kept[0] = False, 0
+                for c in range(w.counts[0]):
+                    w.con[c, STUCK] = 1
+                continue
             ends += 1
             if ends > 3 or not unfold(w, w.new):
                 return NO_EQUILIBRIUM

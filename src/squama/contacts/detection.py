@@ -400,3 +400,13 @@ def deepest(
                         if best < 0 or out[a, GAP] < out[best, GAP]:
                             best = a
     return best
+
+
+@_jit
+def deepest_of(S: System, st: State, con: Array, m: int, W: Work, i: int, k: int, cap: float, out: Array) -> int:
+    """Return as :func:`deepest` a vertex of one scale and its neighbour k."""
+    best = -1
+    for a in range(vertices(S, st, W, i, k, cap, out, 0)):
+        if not known(S, st, con, m, out[a], W) and (best < 0 or out[a, GAP] < out[best, GAP]):
+            best = a
+    return best

@@ -12,10 +12,11 @@ import math
 from squama.batch.keeping import part as _jit
 from squama.contacts.changes import change, merged, missed, regroup, tried
 from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, value, violated
-from squama.contacts.detection import GAP, deepest
+from squama.contacts.detection import GAP, deepest, deepest_of
 from squama.contacts.increments import (
     AT_REST,
     CHANGE,
+    INEXACT,
     LOST,
     NO_EQUILIBRIUM,
     OPEN,
@@ -38,10 +39,11 @@ from squama.contacts.increments import (
     T_SLID_OTHER,
     T_TRIAL,
     T_WAY,
+    T_WORK,
     T_ZERO,
+    UNBALANCED,
     Walk,
     accept,
-    balanced,
     energy,
     energy_now,
     guess,
@@ -53,6 +55,7 @@ from squama.contacts.increments import (
     rounded,
     tell,
     tell_gone,
+    unbalanced,
     weigh,
 )
 from squama.contacts.meeting import clear, inclination, prepared
@@ -67,6 +70,8 @@ _DEEPER = 100
 """Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
+_FINE, _SHORT = 8e-6, 5e-4
+"""Increments, rad per pitch: so short a one may lose more work; as much as one so long may be lost by a shorter one."""
 _LEAST, _SHRINK, _EVENTS, _ZEROS = 1e-8, 0.35, 400, 8
 """Least increment, and by how much one that fails shrinks; events, and events without an increment, of each scale, that
 a path may have."""
@@ -179,11 +184,11 @@ def land(w: Walk, h: float, before: float, events: Array) -> None:
     """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
     after = energy(w, w.new)
-    rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
+    rubbed, slid, other, worked = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER], t[T_WORK]
     note(w, h)
     remark(w, LOST, -1)
-    lost = before + cells(w.S) * h * t[T_LOAD] - after
     accept(w, h, True)
+    lost = before + cells(w.S) * (t[T_WORK] - worked) - after
     # what is rubbed in a snap is a part of what it loses
     t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
     kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
@@ -297,9 +302,10 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             if what != MEET:
                 deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
             where, what, c = locate(w, h, fresh, what, c, v)
-        if where < 0.0 or not balanced(w, where):
+        lost, share = unbalanced(w, where) if where >= 0.0 else (math.inf, math.inf)
+        if not (lost <= UNBALANCED and (share <= INEXACT * max(where, _SHORT) or where < _FINE)):
             restore(w)
-            h *= _SHRINK
+            h = _SHRINK * (where if lost <= UNBALANCED else h)
             if h < _LEAST:
                 return stopped(w, goal, step, events)
             continue
@@ -309,7 +315,10 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     note(w, where)
     if what < 0:
         accept(w, where, False)
-        t[T_H], t[T_ZERO] = min(most, 2 * where), 0.0
+        # what is lost is of the third order
+        allowed = INEXACT / 2 * max(where, _SHORT)
+        t[T_H] = min(most, 2 * where, max(_FINE, where * (allowed / max(share, 1e-12)) ** (1 / 3)))
+        t[T_ZERO] = 0.0
         return 0
     accept(w, where, True)
     scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
@@ -338,13 +347,17 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
         return
     if what == MEET:
         clear(w.near)
-        while True:
-            a = deepest(w.S, w.now, w.con, w.counts[0], w.W, MISSED_GAP, w.near, True, w.found)
-            if a < 0 or int(w.found[a, FIRST]) == scale:
-                return
-            copy(w.found[a], w.best)
-            if not change(w, what, -1, events):
-                return
+        deepest(w.S, w.now, w.con, w.counts[0], w.W, MISSED_GAP, w.near, True, w.found)
+        for i in range(len(w.S.shapes)):
+            for k in range(1, w.S.reach + 1):
+                if i == scale or w.near[i, k - 1] == 0:
+                    continue
+                a = deepest_of(w.S, w.now, w.con, w.counts[0], w.W, i, k, MISSED_GAP, w.found)
+                if a >= 0:
+                    copy(w.found[a], w.best)
+                    if not change(w, what, -1, events):
+                        return
+        return
     for c in range(w.counts[0] - 1, -1, -1):
         if w.con[c, FIRST] != scale and missed(w, w.now, what, c):
             change(w, what, c, events)

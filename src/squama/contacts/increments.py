@@ -73,13 +73,14 @@ SCALE = 64 * 5 * 4 * 4
     T_TRIAL,
     T_JUMPED,
     T_ENERGY,
-) = range(23)
-TALLY = 23
+    T_MOST,
+) = range(24)
+TALLY = 24
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last
 two states; the load where a contact last began to slide; way since which the contacts are these; increments; events;
 events without an increment; where the last increment is noted, 0 for nowhere; trial and way of the last jump; elastic
-energy."""
+energy, now and at most."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX
 """What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
@@ -88,8 +89,9 @@ NOTHING, LOST = -1, 5
 """What ends an increment beside the violations: nothing, and a snap."""
 
 
-UNBALANCED = 3e-4
-"""Work, over the energy, that an increment may lose."""
+UNBALANCED, INEXACT = 3e-4, 7.5e-4
+"""Work, over the energy, that an increment may lose: beyond that its state is another one than that to which the path
+goes on from the last state. Work, over the largest energy so far and per rad per pitch, that a path may lose."""
 _SMALL = 1e-4
 """Motions, in pitches and rad, whose energies are very small."""
 
@@ -213,15 +215,16 @@ def rounded(w: Walk) -> float:
 
 
 @_jit
-def balanced(w: Walk, h: float) -> bool:
-    """Say whether the work of the increment just solved for is what joints and plates store and friction takes.
+def unbalanced(w: Walk, h: float) -> tuple[float, float]:
+    """Return the work of the increment just solved for that is neither stored nor rubbed away.
 
-    Where it is not, the state is another one than that to which the path goes on from the last state.
+    Over the energy, and over the largest one so far.
     """
     work, rubbed, _, _ = worked(w, h)
     work *= cells(w.S)
     stored, had = energy(w, w.new), w.tally[T_ENERGY]
-    return bool(abs(work - rubbed + had - stored) <= UNBALANCED * max(abs(stored), abs(had), rounded(w)))
+    lost, most = abs(work - rubbed + had - stored), max(abs(stored), abs(had), rounded(w))
+    return lost / most, lost / max(most, w.tally[T_MOST])
 
 
 @_jit
@@ -232,6 +235,7 @@ def accept(w: Walk, h: float, event: bool) -> None:
     t[T_WORK] += work
     t[T_RUBBED] += rubbed
     t[T_ENERGY] = energy(w, w.new)
+    t[T_MOST] = max(t[T_MOST].real, t[T_ENERGY].real)
     t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
     if t[T_FRESH].real < 1:
         t[T_POWER2] = power
