@@ -99,21 +99,26 @@ def test_moment_and_torque_are_slopes_of_the_energy(faces: str, how: dict[str, o
         assert pytest.approx(by_phi / (2 * h) * d, rel=tolerance) == T
 
 
+ALIKE = {"hinge": 1e-9, "compliant": 2e-6}
+"""Differences of one face and two: increments of thick scales are as long as the work of both faces allows."""
+
+
 @pytest.mark.parametrize("joint", ["hinge", "compliant"])
 def test_mirrored_beams_do_the_same_both_ways_and_turned_ones_both_at_once(joint: str) -> None:
     beam = BEAM.replace(joint={"inclusion_factor": 1.5})
-    at = np.linspace(1, 9, 5)
+    at, same = np.linspace(1, 9, 5), ALIKE[joint]
     one, back = (squama.twist(beam, at=at, joint=joint, sense=s) for s in "+-")
     for sense in "+-":
         r = squama.twist(beam.replace(faces="mirrored"), at=at, joint=joint, sense=sense)
-        assert r.T_scales.values == pytest.approx((one.T_scales + back.T_scales).values, rel=1e-9)
-        assert r.N.values == pytest.approx(one.N.values, rel=1e-9)
-        assert r.N_other.values == pytest.approx(back.N.values, rel=1e-9)
+        assert r.T_scales.values == pytest.approx((one.T_scales + back.T_scales).values, rel=same)
+        assert r.N.values == pytest.approx(one.N.values, rel=same)
+        assert r.N_other.values == pytest.approx(back.N.values, rel=same)
         turned = squama.twist(beam.replace(faces="turned"), at=at, joint=joint, sense=sense)
         alone = one if sense == "+" else back
-        for name in ("T_scales", "W_fr"):
-            assert turned[name].values == pytest.approx(2 * alone[name].values, rel=1e-9)
-        assert turned["T"].values == pytest.approx((alone["T"] + alone.T_scales).values, rel=1e-9)
+        # work is a sum over increments
+        for name, apart in (("T_scales", same), ("W_fr", 50 * same)):
+            assert turned[name].values == pytest.approx(2 * alone[name].values, rel=apart)
+        assert turned["T"].values == pytest.approx((alone["T"] + alone.T_scales).values, rel=same)
 
 
 @pytest.mark.parametrize("shift", ["", ", shifted"])
@@ -254,7 +259,7 @@ def test_a_second_contact_of_a_face_goes_on(faces: str, both: int) -> None:
     r = squama.twist(beam.replace(faces=faces), to="0.24 rad/pitch")
     assert float(r.phi_second) < float(r.phi[-1]) == pytest.approx(0.24)
     one = squama.twist(beam, at=r.Phi.values)
-    np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(r.T_scales, both * one.T_scales, rtol=ALIKE["compliant"], atol=1e-12)
     assert float(one.N[-1]) > 0
 
 
@@ -287,7 +292,7 @@ def test_every_figure_of_a_scale_is_told_of_the_other_face(faces: str, joint: st
     told = [name for name in OF_A_SCALE if name in one and name != "contact"]
     assert len(told) >= (4 if joint == "hinge" else 20)
     for name in told:
-        assert float(both[f"{name}_other"][-1]) == pytest.approx(float(one[name][-1]), rel=1e-9), name
+        assert float(both[f"{name}_other"][-1]) == pytest.approx(float(one[name][-1]), rel=ALIKE[joint]), name
         assert both[f"{name}_other"].attrs["long_name"] == f"{one[name].attrs['long_name']}, of the other face"
     if joint == "compliant":
         # the scaled face is open: what is held against a strength is the other's

@@ -360,10 +360,25 @@ def missed(w: Walk, st: State, what: int, c: int) -> bool:
 
 
 @_jit
+def touched(w: Walk) -> int:
+    """Return a number of the present contacts, and of which stick, whatever their order."""
+    n: int = 0
+    for c in range(w.counts[0]):
+        n += (2 * number(w.con[c]) + w.con[c, STUCK] + 1) * 2654435761 % 4294967291
+    return n
+
+
+@_jit
 def regroup(w: Walk, h: float) -> int:
     """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
-    ends, slide = 0, True
-    for _ in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):
+    ends, slide, before, again = 0, True, -1, 1
+    for count in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):
+        # contacts that were there before come and go in a circle (Brent's algorithm)
+        there = touched(w)
+        if there == before:
+            return NO_EQUILIBRIUM
+        if count == again:
+            before, again = there, 2 * again
         copied(w.new, w.trial)
         if not solved(w, h, True):
             copied(w.trial, w.new)

@@ -24,6 +24,7 @@ from squama.contacts.increments import (
     SIDE_ENTRY,
     SNAP,
     T_BEFORE,
+    T_ENERGY,
     T_EVENTS,
     T_FRESH,
     T_H,
@@ -39,13 +40,11 @@ from squama.contacts.increments import (
     T_SLID_OTHER,
     T_TRIAL,
     T_WAY,
-    T_WORK,
     T_ZERO,
     UNBALANCED,
     Walk,
     accept,
-    energy,
-    energy_now,
+    fall,
     guess,
     keep,
     note,
@@ -60,7 +59,7 @@ from squama.contacts.increments import (
 )
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
+from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, copy
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -162,8 +161,11 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
 
 
 @_jit
-def reached(w: Walk, h: float) -> int:
-    """Look for any equilibrium after an increment, from the last contacts or from none; 0 if it is found."""
+def reached(w: Walk, h: float, before: float) -> int:
+    """Look for any equilibrium after an increment, from the last contacts or from none; 0 if it is found.
+
+    None has more energy than that ``before`` and the work done.
+    """
     code = NO_EQUILIBRIUM
     for way in range(2):
         restore(w)
@@ -174,7 +176,9 @@ def reached(w: Walk, h: float) -> int:
             w.counts[0], w.J.kept[0] = 0, 0
         found = regroup(w, h)
         if found == 0:
-            return 0
+            if fall(w, h, before).real >= -UNBALANCED * max(before.real, rounded(w).real):
+                return 0
+            found = NO_EQUILIBRIUM
         code = found if way == 0 else code
     return code
 
@@ -183,12 +187,11 @@ def reached(w: Walk, h: float) -> int:
 def land(w: Walk, h: float, before: float, events: Array) -> None:
     """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
-    after = energy(w, w.new)
-    rubbed, slid, other, worked = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER], t[T_WORK]
+    lost = fall(w, h, before)
+    rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
     note(w, h)
     remark(w, LOST, -1)
     accept(w, h, True)
-    lost = before + cells(w.S) * (t[T_WORK] - worked) - after
     # what is rubbed in a snap is a part of what it loses
     t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
     kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
@@ -238,7 +241,7 @@ def jump(w: Walk, goal: float, step: float, events: Array) -> int:
     A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
     """
     t = w.tally
-    before, left = energy_now(w), goal - t[T_WAY]
+    before, left = t[T_ENERGY], goal - t[T_WAY]
     # where it stops again at once an equilibrium farther off is looked for
     begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
     keep(w)
@@ -248,11 +251,11 @@ def jump(w: Walk, goal: float, step: float, events: Array) -> int:
         found = NO_EQUILIBRIUM
         if h > left and not passed:
             passed = True
-            found = reached(w, left)
+            found = reached(w, left, before)
             if found == 0:
                 h = left
         if found != 0:
-            found = reached(w, h)
+            found = reached(w, h, before)
         code = found if code == RANGE else code
         if found != 0:
             continue

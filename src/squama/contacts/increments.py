@@ -12,7 +12,7 @@ from squama.contacts.ends import GIVEN, LOADS
 from squama.contacts.geometry import PLACED
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
-from squama.contacts.meeting import BEFORE, F_, V_, Work, before, prepared
+from squama.contacts.meeting import BEFORE, F_, V_, Work, before
 from squama.contacts.system import (
     APART,
     ELASTIC,
@@ -432,7 +432,7 @@ def tell_gone(w: Walk, events: Array, c: int) -> None:
 
 
 @_jit
-def energy_now(w: Walk) -> float:
-    """Return the elastic energy of the last state."""
-    prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
-    return energy(w, w.now)
+def fall(w: Walk, h: float, before: float) -> float:
+    """Return the energy that is lost over the increment just solved for, behind a state with that energy."""
+    lost: float = before + cells(w.S) * worked(w, h)[0] - energy(w, w.new)
+    return lost
