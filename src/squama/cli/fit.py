@@ -174,14 +174,9 @@ def fit(
         written += output.draw([corner], "corner_figure", found.dataset())
     if out is not None:
         written.append(output.write_text(out, sentences.beam_file(found, [label(path) for path in data])))
-    about = {"file": label(beams[0]), "data": data}
-    return output.report(
-        common.json,
-        ", ".join(data),
-        written,
-        lambda: about | (found.record() if isinstance(found, DecayFit) else sentences.record(found)),
-        lambda: _shown(found, label(beams[0])),
-    )
+    record = found.record() if isinstance(found, DecayFit) else sentences.record(found)
+    record = {"file": label(beams[0]), "data": data, **record}
+    return output.report(common.json, ", ".join(data), written, record, _shown(found, label(beams[0])))
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
 """What the steps from the beam as it is to the paper's model are called."""
+_KEEPS = "  torque T that keeps it from twisting, N m"
 
 
 def covered(beam: Beam) -> str:
@@ -86,7 +87,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
             f"margin {margin:g}"
         )
     else:
-        yield _steps(words, beam, laws) if HINGE in laws else _single(words, beam, margin, laws)
+        yield _table(words, beam, margin, laws)
         yield ""
     yield from _notes(words, beam, law, laws)
     yield from warnings(data.attrs["warnings"])
@@ -97,59 +98,12 @@ def column(name: str) -> str:
     return name if name in (REAL, IDEAL, HINGE) else f"{name} law"
 
 
-def _figure(data: Answer, name: str, factor: float = 1.0, unit: str = "") -> str:
+def _figure(data: Answer, name: str, factor: float = 1.0) -> str:
     """Return a single figure of a curve; without engagement it has no end and no cut-off, it is as long as drawn."""
-    ended = name.endswith(("_end", "_c"))
-    if name not in data.variables or (ended and data["end"].item() == End.NONE):
-        return "-" if name else ""
+    if name not in data.variables or (name.endswith(("_end", "_c")) and data["end"].item() == End.NONE):
+        return "-"
     value = data[name].item()
-    if isinstance(value, str):
-        return value
-    return moment(value) if unit == "N m" else number(value * factor, unit)
-
-
-def _inclination(beam: Beam, data: Answer, angle: str) -> str:
-    """Return the inclination at engagement: on a compliant joint a scale turns before it touches."""
-    engaged, theta = data[f"{angle}_e"].item(), beam.scale.theta0
-    if "w_Y" in data.variables:
-        theta = float(np.interp(engaged, data[angle], data["theta"]))
-    return number(math.degrees(theta), "deg") if math.isfinite(engaged) else "-"
-
-
-def _single(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -> Table:
-    """Return the table with a row per figure and a column per law."""
-    angle, rate, torque = words.angle, words.rate, words.torque
-
-    def row(label: str, name: str = "", factor: float = 1.0, unit: str = "") -> list[str]:
-        return [label, *(_figure(data, name, factor, unit) for data in laws.values())]
-
-    def places(at: str) -> list[list[str]]:
-        return [
-            row(f"  {words.angle_words} {angle}", f"{angle}_{at}", 1, "rad/pitch"),
-            row(f"  {words.rate_words} {rate}", f"{rate}_{at}", 1, "rad/m"),
-            row(f"  in total over {beam.scales} scales", f"{rate}_{at}", math.degrees(beam.length), "deg"),
-        ]
-
-    rows = [
-        row("end", "end"),
-        row("engagement"),
-        *places("e"),
-        *([row("  phi by the small-angle formula", "phi_e_small", 1, "rad/pitch")] if words.sided else []),
-        ["  inclination theta", *(_inclination(beam, data, angle) for data in laws.values())],
-        row("at the end"),
-        *places("end"),
-        row("  inclination theta", "theta_end", math.degrees(1), "deg"),
-        row(f"at the cut-off, margin {margin:g}"),
-        row(f"  {words.rate_words} {rate}", f"{rate}_c", 1, "rad/m"),
-        row(f"  {words.torque_words} {torque}", f"{torque}_c", 1, "N m"),
-        row("  over the bare beam's", "stiffening"),
-        *([] if words.sided else [row("  torque T that keeps it from twisting", "T_c", 1, "N m")]),
-        row("  relative energy dissipation RED", "RED_c"),
-        row("mu that locks at engagement", "mu_static"),
-        row("neighbour in contact", "neighbour"),
-    ]
-    head = ["", *(column(name) for name in laws)] if len(laws) > 1 else ["", ""]
-    return table(head, rows)
+    return value if isinstance(value, str) else number(value * factor)
 
 
 def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
@@ -272,63 +226,80 @@ def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any],
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
-def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
-    """Return the table of the real beam beside simpler ones, at loads of the real one."""
-    angle, rate, torque = words.angle, words.rate, words.torque
-    first = next(iter(laws.values()))
-    engaged, last = float(first[f"{angle}_e"]), float(first[angle][np.isfinite(first[torque])].max())
+def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -> Table:
+    """Return the table with a row per figure and a column per model, at loads of the first; empty rows are left out."""
+    angle, torque, first = words.angle, words.torque, next(iter(laws.values()))
+    degrees = math.degrees(1)
 
-    def row(label: str, name: str) -> list[str]:
-        return [label, *(_figure(data, name) for data in laws.values())]
+    def row(label: str, name: str, factor: float = 1.0) -> list[str]:
+        return [label, *(_figure(data, name, factor) for data in laws.values())]
 
-    def at(label: str, name: str, twist: float, factor: float = 1.0) -> list[str]:
-        cells = [label]
-        for data in laws.values():
-            value, reach = math.nan, float(data[angle][np.isfinite(data[torque])].max(initial=0.0))
-            if name in data.variables and twist <= reach * (1 + 1e-9):
-                along = worst(data.curves, name) if name in ("stress", "strain") else data[name]
-                value = float(np.interp(twist, data[angle], along)) * factor
-            cells.append("-" if math.isnan(value) else number(value))
-        return cells
+    def total(at: str) -> list[str]:
+        return row(f"  in total over {beam.scales} scales, deg", f"{angle}_{at}", degrees * beam.scales)
 
-    held = loads.holds(first.attrs["hold"], words)
-    if words.sided:
-        unloaded = ("  moment M that holds it straight, N m", "M") if held else ("  bend psi, rad/pitch", "psi")
-    else:
-        unloaded = ("  torque T that keeps it from twisting, N m", "T") if held else ("  twist phi, rad/pitch", "phi")
-
-    def state(place: str, twist: float) -> list[list[str]]:
-        total = math.degrees(twist / beam.pitch * beam.length)
-        return [
-            [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
-            at(f"  {words.torque_words} {torque}, N m", torque, twist),
-            at(*unloaded, twist),
-            at(f"  d{torque}/d{rate}, N m^2", words.tangent, twist),
-            at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
-            at("  theta, deg", "theta", twist, math.degrees(1)),
-            at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
-            at("  largest strain around a scale", "strain", twist),
+    ends = [row("end", "end"), row(f"  at {angle}, rad/pitch", f"{angle}_end")]
+    engaged = row(f"engagement {angle}_e", f"{angle}_e")
+    if "mu_static" in first.variables:
+        rows = [
+            *ends,
+            total("end"),
+            row("  theta, deg", "theta_end", degrees),
+            engaged,
+            total("e"),
+            row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
+            row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
+            row("{words.torque_words} over the bare beam's there", "stiffening"),
+            *([] if words.sided else [row(_KEEPS, "T_c")]),
+            row("  relative energy dissipation RED", "RED_c"),
+            row("mu that locks at engagement", "mu_static"),
+            row("neighbour in contact", "neighbour"),
         ]
+    else:
+        rows = [
+            *ends,
+            engaged,
+            *_states(words, beam, laws),
+            row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
+            row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
+            row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
+            row(f"stress comes to strength at {angle}", f"{angle}_strength"),
+            row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
+            row(f"a second contact comes in at {angle}", f"{angle}_second"),
+            row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
+        ]
+    kept = [line for line in rows if line[1] == "" or {*line[1:]} != {"-"}]
+    return table(["", *map(column, laws)] if len(laws) > 1 else ["", ""], kept)
 
-    rows = [
-        row("end", "end"),
-        row(f"  at {angle}, rad/pitch", f"{angle}_end"),
-        row(f"engagement {angle}_e", f"{angle}_e"),
-    ]
-    if math.isfinite(engaged) and 2 * engaged < last:
-        rows += state(f"at 2 {angle}_e =", 2 * engaged)
-    rows += state(f"at the end, {angle} =", last)
-    rows += [
-        row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
-        row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
-        row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
-        row(f"stress comes to strength at {angle}", f"{angle}_strength"),
-        row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
-        row(f"a second contact comes in at {angle}", f"{angle}_second"),
-        row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
-    ]
-    kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
-    return table(["", *laws], kept)
+
+def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[list[str]]:
+    """Yield rows of what models say at twice the engagement of the first, and at its end."""
+    angle, rate, torque, first = words.angle, words.rate, words.torque, next(iter(laws.values()))
+    if loads.holds(first.attrs["hold"], words):
+        unloaded = ("  moment M that holds it straight, N m", "M") if words.sided else (_KEEPS, "T")
+    else:
+        unloaded = ("  bend psi, rad/pitch", "psi") if words.sided else ("  twist phi, rad/pitch", "phi")
+    figures = {
+        f"  {words.torque_words} {torque}, N m": (torque, 1.0),
+        unloaded[0]: (unloaded[1], 1.0),
+        f"  d{torque}/d{rate}, N m^2": (words.tangent, 1.0),
+        f"  d{torque}/d{rate} over that without contact": ("stiffness_ratio", 1.0),
+        "  theta, deg": ("theta", math.degrees(1)),
+        "  largest stress in a scale, MPa": ("stress", 1e-6),
+        "  largest strain around a scale": ("strain", 1.0),
+    }
+    reach = [float(data[angle][np.isfinite(data[torque])].max(initial=0.0)) for data in laws.values()]
+
+    def at(name: str, load: float, factor: float) -> Iterable[str]:
+        for data, last in zip(laws.values(), reach, strict=True):
+            known = name in data.variables and load <= last * (1 + 1e-9)
+            along = (worst(data.curves, name) if name in ("stress", "strain") else data[name]) if known else None
+            yield number(math.nan if along is None else float(np.interp(load, data[angle], along)) * factor)
+
+    engaged = float(first[f"{angle}_e"])
+    places = {f"at 2 {angle}_e =": 2 * engaged} if 2 * engaged < reach[0] else {}
+    for place, load in (places | {f"at the end, {angle} =": reach[0]}).items():
+        yield [f"{place} {load:.4g} ({math.degrees(load) * beam.scales:.4g} deg in total)", *[""] * len(laws)]
+        yield from ([label, *at(name, load, factor)] for label, (name, factor) in figures.items())
 
 
 def held(attrs: Mapping[str, Any]) -> str:

@@ -56,7 +56,7 @@ def view(
             frames=frames,
             **vars(how),
         )
-    return output.report(base.json, beam, found.files, lambda: _record(how.load, found), lambda: _shown(found))
+    return output.report(base.json, beam, found.files, _record(how.load, found), _shown(found))
 
 
 def _record(load: str, found: View) -> dict[str, object]:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.plot.style import axes_for, label
+from squama.plot.style import label, panel
 from squama.symbols import SYMBOLS
 from squama.units import look_up, shown
 
@@ -61,7 +61,7 @@ def line(
     first = (LOADS[load].rate,) if load in LOADS and LOADS[load].rate in there and "t" not in there else ()
     over = x or next((key for key in (*first, *ACROSS) if key in there), "")
     along(dataset, over, "x")
-    ax = axes_for(ax, dataset, name, "")
+    ax, _ = panel(ax, dataset, name, "")
     factor, y_words = _unit(dataset, name, unit)
     x_factor, x_words = _unit(dataset, over, x_unit)
     drawn, across = dataset[name].transpose(..., "point"), dataset[over].transpose(..., "point")

@@ -21,23 +21,10 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
 from squama.plot.regimes import ROTATION, over_pi, tag
-from squama.plot.style import (
-    LABELS,
-    PAGE,
-    Look,
-    axes_for,
-    headline,
-    key,
-    legend_below,
-    legend_under,
-    letter,
-    new_figure,
-    shades,
-    styled,
-)
 from squama.study.models import Twist
 from squama.study.slices import ends
 from squama.symbols import SYMBOLS
@@ -54,7 +41,7 @@ _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
 _NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
 """Symbols in the words of a beam file's keys, such as t_s."""
-_ENVELOPES: dict[str, tuple[tuple[End, ...], Look]] = {
+_ENVELOPES: dict[str, tuple[tuple[End, ...], style.Look]] = {
     "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
     "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
     "contact leaves its edge": ((End.OFF_TIP, End.OFF_SIDE), {"color": GREY, "linewidth": 1.2, "linestyle": "-."}),
@@ -64,7 +51,7 @@ Paths = Mapping[float, tuple[Array, Array]]
 """Load angle and inclination along the paths of some beams, by a value of each."""
 
 
-@styled
+@style.styled
 def map_figure(
     dataset: xr.Dataset,
     variable: str = "RED",
@@ -85,19 +72,19 @@ def map_figure(
     parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
     count, columns = len(parts), min(len(parts), 3)
     rows = -(-count // columns)
-    width = PAGE if count > 1 or variable in ("end", "lock") else 0.68 * PAGE
-    figure = new_figure(width, 0.7 + rows * (3.0 if columns < 3 else 2.5))
+    width = style.PAGE if count > 1 or variable in ("end", "lock") else 0.68 * style.PAGE
+    figure = style.new_figure(width, 0.7 + rows * (3.0 if columns < 3 else 2.5))
     axes = np.atleast_1d(np.asarray(figure.subplots(rows, columns, sharex=True, sharey=True))).ravel()
     for ax in axes[count:]:
         ax.set_visible(False)
     for ax, part, name in zip(axes, parts, "abcdef", strict=False):
-        letter(ax, f"({name}) {_word(panels, part)}" if panels else "")
+        style.letter(ax, f"({name}) {_word(panels, part)}" if panels else "")
     drawn = list(axes[:count])
     handles = _drawn(drawn, parts, variable, x, y, lines or [], paths or {})
     if handles and variable in ("end", "lock") and y is not None:
         figure.legend(handles=handles, loc="outside right center")
     elif handles:
-        legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
+        style.legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
     across = drawn[-1].get_xlabel()
     for i, ax in enumerate(drawn):
         ax.label_outer(remove_inner_ticks=False)
@@ -105,7 +92,7 @@ def map_figure(
             ax.xaxis.set_tick_params(labelbottom=True)
             # side by side, long labels would run into each other
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
-    return headline(figure, _title(dataset, variable, (x, y, panels)))
+    return style.headline(figure, _title(dataset, variable, (x, y, panels)))
 
 
 def map_slice(
@@ -123,12 +110,12 @@ def map_slice(
     Contours with a bar of colours, ``end`` as named colours, ``lock`` as envelopes; a line without ``y``. The legend
     stands under it.
     """
-    ax = axes_for(ax, dataset, "status", "squama.sweep")
+    ax, _ = style.panel(ax, dataset, "status", "squama.sweep")
     dataset = _asked(dataset, variable, (y, x))
     handles = _drawn([ax], [dataset], variable, x, y, lines or [], paths or {})
-    ax.set_xlabel(_wrapped(ax.get_xlabel(), ax, LABELS * ax.bbox.width))
+    ax.set_xlabel(_wrapped(ax.get_xlabel(), ax, style.LABELS * ax.bbox.width))
     if handles:
-        legend_under(ax, handles)
+        style.legend_under(ax, handles)
     return ax
 
 
@@ -278,7 +265,7 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     jumps = False
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
-        look: Look = {"levels": levels, "norm": norm, "cmap": colours}
+        look: style.Look = {"levels": levels, "norm": norm, "cmap": colours}
         unknown, touching = np.isin(code, _UNKNOWN), _touching(part, variable)
         contours(ax, xs, ys, grid, _groups(code, touching), look, unknown=unknown)
         seen += [str(c) for c in np.unique(code) if c not in seen]
@@ -306,7 +293,7 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     ended = len({*seen} - {*_UNKNOWN}) > 1
     if ended or jumps:
         words = "; ".join([BOUNDARY] * ended + [TOUCHING] * jumps)
-        handles.append(key(words, color=ACCENT, linewidth=0.9))
+        handles.append(style.key(words, color=ACCENT, linewidth=0.9))
     return handles
 
 
@@ -333,7 +320,7 @@ def _envelopes(
 ) -> list[Artist]:
     load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
-    coloured = list(zip(lines, shades(len(lines)), strict=True))
+    coloured = list(zip(lines, style.shades(len(lines)), strict=True))
     there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
@@ -356,12 +343,12 @@ def _envelopes(
         ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
     for ax in axes:
         ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
-    handles: list[Artist] = [key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
-    handles += [key(words, **_ENVELOPES[words][1]) for words in _ENVELOPES if words in there]
+    handles: list[Artist] = [style.key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
+    handles += [style.key(words, **_ENVELOPES[words][1]) for words in _ENVELOPES if words in there]
     low, high = (_value(parts[0], x, float(parts[0][x][i])) for i in (0, -1))
-    handles.append(key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
+    handles.append(style.key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
     if paths:
-        handles.append(key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
+        handles.append(style.key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
     return handles
 
 
@@ -384,4 +371,4 @@ def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> 
             ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
             seen += [str(c)] if c not in seen else []
         ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))
-    return [key(end, color=colours[end]) for end in colours if end in seen]
+    return [style.key(end, color=colours[end]) for end in colours if end in seen]
