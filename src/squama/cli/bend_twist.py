@@ -53,12 +53,12 @@ def bend_twist(
     from squama.curves.planes import bend_twist_map
     from squama.curves.polygons import bent_and_twisted
 
-    asked: dict[str, Any] = {"path": path, "margin": margin, "points": points}
+    given: dict[str, Any] = {"path": path, "margin": margin, "points": points}
     with flags.laid(flags.arguments("path", "neutral", "free")):
-        data = bent_and_twisted(described, **asked, **vars(joints), free=free)
+        data = bent_and_twisted(described, **given, **vars(joints), free=free)
         found = {data.attrs["joint"]: data}
         if "compliant" in found:
-            found["hinge"] = bent_and_twisted(described, **asked, joint="hinge")
+            found["hinge"] = bent_and_twisted(described, **given, joint="hinge")
         if plane and free:
             refuse("--map", "", "has both loads imposed", "leave out --free")
     if plane:
@@ -90,9 +90,9 @@ def ways(data: Answer) -> dict[str, list[float]]:
     if "stress" in along:
         along["stress"] = worst(data.curves, "stress")
     # where the path ended before, its last way was not gone to the end
-    gone = data["leg"].max() - (str(data["end"].item()) not in (End.RANGE, End.NONE))
+    complete = data["leg"].max() - (str(data["end"].item()) not in (End.RANGE, End.NONE))
     legs = range(1, len(data.attrs["path"]) + 1)
-    lasts = [np.flatnonzero((data["leg"] == leg) & (leg <= gone))[-1:] for leg in legs]
+    lasts = [np.flatnonzero((data["leg"] == leg) & (leg <= complete))[-1:] for leg in legs]
     return {name: [float(v[last[0]]) if last.size else math.nan for last in lasts] for name, v in along.items()}
 
 

@@ -52,8 +52,8 @@ def cycle(
         twists = _twists(name, text or "")
         data = cycled(described, twists, margin=margin, points=points, loops=loops, **vars(how))
     written = output.write(common, data.dataset, "cycle_figure", flat_cycle)
-    walked = {key: data[key] for key in ("energy_error",) if key in data.variables}
-    record = output.record(described, data, _KEYS, loops="loop", senses="sense", curve="point", **walked)
+    balance = {key: data[key] for key in ("energy_error",) if key in data.variables}
+    record = output.record(described, data, _KEYS, loops="loop", senses="sense", curve="point", **balance)
     return output.report(common.json, beam, written, record, _shown(described, data))
 
 
@@ -97,9 +97,9 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
             f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the {kind.torque_words} "
             f"is balanced to {abs(float(data['energy_error'])):.1e}"
         )
-    said = _range if f"{angle}_most" in data.variables else _contact
+    words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
-        yield f"sense {sense}: {said(data, i, angle)}"
+        yield f"sense {sense}: {words_of(data, i, angle)}"
     yield from output.warnings(data.attrs["warnings"])
 
 

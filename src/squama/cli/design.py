@@ -88,7 +88,7 @@ _DESIGN = (
     *("refused", "warnings"),
 )
 _ALL = ("met", "confirmed", "verdict", "bounds", "tolerance", "settings", "notes")
-_TOLD = ("name", "unit", "sense", "asked", "reached", "difference", "met")
+_GOAL = ("name", "unit", "sense", "asked", "reached", "difference", "met")
 
 
 def _record(found: InverseDesign) -> dict[str, object]:
@@ -96,7 +96,7 @@ def _record(found: InverseDesign) -> dict[str, object]:
     for d in found.designs:
         beside = {}
         for other in d.beside:
-            goals = [{name: getattr(goal, name) for name in _TOLD} for goal in other.goals]
+            goals = [{name: getattr(goal, name) for name in _GOAL} for goal in other.goals]
             beside[other.key] = {"words": other.words, "agrees": other.agrees, "note": other.note, "goals": goals}
         own = {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump(), "beside": beside}
         designs.append({name: getattr(d, name) for name in _DESIGN} | own)

@@ -302,10 +302,10 @@ Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
 Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
 
 
-def arguments(*others: str, **said: str) -> dict[str, str]:
+def arguments(*others: str, **named: str) -> dict[str, str]:
     """Return what to lay mistakes to: the flags of the names of arguments, and what is said for others."""
     names = ("law", "load", "joint", "sense", "margin", "mu", "points", "to", *others)
-    return {name: f"--{name}" for name in names} | said
+    return {name: f"--{name}" for name in names} | named
 
 
 def points(default: int) -> Parameter:

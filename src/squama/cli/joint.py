@@ -63,8 +63,9 @@ def joint(
 
     rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
     with kept(label(beam), rest):
-        told = None if quiet else tell
-        found = stiffness.joint(described, edge_size=edge_size, levels=levels, fresh=fresh, progress=told)
+        found = stiffness.joint(
+            described, edge_size=edge_size, levels=levels, fresh=fresh, progress=None if quiet else print_level
+        )
     written = []
     if toml is not None:
         own = {"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value, "matrix": None}
@@ -75,7 +76,7 @@ def joint(
     return output.report(base.json, beam, written, _record(described, found), _shown(described, found))
 
 
-def tell(level: Level) -> None:
+def print_level(level: Level) -> None:
     """Say on standard error that a mesh is done."""
     took = f"{level.seconds:.1f} s" if level.seconds else "from the cache"
     print(

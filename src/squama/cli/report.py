@@ -47,16 +47,12 @@ def covered(beam: Beam) -> str:
 def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
     """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families."""
     data = next(iter(laws.values()))
-    if HINGE not in laws or data.family is not None:
-        return None
-    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN)
+    real = HINGE in laws and data.family is None
+    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN) if real else None
 
 
 def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> Shown:
-    """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn.
-
-    ``found``: what stands beside the endless beam.
-    """
+    """Yield the summary; of the answers ``laws`` that of ``law`` is saved and drawn; ``found``: on the bench."""
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
@@ -98,6 +94,11 @@ def column(name: str) -> str:
     return name if name in (REAL, IDEAL, HINGE) else f"{name} law"
 
 
+def singles(data: Answer) -> list[Answer]:
+    """Return the curves of a family, or the one that there is."""
+    return [data] if data.family is None else [data.pick(i) for i in range(data.family)]
+
+
 def _figure(data: Answer, name: str, factor: float = 1.0) -> str:
     """Return a single figure of a curve; without engagement it has no end and no cut-off, it is as long as drawn."""
     if name not in data.variables or (name.endswith(("_end", "_c")) and data["end"].item() == End.NONE):
@@ -118,11 +119,9 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
     }
     if loads:
         columns |= {f"{torque} N m": (f"{torque}_c", 1.0), f"{torque}/{torque}0": ("stiffening", 1.0)}
-    rows = (
-        [f"{mu:g}", *(_figure(data.pick(i), *figure) for figure in columns.values()), number(data["RED_c"][i].item())]
-        for i, mu in enumerate(data["mu"])
-    )
-    return table(["mu", *columns, "RED"], rows, gap=1)
+    columns["RED"] = ("RED_c", 1.0)
+    rows = ([f"{one['mu']:g}", *(_figure(one, *figure) for figure in columns.values())] for one in singles(data))
+    return table(["mu", *columns], rows, gap=1)
 
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
@@ -143,17 +142,16 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
     """Return a line for each other contact, with the laws and the frictions that it belongs to."""
     found: dict[str, dict[str, list[str]]] = {}
     for name, data in laws.items():
-        touch = data["phi_touch"].ravel() if "phi_touch" in data.variables else np.full(data["mu"].size, np.nan)
-        for mu, other, phi in zip(data["mu"].ravel(), data["other_contact"].ravel(), touch, strict=True):
-            if other:
-                at = f" at {number(float(phi), 'rad/pitch')}" if math.isfinite(phi) else ""
-                found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{mu:g}")
+        for one in singles(data):
+            if other := one["other_contact"].item():
+                phi = float(one["phi_touch"]) if "phi_touch" in one.variables else math.nan
+                at = f" at {number(phi, 'rad/pitch')}" if math.isfinite(phi) else ""
+                found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{one['mu']:g}")
     lines = []
     for text, by_law in found.items():
-        frictions = [", ".join(mus) for mus in by_law.values()]
-        pieces = [f"{column(name)}, mu = {mus}" for name, mus in zip(by_law, frictions, strict=True)]
-        if len(by_law) == len(laws) and len(set(frictions)) == 1:
-            pieces = [f"mu = {frictions[0]}"]
+        pieces = [f"{column(name)}, mu = {', '.join(mus)}" for name, mus in by_law.items()]
+        if len(by_law) == len(laws) and len({*map(tuple, by_law.values())}) == 1:
+            pieces = [f"mu = {', '.join(next(iter(by_law.values())))}"]
         lines += [f"other contact ({piece}): {text}" for piece in pieces]
     return lines
 
@@ -184,9 +182,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
     if data.attrs.get("joint") == "compliant":
         derived |= {key: data.attrs[key] for key in ("K_theta", "rigidity")}
         # how far simpler models are off, a record per coefficient of friction
-        derived["off"] = {
-            name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
-        }
+        others = {name: answer for name, answer in laws.items() if answer is not data}
+        derived["off"] = {name: [d._asdict() for d in differences(answer, data)] for name, answer in others.items()}
     figures = {name: _figures(response) for name, response in laws.items()}
     keys = "load law joint scales sense margin neutral hold followed squama_version"
     parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
@@ -194,9 +191,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
 
 
 def _figures(data: Answer) -> dict[str, object]:
-    ends = data["end"].tolist()
-    words = [SENTENCES[End(end)] for end in ends] if isinstance(ends, list) else SENTENCES[End(ends)]
-    return {**data.figures, "sentence": words}
+    words = [SENTENCES[End(end)] for end in data["end"].ravel()]
+    return {**data.figures, "sentence": words[0] if data.family is None else words}
 
 
 def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
@@ -248,7 +244,7 @@ def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -
             total("e"),
             row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
             row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
-            row("{words.torque_words} over the bare beam's there", "stiffening"),
+            row(f"{words.torque_words} over the bare beam's there", "stiffening"),
             *([] if words.sided else [row(_KEEPS, "T_c")]),
             row("  relative energy dissipation RED", "RED_c"),
             row("mu that locks at engagement", "mu_static"),
@@ -318,7 +314,6 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     ours = next(iter(laws.values()))
     attrs = ours.attrs
     K, rigidity = (float(attrs[key]) for key in ("K_theta", "rigidity"))
-    rest = list(laws)[1:]
     lines = [
         held(attrs),
         f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
@@ -326,17 +321,16 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     ]
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
-    for i, mu in enumerate(ours["mu"].ravel()):
-        of_mu = f"mu = {mu:g}: " if ours.family is not None else ""
-        first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
-        if first:
-            work = f"the {words.torque_words}'s work is balanced to {abs(error):.1e}"
+    off = {name: differences(answer, ours) for name, answer in laws.items() if answer is not ours}
+    for i, one in enumerate(singles(ours)):
+        of_mu = f"mu = {one['mu']:g}: " if ours.family is not None else ""
+        if first := one["first_contact"].item():
+            work = f"the {words.torque_words}'s work is balanced to {abs(float(one['energy_error'])):.1e}"
             lines.append(f"{of_mu}first contact: {first}; {work}")
-            lines += [f"{of_mu}{line}" for line in _borne(words, ours if ours.family is None else ours.pick(i))]
-        for other in rest:
-            d = differences(laws[other], ours)[i]
-            if not math.isnan(d.within):
-                lines.append(f"{of_mu}{other}: {apart(*d[1:], torque=words.torque_words)}")
+            lines += [f"{of_mu}{line}" for line in _borne(words, one)]
+        for name, found in off.items():
+            if not math.isnan(found[i].within):
+                lines.append(f"{of_mu}{name}: {apart(*found[i][1:], torque=words.torque_words)}")
     return lines
 
 
@@ -392,13 +386,12 @@ def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list
     """Compare curves of one load, one result per friction; ``share`` of the torque or moment is free."""
     found, words = [], LOADS[reference.attrs["load"]]
     angle, torque = words.angle, words.torque
-    for i, mu in enumerate(np.atleast_1d(answer["mu"])):
-        one, two = (a if a.family is None else a.pick(i) for a in (answer, reference))
+    for one, two in zip(singles(answer), singles(reference), strict=True):
         # in a family the curve may stand at the twists of another friction
         phi, theta = two[angle], np.interp(two[angle], one[angle], one["theta"], right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(phi > 0, np.interp(phi, one[angle], one[torque], right=np.nan) / two[torque] - 1, np.nan)
         within, end = holds(phi, off, share)
-        last = np.array([phi[end], off[end], theta[end] - two["theta"][end]])
-        found.append(Difference(float(mu), within, *(last if math.isfinite(within) else np.full(3, np.nan)).tolist()))
+        last = (phi[end], off[end], theta[end] - two["theta"][end]) if math.isfinite(within) else [math.nan] * 3
+        found.append(Difference(float(one["mu"]), within, *map(float, last)))
     return found

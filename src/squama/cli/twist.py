@@ -108,8 +108,8 @@ def respond(
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
-    asked = beam, law, laws, report.beside(beam, laws)
-    return output.report(common.json, path, written, report.record(*asked), report.summary(*asked))
+    answer = beam, law, laws, report.beside(beam, laws)
+    return output.report(common.json, path, written, report.record(*answer), report.summary(*answer))
 
 
 def _without(tables: Tables) -> None:
@@ -141,9 +141,9 @@ def row(
 
     from squama.curves import finite_rows
 
-    asked: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
+    how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
-        data = finite_rows.row(described, scales=scales, ends=ends, **asked)
+        data = finite_rows.row(described, scales=scales, ends=ends, **how)
     written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
     keys = "load law joint sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
@@ -151,7 +151,7 @@ def row(
     return output.report(common.json, beam, written, record, _shown(data))
 
 
-_SAID = {
+_ROW_ENDS = {
     "free": "free ends: a torque at both ends, and each cell has its own twist and bow",
     "gripped": "gripped ends: the grips stay on one axis, and each cell has its own twist and bow",
     "equal": "equal cells: all have the same twist and bow",
@@ -176,7 +176,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     about = f"mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
     yield f" as a row of {n} scales: {about}"
     yield held(data.attrs)
-    yield _SAID[data.attrs["ends"]]
+    yield _ROW_ENDS[data.attrs["ends"]]
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
     yield f"end: {end}{place}{which}"
     yield SENTENCES[End(end)] + (f" ({other})" if other else "")

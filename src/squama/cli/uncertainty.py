@@ -125,8 +125,8 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study:
     def read(group: Mapping[str, object]) -> None:
         # a distribution in SI units reads back as itself
         if group:
-            told = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
-            found.update({t.name: (t.kind, *t.numbers) for t in told})
+            parts = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
+            found.update({t.name: (t.kind, *t.numbers) for t in parts})
 
     if path is not None:
         with flags.problems().caught():

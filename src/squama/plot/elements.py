@@ -75,9 +75,9 @@ def elements_figure(data: xr.Dataset) -> Figure:
     energies.set_ylabel(text.replace("Work of the torque per length $W$", "Energy per length"))
     for ax in (forces, energies):
         ax.legend(loc="center left")
-    met = data["contact"].values
-    starts = np.flatnonzero(met != np.append("", met[:-1]))
-    changes = [(rate[i], met[i], mark) for i, mark in zip(starts, MARKS * 8, strict=False)]
+    contact = data["contact"].values
+    starts = np.flatnonzero(contact != np.append("", contact[:-1]))
+    changes = [(rate[i], contact[i], mark) for i, mark in zip(starts, MARKS * 8, strict=False)]
     for ax in axes.flat:
         ax.set_xlim(0, right)
         if ax is not inclination:

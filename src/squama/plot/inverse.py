@@ -49,7 +49,7 @@ SYMBOL = {
 }
 """Labels of the objectives."""
 _LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
-_ASKED: Look = {"linewidth": 1.0, "linestyle": DASHED, "zorder": 0}
+_GOAL: Look = {"linewidth": 1.0, "linestyle": DASHED, "zorder": 0}
 BEYOND = 1.1
 """How far the curves of real beams go, over the farthest twist that is asked for."""
 ROOM = 1.7
@@ -113,9 +113,9 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         if goal.twist is not None:
             place, colour = float(goal.twist.per_pitch(*own)) * degrees, ACCENT
         if place is not None:
-            ax.axvline(place, color=colour, **_ASKED)
+            ax.axvline(place, color=colour, **_GOAL)
             words = f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}"
-            handles.append(key(words, color=colour, **_ASKED))
+            handles.append(key(words, color=colour, **_GOAL))
     scales = f"{first.scales} scales" if len({d.beam.scales for d in found.designs}) == 1 else "the beam"
     ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{kind.verb.capitalize()} of {scales} (deg)")
     ax.set_ylabel(f"{kind.torque_words.capitalize()} ({unit})")

@@ -136,15 +136,15 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
     """
     from scipy.ndimage import distance_transform_edt
 
-    levels, taken = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
+    levels, kept_free = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
     for group in groups:
         own = group & np.isfinite(values)
         if not own.any():
             continue
-        border, near = None, taken
+        border, near = None, kept_free
         if not own.all():
             border = _border(ax, x, y, own, np.zeros_like(own) if unknown is None else unknown)
-            near = np.concatenate([taken, np.asarray(border.vertices)])
+            near = np.concatenate([kept_free, np.asarray(border.vertices)])
         nearest = distance_transform_edt(~own, return_distances=False, return_indices=True)
         whole = np.clip(values[tuple(nearest)], levels[0], levels[-1])
         drawn = [ax.contourf(x, y, whole, **look)]

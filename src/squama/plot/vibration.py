@@ -126,8 +126,8 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     looks = {"up": (ACCENT, "o", "frequency growing"), "down": (UNLOADED, "v", "frequency falling")}
     for way, (colour, marker, words) in looks.items():
         one = dataset.sel(way=way)
-        for bound, said in (("high", words), ("low", None)):
-            _branch(left, f, one[f"{names.angle}_{bound}"].values, one["settled"].values, colour, marker, said)
+        for bound, text in (("high", words), ("low", None)):
+            _branch(left, f, one[f"{names.angle}_{bound}"].values, one["settled"].values, colour, marker, text)
         share = (one["W_rubbed"] / one["W_fed"]).where(one["settled"]).values
         _branch(right, f, share, one["settled"].values, colour, marker, words)
     fine = np.linspace(f[0], f[-1], 400)
