@@ -295,9 +295,9 @@ def ranges(data: xr.Dataset) -> list[str]:
     for name in data["model"].values:
         if name not in FINITE:
             one = data.sel(model=name)
-            how = [float(one[key]) for key in ("within", "last", "dT_last", "dtheta_last")]
-            none = "has no twist in common with the elements"
-            holds = none if math.isnan(how[0]) else apart(*how, float(data.attrs["share"]))
+            within, last, torque, theta = (float(one[key]) for key in ("within", "last", "dT_last", "dtheta_last"))
+            holds = apart(within, last, torque, theta, float(data.attrs["share"]))
+            holds = "has no twist in common with the elements" if math.isnan(within) else holds
             lines.append(f"{name} ({one['words'].item()}): {holds}")
     return lines
 

@@ -244,7 +244,7 @@ def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -
             total("e"),
             row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
             row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
-            row(f"{words.torque_words} over the bare beam's there", "stiffening"),
+            row(f"{words.torque_words} over the bare beam's", "stiffening"),
             *([] if words.sided else [row(_KEEPS, "T_c")]),
             row("  relative energy dissipation RED", "RED_c"),
             row("mu that locks at engagement", "mu_static"),

@@ -108,13 +108,13 @@ def shake(
     from squama.dynamics.doors import frequency, shake
 
     common.check(beam)
-    span = []
-    for name, text in (("--lowest", lowest), ("--highest", highest)):
-        with flags.problems().caught():
-            span.append(frequency(name, text))
+    with flags.problems().caught():
+        first = frequency("--lowest", lowest)
+    with flags.problems().caught():
+        last = frequency("--highest", highest)
     described = settled(common.beam(beam, mu))
+    frequencies = np.linspace(first, last, points)
     with flags.laid(_LAID):
-        frequencies = np.linspace(*span, points)
         data = shake(described, frequencies, static=static, torque=torque, damping=damping, **vars(swinging))
     written = output.write(common, lambda: data, "shaken_figure", _table)
     record = output.record(described, data, _KEYS, figures="", frequency=frequencies, states="way frequency")

@@ -59,8 +59,7 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     rest = np.unique(dataset[f"{angle}_residual"].values)
     rest = rest[rest != 0]
     if rest.size:
-        look: style.Look = {"linestyle": "", "marker": "s", "markersize": 4, "zorder": 4}
-        ax.plot(rest, 0 * rest, color=ACCENT, label="left when let go", **look)
+        ax.plot(rest, 0 * rest, "s", color=ACCENT, markersize=4, zorder=4, label="left when let go")
     ends = np.array([load.min(), load.max()])
     ax.plot(ends, slope * ends, zorder=1, label="no contact", **style.BARE | {"linewidth": 0.8})
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)

@@ -80,7 +80,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     kind, options, first = LOADS[target.space.load], target.options, found[0].beam
     # twists of the whole beam, the numbers of whose scales may differ
     degrees, own = 180 / np.pi * first.scales, (first.pitch, first.scales)
-    how = {"law": options.law, "sense": options.sense, "margin": options.margin, "joint": options.joint}
+    how: Look = {"law": options.law, "sense": options.sense, "margin": options.margin, "joint": options.joint}
     lines, handles, which = [], [], ""
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
         curve = doors.respond(d.beam, kind.name, to=_far(d.beam, target), **how)
