@@ -87,12 +87,12 @@ def test_summary_of_twist_on_the_hinge(beam, capsys):
         for label, *values in (
             ("  at phi, rad/pitch", r.phi_end),
             ("  in total over 25 scales, deg", np.degrees(r.Phi_end) * 0.5, np.degrees(r.Phi_e) * 0.5),
-            ("  theta, deg", np.degrees(r.theta_end)),
+            ("  theta at the end, deg", np.degrees(r.theta_end)),
             ("engagement phi_e", r.phi_e),
             ("  phi by the small-angle formula", r.phi_e_small),
             ("torque T at the cut-off, margin 0.01, N m", r.T_c),
             ("torque over the bare beam's", r.stiffening),
-            ("  relative energy dissipation RED", r.RED_c),
+            ("relative energy dissipation RED", r.RED_c),
             ("mu that locks at engagement", r.mu_static),
         ):
             cells = [line.removeprefix(label).split()[column] for line in lines if line.startswith(f"{label} ")]

@@ -233,36 +233,31 @@ def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -
     def total(at: str) -> list[str]:
         return row(f"  in total over {beam.scales} scales, deg", f"{angle}_{at}", degrees * beam.scales)
 
-    ends = [row("end", "end"), row(f"  at {angle}, rad/pitch", f"{angle}_end")]
-    engaged = row(f"engagement {angle}_e", f"{angle}_e")
-    if "mu_static" in first.variables:
-        rows = [
-            *ends,
-            total("end"),
-            row("  theta, deg", "theta_end", degrees),
-            engaged,
-            total("e"),
-            row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
-            row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
-            row(f"{words.torque_words} over the bare beam's", "stiffening"),
-            *([] if words.sided else [row(_KEEPS, "T_c")]),
-            row("  relative energy dissipation RED", "RED_c"),
-            row("mu that locks at engagement", "mu_static"),
-            row("neighbour in contact", "neighbour"),
-        ]
-    else:
-        rows = [
-            *ends,
-            engaged,
-            *_states(words, beam, laws),
-            row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
-            row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
-            row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
-            row(f"stress comes to strength at {angle}", f"{angle}_strength"),
-            row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
-            row(f"a second contact comes in at {angle}", f"{angle}_second"),
-            row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
-        ]
+    cut_off = [
+        row("  theta at the end, deg", "theta_end", degrees),
+        row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
+        row(f"{words.torque_words} over the bare beam's", "stiffening"),
+        *([] if words.sided else [row(_KEEPS, "T_c")]),
+    ]
+    rows = [
+        row("end", "end"),
+        row(f"  at {angle}, rad/pitch", f"{angle}_end"),
+        total("end"),
+        row(f"engagement {angle}_e", f"{angle}_e"),
+        total("e"),
+        row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
+        *(_states(words, beam, laws) if "stiffness_ratio" in first.variables else cut_off),
+        row("relative energy dissipation RED", "RED_c"),
+        row("mu that locks at engagement", "mu_static"),
+        row("neighbour in contact", "neighbour"),
+        row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
+        row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
+        row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
+        row(f"stress comes to strength at {angle}", f"{angle}_strength"),
+        row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
+        row(f"a second contact comes in at {angle}", f"{angle}_second"),
+        row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
+    ]
     kept = [line for line in rows if line[1] == "" or {*line[1:]} != {"-"}]
     return table(["", *map(column, laws)] if len(laws) > 1 else ["", ""], kept)
 
