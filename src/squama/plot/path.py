@@ -79,7 +79,8 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
         whole = slice(max(0, start - 1), stop)
         ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
     low, high, bottom, top = psi.min(), psi.max(), phi.min(), phi.max()
-    flush(ax, dataset, label=r"$\varphi = \psi\,\tan\alpha$", linewidth=0.8, zorder=1, color=GREY)
+    line: style.Look = {"label": r"$\varphi = \psi\,\tan\alpha$", "color": GREY, "linewidth": 0.8, "zorder": 1}
+    flush(ax, dataset, line)
     point: style.Look = {"linestyle": "", "markersize": 3.5, "zorder": 4}
     ax.plot(dataset["psi_event"], dataset["phi_event"], color=INK, marker="o", markerfacecolor="white", **point)
     if (end := str(dataset["end"].item())) != End.RANGE:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -90,7 +89,7 @@ def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> lis
     return handles
 
 
-def flush(ax: Axes, dataset: xr.Dataset, **look: Any) -> None:
+def flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
     """Draw the line on which a scale's tip edge lies flush in the next face."""
     slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
     ax.axline((0, 0), slope=slope, linestyle=style.DASHED, **look)
@@ -98,7 +97,7 @@ def flush(ax: Axes, dataset: xr.Dataset, **look: Any) -> None:
 
 def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
     """Draw where a scale's tip edge lies flush in the next face, paths, and the axes."""
-    flush(ax, dataset, color=INK, linewidth=0.7)
+    flush(ax, dataset, {"color": INK, "linewidth": 0.7})
     for path in paths:
         _path(ax, path)
     (left, right), (low, high) = (dataset[name].values[[0, -1]] for name in ("kappa", "Phi"))
