@@ -116,6 +116,7 @@ def test_the_band_is_that_of_the_place() -> None:
     true = joint_law.whole(np.array([case["K"] for case in cases]))
     off = np.abs(joint_law.torque_errors(shape, true, law.stiffness(shape))).max(axis=0)
     told = law.band(shape)
+    # tolerance: digits of the figures
     nearly = [0.0059, 0.0177, 0.0212, 0.0473, 0.0857, 0.1148, 0.0213, 0.0261, 0.0588]
     np.testing.assert_allclose(off, nearly, rtol=0.05)
     assert (off < told).all()
