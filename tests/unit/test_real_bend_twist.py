@@ -239,6 +239,7 @@ def test_the_command_tells_how_far_what_is_free_goes(capsys):
     r = squama.bend_twist(SKIN, path, points=20, hold="nothing")
     bows = [float(r.psi.values[r.leg == leg][-1]) for leg in (1, 2)]
     assert min(map(abs, bows)) > 0.01
+    # tolerance: four digits are printed
     np.testing.assert_allclose([float(row[1]) for row in rows], bows, rtol=1e-3)
     assert [row[2] for row in rows] == ["0", "0"]
 
