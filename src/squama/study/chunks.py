@@ -18,7 +18,7 @@ from zarr.storage import LocalStore
 
 from squama.errors import refuse
 from squama.io import files
-from squama.study.plan import AGAIN, CHECKSUMS, STATUS, Plan, arrays, coordinates
+from squama.study.plan import CHECKSUMS, STATUS, Plan, arrays, coordinates
 
 if TYPE_CHECKING:
     from zarr.abc.store import ByteRequest
@@ -28,22 +28,14 @@ _SUM = 4
 """Bytes of a checksum."""
 _DONE = b"\x01"
 _ANEW = "run the same sweep again: it does this tile anew"
-_REMOVE = "remove it and run the same sweep again: it does this tile anew"
 _MOST = 2**20
 """Bytes of a chunk beyond those of its numbers, at most."""
 
 
 def sum_at(place: str, chunk: bytes) -> bytes:
-    """Return the checksum of a chunk, of which the end suffices, and of the name of its place (``RED/c.0.1``)."""
+    """Return the checksum of a chunk and of the name of its place behind it (``RED/c.0.1``)."""
     own = int.from_bytes(chunk[-_SUM:], "little")
     return int(crc32c.extend(own, place.encode())).to_bytes(_SUM, "little")
-
-
-def end_of(file: Path) -> bytes:
-    """Return the end of a chunk, which is its checksum."""
-    with file.open("rb") as chunk:
-        chunk.seek(-_SUM, 2)
-        return chunk.read()
 
 
 def sums_of(tile: str) -> str:
@@ -51,47 +43,37 @@ def sums_of(tile: str) -> str:
     return f"{CHECKSUMS}/{tile}.0"
 
 
-class Chunks:
-    """The chunks of one store; a tile is named as the file of each of its chunks, ``c.0.1``."""
+def check(path: Path, plan: Plan, tile: str, only: str | None = None) -> None:
+    """Refuse a tile (``c.0.1``) that bears a mark and is not whole, in all its variables or one of them."""
+    names = list(plan.variables)
+    mark, sums = (_sound(path, plan, tile, place)[:-_SUM] for place in (f"{STATUS}/{tile}", sums_of(tile)))
+    if mark != _DONE or len(sums) != _SUM * len(names):
+        _refuse(path, tile, "its mark does not fit its checksum")
+    for i, name in enumerate(names):
+        place = f"{name}/{tile}"
+        if only in (None, name) and sum_at(place, _sound(path, plan, tile, place)) != sums[_SUM * i : _SUM * (i + 1)]:
+            _refuse(path, tile, f"{place} does not fit the checksum of its place")
 
-    def __init__(self, path: Path, plan: Plan) -> None:
-        self.path, self.plan = path, plan
 
-    def check(self, tile: str, only: str | None = None) -> None:
-        """Refuse a tile that bears a mark and is not whole, in all its variables or one of them."""
-        names = list(self.plan.variables)
-        mark = self._chunk(tile, f"{STATUS}/{tile}")
-        sums = b""
-        if self.plan.format > 1:
-            sums = self._chunk(tile, sums_of(tile))[:-_SUM]
-            if mark[:-_SUM] != _DONE or len(sums) != _SUM * len(names):
-                self._refuse(tile, "its mark does not fit its checksum")
-        for i, name in enumerate(names):
-            if only in (None, name):
-                place = f"{name}/{tile}"
-                chunk = self._chunk(tile, place)
-                if sums and sum_at(place, chunk) != sums[_SUM * i : _SUM * (i + 1)]:
-                    self._refuse(tile, f"{place} does not fit the checksum of its place")
+def _sound(path: Path, plan: Plan, tile: str, place: str) -> bytes:
+    """Return a chunk that fits its own checksum."""
+    try:
+        chunk = files.read_ordinary(path / place, _MOST + 16 * math.prod(plan.tile))
+    except FileNotFoundError:
+        _refuse(path, tile, f"{place} is missing")
+    except IsADirectoryError:
+        _refuse(path, tile, f"{place} is a folder", f"remove it and {_ANEW}")
+    except OSError as error:
+        known = error.errno in {errno.EINVAL, errno.EFBIG}
+        why = error.strerror if known else f"cannot be read, {str(error.strerror).lower()}"
+        _refuse(path, tile, f"{place} {why}")
+    if len(chunk) <= _SUM or crc32c.value(chunk[:-_SUM]) != int.from_bytes(chunk[-_SUM:], "little"):
+        _refuse(path, tile, f"{place} does not fit its checksum")
+    return chunk
 
-    def _chunk(self, tile: str, place: str) -> bytes:
-        """Return a chunk that fits its own checksum."""
-        try:
-            chunk = files.read_ordinary(self.path / place, _MOST + 16 * math.prod(self.plan.tile))
-        except FileNotFoundError:
-            self._refuse(tile, f"{place} is missing")
-        except IsADirectoryError:
-            self._refuse(tile, f"{place} is a folder", _REMOVE)
-        except OSError as error:
-            known = error.errno in {errno.EINVAL, errno.EFBIG}
-            why = error.strerror if known else f"cannot be read, {str(error.strerror).lower()}"
-            self._refuse(tile, f"{place} {why}")
-        if len(chunk) <= _SUM or crc32c.value(chunk[:-_SUM]) != int.from_bytes(chunk[-_SUM:], "little"):
-            self._refuse(tile, f"{place} does not fit its checksum")
-        return chunk
 
-    def _refuse(self, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
-        remedy = AGAIN if self.plan.format == 1 else remedy
-        refuse(files.label(self.path), "", f"is damaged (tile {tile.removeprefix('c.')}: {what})", remedy)
+def _refuse(path: Path, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
+    refuse(files.label(path), "", f"is damaged (tile {tile.removeprefix('c.')}: {what})", remedy)
 
 
 class Checked(LocalStore):
@@ -99,7 +81,7 @@ class Checked(LocalStore):
 
     def __init__(self, root: Path, plan: Plan) -> None:
         super().__init__(root, read_only=True)
-        self._chunks = Chunks(root, plan)
+        self._plan = plan
         self._own = {"zarr.json", *arrays(plan), *coordinates(plan)}
 
     def with_read_only(self, read_only: bool = True) -> Checked:  # noqa: ARG002 - the shape of a store
@@ -117,11 +99,11 @@ class Checked(LocalStore):
         name, _, tile = key.rpartition("/")
         if key.partition("/")[0] not in self._own:
             return False
-        if not tile.startswith("c.") or name not in (STATUS, *self._chunks.plan.variables):
+        if not tile.startswith("c.") or name not in (STATUS, *self._plan.variables):
             return True
         if not (self.root / STATUS / tile).exists():
             return False
-        self._chunks.check(tile, name)
+        check(self.root, self._plan, tile, name)
         return True
 
     async def get(

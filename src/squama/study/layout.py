@@ -21,7 +21,7 @@ def fill(place: object, plan: Plan) -> None:
     group = library.create_group(place, zarr_format=3, attributes=attributes(plan))
     for name, about in arrays(plan).items():
         # a mark and checksums are the same bytes whatever compresses
-        plain = plan.format > 1 and name in {STATUS, CHECKSUMS}
+        plain = name in {STATUS, CHECKSUMS}
         codecs = [*([] if plain else [library.codecs.ZstdCodec(level=1)]), library.codecs.Crc32cCodec()]
         how = {"chunk_key_encoding": {"name": "default", "separator": "."}, "config": {"write_empty_chunks": True}}
         group.create_array(name=name, compressors=codecs, **how, **about)

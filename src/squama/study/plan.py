@@ -25,9 +25,7 @@ from squama.types import Array
 from squama.units import shown
 
 FORMAT = 2
-"""Version of the layout of a store; one of layout 1, which has no checksums beside its marks, is read only."""
-AGAIN = "remove it and run the sweep again"
-"""What to do about a store that cannot be mended."""
+"""Version of the layout of a store."""
 Tile = tuple[int, ...]
 """Number of a tile along each dimension."""
 
@@ -94,7 +92,6 @@ class Plan(NamedTuple):
     axes: tuple[Axis, ...]
     tile: tuple[int, ...]
     versions: dict[str, str]
-    format: int = FORMAT
     model: Model = Model()
 
     @property
@@ -146,7 +143,7 @@ class Plan(NamedTuple):
     def configuration(self) -> dict[str, object]:
         """The plan as plain data."""
         return {
-            "format": self.format,
+            "format": FORMAT,
             "load": self.load,
             "law": list(self.laws),
             "sense": self.sense,
@@ -173,11 +170,10 @@ class Plan(NamedTuple):
         """Read back :attr:`text`."""
         c = json.loads(text)
         swept = tuple(Axis.from_record(name, v) for name, v in c["over"])
-        # stores of before name one of several engines, which tells the last digits as a version does
-        made_by = c["versions"] | {key: c[key] for key in ("engine",) if key in c}
-        alike = {key: c[key] for key in ("load", "sense", "margin", "format")}
-        alike["model"] = Model.from_record(c)
-        return cls(c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), versions=made_by, **alike)
+        alike = {key: c[key] for key in ("load", "sense", "margin", "versions")}
+        return cls(
+            c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), model=Model.from_record(c), **alike
+        )
 
 
 def arrays(plan: Plan) -> dict[str, dict[str, object]]:
@@ -186,13 +182,10 @@ def arrays(plan: Plan) -> dict[str, dict[str, object]]:
     found: dict[str, tuple[object, ...]] = {}
     for name, (_, dtype, attrs) in plan.variables.items():
         found[name] = plan.shape, plan.tile, dtype, plan.dims, attrs, np.nan if dtype == "float64" else -1
-    tiles = tuple(f"tile_{dim}" for dim in plan.dims)
-    ones = (1,) * len(plan.grid)
+    tiles, ones, names = tuple(f"tile_{dim}" for dim in plan.dims), (1,) * len(plan.grid), list(plan.variables)
     found[STATUS] = plan.grid, ones, "int8", tiles, _STATUS_ATTRS, 0
-    if plan.format > 1:
-        names = list(plan.variables)
-        about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
-        found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
+    about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
+    found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
     for name, (values, own) in coordinates(plan).items():
         found[name] = values.shape, values.shape, str(values.dtype), (name,), own, 0
     return {name: dict(zip(keys, about, strict=True)) for name, about in found.items()}
@@ -224,7 +217,7 @@ def attributes(plan: Plan) -> dict[str, object]:
         "versions": plan.versions,
         "configuration": plan.text,
         "configuration_sha256": plan.digest,
-        MARK: plan.format,
+        MARK: FORMAT,
         **({} if plan.model == Model() else plan.model.attrs(Beam.from_toml_text(plan.beam_toml))),
     }
     return {key: value for key, value in about.items() if value is not None}

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import hashlib
 import json
 import os
 import re
@@ -34,18 +33,7 @@ from squama.loads import PAPER
 from squama.needs import need
 from squama.study.columns import matrix_warnings
 from squama.study.layout import alike, fill, following
-from squama.study.plan import (
-    AGAIN,
-    CHECKSUMS,
-    FORMAT,
-    MARK,
-    STATUS,
-    Plan,
-    Tile,
-    arrays,
-    attributes,
-    differences,
-)
+from squama.study.plan import CHECKSUMS, FORMAT, MARK, STATUS, Plan, Tile, arrays, attributes, differences
 from squama.types import Array
 from squama.units import shown
 
@@ -58,7 +46,9 @@ _MOST = 2**26
 """Bytes of the plan of a store, and of a file that follows from it beyond those that it should have, at most."""
 _PARTIAL = ".partial"
 """Ending of a chunk that zarr has not finished, and of the claim on a tile."""
-REWRITE = "run the same sweep again: it writes this anew"
+_AGAIN = "remove it and run the sweep again"
+"""What to do about a store that cannot be mended."""
+_REWRITE = "run the same sweep again: it writes this anew"
 
 
 class Writer:
@@ -94,7 +84,7 @@ class Writer:
 
     def write(self, tile: Tile, values: Mapping[str, Array]) -> None:
         """Write data and checksums of a tile, then its mark; where the disk fails what was written is taken away."""
-        from squama.study.chunks import end_of, sum_at, sums_of
+        from squama.study.chunks import sum_at, sums_of
 
         data = [f"{name}/{key(tile)}" for name in self.plan.variables]
         places = [self.path / place for place in (f"{STATUS}/{key(tile)}", *data, sums_of(key(tile)))]
@@ -102,7 +92,7 @@ class Writer:
         try:
             for name, array in values.items():
                 self._arrays[name][region] = array
-            sums = b"".join(sum_at(place, end_of(self.path / place)) for place in data)
+            sums = b"".join(sum_at(place, (self.path / place).read_bytes()) for place in data)
             self._arrays[CHECKSUMS][tile] = np.frombuffer(sums, "<u4")
             for place in (*places[1:], *(place.parent for place in places[1:])):
                 flush(place)
@@ -240,24 +230,18 @@ def read_plan(path: Path) -> Plan:
     try:
         text = files.read_ordinary(path / "zarr.json", _MOST).decode()
         document = json.loads(text)
-        about = document["attributes"]
+        about, node = document["attributes"], (document["zarr_format"], document["node_type"])
         version = about[MARK]
-        node = document["zarr_format"], document["node_type"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         if MARK in text or (path.is_dir() and {STATUS, "end", "RED"} <= {entry.name for entry in path.iterdir()}):
             raise _damaged(path, "zarr.json") from None
         raise _no(path, "is no store that squama sweep has written", "give another name") from None
-    if version not in (1, FORMAT):
-        raise _old(path, version)
-    text = about.get("configuration")
-    digest = hashlib.sha256(str(text).encode()).hexdigest()
-    sound = node == (3, "group") and about.get("configuration_sha256") == digest
+    if version != FORMAT:
+        said = f"was written by another version of squama (layout {shown(version)})"
+        raise _no(path, said, "make a new store")
     try:
-        plan = Plan.from_text(text if sound else "")
-        as_told = {"configuration": text, "configuration_sha256": digest}
-        if "engine" in plan.versions:
-            as_told |= {key: about[key] for key in ("engine", "versions")}
-        sound = attributes(plan) | as_told == about
+        plan = Plan.from_text(about["configuration"])
+        sound = node == (3, "group") and attributes(plan) == about
     except (ValueError, KeyError, TypeError, AttributeError):
         sound = False
     if not sound:
@@ -265,7 +249,7 @@ def read_plan(path: Path) -> Plan:
     return plan
 
 
-def check(path: Path, plan: Plan, remedy: str = REWRITE) -> Array:
+def check(path: Path, plan: Plan, remedy: str = _REWRITE) -> Array:
     """Look at every part of a store but the tiles; return which of these bear a mark, in the shape of the grid.
 
     A damaged store is refused; ``remedy`` is for a file that follows from the plan.
@@ -279,7 +263,7 @@ def check(path: Path, plan: Plan, remedy: str = REWRITE) -> Array:
         except Exception:  # damage shows itself in zarr as errors of many kinds
             sound = False
         if not sound:
-            mends = (path / name).is_dir() and not (path / place).is_dir() and plan.format == FORMAT
+            mends = (path / name).is_dir() and not (path / place).is_dir()
             raise _damaged(path, place, remedy) if mends else _damaged(path, name)
     return marked(path, plan)
 
@@ -288,34 +272,27 @@ def _mend(path: Path, plan: Plan) -> None:
     """Write the files anew that follow from the plan, where they are not as they should be and the place allows it."""
     for place, data in following(plan).items():
         file = path / place
-        with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
-            if not file.parent.is_dir():
+        with contextlib.suppress(OSError):
+            if files.read_ordinary(file, len(data)) == data:
                 continue
-            with contextlib.suppress(OSError):
-                if files.read_ordinary(file, len(data)) == data:
-                    continue
-            _locked(store, wait=True)
-            beside = file.with_name(f"{file.name}.{secrets.token_hex(6)}{_PARTIAL}")
-            try:
-                beside.write_bytes(data)
-                flush(beside)
-                beside.replace(file)
-                flush(file.parent)
-            finally:
-                beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError, InputError):
+            if file.is_symlink() or not file.is_file():
+                file.unlink(missing_ok=True)
+            files.atomic_write(file, lambda beside, data=data: beside.write_bytes(data))
 
 
 def whole(path: Path, plan: Plan, tile: Tile) -> bool:
     """Say whether a tile has its mark and all that the mark stands for; a folder in the place of a chunk is refused."""
-    from squama.study.chunks import Chunks, sums_of
+    from squama.study import chunks
 
     name = key(tile)
     if not (path / STATUS / name).exists():
         return False
     try:
-        Chunks(path, plan).check(name)
+        chunks.check(path, plan, name)
     except InputError:
-        if any((path / f"{v}/{name}").is_dir() for v in (STATUS, *plan.variables)) or (path / sums_of(name)).is_dir():
+        places = (*(f"{part}/{name}" for part in (STATUS, *plan.variables)), chunks.sums_of(name))
+        if any((path / place).is_dir() for place in places):
             raise
         return False
     return True
@@ -364,8 +341,6 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
         _clear(path)
         _create(path, plan)
     stored = read_plan(path)
-    if stored.format != FORMAT:
-        raise _old(path, stored.format)
     if different := differences(stored, plan):
         raise _no(path, f"belongs to another sweep: {'; '.join(different)} (stored against asked)", "give another name")
     _clear(path)
@@ -391,15 +366,15 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     done = check(place, plan)
     import xarray as xr
 
-    from squama.study.chunks import Checked, Chunks
+    from squama.study import chunks
 
     for variable in plan.variables:
         for missing in np.argwhere(done & ~_chunks(place / variable, plan.grid))[:1]:
-            Chunks(place, plan).check(key(tuple(missing)), variable)
+            chunks.check(place, plan, key(tuple(missing)), variable)
     with warnings.catch_warnings():
         # what else lies in the folder does no harm
         warnings.simplefilter("ignore")
-        found: Any = xr.open_zarr(Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
+        found: Any = xr.open_zarr(chunks.Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
     # in the order of the plan: that of a folder is any
     coords = {dim: found.variables[dim] for dim in plan.dims}
     if "law" in coords:
@@ -418,9 +393,5 @@ def _no(path: Path, reason: str, remedy: str) -> InputError:
     return InputError(Problem(files.label(path), "", reason, remedy))
 
 
-def _damaged(path: Path, what: str, remedy: str = AGAIN) -> InputError:
+def _damaged(path: Path, what: str, remedy: str = _AGAIN) -> InputError:
     return _no(path, f"is damaged ({what})", remedy)
-
-
-def _old(path: Path, layout: object) -> InputError:
-    return _no(path, f"was written by another version of squama (layout {shown(layout)})", "make a new store")
