@@ -1,7 +1,7 @@
 """By which model the beams of a study are answered: the joint, its scales, and the twist at which figures are taken.
 
 Many beams on compliant joints are followed by :mod:`squama.study.real_columns`, which knows the joint by a beam's
-matrix or the law; those on hinges are solved in closed form, by :func:`squama.study.columns.solved`.
+matrix or the law; those on hinges are solved by :mod:`squama.study.hinge_columns`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.contacts.path import RANGE
 from squama.curves import real
@@ -21,8 +22,8 @@ from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.study import real_columns
-from squama.study.columns import columns
+from squama.study import hinge_columns, real_columns
+from squama.study.columns import Cells, columns
 from squama.types import Array
 from squama.units import shown
 
@@ -121,6 +122,23 @@ class Model(NamedTuple):
     def real(self) -> bool:
         """Whether joints are compliant."""
         return self.joint == "compliant"
+
+    def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
+        """Return the columns of beams with some values replaced, of what the model needs of their joints."""
+        return columns(beam, values, load="twisting" if self.real else load, each=each)
+
+    def solved(
+        self, beam: Beam, c: Cells, shape: tuple[int, ...], *, load: str, law: str, sense: str, margin: float, few: int
+    ) -> dict[str, Array]:
+        """Return the figures of cells of a beam in arrays of a shape, by role, SI units; ``few`` as for batches."""
+        if self.at is not None:
+            at = np.broadcast_to(self.at.per_pitch(c.d), shape)
+            found = real_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal)._asdict()
+            return {name: v.reshape(shape) for name, v in found.items()}
+        if c.psi is not None:
+            return hinge_columns.bent(beam, c, shape, sense=sense, margin=margin)
+        found = hinge_columns.solved(c, load=load, law=law, sense=sense, margin=margin, few=few, ideal=self.ideal)
+        return {name: np.broadcast_to(v, shape) for name, v in found.items()}
 
     @property
     def record(self) -> dict[str, object]:

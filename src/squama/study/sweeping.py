@@ -31,7 +31,7 @@ from squama.io import files
 from squama.loads import LOADS
 from squama.needs import need
 from squama.progress import bars
-from squama.study import cluster, columns, held, models, parameters, real_columns, store
+from squama.study import cluster, columns, models, parameters, real_columns, store
 from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
 from squama.units import shown
@@ -255,25 +255,14 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
     values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
     margin = float(np.asarray(values.pop("margin", plan.margin) or 0.0).item())
-    model = plan.model
-    load = "twisting" if model.real else plan.load
-    c = columns.columns(_beam(plan.beam_toml), values, load=load, each=joint_law.one_by_one)
+    beam = _beam(plan.beam_toml)
+    c = plan.model.cells(beam, plan.load, values, joint_law.one_by_one)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
-    if model.at:
-        over_all = np.broadcast_to(model.at.per_pitch(c.d), shape)
-        figures = real_columns.solved(c, over_all, load=plan.load, sense=plan.sense, ideal=model.ideal)
-        found = {name: v.reshape(shape) for name, v in figures._asdict().items()}
-    elif c.psi is not None:
-        found = held.twisted(_beam(plan.beam_toml), values, shape, sense=plan.sense, margin=margin)
-    else:
-        how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": margin}
-        few = FEW if plan.cells <= FEW else 0
-        found = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
+    how: dict[str, Any] = {"load": plan.load, "law": law, "sense": plan.sense, "margin": margin}
+    found = plan.model.solved(beam, c, shape, few=FEW if plan.cells <= FEW else 0, **how)
+    if "neighbour" in found:
         found["neighbour"] = np.minimum(found["neighbour"], _FAR)
-    return {
-        name: np.broadcast_to(found[variable.field], shape).astype(variable.dtype)
-        for name, variable in plan.variables.items()
-    }
+    return {name: found[variable.field].astype(variable.dtype) for name, variable in plan.variables.items()}
 
 
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:

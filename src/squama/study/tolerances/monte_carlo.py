@@ -25,7 +25,7 @@ from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.paths import Twist as Tip
 from squama.progress import work
-from squama.study import columns, real_columns
+from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
 from squama.study.tolerances import statistics
@@ -262,7 +262,7 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
 
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
     """Solve samples of some dimensions, (n,) each in SI units; figures by role. One that is no beam is refused."""
-    c = columns.columns(case.beam, dimensions, load="twisting" if case.model.real else case.load)
+    c = case.model.cells(case.beam, case.load, dimensions)
     n = next(iter(dimensions.values())).size
     good = np.broadcast_to(columns.valid(c), n)
     if not good.all():
@@ -274,37 +274,33 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
             why = "; ".join(map(str, error.problems))
         reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
         refuse("tolerances", "", reason, "make the tolerances narrower")
-    return _followed(case, c, n) if case.model.at else _hinged(case, c, n)
+    how: dict[str, Any] = {"load": case.load, "law": case.law, "sense": case.sense, "margin": case.margin}
+    found = case.model.solved(case.beam, c, (n,), few=0, **how)
+    found["code"] = found["code"].astype(np.int8)
+    return _before(found, case.model.at.per_pitch(c.d)) if case.model.at else _hinged(case, c, found)
 
 
-def _followed(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
-    """Follow samples to the twist: fields of :class:`squama.study.real_columns.Figures`.
+def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
+    """Return fields of :class:`squama.study.real_columns.Figures`, NaN where an engagement or end is not before ``to``.
 
-    No engagement (before the twist) is NaN, and so is an end that is but the twist.
+    An end there is but the twist at which figures are taken.
     """
-    assert case.model.at is not None
-    to = np.broadcast_to(case.model.at.per_pitch(c.d), n)
-    found = real_columns.solved(c, to, load=case.load, sense=case.sense, ideal=case.model.ideal)._asdict()
     found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
     found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
-    return found | {"code": found["code"].astype(np.int8)}
+    return found
 
 
-def _hinged(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
-    """Solve samples on hinges.
+def _hinged(case: Case, c: columns.Cells, si: dict[str, Array]) -> dict[str, Array]:
+    """Return the figures of samples on hinges, from what was solved.
 
     ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it locks there), ``code``
     that of the end. NaN, besides those of the stiffness, where nothing engages.
     """
-    how: dict[str, Any] = {"law": case.law, "sense": case.sense, "margin": case.margin, "ideal": case.model.ideal}
-    si = columns.solved(c, load=case.load, few=0, **how)
-    code = np.broadcast_to(si["code"], n)
-    engaged = code != CODES.index(End.NONE)
     found = {name: si[name] for name in ("load_e", "load_end", "torque", "RED", "U_el", "W_fr")}
     found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
     found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, si["neighbour"])
-    found = {name: np.where(engaged, v, np.nan) for name, v in found.items()}
-    return {**found, "stiffness": np.broadcast_to(c.rigidity, n), "code": code.astype(np.int8)}
+    found = {name: np.where(si["code"] != CODES.index(End.NONE), v, np.nan) for name, v in found.items()}
+    return {**found, "stiffness": np.broadcast_to(c.rigidity, si["code"].shape), "code": si["code"]}
 
 
 def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
