@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.arrays import solution
 from squama.model import mechanics, twisting
-from squama.model.outcome import End
 from squama.model.paths import ARRAY, Twist
 from squama.types import Array
 
@@ -247,21 +246,16 @@ def ends(
     arguments.thin(flat[6], arguments.law(law))
     mirrored = arguments.sense(sense) < 0
     arguments.one_of("contacts", contacts, ("tip", "all"))
-    columns = dict(zip((*solution.COLUMNS, "thickness"), flat, strict=True))
-    sol, touched = solution.solve(columns, law=law, sense=sense), {}
+    sol = solution.solve(dict(zip((*solution.COLUMNS, "thickness"), flat, strict=True)), law=law, sense=sense)
+    came, touches = sol.crossing > 0, [None] * flat[0].size
     if contacts == "all":
         sol, touches = solution.with_touches(sol, (*flat[:5], flat[6]), sense=sense)
-        touched = {i: hit for i, hit in enumerate(touches) if hit is not None}
-    found, came = sol.found, sol.crossing > 0
+    found, other = sol.found, np.full(came.size, "", dtype="U96")
     phi_touch, theta_touch = np.where(came, found.load_end, np.nan), np.where(came, found.theta_end, np.nan)
-    other = np.full(came.size, "", dtype="U96")
-    for i in {*np.flatnonzero(came).tolist(), *touched}:
-        other[i] = solution.other_words(touched.get(i), int(sol.crossing[i]), mirrored=mirrored)
-    for i, hit in touched.items():
-        phi_touch[i], theta_touch[i] = hit.phi, hit.theta
+    for i in np.flatnonzero(came | [hit is not None for hit in touches]):
+        hit = touches[i]
+        other[i] = solution.other_words(hit, int(sol.crossing[i]), mirrored=mirrored)
+        if hit is not None:
+            phi_touch[i], theta_touch[i] = hit.phi, hit.theta
     view = (found.load_e, found.theta_end, found.load_end, found.end, found.neighbour)
-    more = (other, np.full(came.size, sense), phi_touch, theta_touch)
-    return Ends(*(f.reshape(shape) for f in (*view, *more)))
-
-
-__all__ = ["Contact", "End", "Ends", "Forces", "contact", "ends", "forces"]
+    return Ends(*(f.reshape(shape) for f in (*view, other, np.full(came.size, sense), phi_touch, theta_touch)))

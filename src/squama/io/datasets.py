@@ -22,7 +22,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -263,15 +263,12 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     noted = {0: 40, 1: 44}.get(head[8], 28) if len(head) == 64 else 64
     if noted == 64 or int.from_bytes(head[noted : noted + 8], "little") > size:
         raise _refused(path, "is damaged: it is cut off")
-    with Path(path).open("rb") as file:
-        digest, left = hashlib.sha256(), size - files.SEALED
-        while left > 0 and (part := file.read(min(left, 1 << 20))):
-            digest.update(part)
-            left -= len(part)
-        seal = file.read()
+    data = files.read_bytes(path, size)
+    with suppress(ValueError):
+        data = files.unsealed(data)
+    sealed = len(data) < size
     begin, end = files.SEAL.split(b"%s")
-    sealed = digest.hexdigest().encode() in seal
-    if not sealed and seal.startswith(begin) and seal.endswith(end):
+    if data[-files.SEALED :].startswith(begin) and data.endswith(end):
         raise _refused(path, "is damaged: it is not as squama wrote it, by its hash")
     try:
         if not sealed:

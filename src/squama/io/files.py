@@ -11,8 +11,8 @@ import secrets
 import select
 import stat
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from squama.errors import InputError, Problem
@@ -36,11 +36,20 @@ _PLACE = (OSError, ValueError, RuntimeError)
 PATIENCE = 30.0
 """Seconds without a byte after which a pipe is given up."""
 _ODD = "is not an ordinary file"
-_NAMES = {
+_ELSEWHERE = "give another path"
+_ALWAYS = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
 }
-"""What is wrong with a name, whatever it is wanted for."""
+"""What is wrong with a name by the number of the error, whatever it is wanted for, and what to do about it."""
+_TO_READ = {
+    errno.EISDIR: ("is a folder", "give the name of a file in it"),
+    errno.EACCES: ("may not be read", "check its permissions"),
+}
+_TO_WRITE = {
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), ("the disk is full", "make room or give another path")),
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), ("the place is read-only", _ELSEWHERE)),
+}
 
 
 def label(path: str | os.PathLike[str]) -> str:
@@ -183,29 +192,39 @@ def _at_once(path: str, flags: int) -> int:
 
 
 @contextmanager
-def _reading(path: str | os.PathLike[str], missing: str) -> Iterator[None]:
-    """Turn what goes wrong with a file that is to be read into the error that names it."""
+def _naming(
+    path: str | os.PathLike[str], known: Mapping[int, tuple[str, str]], reason: str, remedy: str = "",
+    kinds: tuple[type[Exception], ...] = _PLACE,
+) -> Iterator[None]:  # fmt: skip
+    """Turn what goes wrong with a place into the error that names it, with what is known of it or a reason."""
     try:
         yield
     except InputError:
         raise
-    except _PLACE as error:
-        reasons = _NAMES | {
-            errno.ENOENT: ("no such file", missing),
-            errno.ENOTDIR: ("no such file", missing),
-            errno.EISDIR: ("is a folder", "give the name of a file in it"),
-            errno.EACCES: ("may not be read", "check its permissions"),
-        }
-        raise _error(path, *reasons.get(_number(error), (f"cannot be read ({_why(error)})", ""))) from None
+    except kinds as error:
+        number = errno.ELOOP if isinstance(error, RuntimeError) else getattr(error, "errno", None)
+        said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        other = f"{reason} ({shown(said).strip(chr(34)).lower()})", remedy
+        raise _error(path, *{**_ALWAYS, **known}.get(number or 0, other)) from None
+
+
+def _reading(path: str | os.PathLike[str], missing: str) -> AbstractContextManager[None]:
+    """Name what goes wrong with a file that is to be read; ``missing`` says what to do if there is none."""
+    none = "no such file", missing
+    return _naming(path, {**_TO_READ, errno.ENOENT: none, errno.ENOTDIR: none}, "cannot be read")
+
+
+def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> AbstractContextManager[None]:
+    """Name what goes wrong with a place that is to be written; an error of another kind passes."""
+    return _naming(path, _TO_WRITE, "cannot be written", _ELSEWHERE, kinds)
 
 
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there when it is complete; return its path as given.
 
     The writer is given a temporary name in the same folder, of the same ending; such files of killed writers are taken
-    away. Where the place cannot take the file (a
-    folder, read-only, disk full, ...) that is an InputError and an old file is as it was; an error of the writer that
-    is no OSError passes unchanged.
+    away. Where the place cannot take the file (a folder, read-only, disk full, ...) that is an InputError and an old
+    file is as it was; an error of the writer that is no OSError passes unchanged.
 
     Examples
     --------
@@ -287,7 +306,7 @@ def _at_work(folder: Path) -> Iterator[None]:
 def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
     """Refuse a place that cannot take the file; mode bits are looked at because root may write anything."""
     folder = target.parent
-    name, other = label(folder), "give another path"
+    name = label(folder)
     if target.is_dir():
         raise _error(path, "is a folder", "give the name of a file in it")
     if target.exists() and not target.is_file():
@@ -295,39 +314,12 @@ def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
     if target.exists() and not target.stat().st_mode & _WRITE_BITS:
         raise _error(path, "is read-only", "give another name or make it writable")
     if not folder.exists():
-        raise _error(path, f"its folder {name} does not exist", f"make it first or {other}")
+        raise _error(path, f"its folder {name} does not exist", f"make it first or {_ELSEWHERE}")
     if not folder.is_dir():
-        raise _error(path, f"{name} is not a folder", other)
+        raise _error(path, f"{name} is not a folder", _ELSEWHERE)
     if not stat.S_IMODE(folder.stat().st_mode) & _WRITE_BITS or not os.access(folder, os.W_OK):
-        raise _error(path, f"its folder {name} is read-only", other)
-
-
-@contextmanager
-def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> Iterator[None]:
-    """Turn what goes wrong with a place into the error that names it; an error of another kind passes."""
-    try:
-        yield
-    except InputError:
-        raise
-    except kinds as error:
-        number = _number(error)
-        reason, remedy = _NAMES.get(number, (f"cannot be written ({_why(error)})", "give another path"))
-        if number in {errno.ENOSPC, errno.EDQUOT}:
-            reason, remedy = "the disk is full", "make room or give another path"
-        elif number in {errno.EACCES, errno.EPERM, errno.EROFS}:
-            reason = "the place is read-only"
-        raise _error(path, reason, remedy) from None
+        raise _error(path, f"its folder {name} is read-only", _ELSEWHERE)
 
 
 def _error(path: str | os.PathLike[str], reason: str, remedy: str) -> InputError:
     return InputError(Problem("", "", reason, remedy, label(path)))
-
-
-def _number(error: Exception) -> int:
-    """Return the number of an error of the system; 0 if it has none."""
-    return errno.ELOOP if isinstance(error, RuntimeError) else getattr(error, "errno", None) or 0
-
-
-def _why(error: Exception) -> str:
-    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return shown(text).strip('"').lower()
