@@ -11,6 +11,7 @@ from squama import arguments
 from squama.arrays import solution
 from squama.model import mechanics, twisting
 from squama.model.paths import ARRAY, Twist
+from squama.model.plates import Touch
 from squama.types import Array
 
 
@@ -247,12 +248,13 @@ def ends(
     mirrored = arguments.sense(sense) < 0
     arguments.one_of("contacts", contacts, ("tip", "all"))
     sol = solution.solve(dict(zip((*solution.COLUMNS, "thickness"), flat, strict=True)), law=law, sense=sense)
-    came, touches = sol.crossing > 0, [None] * flat[0].size
+    came = sol.crossing > 0
+    touches: list[Touch | None] = [None] * came.size
     if contacts == "all":
         sol, touches = solution.with_touches(sol, (*flat[:5], flat[6]), sense=sense)
     found, other = sol.found, np.full(came.size, "", dtype="U96")
     phi_touch, theta_touch = np.where(came, found.load_end, np.nan), np.where(came, found.theta_end, np.nan)
-    for i in np.flatnonzero(came | [hit is not None for hit in touches]):
+    for i in np.flatnonzero(came | np.array([hit is not None for hit in touches], bool)):
         hit = touches[i]
         other[i] = solution.other_words(hit, int(sol.crossing[i]), mirrored=mirrored)
         if hit is not None:

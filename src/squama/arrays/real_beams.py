@@ -58,7 +58,7 @@ class Designs(NamedTuple):
 
     def at(self, i: Array) -> Designs:
         """Return some of them."""
-        return Designs(*(None if v is None else v[i] for v in self))
+        return Designs(**{name: v[i] for name, v in self._asdict().items() if v is not None})
 
     def scales(self, *, ideal: bool) -> path.Scale:
         """Return their scales, thin and rigid or as they are."""
@@ -225,7 +225,7 @@ def follow(
     at some of the twists, ``stressed``. First contacts are looked for below the twists ``most`` (n,), by default the
     last ones. ``ideal``: scales are thin and rigid, whatever holds them.
     """
-    n, m, kind = *at.shape, designs.eta.dtype
+    (n, m), kind = at.shape, designs.eta.dtype
     known = np.ones(n, bool) if given.matrix else law.within(designs.shape)
     upto = np.real(at[:, -1]) if most is None else most
     loaded = (LOADS[load].verb,) if designs.psi is None else ("bend", "twist")
@@ -248,7 +248,8 @@ def follow(
             else:
                 found = path.follow_all(beams, ways, most=far, corners=corners)
             found = found._replace(rows=found.rows[:, -m:])
-            alone[:2, i] = np.maximum(np.stack([found.contacts[:, 3], found.ends[:, 1]]) - before[i], 0.0)
+            places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
+            alone[:2, i] = places if designs.psi is None else np.maximum(places - before[i], 0.0)
             alone[2, i], alone[3, i] = pivots(joints)[:, K_THETA], states.bare(beams)[:, strain, strain]
             ends[i], columns = path.endings(found.contacts, found.ends), path.named(found.rows)
             for row, name in zip(along, COLUMNS.values(), strict=False):

@@ -167,13 +167,13 @@ def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
     sizes: dict[str, int] = {}
     attrs: dict[str, object] = {}
     found: dict[str, dict[str, tuple[list[str], Array, dict[str, object]]]] = {"coordinate": {}, "variable": {}}
-    told = ""
+    digest, digest_line = "", 0
     for number, line in enumerate(table.comments[1:], start=2):
         with _damage(table, number):
             alone, role, key, entry = _LINE.fullmatch(line).groups()  # type: ignore[union-attr]
             value = json.loads(entry)
             if alone == "sha256":
-                told, told_in = value, number
+                digest, digest_line = value, number
             elif alone == "sizes":
                 sizes = {str(dim): int(size) for dim, size in value.items()}
                 _check_rows(table, sizes)
@@ -183,9 +183,9 @@ def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
                 found[role][key] = _variable(table, value, sizes, entry.count(",") + 1)
     with _damage(table, table.header.line):
         dataset = xr.Dataset(found["variable"], coords=found["coordinate"], attrs=attrs)
-    if told and told != _hash(text):
+    if digest and digest != _hash(text):
         reason = "is damaged: the file is not as squama wrote it, by its hash"
-        raise table.error(told_in, reason, "write the file anew, or remove this line if it was changed on purpose")
+        raise table.error(digest_line, reason, "write the file anew, or remove this line if it was changed on purpose")
     return dataset
 
 
@@ -235,7 +235,7 @@ def _variable(
 
 
 def _finite(value: object) -> object:
-    """Return nested numbers with NaN and infinity as words, which JSON has no numbers for."""
+    """Return nested numbers with NaN and infinity as text, for JSON has no numbers for them."""
     if isinstance(value, list):
         return [_finite(item) for item in value]
     return repr(value) if isinstance(value, float) and not np.isfinite(value) else value
@@ -294,9 +294,9 @@ def stored(path: str | os.PathLike[str]) -> xr.Dataset:
     import xarray as xr
 
     with h5netcdf.File(os.fspath(path), "r") as file:
-        taken = sum(math.prod(v.shape) * v.dtype.itemsize for v in file.variables.values())
-    if taken > max(LARGEST, 2 * Path(path).stat().st_size):
-        raise _refused(path, f"would take {taken / 1e9:.3g} GB of memory, {LARGEST / 1e9:g} GB at most")
+        size = sum(math.prod(v.shape) * v.dtype.itemsize for v in file.variables.values())
+    if size > max(LARGEST, 2 * Path(path).stat().st_size):
+        raise _refused(path, f"would take {size / 1e9:.3g} GB of memory, {LARGEST / 1e9:g} GB at most")
     with xr.open_dataset(Path(path), engine="h5netcdf", decode_times=False) as opened:
         dataset = opened.load()
     for variable in dataset.variables.values():
@@ -311,7 +311,7 @@ def stored(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _plain(value: object) -> object:
-    """Return an attribute as it was before it went through HDF5, which keeps NumPy scalars."""
+    """Return an attribute as it was saved; HDF5 returns NumPy scalars."""
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 

@@ -129,8 +129,8 @@ def _header(rows: Mapping[int, Sequence[str]], known: set[str], wanted: Mapping[
     for i, cells in rows.items():
         names = {split(cell)[0] for cell in cells}
         if not any(map(_is_number, cells)):
-            told = any(name in known or name.casefold() in known for name in names)
-            if told or {old for old in wanted if not old.isdecimal()} & {*names, *(c.strip() for c in cells)}:
+            named = any(name in known or name.casefold() in known for name in names)
+            if named or {old for old in wanted if not old.isdecimal()} & {*names, *(c.strip() for c in cells)}:
                 return i
             if any(name and dimension(unit) for name, unit in map(split, cells)):
                 return i

@@ -125,11 +125,11 @@ def columns(
     K = _numbers(joint_law.stiffness(bar_sizes, given, each))
     rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
     alpha, theta0 = v("alpha", beam.scale.alpha), v("theta0", beam.scale.theta0)
+    scale = {"length": length, "embedded": embedded, "width": 2 * half, "thickness": thickness}
     sizes = {
-        "scale": {"length": length, "embedded": embedded, "width": 2 * half, "thickness": thickness},
+        "scale": {**scale, "alpha": alpha, "theta0": theta0},
         "substrate": {"width": across, "thickness": 2 * t, "youngs_modulus": E, "poisson_ratio": nu},
     }
-    sizes["scale"] |= {"alpha": alpha, "theta0": theta0}
     for table, keys in _OPTIONAL.items():
         more = {key: values.get(f"{table}.{key}", getattr(getattr(beam, table), key)) for key in keys}
         sizes[table] |= {key: _numbers(value) for key, value in more.items() if value is not None}
@@ -178,7 +178,7 @@ def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, flo
 
 
 def at(values: Mapping[str, float]) -> str:
-    """Return a place among the parameters, for people."""
+    """Return values of parameters as text with units."""
     return ", ".join(f"{name} = {text_of(canonical(name), value)}" for name, value in values.items())
 
 
@@ -203,13 +203,12 @@ def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, 
 
 
 def valid(c: Cells) -> Array:
-    """Tell which rows :class:`squama.Beam` would take: every value in its bounds, eta and beta, the tab inside."""
+    """Say which rows :class:`squama.Beam` accepts: every number and ratio within its bounds, the tab inside the bar."""
     with np.errstate(all="ignore"):
         good = (c.eta <= reach.MOST) & (c.beta <= reach.MOST)
         good = good & (c.sizes["scale"]["embedded"] * np.sin(c.theta0) < c.sizes["substrate"]["thickness"])
-        held = {f"{table}.{key}": value for table in ("scale", "substrate") for key, value in c.sizes[table].items()}
-        held |= {"scale.alpha": c.alpha, "scale.theta0": c.theta0, "friction.mu": c.mu, "beam.pitch": c.d}
-        for name, value in held.items():
+        numbers = {f"{table}.{key}": v for table in ("scale", "substrate") for key, v in c.sizes[table].items()}
+        for name, value in (numbers | {"friction.mu": c.mu, "beam.pitch": c.d}).items():
             low, high, _, closed, _ = beamfile.NUMBERS[name][1]
             good = good & ((value >= low) & (value <= high) if closed else (value > low) & (value < high))
         # a soft joint may be 0 with no embedded part; one that is not finite is none

@@ -92,7 +92,7 @@ class Model(NamedTuple):
         cls, beam: Beam, load: str, laws: Sequence[str], sense: str, joint: str | None, ideal: bool | None,
         at: float | str | None, *, bent: bool = False,
     ) -> Model:  # fmt: skip
-        """Return what is meant, as :func:`squama.twist` means it, of a beam that is ``bent``, too; see :func:`note`.
+        """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent, too.
 
         Raises
         ------
@@ -100,14 +100,15 @@ class Model(NamedTuple):
             The joint does not cover the load or the law, or ``at`` is no twist of it.
         """
         law = LOADS[load].law(max(laws))
-        _, held, ideal, _ = _chosen(beam, load, laws, joint, ideal, bent=bent)
-        if held == "hinge":
+        found = _chosen(beam, load, laws, joint, ideal, bent=bent)
+        ideal = found.ideal
+        if not found.real:
             if at is not None:
                 refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
             if bent and (law != "edge" or not ideal):
                 what = ("law", law) if law != "edge" else ("ideal", "False")
                 refuse(*what, "is not covered by hinges that are bent", "leave it out, or do not sweep psi")
-            return cls(held, thin(LOADS[load], law, held, ideal=ideal))
+            return cls(found.joint, thin(LOADS[load], law, found.joint, ideal=ideal))
         if at is not None:
             twist = Twist.read("at", at, load, beam)
         elif 0 < (engaged := _engagement(beam, load, sense, ideal=ideal)) < RANGE:
@@ -116,7 +117,7 @@ class Model(NamedTuple):
             refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
         if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
             refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
-        return cls(held, ideal, twist)
+        return cls(found.joint, ideal, twist)
 
     @property
     def real(self) -> bool:
@@ -171,14 +172,14 @@ class Model(NamedTuple):
 
 
 def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent: bool = False) -> str:
-    """Return a warning where the compliant joint is meant and not known, empty elsewhere."""
+    """Return why hinges answer where the compliant joint is the default and is not known; empty elsewhere."""
     return _chosen(beam, load, laws, joint, None, bent=bent).note
 
 
 def _chosen(
     beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool
 ) -> Chosen:  # fmt: skip
-    """Return what is meant of many beams, whose joints elements do not make; of both laws the plate law says."""
+    """Choose the model of many beams; no elements make their joints, and of two laws the plate law decides."""
     kind = LOADS[load]
     return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)
 

@@ -46,7 +46,7 @@ def take(
     at: Mapping[str, object] | None = None,
     bare: bool = True,
 ) -> Slice:
-    """Choose a slice of a sweep by names; it is not read from the store yet.
+    """Choose a slice of a sweep by the names of its dimensions; no value is read from the store yet.
 
     ``x`` and ``y`` are the last and the first dimension that are left over unless they are named, ``panels`` is ``law``
     if there are several. ``at`` holds the others at the values of the grid that lie nearest; a number without a unit is
@@ -54,10 +54,10 @@ def take(
     that are neither shown nor held.
     """
     dims = [str(dim) for dim in dataset["RED"].dims]
-    held = {_dimension(name, dims, "at"): value for name, value in (at or {}).items()}
+    fixed = {_dimension(name, dims, "at"): value for name, value in (at or {}).items()}
     named = {"x": x, "y": y, "panels": panels}
     chosen = {role: _dimension(name, dims, role) for role, name in named.items() if name is not None}
-    used = [*chosen.values(), *held]
+    used = [*chosen.values(), *fixed]
     for name in used:
         if used.count(name) > 1:
             refuse(name, "", "is used twice", "give each dimension one place among x, y, panels and at")
@@ -66,8 +66,8 @@ def take(
             refuse(role, "law", "has no order", "write panels law")
     if "panels" not in chosen and "law" in dims and "law" not in used:
         chosen["panels"] = "law"
-    data = dataset.isel({name: _index(dataset, name, value, bare) for name, value in held.items()})
-    rest = [dim for dim in dims if dim not in (*held, *chosen.values())]
+    data = dataset.isel({name: _index(dataset, name, value, bare) for name, value in fixed.items()})
+    rest = [dim for dim in dims if dim not in (*fixed, *chosen.values())]
     if "x" not in chosen:
         if not rest:
             refuse("", "", "no dimension is left for x", "hold fewer with at")
@@ -124,9 +124,9 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
     data, load = part.data, part.data.attrs["load"]
     beam = Beam.from_toml_text(data.attrs["beam"])
-    held = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
+    fixed = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
     at = np.array([read_value(part.x, text, bare=bare) for text in texts])
-    c = columns(beam, held | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
+    c = columns(beam, fixed | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
     flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in solution.COLUMNS}
     found = solution.solve(flat, load=load, law="edge", sense=data.attrs["sense"])
     answer: dict[float, tuple[Array, Array]] = {}

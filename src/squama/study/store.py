@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import json
 import os
 import re
@@ -278,7 +279,7 @@ def _mend(path: Path, plan: Plan) -> None:
         with contextlib.suppress(OSError, InputError):
             if file.is_symlink() or not file.is_file():
                 file.unlink(missing_ok=True)
-            files.atomic_write(file, lambda beside, data=data: beside.write_bytes(data))
+            files.atomic_write(file, functools.partial(Path.write_bytes, data=data))
 
 
 def whole(path: Path, plan: Plan, tile: Tile) -> bool:

@@ -185,10 +185,10 @@ def make_plan(
     columns.check(beam, load, swept)
     margins = None if "margin" in names or model.real else margin
     plan = Plan(beam.to_toml(), load, laws, sense, margins, tuple(swept), (), versions(), model=model)
-    asked = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
-    plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, asked))
+    most = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
+    plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, most))
     if (tiles := math.prod(plan.grid)) > MOST_TILES:
-        refuse("tile", str(asked), f"makes {tiles:,} tiles, more than {MOST_TILES:,}", "give larger tiles")
+        refuse("tile", str(most), f"makes {tiles:,} tiles, more than {MOST_TILES:,}", "give larger tiles")
     return plan
 
 
@@ -268,8 +268,8 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
     """Say why the joint that is asked for is not taken, or how many cells lack figures, and why; read tile by tile."""
     if not plan.model.real:
-        told = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
-        return [told] if told else []
+        note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
+        return [note] if note else []
     most = len(real_columns.ENDS)
     counts = np.zeros(most + 1, int)
     for tile in plan.tiles():
@@ -335,11 +335,11 @@ def known(name: str) -> None:
         refuse("progress", shown(name), "must be bar, json or none")
 
 
-def listener(asked: str | Listener | None) -> AbstractContextManager[Listener]:
+def listener(progress: str | Listener | None) -> AbstractContextManager[Listener]:
     """Return the listener of a name, or of a function, to be used within ``with``."""
-    if callable(asked):
-        return nullcontext(asked)
-    known(asked or "none")
-    if asked == "bar":
+    if callable(progress):
+        return nullcontext(progress)
+    known(progress or "none")
+    if progress == "bar":
         return _bar()
-    return nullcontext(_json_lines if asked == "json" else lambda _: None)
+    return nullcontext(_json_lines if progress == "json" else lambda _: None)
